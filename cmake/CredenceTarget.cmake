@@ -1,0 +1,25 @@
+# What every target of the project shares: the language, the warnings, and the arithmetic.
+
+add_library(credence_options INTERFACE)
+add_library(Credence::options ALIAS credence_options)
+set_target_properties(credence_options PROPERTIES EXPORT_NAME options)
+target_compile_features(credence_options INTERFACE cxx_std_20)
+# Contraction would make the bits of a result depend on the instruction set and the optimiser.
+target_compile_options(credence_options INTERFACE $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>)
+target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE)
+
+set(CREDENCE_WARNINGS -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
+
+# credence_library(core DEPENDS ...): the static target of one folder, from all its sources.
+function(credence_library folder)
+  cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  set(target credence_${folder})
+  add_library(${target} STATIC ${sources})
+  add_library(Credence::${folder} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder} POSITION_INDEPENDENT_CODE ON)
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/credence>)
+  target_compile_options(${target} PRIVATE ${CREDENCE_WARNINGS})
+  target_link_libraries(${target} PUBLIC credence_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+endfunction()

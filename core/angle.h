@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+namespace credence {
+
+inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+/// The angle equal to `angle_rad` modulo 2π that lies in (−π, π].
+///
+/// The one place where angles are wrapped: states, innovations and errors all come through here.
+/// A non-finite angle stays non-finite (NaN).
+inline double wrap_angle(double angle_rad) {
+  constexpr double kPi = std::numbers::pi;
+  if (angle_rad > -kPi && angle_rad <= kPi) return angle_rad;
+  const double wrapped = std::remainder(angle_rad, 2.0 * kPi);
+  return wrapped <= -kPi ? kPi : wrapped;
+}
+
+}  // namespace credence
