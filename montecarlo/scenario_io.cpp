@@ -95,8 +95,8 @@ class Collector {
   void add(std::vector<Positioned>& list, std::string section, std::string key, const toml::node& node,
            const std::string& heading) {
     SettingValue value = setting_value(node);
-    std::string place =
-        fmt::format("{}:{}: {}{} = {}", file_, node.source().begin.line, heading, key, value_text(value));
+    std::string place = fmt::format("{}:{}: {}{} = {}", file_, node.source().begin.line, heading,
+                                    shown_text(key), value_text(value));
     list.emplace_back(node.source().begin,
                       Setting{std::move(section), std::move(key), std::move(value), std::move(place)});
   }
@@ -105,12 +105,12 @@ class Collector {
     const auto known = scenario_sections();
     if (table.empty() && std::find(known.begin(), known.end(), section) == known.end()) {
       // It says nothing, but its misspelt name says that something was meant.
-      std::string place = fmt::format("{}:{}: [{}]", file_, table.source().begin.line, section);
+      std::string place = fmt::format("{}:{}: [{}]", file_, table.source().begin.line, shown_text(section));
       settings_.emplace_back(table.source().begin,
                              Setting{section, "", ScalarValue{OtherValue{"a table"}}, std::move(place)});
     }
     for (const auto& [key, node] : table) {
-      add(settings_, section, std::string(key.str()), node, fmt::format("[{}] ", section));
+      add(settings_, section, std::string(key.str()), node, fmt::format("[{}] ", shown_text(section)));
     }
   }
 
@@ -123,8 +123,8 @@ class Collector {
         continue;
       }
       SettingValue value = setting_value(node);
-      std::string place =
-          fmt::format("{}:{}: [sweep] {} = {}", file_, node.source().begin.line, path, value_text(value));
+      std::string place = fmt::format("{}:{}: [sweep] {} = {}", file_, node.source().begin.line,
+                                      shown_text(path), value_text(value));
       sweep_.emplace_back(node.source().begin, make_setting(path, std::move(value), std::move(place)));
     }
   }
@@ -143,12 +143,20 @@ class Collector {
   std::vector<Positioned> sweep_;
 };
 
+std::string_view line_text(std::string_view text, std::size_t line) {
+  for (; line > 1 && text.find('\n') != std::string_view::npos; --line)
+    text.remove_prefix(text.find('\n') + 1);
+  return text.substr(0, text.find_first_of("\r\n"));
+}
+
 toml::table parse_toml(std::string_view text, const std::string& file) {
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {
-    throw ScenarioError(fmt::format("{}:{}: broken TOML, column {}: {}", file, error.source().begin.line,
-                                    error.source().begin.column, error.description()));
+    const std::size_t line = error.source().begin.line;
+    throw ScenarioError(fmt::format("{}:{}: {}: broken TOML at column {}: {}", file, line,
+                                    shown_text(line_text(text, line)), error.source().begin.column,
+                                    shown_text(error.description(), 200)));
   }
 }
 
@@ -196,12 +204,12 @@ void apply_override(ScenarioDocument& document, const std::string& text) {
   const std::size_t dot = path.find('.');
   if (equals == text.size() || dot == 0 || dot == std::string::npos || dot + 1 == path.size()) {
     throw ScenarioError(fmt::format("--set {}: must be section.key=value, such as noise.process_variance=0.2",
-                                    shortened(text)));
+                                    shown_text(text)));
   }
   const std::string section = path.substr(0, dot);
   const std::string key = path.substr(dot + 1);
   const std::string value = trimmed(std::string_view(text).substr(equals + 1));
-  std::string place = fmt::format("--set {}={}", path, shortened(value));
+  std::string place = fmt::format("--set {}={}", shown_text(path), shown_text(value));
   if (section == "sweep") {
     replace_or_add(document.sweep, make_setting(key, sweep_override_value(value), std::move(place)));
   } else {

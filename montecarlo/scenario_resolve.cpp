@@ -123,7 +123,14 @@ void check_acceptance(const Resolution& r) {
   for (const Setting& setting : r.settings) {
     const ScenarioKey& key = *find_scenario_key(setting.section, setting.key);
     if (key.accepted(r.scenario)) continue;
-    throw ScenarioError(fmt::format("{}: accepted only {}", setting.place, key.accepted_when));
+    std::vector<std::string_view> names;
+    for (const ScenarioKey& other : scenario_keys()) {
+      if (other.section == key.section && other.accepted(r.scenario)) names.push_back(other.name);
+    }
+    const std::string here = names.empty() ? fmt::format("no key of [{}]", key.section)
+                                           : fmt::format("{}", fmt::join(names, ", "));
+    throw ScenarioError(
+        fmt::format("{}: accepted only {}; here accepted: {}", setting.place, key.accepted_when, here));
   }
 }
 
@@ -158,20 +165,20 @@ Scenario resolve_scenario(std::span<const Setting> settings, const std::string& 
 
 void throw_unknown_key(const Setting& setting, std::span<const Setting> settings) {
   const std::string path = key_elsewhere(setting.key);
-  const std::string moved = path.empty() ? "" : fmt::format(", did you mean {}?", path);
+  const std::string moved = path.empty() ? ";" : fmt::format(", did you mean {}?", path);
   if (setting.section.empty()) {
-    throw ScenarioError(
-        fmt::format("{}: stands in no section{}; sections are {}", setting.place, moved, sections_text()));
+    throw ScenarioError(fmt::format("{}: stands in no section{} accepted sections are {}", setting.place,
+                                    moved, sections_text()));
   }
   const std::vector<std::string_view> names = names_of(setting.section, chosen_model(settings));
   if (names.empty()) {
     const std::string_view close = closest_word(setting.section, scenario_sections());
-    throw ScenarioError(fmt::format("{}: unknown section{}; accepted are {}", setting.place,
-                                    close.empty() ? "" : fmt::format(", did you mean [{}]?", close),
+    throw ScenarioError(fmt::format("{}: unknown section{} accepted are {}", setting.place,
+                                    close.empty() ? ";" : fmt::format(", did you mean [{}]?", close),
                                     sections_text()));
   }
   const std::string_view close = closest_word(setting.key, names);
-  throw ScenarioError(fmt::format("{}: unknown key{}; [{}] accepts {}", setting.place,
+  throw ScenarioError(fmt::format("{}: unknown key{} [{}] accepts {}", setting.place,
                                   close.empty() ? moved : fmt::format(", did you mean {}?", close),
                                   setting.section, fmt::join(names, ", ")));
 }

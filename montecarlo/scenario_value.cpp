@@ -10,6 +10,28 @@ namespace {
 
 constexpr std::size_t kLongestText = 60;
 
+/// Cut between two characters of UTF-8, where 10xxxxxx continues one.
+std::string shortened(std::string text, std::size_t longest = kLongestText) {
+  if (text.size() <= longest) return text;
+  std::size_t end = longest;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "...";
+}
+
+std::string escaped(std::string_view text, std::string_view also) {
+  std::string result;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (also.find(c) != std::string_view::npos) result += '\\';
+    if (byte < 0x20 || byte == 0x7F) {
+      result += fmt::format("\\u{:04X}", static_cast<unsigned>(byte));
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
 /// Levenshtein distance.
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -45,32 +67,16 @@ struct ScalarText {
 
 }  // namespace
 
-std::string shortened(std::string text) {
-  if (text.size() <= kLongestText) return text;
-  std::size_t end = kLongestText;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;  // 10xxxxxx continues
-  return text.substr(0, end) + "...";
-}
-
 std::string real_text(double value) {
   std::string text = fmt::format("{}", value);
   const bool is_float = text.find_first_of(".enai") != std::string::npos;  // 1e+22, nan and inf need no point
   return is_float ? text : text + ".0";
 }
 
-std::string quoted_text(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      quoted += '\\';
-      quoted += c;
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
-      quoted += fmt::format("\\u{:04X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
+std::string quoted_text(std::string_view text) { return fmt::format("\"{}\"", escaped(text, "\"\\")); }
+
+std::string shown_text(std::string_view text, std::size_t longest) {
+  return shortened(escaped(text, ""), longest);
 }
 
 std::string value_text(const ScalarValue& value) { return std::visit(ScalarText{}, value); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -33,10 +34,10 @@ std::string real_text(double value);
 /// TOML text of a string, quoted; control characters are escaped.
 std::string quoted_text(std::string_view text);
 
-/// The text itself, cut short after some 60 bytes, between two characters of UTF-8.
-std::string shortened(std::string text);
+/// A foreign text for a message: control characters escaped, cut short after some `longest` bytes.
+std::string shown_text(std::string_view text, std::size_t longest = 60);
 
-/// TOML text of a value; of what is neither scalar nor array, its type. Shortened, for messages.
+/// TOML text of a value; of what is neither scalar nor array, its type. Cut short, for messages.
 std::string value_text(const ScalarValue& value);
 std::string value_text(const SettingValue& value);
 

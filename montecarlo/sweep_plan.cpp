@@ -1,0 +1,330 @@
+#include "montecarlo/sweep_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <unordered_map>
+
+#include "montecarlo/scenario_resolve.h"
+#include "montecarlo/scenario_schema.h"
+#include "montecarlo/scenario_text.h"
+#include "montecarlo/sweep_plan_values.h"
+
+namespace credence {
+namespace {
+
+/// One value of an axis: what sorts it, and the setting that it makes.
+struct AxisValue {
+  double rank = 0.0;  ///< the number itself, or the index of the word
+  Setting setting;
+};
+
+struct Axis {
+  const ScenarioKey* key = nullptr;
+  std::string place;
+  std::vector<AxisValue> values;
+};
+
+using Indices = std::vector<std::size_t>;  // a point: the index of the value on each axis
+
+const ScalarValue& scalar_of(const Setting& setting) { return std::get<ScalarValue>(setting.value); }
+
+double rank_of(const ScenarioKey& key, const Scenario& scenario) {
+  if (const auto* real = std::get_if<RealField>(&key.field)) return real->get(scenario);
+  if (const auto* integer = std::get_if<IntegerField>(&key.field)) {
+    return static_cast<double>(integer->get(scenario));
+  }
+  return static_cast<double>(std::get<ChoiceField>(key.field).get(scenario));
+}
+
+std::vector<ScalarValue> expand(const Setting& setting) {
+  std::vector<ScalarValue> written;
+  if (const auto* scalar = std::get_if<ScalarValue>(&setting.value)) {
+    written.push_back(*scalar);
+  } else {
+    written = std::get<std::vector<ScalarValue>>(setting.value);
+  }
+  std::vector<ScalarValue> values;
+  try {
+    for (const ScalarValue& value : written) {
+      const auto* text = std::get_if<std::string>(&value);
+      const std::vector<ScalarValue> more = text == nullptr ? std::vector{value} : expand_sweep_list(*text);
+      values.insert(values.end(), more.begin(), more.end());
+    }
+  } catch (const std::invalid_argument& error) {
+    throw ScenarioError(fmt::format("{}: {}", setting.place, error.what()));
+  }
+  if (values.empty()) throw ScenarioError(fmt::format("{}: must name at least one value", setting.place));
+  return values;
+}
+
+/// The place of one value, which is that of its list with the value beside it.
+std::string value_place(const Setting& setting, const ScalarValue& value) {
+  return fmt::format("{}, value {}", setting.place, value_text(value));
+}
+
+Axis make_axis(const Setting& setting, std::span<const Setting> settings) {
+  Axis axis{find_scenario_key(setting.section, setting.key), setting.place, {}};
+  if (axis.key == nullptr) throw_unknown_key(setting, settings);
+  if (axis.key->path() == "study.runs" || axis.key->path() == "study.confidence") {
+    throw ScenarioError(
+        fmt::format("{}: cannot be swept, since it makes no other configuration; set it once in "
+                    "[study]",
+                    setting.place));
+  }
+  Scenario scratch;
+  for (const ScalarValue& value : expand(setting)) {
+    std::string place = value_place(setting, value);
+    const std::string wrong = set_key(*axis.key, value, scratch);
+    if (!wrong.empty()) throw ScenarioError(fmt::format("{}: {}", place, wrong));
+    // Read back, so that 1 and 1.0 are one value of a real key.
+    axis.values.push_back({rank_of(*axis.key, scratch),
+                           {setting.section, setting.key, key_value(*axis.key, scratch), std::move(place)}});
+  }
+  return axis;
+}
+
+void sort_values(Axis& axis) {
+  std::stable_sort(axis.values.begin(), axis.values.end(),
+                   [](const AxisValue& a, const AxisValue& b) { return a.rank < b.rank; });
+  const auto last = std::unique(
+      axis.values.begin(), axis.values.end(),
+      [](const AxisValue& a, const AxisValue& b) { return scalar_of(a.setting) == scalar_of(b.setting); });
+  axis.values.erase(last, axis.values.end());
+}
+
+void check_count(double count, const std::string& file) {
+  if (count > static_cast<double>(kLargestSweep)) {
+    throw ScenarioError(
+        fmt::format("{}: [sweep] has {:.0f} points; at most {} are accepted", file, count, kLargestSweep));
+  }
+}
+
+/// All combinations, the last axis fastest: ascending, as the values are.
+std::vector<Indices> grid_points(const std::vector<Axis>& axes, const std::string& file) {
+  double count = 1.0;
+  for (const Axis& axis : axes) count *= static_cast<double>(axis.values.size());
+  check_count(count, file);
+  std::vector<Indices> points;
+  Indices point(axes.size(), 0);
+  for (auto left = static_cast<std::size_t>(count); left > 0; --left) {
+    points.push_back(point);
+    for (std::size_t a = axes.size(); a-- > 0;) {
+      if (++point[a] < axes[a].values.size()) break;
+      point[a] = 0;
+    }
+  }
+  return points;
+}
+
+std::vector<Indices> zip_points(const std::vector<Axis>& axes) {
+  std::vector<Indices> points;
+  if (axes.empty()) return {Indices{}};
+  const std::size_t count = axes.front().values.size();
+  for (const Axis& axis : axes) {
+    if (axis.values.size() == count) continue;
+    throw ScenarioError(
+        fmt::format("{}: has {} values, but {} has {}; with mode = \"zip\" all lists must be of "
+                    "one length",
+                    axis.place, axis.values.size(), axes.front().key->path(), count));
+  }
+  for (std::size_t i = 0; i < count; ++i) points.emplace_back(axes.size(), i);
+  std::stable_sort(points.begin(), points.end(), [&](const Indices& a, const Indices& b) {
+    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+      const double left = axes[axis].values[a[axis]].rank, right = axes[axis].values[b[axis]].rank;
+      if (left != right) return left < right;
+    }
+    return false;
+  });
+  return points;
+}
+
+struct Options {
+  SweepMode mode = SweepMode::grid;
+  bool skip_impossible = false;
+};
+
+void read_option(const Setting& setting, Options& options) {
+  if (setting.key == "mode") {
+    if (setting.value == SettingValue{ScalarValue{std::string("zip")}}) {
+      options.mode = SweepMode::zip;
+    } else if (setting.value != SettingValue{ScalarValue{std::string("grid")}}) {
+      throw ScenarioError(fmt::format("{}: must be one of \"grid\", \"zip\"", setting.place));
+    }
+    return;
+  }
+  if (setting.key == "skip_impossible") {
+    const auto* scalar = std::get_if<ScalarValue>(&setting.value);
+    const auto* flag = scalar == nullptr ? nullptr : std::get_if<bool>(scalar);
+    // On the command line the value of [sweep] keys is text.
+    const bool is_true = scalar != nullptr && *scalar == ScalarValue{std::string("true")};
+    const bool is_false = scalar != nullptr && *scalar == ScalarValue{std::string("false")};
+    if (flag == nullptr && !is_true && !is_false) {
+      throw ScenarioError(fmt::format("{}: must be true or false", setting.place));
+    }
+    options.skip_impossible = is_true || (flag != nullptr && *flag);
+    return;
+  }
+  throw ScenarioError(
+      fmt::format("{}: unknown key; [sweep] accepts mode, skip_impossible, and section.key such "
+                  "as world.landmarks",
+                  setting.place));
+}
+
+/// The document's settings that no axis replaces.
+std::vector<Setting> unswept(const ScenarioDocument& document, const std::vector<Axis>& axes) {
+  std::vector<Setting> settings;
+  for (const Setting& setting : document.settings) {
+    const bool swept = std::any_of(axes.begin(), axes.end(), [&](const Axis& axis) {
+      return axis.key->section == setting.section && axis.key->name == setting.key;
+    });
+    if (!swept) settings.push_back(setting);
+  }
+  return settings;
+}
+
+/// Adds points to a plan, each configuration once.
+class PointMaker {
+ public:
+  PointMaker(SweepPlan& plan, const std::vector<Axis>& axes, std::vector<Setting> settings,
+             const std::string& file)
+      : plan_(plan),
+        axes_(axes),
+        settings_(std::move(settings)),
+        base_count_(settings_.size()),
+        file_(file) {}
+
+  void add(const Indices& indices) {
+    SweepPoint point;
+    settings_.resize(base_count_);
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+      settings_.push_back(axes_[a].values[indices[a]].setting);
+      point.values.push_back(scalar_of(settings_.back()));
+    }
+    const std::optional<Scenario> scenario = resolve(point);
+    if (!scenario) return;
+    point.scenario = *scenario;
+    point.scenario.name = plan_.name;
+    point.id = configuration_id(point.scenario);
+    const auto [known, is_new] = by_id_.emplace(point.id, plan_.points.size());
+    if (is_new) {
+      plan_.points.push_back(std::move(point));
+    } else if (plan_.points[known->second].scenario == point.scenario) {
+      ++plan_.merged;
+    } else {
+      throw ScenarioError(fmt::format("{}: two configurations share the identity {}: {} and {}; take one out",
+                                      file_, point.id, point_text(plan_, plan_.points[known->second]),
+                                      point_text(plan_, point)));
+    }
+  }
+
+ private:
+  std::optional<Scenario> resolve(const SweepPoint& point) {
+    try {
+      return resolve_scenario(settings_, file_);
+    } catch (const ImpossibleCombination& error) {
+      if (!plan_.skip_impossible) {
+        throw ScenarioError(
+            fmt::format("{} (sweep point {}; skip_impossible = true in [sweep] leaves such out)",
+                        error.what(), point_text(plan_, point)));
+      }
+      ++plan_.skipped;
+      return std::nullopt;
+    } catch (const ScenarioError& error) {
+      if (axes_.empty()) throw;
+      throw ScenarioError(fmt::format("{} (sweep point {})", error.what(), point_text(plan_, point)));
+    }
+  }
+
+  SweepPlan& plan_;
+  const std::vector<Axis>& axes_;
+  std::vector<Setting> settings_;
+  std::size_t base_count_;
+  const std::string& file_;
+  std::unordered_map<std::string, std::size_t> by_id_;
+};
+
+std::string list_text(const std::vector<ScalarValue>& values) {
+  std::vector<std::string> texts;
+  for (const ScalarValue& value : values) texts.push_back(value_text(value));
+  return fmt::format("[{}]", fmt::join(texts, ", "));
+}
+
+bool is_swept(const SweepPlan& plan, const ScenarioKey& key) {
+  return std::any_of(plan.axes.begin(), plan.axes.end(),
+                     [&](const SweepAxis& axis) { return axis.path == key.path(); });
+}
+
+}  // namespace
+
+std::string_view to_string(SweepMode mode) { return mode == SweepMode::grid ? "grid" : "zip"; }
+
+SweepPlan plan_sweep(const ScenarioDocument& document) {
+  Options options;
+  std::vector<Axis> axes;
+  for (const Setting& setting : document.sweep) {
+    if (setting.section.empty()) {
+      read_option(setting, options);
+    } else {
+      axes.push_back(make_axis(setting, document.settings));
+    }
+  }
+  std::sort(axes.begin(), axes.end(), [](const Axis& a, const Axis& b) { return a.key < b.key; });
+  if (options.mode == SweepMode::grid) std::for_each(axes.begin(), axes.end(), sort_values);
+  const std::vector<Indices> points =
+      options.mode == SweepMode::grid ? grid_points(axes, document.file) : zip_points(axes);
+
+  SweepPlan plan{document.name, options.mode, options.skip_impossible, {}, {}, 0, 0};
+  for (const Axis& axis : axes) plan.axes.push_back({axis.key->path(), {}});
+  PointMaker maker(plan, axes, unswept(document, axes), document.file);
+  for (const Indices& point : points) maker.add(point);
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const bool is_zip = options.mode == SweepMode::zip;
+    for (std::size_t i = 0; i < axes[a].values.size(); ++i) {
+      const std::size_t at = is_zip ? points[i][a] : i;
+      plan.axes[a].values.push_back(scalar_of(axes[a].values[at].setting));
+    }
+  }
+  if (plan.points.empty()) {
+    throw ScenarioError(
+        fmt::format("{}: [sweep] has no possible point: all {} were skipped", document.file, plan.skipped));
+  }
+  return plan;
+}
+
+SweepPlan load_sweep(const std::filesystem::path& file, std::span<const std::string> overrides) {
+  return plan_sweep(read_scenario(file, overrides));
+}
+
+std::string canonical_toml(const SweepPlan& plan) {
+  std::string text;
+  std::string_view section;
+  for (const ScenarioKey& key : scenario_keys()) {
+    if (is_swept(plan, key)) continue;
+    const auto user = std::find_if(plan.points.begin(), plan.points.end(),
+                                   [&](const SweepPoint& point) { return key.in_effect(point.scenario); });
+    if (user == plan.points.end()) continue;
+    if (key.section != section) {
+      section = key.section;
+      text += fmt::format("[{}]\n", section);
+    }
+    text += fmt::format("{} = {}\n", key.name, value_text(key_value(key, user->scenario)));
+  }
+  if (plan.axes.empty()) return text;
+  text += fmt::format("[sweep]\nmode = \"{}\"\n", to_string(plan.mode));
+  if (plan.skip_impossible) text += "skip_impossible = true\n";
+  for (const SweepAxis& axis : plan.axes) text += fmt::format("{} = {}\n", axis.path, list_text(axis.values));
+  return text;
+}
+
+std::string point_text(const SweepPlan& plan, const SweepPoint& point) {
+  std::vector<std::string> parts;
+  for (std::size_t a = 0; a < plan.axes.size() && a < point.values.size(); ++a) {
+    parts.push_back(fmt::format("{} = {}", plan.axes[a].path, value_text(point.values[a])));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+}  // namespace credence
