@@ -1,0 +1,36 @@
+#include "montecarlo/normal_kernel.h"
+
+// Compiled with the flags of its instruction set: only intrinsics and plain headers here, everything in an
+// anonymous namespace, or the linker could take an inline function of this file for the portable program.
+
+#if defined(__AVX2__) && defined(__FMA__)
+
+#include <immintrin.h>
+
+#include <cstdint>
+
+namespace credence {
+namespace {
+
+#include "montecarlo/normal_kernel_pack_avx2.inc"
+//
+#include "montecarlo/normal_kernel_body.inc"
+
+}  // namespace
+
+const NormalKernel* normal_kernel_avx2() {
+  static constexpr NormalKernel kernel{&bits_of_slots, &normals_of_slots};
+  return &kernel;
+}
+
+}  // namespace credence
+
+#else
+
+namespace credence {
+
+const NormalKernel* normal_kernel_avx2() { return nullptr; }
+
+}  // namespace credence
+
+#endif

@@ -1,0 +1,21 @@
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include "montecarlo/normal_kernel.h"
+
+namespace credence {
+namespace {
+
+#include "montecarlo/normal_kernel_pack_scalar.inc"
+//
+#include "montecarlo/normal_kernel_body.inc"
+
+}  // namespace
+
+const NormalKernel* normal_kernel_scalar() {
+  static constexpr NormalKernel kernel{&bits_of_slots, &normals_of_slots};
+  return &kernel;
+}
+
+}  // namespace credence
