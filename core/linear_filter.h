@@ -2,27 +2,29 @@
 
 #include <vector>
 
-#include "core/inflation.h"
+#include "core/inflation_rule.h"
 #include "core/linear_model.h"
 
 namespace credence {
 
 /// One step of a linear filter's covariance: predict, inflate, update (the order of theory: section 6).
 struct LinearFilterStep {
-  Matrix P_prior;    ///< P_{k|k−1} after the inflation, n×n
-  Matrix S;          ///< H P_prior Hᵀ + R, m×m
-  Matrix K;          ///< filter gain P_prior Hᵀ S⁻¹ (not the predictor gain F K), n×m
-  Matrix P;          ///< P_{k|k}, Joseph form, n×n
-  Matrix inflation;  ///< ΔP of this step, n×n
-  bool ok = true;    ///< false: S was not positive definite, K and P are not to be used
+  Matrix P_prior;         ///< P_{k|k−1} after the inflation, n×n
+  Matrix S;               ///< H P_prior Hᵀ + R, m×m
+  Matrix K;               ///< filter gain P_prior Hᵀ S⁻¹ (not the predictor gain F K), n×m
+  Matrix P;               ///< P_{k|k}, Joseph form, n×n
+  Matrix inflation;       ///< ΔP of this step before the update, n×n; zero for a sequential rule
+  bool converged = true;  ///< the exact minimal trace was reached to its tolerance
+  bool ok = true;         ///< false: S was not positive definite, K and P are not to be used
 };
 
 /// What a linear filter believes at steps 1 … `steps`: its covariances and gains depend on no data, so they
 /// are computed once for all runs (paper eqs (3)-(10)).
 ///
 /// `assumed` is the model with the noise that the filter assumes. After a step that is not ok no further step
-/// is computed: the result is then shorter than `steps`.
-std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, Inflation inflation,
-                                                  InflationSolution solution, Index steps);
+/// is computed: the result is then shorter than `steps`. A sequential rule needs a diagonal R, else
+/// std::invalid_argument.
+std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
+                                                  Index steps);
 
 }  // namespace credence

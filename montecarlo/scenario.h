@@ -6,7 +6,9 @@
 #include <string_view>
 
 #include "core/inflation.h"
+#include "core/rank_inflation.h"
 #include "core/types.h"
+#include "core/vehicle.h"
 
 /// @file
 /// What one configuration of a study is: the world, its noise, the filter that is judged, and how it is run.
@@ -20,19 +22,10 @@ enum class Observability {
   partial,  ///< every landmark is a state
   full,     ///< `anchors` more landmarks stand at known positions and are no states
 };
-enum class VehicleKind { unicycle, bicycle, car };
 enum class PathShape { circle, eight, line };
 
 /// The covariance inflation of the filter: those of core/inflation.h, and a constant ΔP of given rank.
 enum class FilterInflation { none, full, map, rank };
-
-/// Where the range of a ΔP of given rank lies (theory: section 5).
-enum class InflationRange {
-  generic,       ///< anywhere in the state
-  map,           ///< in the landmarks only
-  with_vehicle,  ///< contains the range of G Q^{1/2}, the vehicle's own noise
-  difference,    ///< in the differences of landmarks only
-};
 
 struct WorldSettings {
   WorldModel model = WorldModel::monobot;

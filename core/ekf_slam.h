@@ -1,0 +1,299 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "core/block_layout.h"
+#include "core/inflation_rule.h"
+#include "core/sequential_update.h"
+#include "core/slam_model.h"
+#include "core/types.h"
+
+namespace credence {
+
+/// A measurement of one landmark, its identity known.
+template <class Model>
+struct Observation {
+  int landmark = 0;  ///< the world's number of the landmark, >= 0
+  Eigen::Matrix<double, Model::kMeasurement, 1> z;
+};
+
+/// A landmark at a known place, which is no state.
+template <class Model>
+struct Anchor {
+  int landmark = 0;
+  Eigen::Matrix<double, Model::kLandmark, 1> position;
+};
+
+/// What an update did.
+struct UpdateResult {
+  bool ok = true;            ///< false: S was not positive definite and nothing was changed
+  double nis = 0.0;          ///< νᵀ S⁻¹ ν of the batch, 0 if nothing known was seen
+  Index dof = 0;             ///< dimension of ν: known landmarks and anchors seen × kMeasurement
+  Index initialised = 0;     ///< landmarks seen for the first time
+  double trace_prior = 0.0;  ///< tr P after inflation, before the update
+  bool converged = true;     ///< the exact minimal trace was reached to its tolerance
+};
+
+/// EKF-SLAM by the paper's eqs (3)-(10): dense covariance, Joseph form, known association.
+///
+/// x = [pose; landmarks in the order of first sight]. A step is predict(u) then update(z); covariance
+/// inflation, if any, comes between the two, or within the update if the rule is sequential. A predict costs
+/// O(n), an update with m measurements O(n² m).
+template <class Model>
+class EkfSlam {
+ public:
+  static constexpr int kPose = Model::kPose, kControl = Model::kControl;
+  static constexpr int kLandmark = Model::kLandmark, kMeasurement = Model::kMeasurement;
+  using PoseVector = Eigen::Matrix<double, kPose, 1>;
+  using PoseMatrix = Eigen::Matrix<double, kPose, kPose>;
+  using ControlVector = Eigen::Matrix<double, kControl, 1>;
+  using ControlMatrix = Eigen::Matrix<double, kControl, kControl>;
+  using LandmarkVector = Eigen::Matrix<double, kLandmark, 1>;
+  using MeasurementVector = Eigen::Matrix<double, kMeasurement, 1>;
+  using MeasurementMatrix = Eigen::Matrix<double, kMeasurement, kMeasurement>;
+
+  /// `Q` is the covariance of the noise on the control, `R` that of one measurement; both symmetric psd.
+  EkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R, InflationRule rule = {},
+          std::span<const Anchor<Model>> anchors = {})
+      : model_(std::move(model)), Q_(Q), R_(R), rule_(std::move(rule)) {
+    for (const Anchor<Model>& anchor : anchors) {
+      Slot& slot = slot_of(anchor.landmark);
+      slot.anchored = true;
+      slot.position = anchor.position;
+    }
+    reset(PoseVector::Zero(), PoseMatrix::Zero());
+  }
+
+  /// Starts with a pose of covariance P and an empty map.
+  void reset(const PoseVector& pose, const PoseMatrix& P) { reset(pose, P, {}); }
+
+  /// Starts with a pose and the landmarks `ids` in the state already: x is n, P n×n.
+  ///
+  /// Throws std::invalid_argument for sizes that do not match.
+  void reset(VectorRef x, MatrixRef P, std::span<const int> ids) {
+    const Index n = kPose + kLandmark * static_cast<Index>(ids.size());
+    if (x.size() != n || P.rows() != n || P.cols() != n) {
+      throw std::invalid_argument("EkfSlam::reset: x and P must have the size of the pose and the landmarks");
+    }
+    for (Slot& slot : slots_) slot.offset = -1;
+    ids_.assign(ids.begin(), ids.end());
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      slot_of(ids_[i]).offset = kPose + kLandmark * static_cast<Index>(i);
+    }
+    x_ = x;
+    P_ = P;
+    min_trace_ = {};
+  }
+
+  /// Time update: x_r ← f(x_r, u), P_rr ← F P_rr Fᵀ + G Q Gᵀ, P_rf ← F P_rf.
+  void predict(const ControlVector& u) {
+    const auto motion = model_.move(x_.template head<kPose>(), u);
+    x_.template head<kPose>() = motion.pose;
+    const PoseMatrix P_rr = P_.template topLeftCorner<kPose, kPose>();
+    const PoseMatrix predicted =
+        motion.F * P_rr * motion.F.transpose() + motion.G * Q_ * motion.G.transpose();
+    P_.template topLeftCorner<kPose, kPose>() = 0.5 * (predicted + predicted.transpose());
+    for (Index j = kPose; j < P_.cols(); ++j) {
+      const PoseVector column = motion.F * P_.col(j).template head<kPose>();
+      P_.col(j).template head<kPose>() = column;
+      P_.row(j).template head<kPose>() = column.transpose();
+    }
+  }
+
+  /// Inflation, measurement update with all known landmarks and anchors in one batch, and initialisation of
+  /// the landmarks seen for the first time. A landmark must not appear twice in one batch.
+  UpdateResult update(std::span<const Observation<Model>> observations) {
+    UpdateResult result;
+    if (rule_.constant.size() == P_.size() && P_.size() > 0) P_ += rule_.constant;
+    if (!rule_.is_sequential()) {
+      result.converged = inflate(P_, layout(), rule_.inflation, rule_.solution, min_trace_).converged;
+    }
+    result.trace_prior = P_.trace();
+    linearise(observations);
+    result.dof = nu_.size();
+    if (result.dof > 0 && !correct(result)) {
+      result.ok = false;
+      return result;
+    }
+    result.initialised = initialise(observations);
+    if (result.initialised > 0 && rule_.is_sequential()) {
+      result.converged =
+          inflate(P_, layout(), rule_.inflation, InflationSolution::min_trace, min_trace_).converged;
+    }
+    return result;
+  }
+
+  const Vector& state() const { return x_; }
+  const Matrix& covariance() const { return P_; }
+  std::span<const int> landmarks() const { return ids_; }  ///< their numbers, in the order of the state
+  PoseVector pose() const { return x_.template head<kPose>(); }
+  BlockLayout layout() const {
+    return {.vehicle = kPose, .landmark = kLandmark, .landmarks = static_cast<Index>(ids_.size())};
+  }
+  Model& model() { return model_; }
+  const Vector& innovation() const { return nu_; }            ///< ν of the last update
+  const Matrix& innovation_covariance() const { return S_; }  ///< its S
+  const Matrix& gain() const { return K_; }                   ///< its K, n×dim ν
+
+  /// Where landmark `id` starts in the state, −1 if it is not there.
+  Index offset_of(int id) const {
+    const auto i = static_cast<std::size_t>(id);
+    return i < slots_.size() ? slots_[i].offset : -1;
+  }
+
+ private:
+  struct Slot {
+    Index offset = -1;  ///< in the state
+    bool anchored = false;
+    LandmarkVector position = LandmarkVector::Zero();  ///< of an anchor
+  };
+  struct Row {  ///< Jacobian of one measurement: the vehicle's columns and those of its landmark
+    Index offset = -1;
+    Eigen::Matrix<double, kMeasurement, kPose> H_r;
+    Eigen::Matrix<double, kMeasurement, kLandmark> H_l;
+  };
+
+  Slot& slot_of(int id) {
+    if (id < 0) throw std::invalid_argument("EkfSlam: a landmark's number must not be negative");
+    const auto i = static_cast<std::size_t>(id);
+    if (i >= slots_.size()) slots_.resize(i + 1);
+    return slots_[i];
+  }
+
+  /// Innovations and Jacobians of what is known, at the current estimate.
+  void linearise(std::span<const Observation<Model>> observations) {
+    rows_.clear();
+    nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
+    const PoseVector x_r = pose();
+    for (const Observation<Model>& o : observations) {
+      const Slot& slot = slot_of(o.landmark);
+      if (!slot.anchored && slot.offset < 0) continue;
+      const LandmarkVector l =
+          slot.anchored ? slot.position : LandmarkVector(x_.template segment<kLandmark>(slot.offset));
+      const auto predicted = model_.predict(x_r, l);
+      nu_.template segment<kMeasurement>(kMeasurement * static_cast<Index>(rows_.size())) =
+          model_.innovation(o.z, predicted.z);
+      rows_.push_back({slot.anchored ? -1 : slot.offset, predicted.H_r, predicted.H_l});
+    }
+    nu_.conservativeResize(kMeasurement * static_cast<Index>(rows_.size()));
+  }
+
+  /// out = A Hᵀ for a symmetric or general n×n A.
+  void times_H_transposed(const Matrix& A, Matrix& out) const {
+    out.resize(A.rows(), nu_.size());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      auto columns = out.template middleCols<kMeasurement>(kMeasurement * static_cast<Index>(i));
+      columns.noalias() = A.template leftCols<kPose>() * rows_[i].H_r.transpose();
+      if (rows_[i].offset < 0) continue;
+      columns.noalias() += A.template middleCols<kLandmark>(rows_[i].offset) * rows_[i].H_l.transpose();
+    }
+  }
+
+  void compute_innovation_covariance() {
+    times_H_transposed(P_, PHt_);
+    S_.resize(nu_.size(), nu_.size());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      auto block = S_.template middleRows<kMeasurement>(kMeasurement * static_cast<Index>(i));
+      block.noalias() = rows_[i].H_r * PHt_.template topRows<kPose>();
+      if (rows_[i].offset >= 0) {
+        block.noalias() += rows_[i].H_l * PHt_.template middleRows<kLandmark>(rows_[i].offset);
+      }
+      block.template middleCols<kMeasurement>(kMeasurement * static_cast<Index>(i)) += R_;
+    }
+    S_ = (0.5 * (S_ + S_.transpose())).eval();
+  }
+
+  bool correct(UpdateResult& result) {
+    compute_innovation_covariance();
+    llt_.compute(S_);
+    if (llt_.info() != Eigen::Success || !S_.allFinite()) return false;
+    whitened_ = nu_;
+    llt_.matrixL().solveInPlace(whitened_);
+    result.nis = whitened_.squaredNorm();
+    if (rule_.is_sequential()) {
+      if (!sequential_correct()) return false;
+    } else {
+      joseph_correct();
+    }
+    x_.noalias() += K_ * nu_;
+    PoseVector x_r = pose();
+    model_.wrap_pose(x_r);
+    x_.template head<kPose>() = x_r;
+    return true;
+  }
+
+  /// P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ, as A = P − K H P and P ← A − (A Hᵀ − K R) Kᵀ.
+  void joseph_correct() {
+    K_t_ = PHt_.transpose();
+    llt_.solveInPlace(K_t_);
+    K_ = K_t_.transpose();
+    P_.noalias() -= K_ * PHt_.transpose();
+    times_H_transposed(P_, AHt_);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Index c = kMeasurement * static_cast<Index>(i);
+      AHt_.template middleCols<kMeasurement>(c).noalias() -= K_.template middleCols<kMeasurement>(c) * R_;
+    }
+    P_.noalias() -= AHt_ * K_.transpose();
+    P_ = (0.5 * (P_ + P_.transpose())).eval();
+  }
+
+  bool sequential_correct() {
+    Matrix H = Matrix::Zero(nu_.size(), x_.size());
+    Vector r(nu_.size());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Index c = kMeasurement * static_cast<Index>(i);
+      H.template block<kMeasurement, kPose>(c, 0) = rows_[i].H_r;
+      if (rows_[i].offset >= 0) H.template block<kMeasurement, kLandmark>(c, rows_[i].offset) = rows_[i].H_l;
+      r.template segment<kMeasurement>(c) = R_.diagonal();
+    }
+    return sequential_update(P_, layout(), H, r, K_);
+  }
+
+  /// New landmarks with their full cross-covariances: P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.
+  Index initialise(std::span<const Observation<Model>> observations) {
+    Index count = 0;
+    for (const Observation<Model>& o : observations) {
+      Slot& slot = slot_of(o.landmark);
+      if (slot.anchored || slot.offset >= 0) continue;
+      const auto placed = model_.place(pose(), o.z);
+      const Index n = x_.size();
+      slot.offset = n;
+      ids_.push_back(o.landmark);
+      x_.conservativeResize(n + kLandmark);
+      x_.template tail<kLandmark>() = placed.position;
+      P_.conservativeResize(n + kLandmark, n + kLandmark);
+      P_.bottomLeftCorner(kLandmark, n) = placed.J_r * P_.topLeftCorner(kPose, n);
+      P_.topRightCorner(n, kLandmark) = P_.bottomLeftCorner(kLandmark, n).transpose();
+      const Eigen::Matrix<double, kLandmark, kLandmark> own =
+          placed.J_r * P_.template topLeftCorner<kPose, kPose>() * placed.J_r.transpose() +
+          placed.J_z * R_ * placed.J_z.transpose();
+      P_.template bottomRightCorner<kLandmark, kLandmark>() = 0.5 * (own + own.transpose());
+      ++count;
+    }
+    return count;
+  }
+
+  Model model_;
+  ControlMatrix Q_;
+  MeasurementMatrix R_;
+  InflationRule rule_;
+  Vector x_;
+  Matrix P_;
+  std::vector<int> ids_;
+  std::vector<Slot> slots_;  ///< by landmark number
+  MinTraceState min_trace_;
+
+  // Of the last update; kept to be read and so that a step allocates nothing.
+  std::vector<Row> rows_;
+  Vector nu_, whitened_;
+  Matrix S_, K_, K_t_, PHt_, AHt_;
+  Eigen::LLT<Matrix> llt_;
+};
+
+extern template class EkfSlam<PlanarModel>;
+extern template class EkfSlam<MonobotModel>;
+
+}  // namespace credence

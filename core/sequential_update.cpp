@@ -1,0 +1,43 @@
+#include "core/sequential_update.h"
+
+#include <cmath>
+
+#include "core/rank_one_bound.h"
+
+namespace credence {
+namespace {
+
+/// Takes l lᵀ from P, and inflates the map blocks so that they stay uncorrelated.
+void reduce(Matrix& P, const BlockLayout& layout, VectorRef l) {
+  const Index nr = layout.vehicle, nf = P.rows() - nr, d = layout.landmark;
+  P.topLeftCorner(nr, nr) -= l.head(nr) * l.head(nr).transpose();
+  P.topRightCorner(nr, nf) -= l.head(nr) * l.tail(nf).transpose();
+  P.bottomLeftCorner(nf, nr) = P.topRightCorner(nr, nf).transpose();
+
+  const ReductionBound bound = rank_one_bound(l.tail(nf), d);
+  Matrix blocks(d, nf);
+  for (Index j = 0; j < nf; j += d) blocks.middleCols(j, d) = P.block(nr + j, nr + j, d, d);
+  reduce_and_inflate(bound, l.tail(nf), d, blocks);
+  for (Index j = 0; j < nf; j += d) P.block(nr + j, nr + j, d, d) = blocks.middleCols(j, d);
+}
+
+}  // namespace
+
+bool sequential_update(Matrix& P, const BlockLayout& layout, MatrixRef H, VectorRef r, Matrix& K) {
+  K.setZero(P.rows(), H.rows());
+  Vector ph(P.rows());
+  Eigen::RowVectorXd combination(H.rows());
+  for (Index i = 0; i < H.rows(); ++i) {
+    ph.noalias() = P * H.row(i).transpose();
+    const double s = H.row(i).dot(ph) + r[i];
+    if (!(s > 0.0 && std::isfinite(s))) return false;
+    // x_i = x_{i−1} + k_i (z_i − h_i x_{i−1}) and x_{i−1} = x⁻ + K ν give row e_i − h_i K.
+    combination.noalias() = -H.row(i) * K;
+    combination[i] += 1.0;
+    K.noalias() += ph / s * combination;
+    reduce(P, layout, ph / std::sqrt(s));
+  }
+  return true;
+}
+
+}  // namespace credence
