@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+/// @file
+/// P-values of several tests, adjusted so that each may be compared with the level of the whole family.
+///
+/// A NaN p-value (a test without data) is no member of the family and stays NaN. A value outside [0, 1]
+/// throws std::invalid_argument. Results are in the order of the input.
+
+namespace credence {
+
+/// Holm (1979): P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
+std::vector<double> holm(std::span<const double> p_values);
+
+/// Benjamini and Hochberg (1995): expected share of false among the rejections ≤ α for independent or
+/// positively dependent tests, such as the configurations of a sweep that share their noise.
+std::vector<double> benjamini_hochberg(std::span<const double> p_values);
+
+/// Benjamini and Yekutieli (2001): the same under any dependence, at the price of a factor Σ 1/i.
+std::vector<double> benjamini_yekutieli(std::span<const double> p_values);
+
+}  // namespace credence
