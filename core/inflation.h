@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/block_layout.h"
+#include "core/min_trace.h"
 #include "core/types.h"
 
 namespace credence {
@@ -26,5 +27,38 @@ enum class InflationSolution {
 /// P is n×n symmetric psd, n = layout.state_dim(); its symmetry is kept exactly. Throws std::invalid_argument
 /// for a P of another size, and for `sequential`, which is a rule within an update and not a map of P.
 void inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution);
+
+/// What one call of `inflate` did to P.
+struct InflationStep {
+  double added_trace = 0.0;   ///< tr ΔP
+  double relative_gap = 0.0;  ///< min_trace: proven distance of the trace from the minimum; else 0
+  bool converged = true;      ///< min_trace: the gap is the one asked for
+};
+
+/// The same, faster along a run: min_trace starts from where the last step ended, kept in `state` by the
+/// caller (one per run), and returns its certificate, which belongs to every verdict on boundedness.
+InflationStep inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution,
+                      MinTraceState& state, const MinTraceOptions& options = {});
+
+/// What a ΔP is like on the set that it decorrelates.
+struct InflationReport {
+  Index size = 0;               ///< of the set: n for full, n_f for map
+  Index rank = 0;               ///< of ΔP: eigenvalues above the tolerance times the largest
+  double rank_gap = 0.0;        ///< last eigenvalue counted over the first not counted; ∞ if that is ≤ 0
+  double trace = 0.0;           ///< tr ΔP
+  double exact_trace = 0.0;     ///< the minimal tr ΔP for this P
+  double exact_gap = 0.0;       ///< the relative duality gap of exact_trace
+  double trace_ratio = 1.0;     ///< trace / exact_trace; 1 when both are 0
+  double min_eigenvalue = 0.0;  ///< of ΔP on the set, in its own units
+  double min_relative_eigenvalue = 0.0;  ///< of ΔP scaled to unit diagonal: ≥ −1e-14 or so is psd
+};
+
+/// Describes the step from P_before to P_after, which `inflate` or any other rule made.
+///
+/// Rank and relative eigenvalue are those of ΔP scaled to unit diagonal (no row by more than 1e3), so that
+/// they do not depend on the units of the states. O(n³). Throws std::invalid_argument for sizes that do not
+/// match.
+InflationReport describe_inflation(MatrixRef P_before, MatrixRef P_after, const BlockLayout& layout,
+                                   Inflation inflation, double rank_tolerance = 1e-8);
 
 }  // namespace credence

@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/SVD>
-#include <cmath>
 #include <stdexcept>
+
+#include "core/polar.h"
 
 namespace credence {
 namespace {
@@ -20,13 +21,6 @@ struct Moduli {
   Block<Rows, Rows> left;
   Block<Cols, Cols> right;
 };
-
-template <typename Derived>
-void mirror_lower(Eigen::MatrixBase<Derived>& M) {
-  for (Index j = 0; j < M.cols(); ++j) {
-    for (Index i = j + 1; i < M.rows(); ++i) M(j, i) = M(i, j);
-  }
-}
 
 Moduli<1, 1> moduli(const Block<1, 1>& C) { return {C.cwiseAbs(), C.cwiseAbs()}; }
 
@@ -44,49 +38,23 @@ requires(Rows > 1) Moduli<Rows, 1> moduli(const Block<Rows, 1>& c) {
   return out;
 }
 
-/// 2×2: the orthogonal polar factor is U = (C ± cof C)/‖C‖_* with the sign of det C, and the moduli are
-/// C Uᵀ and Uᵀ C. No square of C is formed, so nothing is lost when C is nearly singular.
+/// 2×2: with the orthogonal polar factor U of C the moduli are C Uᵀ and Uᵀ C.
 Moduli<2, 2> moduli(const Block<2, 2>& C) {
-  const double a = C(0, 0), b = C(0, 1), c = C(1, 0), d = C(1, 1);
-  const double sign = a * d < b * c ? -1.0 : 1.0;
-  const double p = a + sign * d;
-  const double q = b - sign * c;
-  const double nuclear = std::sqrt(p * p + q * q);
+  const Eigen::Matrix2d U = orthogonal_factor(C);
   Moduli<2, 2> out;
-  if (nuclear == 0.0) {
-    out.left.setZero();
-    out.right.setZero();
-    return out;
-  }
-  // U = [u v; −sign·v sign·u]
-  const double u = p / nuclear, v = q / nuclear;
-  const double left_off = c * u + d * v;
-  const double right_off = b * u + sign * (d * -v);
-  out.left << a * u + b * v, left_off, left_off, sign * (d * u - c * v);
-  out.right << a * u - sign * (c * v), right_off, right_off, b * v + sign * (d * u);
+  out.left.noalias() = C * U.transpose();
+  out.right.noalias() = U.transpose() * C;
+  mirror_lower(out.left);
+  mirror_lower(out.right);
   return out;
 }
 
 /// m×2, m > 2: C = Q T with two orthonormal columns, then the 2×2 case for T.
 template <int Rows>
 requires(Rows > 2) Moduli<Rows, 2> moduli(const Block<Rows, 2>& C) {
-  // The larger column first: Gram-Schmidt then loses nothing when the columns are nearly parallel.
-  const int first = C.col(0).squaredNorm() >= C.col(1).squaredNorm() ? 0 : 1;
-  const int second = 1 - first;
-  Block<Rows, 2> Q = Block<Rows, 2>::Zero();
-  Block<2, 2> T = Block<2, 2>::Zero();
-  T(0, first) = C.col(first).norm();
-  if (T(0, first) > 0.0) {
-    Q.col(0) = C.col(first) / T(0, first);
-    Block<Rows, 1> rest = C.col(second);
-    for (int pass = 0; pass < 2; ++pass) {
-      const double along = Q.col(0).dot(rest);
-      rest -= along * Q.col(0);
-      T(0, second) += along;
-    }
-    T(1, second) = rest.norm();
-    if (T(1, second) > 0.0) Q.col(1) = rest / T(1, second);
-  }
+  Block<Rows, 2> Q;
+  Block<2, 2> T;
+  thin_qr(C, Q, T);
   const Moduli<2, 2> inner = moduli(T);
   Moduli<Rows, 2> out;
   const Block<Rows, 2> half = Q * inner.left;

@@ -76,7 +76,9 @@ std::vector<Case> cases() {
   std::vector<Case> all;
   for (const BlockLayout& layout : {kMonobot, kPlanar, kBody, kLarge, kPoint}) {
     for (Inflation inflation : {Inflation::full, Inflation::map}) {
-      all.push_back({layout, inflation, InflationSolution::pairwise});
+      for (InflationSolution solution : {InflationSolution::pairwise, InflationSolution::min_trace}) {
+        all.push_back({layout, inflation, solution});
+      }
     }
   }
   return all;
@@ -104,6 +106,93 @@ TEST(Inflate, OneLandmarkMapIsTheOptimalFilter) {
   Matrix D = P;
   inflate(D, layout, Inflation::map, InflationSolution::pairwise);
   EXPECT_TRUE(D == P);
+}
+
+TEST(Inflate, TheSecondStepOfTheMonobotByHand) {
+  // Q = R = 0.1, P0 = I, N = 1: step 1 finds nothing to remove; S = 1.1 + 1 + 0.1, so that after its update
+  // cov(r, f) = 1.1/2.2 = 0.5. Full inflation then adds |0.5| to both variances, and removes the covariance.
+  const LinearModel model = monobot_model(1, 0, 0.1, 0.1, 1.0);
+  Matrix P = model.P0 + model.G * model.Q * model.G.transpose();
+  MinTraceState state;
+  EXPECT_EQ(inflate(P, model.layout, Inflation::full, InflationSolution::min_trace, state).added_trace, 0.0);
+  P -= P * model.H.transpose() * model.H * P / 2.2;
+  EXPECT_NEAR(P(0, 1), 0.5, 1e-15);
+  Matrix D = P;
+  EXPECT_NEAR(inflate(D, model.layout, Inflation::full, InflationSolution::pairwise, state).added_trace, 1.0,
+              1e-14);
+  EXPECT_NEAR(D(0, 0), P(0, 0) + 0.5, 1e-14);
+  EXPECT_NEAR(D(1, 1), P(1, 1) + 0.5, 1e-14);
+  EXPECT_EQ(D(0, 1), 0.0);
+}
+
+TEST(Inflate, ReturnsTheCertificateOfTheExactSolution) {
+  const Matrix P = random_covariance(13, 13, 8);
+  MinTraceState state;
+  Matrix D = P;
+  const InflationStep step = inflate(D, kPlanar, Inflation::map, InflationSolution::min_trace, state);
+  EXPECT_TRUE(step.converged);
+  EXPECT_LT(step.relative_gap, 1e-9);
+  EXPECT_NEAR(step.added_trace, (D - P).trace(), 1e-12 * P.trace());
+  Matrix pairwise = P;
+  EXPECT_LT(step.added_trace,
+            inflate(pairwise, kPlanar, Inflation::map, InflationSolution::pairwise, state).added_trace);
+}
+
+TEST(DescribeInflation, OfTheExactSolution) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    for (Inflation inflation : {Inflation::full, Inflation::map}) {
+      const Matrix P = random_covariance(13, 13, seed);
+      Matrix D = P;
+      inflate(D, kPlanar, inflation, InflationSolution::min_trace);
+      const InflationReport report = describe_inflation(P, D, kPlanar, inflation);
+      EXPECT_EQ(report.size, inflation == Inflation::full ? 13 : 10);
+      EXPECT_LE(report.rank, report.size - 2);
+      EXPECT_GT(report.rank_gap, 1e4);
+      EXPECT_NEAR(report.trace_ratio, 1.0, 1e-9);
+      EXPECT_LT(report.exact_gap, 1e-9);
+      EXPECT_GE(report.min_relative_eigenvalue, -1e-13);
+      EXPECT_GE(report.min_eigenvalue, -1e-13 * P.trace());
+    }
+  }
+}
+
+TEST(DescribeInflation, OfThePairwiseSumAndOfNothing) {
+  const Matrix P = random_covariance(13, 13, 4);
+  Matrix D = P;
+  inflate(D, kPlanar, Inflation::full, InflationSolution::pairwise);
+  const InflationReport pairwise = describe_inflation(P, D, kPlanar, Inflation::full);
+  EXPECT_EQ(pairwise.rank, 13);
+  EXPECT_GT(pairwise.trace_ratio, 1.1);
+  EXPECT_NEAR(pairwise.trace, (D - P).trace(), 1e-12 * P.trace());
+
+  const InflationReport nothing = describe_inflation(P, P, kPlanar, Inflation::none);
+  EXPECT_EQ(nothing.rank, 0);
+  EXPECT_EQ(nothing.trace, 0.0);
+  EXPECT_EQ(nothing.trace_ratio, 1.0);
+}
+
+TEST(DescribeInflation, TheRankDoesNotDependOnTheUnits) {
+  // Two positive scalars and a third: a Laplacian, rank 2, whatever the units of the states.
+  const BlockLayout layout{.vehicle = 1, .landmark = 1, .landmarks = 2};
+  Matrix delta(3, 3);
+  delta << 3, -1, -2, -1, 2, -1, -2, -1, 3;
+  const Vector units{{1.0, 1e-2, 1e-1}};
+  const Matrix zero = Matrix::Zero(3, 3);
+  EXPECT_EQ(describe_inflation(zero, delta, layout, Inflation::full).rank, 2);
+  EXPECT_EQ(
+      describe_inflation(zero, units.asDiagonal() * delta * units.asDiagonal(), layout, Inflation::full).rank,
+      2);
+}
+
+TEST(DescribeInflation, AnIndefiniteStepIsSeen) {
+  const BlockLayout layout{.vehicle = 0, .landmark = 1, .landmarks = 2};
+  Matrix P(2, 2);
+  P << 1.0, 0.5, 0.5, 1.0;
+  // Dropping the covariance without paying for it: ΔP = [0 −½; −½ 0] and one more on the first state.
+  const Matrix D = Vector{{2.0, 1.0}}.asDiagonal();
+  EXPECT_LT(describe_inflation(P, D, layout, Inflation::map).min_eigenvalue, -0.2);
+  EXPECT_LT(describe_inflation(P, D, layout, Inflation::map).min_relative_eigenvalue, -0.2);
+  EXPECT_THROW(describe_inflation(P, Matrix::Identity(3, 3), layout, Inflation::map), std::invalid_argument);
 }
 
 /// Monobot with Q = R = 0.1, P0 = I after 100 steps of predict, inflate, update (theory: section 6).
@@ -149,7 +238,7 @@ INSTANTIATE_TEST_SUITE_P(
             Reference{2, 0, Inflation::full, 12.705589127, 4.365422020, 1.433954337, 1.465733842,
                       0.651148708},
             Reference{2, 0, Inflation::map, 1.872825161, 1.165749407, 0.383847064, 0.390951171, 0.437066470}),
-        testing::Values(InflationSolution::pairwise)));
+        testing::Values(InflationSolution::pairwise, InflationSolution::min_trace)));
 
 }  // namespace
 }  // namespace credence
