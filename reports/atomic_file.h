@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string_view>
+
+/// @file
+/// Output files appear whole or not at all.
+
+namespace credence {
+
+/// An output file cannot be written; the message names the path and the reason.
+class OutputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A file written beside its target and renamed onto it by commit(); without commit() the target keeps what
+/// it had. A target that exists must be a regular file (or a link to one). Every failure throws OutputError.
+class AtomicFile {
+ public:
+  explicit AtomicFile(const std::filesystem::path& target);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  void write(std::string_view bytes);
+  /// Flushes to the disk and replaces the target.
+  void commit();
+
+ private:
+  [[noreturn]] void fail(int error) const;
+
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  int descriptor_ = -1;
+};
+
+/// Writes `bytes` as the whole content of `target`; OutputError when it cannot.
+void write_file(const std::filesystem::path& target, std::string_view bytes);
+
+}  // namespace credence

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+/// @file
+/// How a number is shown to a person. Machines get the shortest round-trip form instead (JSON, CSV).
+
+namespace credence {
+
+/// `value` rounded to `significant` digits (1 to 17): "0.3838", "−12.71", "1.300e7"; digits of the integer
+/// part are never cut. Very small and very large magnitudes take an exponent; "∞", "−∞" and "nan" are words.
+std::string number_text(double value, int significant = 4);
+
+}  // namespace credence

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+/// @file
+/// What reports need to know of UTF-8: names of scenarios and files are other people's bytes.
+
+namespace credence {
+
+/// `text` as one line that is safe to show: invalid UTF-8 becomes U+FFFD; control characters (so also line
+/// breaks and terminal escapes), bidirectional overrides and private-use characters become a space or vanish.
+std::string printable_line(std::string_view text);
+
+/// Columns that `text` takes on a terminal: 0 for combining marks, 2 for wide East Asian characters, else 1.
+/// Expects what printable_line returns.
+std::size_t display_width(std::string_view text);
+
+/// The code point that starts at `position`, which is moved behind it; U+FFFD for an invalid byte.
+char32_t next_code_point(std::string_view text, std::size_t& position);
+
+/// Appends `code_point` in UTF-8.
+void append_utf8(std::string& out, char32_t code_point);
+
+}  // namespace credence
