@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace credence {
+
+/// `text` as one printable line (see printable_line) with & < > and both quotes as entities: safe as content
+/// and as the value of an attribute, in HTML and in XML.
+std::string escape_html(std::string_view text);
+
+}  // namespace credence
