@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/block_layout.h"
 #include "core/inflation.h"
 #include "core/rank_inflation.h"
 #include "core/types.h"

@@ -81,18 +81,6 @@ void check_landmarks(const Resolution& r) {
   }
 }
 
-/// The largest rank that a range within the state allows.
-Index largest_rank(const BlockLayout& layout, InflationRange range) {
-  switch (range) {
-    case InflationRange::map:
-      return layout.landmark * layout.landmarks;
-    case InflationRange::difference:
-      return layout.landmark * std::max<Index>(layout.landmarks - 1, 0);
-    default:
-      return layout.state_dim();
-  }
-}
-
 void check_filter(const Resolution& r) {
   const FilterSettings& filter = r.scenario.filter;
   if (filter.inflation == FilterInflation::full && filter.solution == InflationSolution::sequential) {
@@ -101,8 +89,9 @@ void check_filter(const Resolution& r) {
                  "\"min-trace\"");
   }
   if (filter.inflation != FilterInflation::rank) return;
-  const Index most = largest_rank(block_layout(r.scenario), filter.inflation_range);
-  const Index least = filter.inflation_range == InflationRange::with_vehicle ? 1 : 0;
+  const Index most = max_inflation_rank(block_layout(r.scenario), filter.inflation_range);
+  const Index noises = r.scenario.world.model == WorldModel::planar ? 2 : 1;  // rank G
+  const Index least = filter.inflation_range == InflationRange::with_vehicle ? noises : 0;
   if (filter.inflation_rank < least || filter.inflation_rank > most) {
     r.impossible(
         "filter", "inflation_rank",

@@ -141,10 +141,10 @@ std::vector<ScenarioKey> filter_keys() {
       {"filter", "inflation_rank", "", "rank of the constant added covariance",
        integer<kFilter, &F::inflation_rank>(0, 3'000'000), is_of_rank, kOnlyRank, is_of_rank},
       {"filter", "inflation_range", "",
-       "where its range lies: anywhere, in the landmarks, containing the vehicle's own noise, in the "
-       "differences of landmarks",
+       "where the range of the constant added covariance lies: anywhere, in the landmarks, containing the "
+       "vehicle's own noise, in the differences of landmarks",
        choice<kFilter, &F::inflation_range>(InflationRange::difference), is_of_rank, kOnlyRank, is_of_rank},
-      {"filter", "inflation_scale", "m^2", "its non-zero eigenvalues",
+      {"filter", "inflation_scale", "m^2", "every non-zero eigenvalue of the constant added covariance",
        real<kFilter, &F::inflation_scale>(kPositive), is_of_rank, kOnlyRank, is_of_rank},
   };
 }

@@ -4,142 +4,15 @@
 
 #include <algorithm>
 #include <optional>
-#include <stdexcept>
 #include <unordered_map>
 
 #include "montecarlo/scenario_resolve.h"
 #include "montecarlo/scenario_schema.h"
 #include "montecarlo/scenario_text.h"
-#include "montecarlo/sweep_plan_values.h"
+#include "montecarlo/sweep_plan_axes.h"
 
 namespace credence {
 namespace {
-
-/// One value of an axis: what sorts it, and the setting that it makes.
-struct AxisValue {
-  double rank = 0.0;  ///< the number itself, or the index of the word
-  Setting setting;
-};
-
-struct Axis {
-  const ScenarioKey* key = nullptr;
-  std::string place;
-  std::vector<AxisValue> values;
-};
-
-using Indices = std::vector<std::size_t>;  // a point: the index of the value on each axis
-
-const ScalarValue& scalar_of(const Setting& setting) { return std::get<ScalarValue>(setting.value); }
-
-double rank_of(const ScenarioKey& key, const Scenario& scenario) {
-  if (const auto* real = std::get_if<RealField>(&key.field)) return real->get(scenario);
-  if (const auto* integer = std::get_if<IntegerField>(&key.field)) {
-    return static_cast<double>(integer->get(scenario));
-  }
-  return static_cast<double>(std::get<ChoiceField>(key.field).get(scenario));
-}
-
-std::vector<ScalarValue> expand(const Setting& setting) {
-  std::vector<ScalarValue> written;
-  if (const auto* scalar = std::get_if<ScalarValue>(&setting.value)) {
-    written.push_back(*scalar);
-  } else {
-    written = std::get<std::vector<ScalarValue>>(setting.value);
-  }
-  std::vector<ScalarValue> values;
-  try {
-    for (const ScalarValue& value : written) {
-      const auto* text = std::get_if<std::string>(&value);
-      const std::vector<ScalarValue> more = text == nullptr ? std::vector{value} : expand_sweep_list(*text);
-      values.insert(values.end(), more.begin(), more.end());
-    }
-  } catch (const std::invalid_argument& error) {
-    throw ScenarioError(fmt::format("{}: {}", setting.place, error.what()));
-  }
-  if (values.empty()) throw ScenarioError(fmt::format("{}: must name at least one value", setting.place));
-  return values;
-}
-
-/// The place of one value, which is that of its list with the value beside it.
-std::string value_place(const Setting& setting, const ScalarValue& value) {
-  return fmt::format("{}, value {}", setting.place, value_text(value));
-}
-
-Axis make_axis(const Setting& setting, std::span<const Setting> settings) {
-  Axis axis{find_scenario_key(setting.section, setting.key), setting.place, {}};
-  if (axis.key == nullptr) throw_unknown_key(setting, settings);
-  if (axis.key->path() == "study.runs" || axis.key->path() == "study.confidence") {
-    throw ScenarioError(
-        fmt::format("{}: cannot be swept, since it makes no other configuration; set it once in "
-                    "[study]",
-                    setting.place));
-  }
-  Scenario scratch;
-  for (const ScalarValue& value : expand(setting)) {
-    std::string place = value_place(setting, value);
-    const std::string wrong = set_key(*axis.key, value, scratch);
-    if (!wrong.empty()) throw ScenarioError(fmt::format("{}: {}", place, wrong));
-    // Read back, so that 1 and 1.0 are one value of a real key.
-    axis.values.push_back({rank_of(*axis.key, scratch),
-                           {setting.section, setting.key, key_value(*axis.key, scratch), std::move(place)}});
-  }
-  return axis;
-}
-
-void sort_values(Axis& axis) {
-  std::stable_sort(axis.values.begin(), axis.values.end(),
-                   [](const AxisValue& a, const AxisValue& b) { return a.rank < b.rank; });
-  const auto last = std::unique(
-      axis.values.begin(), axis.values.end(),
-      [](const AxisValue& a, const AxisValue& b) { return scalar_of(a.setting) == scalar_of(b.setting); });
-  axis.values.erase(last, axis.values.end());
-}
-
-void check_count(double count, const std::string& file) {
-  if (count > static_cast<double>(kLargestSweep)) {
-    throw ScenarioError(
-        fmt::format("{}: [sweep] has {:.0f} points; at most {} are accepted", file, count, kLargestSweep));
-  }
-}
-
-/// All combinations, the last axis fastest: ascending, as the values are.
-std::vector<Indices> grid_points(const std::vector<Axis>& axes, const std::string& file) {
-  double count = 1.0;
-  for (const Axis& axis : axes) count *= static_cast<double>(axis.values.size());
-  check_count(count, file);
-  std::vector<Indices> points;
-  Indices point(axes.size(), 0);
-  for (auto left = static_cast<std::size_t>(count); left > 0; --left) {
-    points.push_back(point);
-    for (std::size_t a = axes.size(); a-- > 0;) {
-      if (++point[a] < axes[a].values.size()) break;
-      point[a] = 0;
-    }
-  }
-  return points;
-}
-
-std::vector<Indices> zip_points(const std::vector<Axis>& axes) {
-  std::vector<Indices> points;
-  if (axes.empty()) return {Indices{}};
-  const std::size_t count = axes.front().values.size();
-  for (const Axis& axis : axes) {
-    if (axis.values.size() == count) continue;
-    throw ScenarioError(
-        fmt::format("{}: has {} values, but {} has {}; with mode = \"zip\" all lists must be of "
-                    "one length",
-                    axis.place, axis.values.size(), axes.front().key->path(), count));
-  }
-  for (std::size_t i = 0; i < count; ++i) points.emplace_back(axes.size(), i);
-  std::stable_sort(points.begin(), points.end(), [&](const Indices& a, const Indices& b) {
-    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-      const double left = axes[axis].values[a[axis]].rank, right = axes[axis].values[b[axis]].rank;
-      if (left != right) return left < right;
-    }
-    return false;
-  });
-  return points;
-}
 
 struct Options {
   SweepMode mode = SweepMode::grid;
@@ -196,12 +69,12 @@ class PointMaker {
         base_count_(settings_.size()),
         file_(file) {}
 
-  void add(const Indices& indices) {
+  void add(const AxisIndices& indices) {
     SweepPoint point;
     settings_.resize(base_count_);
     for (std::size_t a = 0; a < axes_.size(); ++a) {
       settings_.push_back(axes_[a].values[indices[a]].setting);
-      point.values.push_back(scalar_of(settings_.back()));
+      point.values.push_back(axes_[a].values[indices[a]].value());
     }
     const std::optional<Scenario> scenario = resolve(point);
     if (!scenario) return;
@@ -273,18 +146,18 @@ SweepPlan plan_sweep(const ScenarioDocument& document) {
   }
   std::sort(axes.begin(), axes.end(), [](const Axis& a, const Axis& b) { return a.key < b.key; });
   if (options.mode == SweepMode::grid) std::for_each(axes.begin(), axes.end(), sort_values);
-  const std::vector<Indices> points =
+  const std::vector<AxisIndices> points =
       options.mode == SweepMode::grid ? grid_points(axes, document.file) : zip_points(axes);
 
   SweepPlan plan{document.name, options.mode, options.skip_impossible, {}, {}, 0, 0};
   for (const Axis& axis : axes) plan.axes.push_back({axis.key->path(), {}});
   PointMaker maker(plan, axes, unswept(document, axes), document.file);
-  for (const Indices& point : points) maker.add(point);
+  for (const AxisIndices& point : points) maker.add(point);
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const bool is_zip = options.mode == SweepMode::zip;
     for (std::size_t i = 0; i < axes[a].values.size(); ++i) {
       const std::size_t at = is_zip ? points[i][a] : i;
-      plan.axes[a].values.push_back(scalar_of(axes[a].values[at].setting));
+      plan.axes[a].values.push_back(axes[a].values[at].value());
     }
   }
   if (plan.points.empty()) {

@@ -8,9 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
 #include "montecarlo/scenario_schema.h"
 #include "montecarlo/scenario_text.h"
+#include "montecarlo/sweep_plan.h"
 
 namespace credence {
 namespace {
@@ -241,6 +243,9 @@ TEST(Scenario, NoiseGroupAndIdentityDependOnWhatTheySay) {
   for (const char* other : {"world.landmarks=3", "noise.process_variance=0.2", "world.observability=full"}) {
     EXPECT_NE(noise_group(load(kMonobot, {other})), noise_group(base)) << other;
   }
+  for (const char* other : {"initial.position_std=0.1", "noise.range_std=0.2", "world.path=eight"}) {
+    EXPECT_NE(noise_group(load(kPlanar, {other})), noise_group(load(kPlanar))) << other;
+  }
   for (const char* same : {"study.runs=7", "study.confidence=0.9"}) {
     EXPECT_EQ(configuration_id(load(kMonobot, {same})), configuration_id(base)) << same;
   }
@@ -266,6 +271,69 @@ TEST(Scenario, EveryKeyHasADefaultThatIsAccepted) {
     }
     EXPECT_EQ(find_scenario_key(key.section, key.name), &key);
   }
+}
+
+std::string content_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(ScenarioReference, IsWhatTheTableSays) {
+  const std::string page = content_of(std::filesystem::path(CREDENCE_SOURCE_DIR) / "docs/scenario.md");
+  EXPECT_THAT(page, HasSubstr(scenario_reference()));
+  for (const ScenarioKey& key : scenario_keys()) {
+    EXPECT_THAT(scenario_help(), HasSubstr("  " + std::string(key.name) + " = "));
+  }
+}
+
+TEST(ScenarioReference, ItsExamplesAndMessagesAreTrue) {
+  const std::string page = content_of(std::filesystem::path(CREDENCE_SOURCE_DIR) / "docs/scenario.md");
+  int examples = 0;
+  for (std::size_t at = page.find("```toml\n"); at != std::string::npos;
+       at = page.find("```toml\n", at + 1)) {
+    const std::string example = page.substr(at + 8, page.find("```", at + 8) - at - 8);
+    EXPECT_GE(plan_sweep(read_scenario_text(example, "docs/scenario.md")).points.size(), 1U);
+    ++examples;
+  }
+  EXPECT_EQ(examples, 2);
+  const auto said = [](const char* text) {
+    try {
+      load_scenario_text(text, "scenarios/little.toml");
+    } catch (const ScenarioError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(page,
+              HasSubstr(said("[world]\nmodel = \"monobot\"\n\n\n[noise]\nmeasurement_variance = -1\n")));
+  EXPECT_THAT(page, HasSubstr(said("[world]\nmodel = \"monobot\"\nlandmark = 2\n")));
+  EXPECT_THAT(page, HasSubstr(message(kMonobot, {"filter.inflation=maps"})));
+}
+
+// Settings that their switches turn off are welcome: one writes them all and turns the switches.
+TEST(Scenario, AcceptsEveryKeyAtItsDefault) {
+  const std::string text = R"([world]
+model = "monobot"            # "monobot" | "planar"
+landmarks = 2
+observability = "partial"    # "partial" | "full"
+anchors = 1                  # with "full"; in the plane full observability needs 2
+[noise]
+process_variance = 0.1
+measurement_variance = 0.1
+initial_variance = 1.0
+[filter]
+inflation = "none"
+solution = "pairwise"
+process_scale = 1.0
+measurement_scale = 1.0
+[study]
+runs = 200
+steps = 100
+seed = 1
+confidence = 0.95
+[sweep]
+)";
+  EXPECT_EQ(load(text), load(kMonobot));
 }
 
 struct Hostile {
