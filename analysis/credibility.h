@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "core/types.h"
+
+namespace credence {
+
+/// How far the claimed covariances are from the errors really made, in decibels (Li and Zhao).
+struct CredibilityIndex {
+  std::int64_t runs = 0;
+  double noncredibility = 0.0;        ///< NCI: 0 for a credible filter of infinitely many runs
+  double noncredibility_floor = 0.0;  ///< what a consistent filter shows with this many runs
+  double inclination = 0.0;           ///< I²: above 0 optimistic, below 0 pessimistic
+  double expected_inclination = 0.0;  ///< of a consistent filter with this many runs
+  double lower = 0.0, upper = 0.0;    ///< interval of the inclination less its expected value
+  double p_value = 0.0;               ///< that the filter is consistent, by the inclination
+  std::string_view reason;            ///< why there is no index (numbers NaN), else empty
+};
+
+/// The noncredibility index and the inclination indicator of one step,
+///
+///   NCI = (10/M) Σ |log₁₀ ρ_i|,  I² = (10/M) Σ log₁₀ ρ_i,  ρ_i = e_iᵀ P_i⁻¹ e_i / e_iᵀ Σ̂⁻¹ e_i,
+///
+/// with Σ̂ = (1/M) Σ e_i e_iᵀ (X. R. Li, Z. Zhao, "Measuring Estimator's Credibility: Noncredibility Index",
+/// Fusion 2006). For a consistent filter E[ln ρ] = ψ(M/2) − ln(M/2) exactly, as e_iᵀ Σ̂⁻¹ e_i / M is a Beta
+/// variable, and asymptotically the mean of ln ρ has variance 2/(nM) and E|ln ρ| = 2/√(πM): the interval and
+/// the p-value rest on that (M from about 10 n).
+/// errors: M vectors of dimension n < M; covariances: M of them, or one for all runs. Not positive definite
+/// or not finite: no index, with a reason. Throws std::invalid_argument for sizes that differ or a confidence
+/// outside (0, 1).
+CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<const Matrix> covariances,
+                                   double confidence);
+
+}  // namespace credence

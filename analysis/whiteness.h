@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "core/types.h"
+
+/// @file
+/// Whiteness of the normalised innovation u_k = L⁻¹ ν_k, S_k = L Lᵀ (theory: section 7).
+///
+/// For a consistent filter the u_k are independent N(0, I). The test looks at the products u_k u_{k−h}ᵀ,
+/// summed over steps and runs, after standardising them by the measured covariance of u: so it sees
+/// correlation in time and not a wrong scale, which is the business of the NIS verdict. The mean is known to
+/// be zero and is not subtracted: a biased innovation is not white either (whiteness_innovation_mean.h names
+/// that cause).
+
+namespace credence {
+
+/// Σ u_k u_{k−h}ᵀ for the lags h = 0 … H over any number of runs: additive, so chunks merge by summing.
+class LagProducts {
+ public:
+  /// Throws std::invalid_argument unless dim ≥ 1 and lags ≥ 1.
+  LagProducts(Index dim, Index lags);
+  /// From stored sums, index h = 0 … H; throws for sizes that do not agree or a negative number of pairs.
+  LagProducts(std::vector<Matrix> products, std::vector<std::int64_t> pairs, std::int64_t invalid);
+
+  /// The next values belong to another run: no product spans two runs.
+  void begin_run();
+  /// The next step's normalised innovation; throws std::invalid_argument for another dimension.
+  /// A value that is not finite counts as missing and is counted as such.
+  void add(VectorRef u);
+  /// A step without measurement: time goes on, its products are left out.
+  void add_missing();
+  /// Adds the sums of `other`; throws std::invalid_argument for another dimension or number of lags.
+  void merge(const LagProducts& other);
+
+  Index dim() const { return dim_; }
+  Index lags() const { return static_cast<Index>(products_.size()) - 1; }
+  const Matrix& product(Index lag) const { return products_[static_cast<std::size_t>(lag)]; }
+  std::int64_t pairs(Index lag) const { return pairs_[static_cast<std::size_t>(lag)]; }
+  std::int64_t invalid() const { return invalid_; }
+
+ private:
+  Index dim_;
+  std::vector<Matrix> products_;     // index h
+  std::vector<std::int64_t> pairs_;  // products summed at lag h
+  std::int64_t invalid_ = 0;
+  std::vector<Vector> recent_;  // the last H values of this run, the newest last; empty where missing
+};
+
+/// The autocorrelation of the innovation and its portmanteau test.
+struct WhitenessTest {
+  std::int64_t values = 0;
+  Index dim = 0;
+  std::vector<double> autocorrelation;  ///< lags 1 … H, averaged over the components
+  std::vector<double> band;             ///< half-width of the pointwise band around 0 at `confidence`
+  double share_outside = 0.0;           ///< of the lags outside their band
+  double statistic = 0.0;               ///< ~ χ²(dof) when white
+  double dof = 0.0;                     ///< H m²
+  double p_value = 0.0;
+  bool white = false;       ///< p_value > 1 − confidence
+  std::string_view reason;  ///< why there is no test (p_value NaN), else empty
+};
+
+/// The multivariate portmanteau test of Hosking (1980), which for one component and one run is Ljung and Box
+/// (1978), over many runs:
+///
+///   Q = Σ_h m² ‖C_0^{-1/2} C_h C_0^{-1/2}‖_F² / E_h ~ χ²(H m²),
+///   E_h = c_h / (N (N + 2)) [m + m (m − 1) (N + 1) / (N − 1)],
+///
+/// with c_h products at lag h and N values. E_h is the exact mean of the norm for Gaussian white u (the
+/// whitened values are uniform on the Stiefel manifold). No dof is subtracted, as no model was fitted to the
+/// innovations. Approximate: needs N well above H m². Lags without products are left out, with their dof.
+WhitenessTest test_whiteness(const LagProducts& products, double confidence);
+
+}  // namespace credence
