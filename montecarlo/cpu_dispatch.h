@@ -9,7 +9,7 @@ namespace credence {
 enum class InstructionSet {
   scalar,  ///< any machine; slow where fused multiply-add is done in software
   avx2,    ///< AVX2 and FMA
-  avx512,  ///< AVX-512 F, DQ and VL
+  avx512,  ///< AVX-512 F, BW, DQ and VL
 };
 
 /// True if this binary was built with kernels for `set`, and the machine and its operating system run them.

@@ -9,7 +9,7 @@ namespace credence {
 namespace {
 
 constexpr std::int64_t kSlots = std::int64_t{1} << 24;
-constexpr std::int64_t kSteps = (std::int64_t{1} << 32) - 1;
+constexpr std::int64_t kSteps = (std::int64_t{1} << 32) - 3;
 constexpr std::uint32_t kUniform = std::uint32_t{1} << 31;
 
 /// Output function of splitmix64 (Steele, Lea, Flood 2014), a bijection.
@@ -49,7 +49,7 @@ void NoiseSource::normals(std::int64_t run, std::int64_t step, NoisePurpose purp
                           std::int64_t first_slot) const {
   const auto count = static_cast<std::int64_t>(out.size());
   check_key(run, step, first_slot, count);
-  kernel_->slots(block_key(key_, run, (step + 1) / 2, purpose), static_cast<unsigned>((step + 1) % 2),
+  kernel_->slots(block_key(key_, run, (step + 3) / 4, purpose), static_cast<unsigned>((step + 3) % 4),
                  static_cast<std::uint32_t>(first_slot), out.data(), count);
 }
 

@@ -14,17 +14,19 @@
 ///   key      64 bits: splitmix64(splitmix64(seed) ^ group), low word first, where splitmix64 is the output
 ///            function of Steele et al. (2014), a bijection: no two groups of one seed share a key
 ///   counter  word 0  run, low 32 bits
-///            word 1  (step + 1) / 2 for normals, step for uniforms
+///            word 1  (step + 3) / 4 for normals, step for uniforms
 ///            word 2  slot (bits 0-23), purpose (bits 24-30), 1 for uniforms (bit 31)
 ///            word 3  run, high 32 bits
 ///
-/// One block of 128 bits gives one Box–Muller pair: the normals of the steps 2t − 1 and 2t of one slot. (A
-/// pair over steps and not over slots wastes no normal, however few slots a model has.) The bits 0-51 of each
-/// half of the block are a uniform number, its bit 63 a sign or the order of the pair.
+/// One block of 128 bits gives two Box–Muller pairs: the normals of the steps 4t − 3 … 4t of one slot. (Pairs
+/// over steps and not over slots waste no normal, however few slots a model has.) Of the 64 bits of a pair
+/// with the bytes B7 … B0 the radius takes B7 B6 … as a binary fraction of 52 bits, the angle the low half of
+/// B0, then B1 B2 …, 52 bits too; bits 7 and 6 of B0 are a sign and the order of the pair. Radius and angle
+/// so share only bits that are worth less than 2^−28 in at least one of them.
 ///
 /// Logarithm, sine and cosine are polynomials with explicit fused multiply-adds, no library function: a
-/// number has the same bits on every machine and at every SIMD width. They are within 4 ulp of the exact
-/// function of the block, and reach 8.49 standard deviations.
+/// number has the same bits on every machine and at every SIMD width. The normals are within 4 ulp of the
+/// exact function of their bits, never infinite, and reach 8.57 standard deviations.
 
 namespace credence {
 
@@ -42,7 +44,7 @@ enum class NoisePurpose : std::uint32_t {
 /// Standard normals, and uniforms, as a pure function of (seed, noise group, run, step, purpose, slot).
 ///
 /// Cheap to copy, safe to share between threads. All functions throw std::invalid_argument unless
-/// 0 <= run, 0 <= step < 2^32 − 1 and 0 <= slot < 2^24.
+/// 0 <= run, 0 <= step < 2^32 − 3 and 0 <= slot < 2^24.
 class NoiseSource {
  public:
   /// `group` names what shares its noise: two filters under test in one noise group see the same noise.

@@ -3,10 +3,12 @@
 // Compiled with the flags of its instruction set: only intrinsics and plain headers here, everything in an
 // anonymous namespace, or the linker could take an inline function of this file for the portable program.
 
-#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
+#if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
 
 #if !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // g++ 12 warns of its own header (GCC bug 105593)
+// g++ 12 warns of its own header (GCC bug 105593)
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 #include <immintrin.h>
 
@@ -22,7 +24,8 @@ namespace {
 }  // namespace
 
 const NormalKernel* normal_kernel_avx512() {
-  static constexpr NormalKernel kernel{&bits_of_slots, &normals_of_slots};
+  static constexpr NormalKernel kernel{&bits_of_slots, &normals_of_slots, &normals_of_runs,
+                                       &normals_of_blocks};
   return &kernel;
 }
 
