@@ -69,4 +69,11 @@ void write_file(const std::filesystem::path& target, std::string_view bytes) {
   file.commit();
 }
 
+void make_directories(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error)
+    throw OutputError(fmt::format("cannot make the folder {}: {}", directory.string(), error.message()));
+}
+
 }  // namespace credence

@@ -39,4 +39,7 @@ class AtomicFile {
 /// Writes `bytes` as the whole content of `target`; OutputError when it cannot.
 void write_file(const std::filesystem::path& target, std::string_view bytes);
 
+/// Makes a folder and those it lies in; OutputError when it cannot.
+void make_directories(const std::filesystem::path& directory);
+
 }  // namespace credence

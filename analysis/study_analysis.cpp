@@ -1,0 +1,87 @@
+#include "analysis/study_analysis.h"
+
+#include <cmath>
+
+#include "montecarlo/linear_experiment.h"
+
+namespace credence {
+namespace {
+
+std::vector<double> means(const StudyStatistics& statistics, Quantity quantity) {
+  std::vector<double> result;
+  for (const StepStatistics& step : statistics.steps) {
+    const Moments& m = step[quantity];
+    result.push_back(m.count > 0 ? m.mean : std::nan(""));
+  }
+  return result;
+}
+
+std::vector<double> root_means(const StudyStatistics& statistics, Quantity quantity) {
+  std::vector<double> result = means(statistics, quantity);
+  for (double& value : result) value = std::sqrt(value);
+  return result;
+}
+
+void analyse_linear(const LinearExperiment& experiment, StudyAnalysis& analysis) {
+  const auto& steps = experiment.filter_steps();
+  analysis.exact = exact_moments(experiment.true_model(), steps);
+  const Index landmarks = experiment.true_model().layout.landmarks;
+  for (const LinearFilterStep& step : steps) {
+    if (!step.ok) break;
+    CovarianceCurves& c = analysis.covariance;
+    c.trace_prior.push_back(step.P_prior.trace());
+    c.trace.push_back(step.P.trace());
+    c.vehicle.push_back(step.P(0, 0));
+    c.landmarks.push_back(step.P.diagonal().tail(landmarks).sum());
+    analysis.gain = step.K;
+  }
+}
+
+void analyse_planar(StudyAnalysis& analysis) {
+  const StudyStatistics& s = analysis.statistics;
+  analysis.covariance = {.trace_prior = means(s, Quantity::trace_prior),
+                         .trace = means(s, Quantity::trace),
+                         .vehicle = means(s, Quantity::trace_vehicle),
+                         .landmarks = means(s, Quantity::trace_landmarks)};
+  analysis.errors = {.position_m = root_means(s, Quantity::position_error_squared),
+                     .heading_rad = root_means(s, Quantity::heading_error_squared),
+                     .landmark_m = root_means(s, Quantity::landmark_error_squared)};
+  const std::vector<Moments> pose = s.series(Quantity::vehicle_nees);
+  std::vector<double> dof;
+  for (const Moments& m : pose) dof.push_back(3.0 * static_cast<double>(m.count));
+  analysis.vehicle_nees = judge_nees(pose, dof, analysis.scenario.study.confidence);
+}
+
+}  // namespace
+
+StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result) {
+  StudyAnalysis analysis;
+  analysis.scenario = scenario;
+  analysis.statistics = std::move(result.statistics);
+  analysis.complete = result.complete;
+  analysis.state_dim = block_layout(scenario).state_dim();
+  std::vector<double> nees_dof, nis_dof;
+  for (const StepStatistics& step : analysis.statistics.steps) {
+    nees_dof.push_back(static_cast<double>(step.nees_dof));
+    nis_dof.push_back(static_cast<double>(step.nis_dof));
+  }
+  const double confidence = scenario.study.confidence;
+  analysis.nees = judge_nees(analysis.statistics.series(Quantity::nees), nees_dof, confidence);
+  analysis.nis = judge_nis(analysis.statistics.series(Quantity::nis), nis_dof, confidence);
+  if (const auto* linear = dynamic_cast<const LinearExperiment*>(&experiment)) {
+    analyse_linear(*linear, analysis);
+  } else {
+    analyse_planar(analysis);
+  }
+  return analysis;
+}
+
+Verdict overall_verdict(const StudyAnalysis& analysis) {
+  if (analysis.nees.verdict != Verdict::consistent && analysis.nees.verdict != Verdict::undecided) {
+    return analysis.nees.verdict;
+  }
+  if (analysis.nis.verdict != Verdict::consistent) return analysis.nis.verdict;
+  return analysis.nees.verdict;
+}
+
+}  // namespace credence

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/consistency.h"
+#include "analysis/exact_moments.h"
+#include "core/types.h"
+#include "montecarlo/engine.h"
+#include "montecarlo/scenario.h"
+
+/// @file
+/// From the sums of a study to what is reported of it: verdicts, covariance curves, outcomes.
+
+namespace credence {
+
+/// Mean traces of the filter's covariance at steps 1 … T.
+struct CovarianceCurves {
+  std::vector<double> trace_prior;  ///< before the update, after the inflation
+  std::vector<double> trace;        ///< after the update
+  std::vector<double> vehicle;      ///< position of the vehicle
+  std::vector<double> landmarks;    ///< all landmarks in the state
+};
+
+/// Root mean squared errors over the runs at steps 1 … T; empty for linear models, where Σ is exact.
+struct ErrorCurves {
+  std::vector<double> position_m, heading_rad, landmark_m;
+};
+
+/// One configuration, judged.
+struct StudyAnalysis {
+  Scenario scenario;
+  StudyStatistics statistics;
+  bool complete = true;  ///< false: interrupted, fewer runs than asked for
+  Index state_dim = 0;   ///< of the complete map
+  ConsistencyVerdict nees, nis;
+  std::optional<ConsistencyVerdict> vehicle_nees;  ///< planar: the pose alone
+  CovarianceCurves covariance;
+  ErrorCurves errors;
+  std::vector<ExactMoments> exact;  ///< linear models: one for each step
+  Matrix gain;                      ///< linear models: K of the last step, n×m
+};
+
+/// Judges the result of one configuration, which `experiment` produced.
+StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result);
+
+/// The one word over both verdicts: what NEES says, or NIS where NEES is consistent; `undecided` when either
+/// is and the other does not reject.
+Verdict overall_verdict(const StudyAnalysis& analysis);
+
+}  // namespace credence

@@ -1,0 +1,21 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+/// @file
+/// Each command adds itself to the command line; its callback throws ExitStatus when it is done.
+
+namespace credence {
+
+/// How a command ended.
+struct ExitStatus {
+  int code = 0;
+};
+
+void add_run_command(CLI::App& app);
+void add_sweep_command(CLI::App& app);
+void add_merge_command(CLI::App& app);
+
+}  // namespace credence

@@ -1,0 +1,46 @@
+#include "app/common_options.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+namespace credence {
+
+std::vector<std::string> CommonOptions::overrides() const {
+  std::vector<std::string> all = settings;
+  if (runs) all.push_back(fmt::format("study.runs={}", *runs));
+  if (steps) all.push_back(fmt::format("study.steps={}", *steps));
+  if (seed) all.push_back(fmt::format("study.seed={}", *seed));
+  return all;
+}
+
+void add_output_options(CLI::App& command, CommonOptions& options) {
+  command.add_option("--out", options.out, "folder for report, figures and stored results");
+  command.add_option("--format", options.format, "what is printed on stdout")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
+  command.add_flag("--quiet", options.quiet, "no progress on stderr");
+}
+
+void add_common_options(CLI::App& command, CommonOptions& options) {
+  command.add_option("--set", options.settings, "override a setting: section.key=value (repeatable)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command.add_option("--runs", options.runs, "number of Monte Carlo runs, instead of study.runs");
+  command.add_option("--steps", options.steps, "steps of each run, instead of study.steps");
+  command.add_option("--seed", options.seed, "seed, instead of study.seed");
+  command.add_option("--threads", options.threads, "worker threads; 0: one for each processor")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command.add_flag("--fail-on-inconsistent", options.fail_on_inconsistent,
+                   "exit with 1 when a verdict is not \"consistent\"");
+  add_output_options(command, options);
+}
+
+std::string examples(std::span<const char* const> lines) {
+  std::string text = "Examples:";
+  for (const char* line : lines) text += fmt::format("\n  {}", line);
+  return text;
+}
+
+}  // namespace credence

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace credence {
+
+/// Exit codes of every command.
+enum ExitCode : int { kDone = 0, kInconsistent = 1, kBadInput = 2, kSomeFailed = 3, kInterrupted = 130 };
+
+/// Options that commands on a scenario share.
+struct CommonOptions {
+  std::vector<std::string> settings;  ///< --set section.key=value
+  std::optional<std::int64_t> runs, steps;
+  std::optional<std::uint64_t> seed;
+  int threads = 0;
+  std::string out;
+  std::string format = "text";
+  bool quiet = false;
+  bool fail_on_inconsistent = false;
+
+  /// The settings with --runs, --steps and --seed as further overrides of [study].
+  std::vector<std::string> overrides() const;
+};
+
+/// Declares all common options on a command.
+void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// Declares --out, --format and --quiet alone.
+void add_output_options(CLI::App& command, CommonOptions& options);
+
+/// `Examples:` for the end of a command's help.
+std::string examples(std::span<const char* const> lines);
+
+}  // namespace credence

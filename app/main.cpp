@@ -1,0 +1,29 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+
+#include "app/commands.h"
+#include "app/common_options.h"
+
+int main(int argc, char** argv) {
+  using namespace credence;
+  CLI::App app{"Credence tells whether a filter's covariance can be trusted.", "credence"};
+  app.set_version_flag("--version", CREDENCE_VERSION);
+  app.require_subcommand(1);
+  app.footer("Examples:\n  credence run scenarios/figure1_two_landmarks.toml\n  credence run --help");
+  add_run_command(app);
+  add_sweep_command(app);
+  add_merge_command(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const ExitStatus& status) {
+    return status.code;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "credence: {}\n", error.what());
+    return kBadInput;
+  }
+  return kDone;
+}

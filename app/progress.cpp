@@ -1,0 +1,59 @@
+#include "app/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace credence {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+std::string duration_text(double seconds) {
+  const auto s = static_cast<long>(seconds + 0.5);
+  if (s < 60) return fmt::format("{} s", s);
+  if (s < 3600) return fmt::format("{}:{:02} min", s / 60, s % 60);
+  return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
+}
+
+std::string bar(double share) {
+  constexpr int kWidth = 30;
+  const int filled = static_cast<int>(share * kWidth);
+  std::string text;
+  for (int i = 0; i < kWidth; ++i) text += i < filled ? "█" : "·";
+  return text;
+}
+
+}  // namespace
+
+ProgressDisplay::ProgressDisplay(std::string what, bool quiet)
+    : what_(std::move(what)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressDisplay::~ProgressDisplay() {
+  if (shown_ && terminal_) fmt::print(stderr, "\r\x1b[K");
+}
+
+void ProgressDisplay::show(const StudyProgress& p) {
+  constexpr Seconds kSilence{2.0};
+  if (quiet_) return;
+  const Clock::time_point now = Clock::now();
+  const Seconds elapsed = now - begin_;
+  const Seconds interval{terminal_ ? 0.1 : 5.0};
+  if (elapsed < kSilence || (shown_ && Seconds(now - last_) < interval)) return;
+  last_ = now;
+  shown_ = true;
+  const double rate = static_cast<double>(p.runs_done) / elapsed.count();
+  const std::int64_t done = p.runs_done + p.runs_stored;
+  const double share = static_cast<double>(done) / static_cast<double>(p.runs_total);
+  const std::string numbers = fmt::format("{} of {} runs, {:.0f} runs/s, {} left", done, p.runs_total, rate,
+                                          duration_text(static_cast<double>(p.runs_total - done) / rate));
+  if (terminal_) {
+    fmt::print(stderr, "\r{} {} {}\x1b[K", what_, bar(share), numbers);
+    std::fflush(stderr);
+  } else {
+    fmt::print(stderr, "{}: {:.0f} %, {}\n", what_, 100.0 * share, numbers);
+  }
+}
+
+}  // namespace credence

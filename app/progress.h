@@ -1,0 +1,30 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "montecarlo/engine.h"
+
+namespace credence {
+
+/// Shows on stderr how far a study is: a bar on a terminal, else a line every few seconds; nothing for what
+/// takes less than two seconds.
+class ProgressDisplay {
+ public:
+  ProgressDisplay(std::string what, bool quiet);
+  ~ProgressDisplay();  ///< clears the bar
+  ProgressDisplay(const ProgressDisplay&) = delete;
+  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+
+  void show(const StudyProgress& progress);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string what_;
+  bool quiet_, terminal_;
+  bool shown_ = false;
+  Clock::time_point begin_ = Clock::now(), last_ = begin_;
+};
+
+}  // namespace credence

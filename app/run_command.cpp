@@ -1,0 +1,127 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands.h"
+#include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/study_runner.h"
+#include "montecarlo/scenario_io.h"
+#include "montecarlo/scenario_text.h"
+#include "reports/study_json.h"
+#include "reports/study_report.h"
+#include "reports/study_table.h"
+#include "reports/text_table.h"
+#include "reports/trace_json.h"
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RunOptions : CommonOptions {
+  std::vector<std::string> scenarios;
+  std::optional<std::int64_t> only_run;
+  bool fresh = false;
+};
+
+/// One run alone, with everything in it.
+int show_one_run(const RunOptions& options) {
+  if (options.scenarios.size() != 1) throw ScenarioError("--only-run: accepts exactly one scenario");
+  if (*options.only_run < 0) throw ScenarioError("--only-run: must not be negative");
+  const Scenario scenario = load_scenario(options.scenarios.front(), options.overrides());
+  const RunTrace trace = make_experiment(scenario)->trace(*options.only_run);
+  if (options.format == "json") {
+    fmt::print("{}\n", trace_json(scenario, trace));
+  } else {
+    fmt::print("{}", text_table(trace_table(scenario, trace)));
+  }
+  return trace.outcome == Outcome::ok ? kDone : kSomeFailed;
+}
+
+/// Where the results of one of several scenarios are stored; empty without --out.
+fs::path store_directory(const RunOptions& options, const Scenario& scenario) {
+  if (options.out.empty()) return {};
+  return options.scenarios.size() == 1 ? fs::path(options.out) : fs::path(options.out) / scenario.name;
+}
+
+void discard(const fs::path& directory) {
+  for (const char* suffix : {"", "-wal", "-shm"})
+    fs::remove(directory / (std::string("results.sqlite") + suffix));
+}
+
+void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& analyses) {
+  if (options.format == "json") {
+    fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));
+  } else {
+    fmt::print("{}", text_table(verdict_table(analyses), isatty(STDOUT_FILENO) == 1));
+  }
+}
+
+void write_report(const RunOptions& options, const std::vector<ReportedStudy>& studies) {
+  const std::string title =
+      studies.size() == 1 ? studies.front().analysis.scenario.name : "Can these covariances be trusted?";
+  for (const std::string& problem : write_study_report(options.out, title, studies)) {
+    fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
+  }
+  if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());
+}
+
+int run(const RunOptions& options) {
+  if (options.only_run) return show_one_run(options);
+  std::vector<Configuration> configurations;
+  for (const std::string& file : options.scenarios) {
+    configurations.push_back(make_configuration(load_scenario(file, options.overrides())));
+  }
+  std::vector<StudyAnalysis> analyses;
+  for (const Configuration& c : configurations) {
+    const fs::path directory = store_directory(options, c.scenario);
+    if (options.fresh && !directory.empty()) discard(directory);
+    std::vector<StudyResult> results =
+        run_configurations(std::span(&c, 1), canonical_toml(c.scenario), directory, c.scenario.name, options);
+    const bool nothing = results.front().statistics.runs == 0;
+    if (!nothing) analyses.push_back(analyse_study(c.scenario, *c.experiment, std::move(results.front())));
+    if (catch_interrupt().load()) break;
+  }
+  if (analyses.empty()) return kInterrupted;
+
+  print_results(options, analyses);
+  if (!options.out.empty()) {
+    std::vector<ReportedStudy> studies;
+    for (std::size_t i = 0; i < analyses.size(); ++i) {
+      studies.push_back({analyses[i], configurations[i].experiment->trace(0)});
+    }
+    write_report(options, studies);
+  }
+  const auto complete = [](const StudyAnalysis& a) { return a.complete; };
+  const auto failed = [](const StudyAnalysis& a) { return !a.statistics.failures.empty(); };
+  const auto consistent = [](const StudyAnalysis& a) { return overall_verdict(a) == Verdict::consistent; };
+  return study_exit_code(analyses.size() == configurations.size() && std::ranges::all_of(analyses, complete),
+                         std::ranges::any_of(analyses, failed), std::ranges::all_of(analyses, consistent),
+                         options);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("run", "Monte Carlo of one configuration: can its covariance be trusted?");
+  auto options = std::make_shared<RunOptions>();
+  command->add_option("scenario", options->scenarios, "scenario files (TOML, docs/scenario.md)")->required();
+  add_common_options(*command, *options);
+  command->add_option("--only-run", options->only_run, "replay this single run (from 0) with its full trace");
+  command->add_flag("--fresh", options->fresh, "discard results stored in --out instead of continuing them");
+  static constexpr const char* kExamples[] = {
+      "credence run scenarios/figure1_two_landmarks.toml",
+      "credence run scenarios/figure3_two_landmarks.toml --runs 5000 --format json",
+      "credence run scenarios/planar_loop.toml --set world.landmarks=20 --out out/planar",
+      "credence run scenarios/figure1_two_landmarks.toml --only-run 17"};
+  command->footer(examples(kExamples));
+  command->callback([options] { throw ExitStatus{run(*options)}; });
+}
+
+}  // namespace credence

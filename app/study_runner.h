@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/common_options.h"
+#include "montecarlo/engine.h"
+#include "montecarlo/experiment.h"
+#include "montecarlo/result_store.h"
+#include "montecarlo/scenario.h"
+
+namespace credence {
+
+/// A configuration under its id, ready to run.
+struct Configuration {
+  std::string id;
+  Scenario scenario;
+  std::unique_ptr<Experiment> experiment;
+};
+
+Configuration make_configuration(const Scenario& scenario);
+
+/// Which part of the chunks this process runs.
+struct Shard {
+  int number = 1, of = 1;
+};
+
+/// Runs configurations with progress, interrupt and, if `store_directory` is not empty, a store that belongs
+/// to the canonical text. One result for each.
+std::vector<StudyResult> run_configurations(std::span<const Configuration> configurations,
+                                            const std::string& canonical,
+                                            const std::filesystem::path& store_directory,
+                                            const std::string& what, const CommonOptions& options,
+                                            Shard shard = {});
+
+/// The exit code of finished studies: interrupted, failed runs, inconsistent verdicts, in this order.
+int study_exit_code(bool complete, bool any_failed, bool all_consistent, const CommonOptions& options);
+
+}  // namespace credence

@@ -1,0 +1,133 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands.h"
+#include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/study_runner.h"
+#include "montecarlo/scenario_hash.h"
+#include "montecarlo/sweep_plan.h"
+#include "reports/sweep_report.h"
+#include "reports/text_table.h"
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SweepOptions : CommonOptions {
+  std::string scenario;
+  std::string shard = "1/1";
+};
+
+Shard parse_shard(const std::string& text) {
+  Shard shard;
+  const char* end = text.data() + text.size();
+  const auto number = std::from_chars(text.data(), end, shard.number);
+  if (number.ec == std::errc{} && number.ptr != end && *number.ptr == '/') {
+    const auto of = std::from_chars(number.ptr + 1, end, shard.of);
+    if (of.ec == std::errc{} && of.ptr == end && 1 <= shard.number && shard.number <= shard.of) return shard;
+  }
+  throw ScenarioError(fmt::format("--shard {}: accepted are i/n with 1 <= i <= n, as in 2/4", text));
+}
+
+/// Every plan has a folder of its own, so that one that is changed begins anew unless the user names the
+/// folder.
+fs::path default_directory(const SweepPlan& plan, const std::string& canonical) {
+  return fs::path("out") / fmt::format("{}-{:08x}", plan.name, stable_hash(canonical) & 0xffffffffU);
+}
+
+int sweep(SweepOptions& options) {
+  const Shard shard = parse_shard(options.shard);
+  const SweepPlan plan = load_sweep(options.scenario, options.overrides());
+  const std::string canonical = canonical_toml(plan);
+  if (options.out.empty()) options.out = default_directory(plan, canonical).string();
+
+  std::vector<Configuration> configurations;
+  for (const SweepPoint& point : plan.points) configurations.push_back(make_configuration(point.scenario));
+  std::vector<StudyResult> results =
+      run_configurations(configurations, canonical, options.out, plan.name, options, shard);
+
+  if (shard.of > 1) {
+    if (catch_interrupt().load()) return kInterrupted;
+    if (!options.quiet) {
+      fmt::print(stderr, "Shard {} is stored in {}; join with credence merge\n", options.shard, options.out);
+    }
+    return kDone;
+  }
+  bool complete = true, failed = false, consistent = true;
+  std::vector<StudyAnalysis> analyses;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    complete = complete && results[i].complete;
+    if (results[i].statistics.runs == 0) continue;
+    analyses.push_back(
+        analyse_study(configurations[i].scenario, *configurations[i].experiment, std::move(results[i])));
+    failed = failed || !analyses.back().statistics.failures.empty();
+    consistent = consistent && overall_verdict(analyses.back()) == Verdict::consistent;
+  }
+  if (options.format == "json") {
+    fmt::print("{}\n", sweep_json(plan, analyses));
+  } else {
+    fmt::print("{}", text_table(sweep_table(plan, analyses), isatty(STDOUT_FILENO) == 1));
+  }
+  for (const std::string& problem : write_sweep_report(options.out, plan, analyses)) {
+    fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
+  }
+  if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());
+  return study_exit_code(complete, failed, consistent, options);
+}
+
+struct MergeOptions {
+  std::vector<std::string> directories;
+  std::string out;
+};
+
+int merge(const MergeOptions& options) {
+  ResultStore target = ResultStore::open_to_write(options.out, CREDENCE_VERSION);
+  for (const std::string& directory : options.directories) {
+    const ResultStore source = ResultStore::open_to_read(directory);
+    target.require_same_scenario(source.scenario());
+    const auto count = target.merge_from(source);
+    fmt::print("{}: {} chunks added, {} there already\n", directory, count.added, count.already_there);
+  }
+  target.commit();
+  return kDone;
+}
+
+}  // namespace
+
+void add_sweep_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("sweep", "all configurations of a [sweep] table; resumes by itself");
+  auto options = std::make_shared<SweepOptions>();
+  command->add_option("scenario", options->scenario, "scenario file with a [sweep] table")->required();
+  add_common_options(*command, *options);
+  command->add_option("--shard", options->shard, "run only part i of n, to be merged")
+      ->type_name("i/n")
+      ->capture_default_str();
+  static constexpr const char* kExamples[] = {
+      "credence sweep scenarios/mistuned_sweep.toml",
+      "credence sweep scenarios/mistuned_sweep.toml --set sweep.world.landmarks=1:4 --out out/landmarks",
+      "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1"};
+  command->footer(examples(kExamples));
+  command->callback([options] { throw ExitStatus{sweep(*options)}; });
+}
+
+void add_merge_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("merge", "joins the stored results of shards");
+  auto options = std::make_shared<MergeOptions>();
+  command->add_option("directories", options->directories, "folders of shards")->required();
+  command->add_option("--out", options->out, "folder for the joined results")->required();
+  static constexpr const char* kExamples[] = {
+      "credence merge out/part1 out/part2 --out out/joined",
+      "credence sweep scenarios/mistuned_sweep.toml --out out/joined    # reports what was joined"};
+  command->footer(examples(kExamples));
+  command->callback([options] { throw ExitStatus{merge(*options)}; });
+}
+
+}  // namespace credence

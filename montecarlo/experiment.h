@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/block_layout.h"
+#include "core/types.h"
+#include "montecarlo/scenario.h"
+#include "montecarlo/study_statistics.h"
+
+namespace credence {
+
+/// One step of one run with everything in it. Step 0 is the start: no measurement.
+struct TraceStep {
+  Vector truth;       ///< state of the world in the order of the filter's state
+  Vector estimate;    ///< x̂ after the update
+  Matrix P;           ///< its covariance
+  Vector innovation;  ///< ν
+  Matrix S;           ///< its covariance
+  Matrix K;           ///< gain, n×dim ν
+  Vector z;           ///< the measurement H x + w; empty in planar runs
+  double nees = 0.0, nis = 0.0;
+  Index nees_dof = 0, nis_dof = 0;
+};
+
+/// One run from start to end, or to the step at which it failed.
+struct RunTrace {
+  std::int64_t run = 0;
+  Outcome outcome = Outcome::ok;
+  Index vehicle_dim = 1, landmark_dim = 1;
+  std::vector<TraceStep> steps;  ///< 0 … T
+  std::vector<int> landmarks;    ///< their numbers in the order of the state
+  Matrix landmark_positions;     ///< d×N: all landmarks that are states, by number
+  Matrix anchor_positions;       ///< d×anchors
+};
+
+/// A configuration made ready: everything that does not depend on the run is computed, and any run can be
+/// had by its index, by any thread, with the same bits.
+class Experiment {
+ public:
+  virtual ~Experiment() = default;
+
+  /// Runs first_run … first_run + runs − 1. `const` and safe to call from several threads.
+  virtual StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const = 0;
+
+  /// A single run, with the same numbers as in its chunk.
+  virtual RunTrace trace(std::int64_t run) const = 0;
+};
+
+/// The experiment of a scenario: linear for the monobot, EKF-SLAM for the planar world.
+std::unique_ptr<Experiment> make_experiment(const Scenario& scenario);
+
+}  // namespace credence

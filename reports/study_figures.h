@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "analysis/study_analysis.h"
+#include "montecarlo/experiment.h"
+#include "reports/figure.h"
+
+/// @file
+/// The figures of one study. `name` begins the file name of each.
+
+namespace credence {
+
+/// The paper's four columns for one run of a monobot: positions with 2σ and measurements; vehicle error with
+/// 2σ; landmark errors with 2σ; Kalman gains.
+Figure monobot_run_figure(const std::string& name, const RunTrace& trace);
+
+/// One run in the plane: true and estimated path, landmarks, and their 2σ ellipses; pose errors with 2σ.
+Figure planar_run_figure(const std::string& name, const RunTrace& trace, double dt_s);
+
+/// ANEES and mean NIS over the steps with pointwise and simultaneous bounds and, for linear models, the exact
+/// curves; and the traces of P.
+Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis);
+
+/// All figures of a study, of which `trace` is one run.
+std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
+                                  const RunTrace& trace);
+
+}  // namespace credence

@@ -1,0 +1,116 @@
+#include "reports/study_json.h"
+
+#include "montecarlo/scenario_text.h"
+#include "reports/json_numbers.h"
+
+namespace credence {
+namespace {
+
+constexpr int kSchema = 1;
+
+Json verdict_json(const ConsistencyVerdict& v) {
+  Json per_step = Json::array(), lower = Json::array(), upper = Json::array(), p_values = Json::array();
+  ChiSquareBounds last{std::nan(""), std::nan("")};
+  for (const StepTest& step : v.steps) {
+    per_step.push_back(json_number(step.mean));
+    lower.push_back(json_number(step.lower));
+    upper.push_back(json_number(step.upper));
+    p_values.push_back(json_number(step.p_value));
+    if (step.count > 0 && step.total_dof > 0.0) last = {step.lower, step.upper};
+  }
+  Json j;
+  j["mean"] = json_number(v.mean);
+  j["expected"] = json_number(v.expected);
+  j["verdict"] = to_string(v.verdict);
+  if (!v.reason.empty()) j["reason"] = v.reason;
+  j["p_value"] = json_number(v.p_value);
+  j["confidence"] = v.confidence;
+  // Bounds of the mean at a single step; of the last one where the dof varies.
+  j["bounds"] = {{"lower", json_number(last.lower)}, {"upper", json_number(last.upper)}};
+  j["share_outside"] = json_number(v.share_outside);
+  j["expected_share_outside"] = json_number(v.expected_share_outside);
+  j["overall"] = {{"lower", json_number(v.bounds.lower)},
+                  {"upper", json_number(v.bounds.upper)},
+                  {"p_value", json_number(v.overall_p_value)}};
+  j["steps_p_value"] = json_number(v.steps_p_value);
+  j["steps_rejected"] = v.steps_rejected;
+  j["steps_without_data"] = v.steps_without_data;
+  j["worst_step"] = v.worst_step < 0 ? Json(nullptr) : Json(v.worst_step + 1);
+  j["dof"] = json_number(v.dof);
+  j["values"] = v.count;
+  j["tests"] = v.tests;
+  j["method"] = v.method;
+  j["per_step"] = std::move(per_step);
+  j["per_step_bounds"] = {{"lower", std::move(lower)}, {"upper", std::move(upper)}};
+  j["per_step_p_value"] = std::move(p_values);
+  return j;
+}
+
+Json exact_json(const StudyAnalysis& a) {
+  std::vector<double> nees, nis;
+  for (const ExactMoments& e : a.exact) {
+    nees.push_back(e.nees);
+    nis.push_back(e.nis);
+  }
+  return {{"nees", json_numbers(nees)}, {"nis", json_numbers(nis)}};
+}
+
+Json outcomes_json(const StudyAnalysis& a) {
+  Json j;
+  for (const Outcome outcome : {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite}) {
+    j[std::string(to_string(outcome))] = a.statistics.count(outcome);
+  }
+  Json failures = Json::array();
+  for (const RunFailure& f : a.statistics.failures) {
+    failures.push_back({{"seed", a.scenario.study.seed},
+                        {"run", f.run},
+                        {"step", f.step},
+                        {"outcome", to_string(f.outcome)}});
+  }
+  j["failures"] = std::move(failures);
+  return j;
+}
+
+Json study(const StudyAnalysis& a) {
+  Json j;
+  j["schema"] = kSchema;
+  j["scenario"] = Json::parse(scenario_to_json(a.scenario));
+  j["configuration"] = configuration_id(a.scenario);
+  j["seed"] = a.scenario.study.seed;
+  j["runs"] = a.statistics.runs;
+  j["steps"] = a.scenario.study.steps;
+  j["state_dim"] = a.state_dim;
+  j["complete"] = a.complete;
+  j["verdict"] = to_string(overall_verdict(a));
+  j["nees"] = verdict_json(a.nees);
+  j["nis"] = verdict_json(a.nis);
+  if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);
+  const bool linear = a.scenario.world.model == WorldModel::monobot;
+  if (linear) j["exact"] = exact_json(a);
+  j["covariance"] = {{"trace_prior", json_numbers(a.covariance.trace_prior)},
+                     {"trace", json_numbers(a.covariance.trace)},
+                     {"vehicle", json_numbers(a.covariance.vehicle)},
+                     {"landmarks", json_numbers(a.covariance.landmarks)}};
+  if (linear) {
+    j["gain"] = json_matrix(a.gain);
+  } else {
+    j["rmse"] = {{"position_m", json_numbers(a.errors.position_m)},
+                 {"heading_rad", json_numbers(a.errors.heading_rad)},
+                 {"landmark_m", json_numbers(a.errors.landmark_m)}};
+  }
+  j["outcomes"] = outcomes_json(a);
+  j["null_reason"] = "null: no run contributes to this number";
+  return j;
+}
+
+}  // namespace
+
+std::string study_json(const StudyAnalysis& analysis) { return study(analysis).dump(1); }
+
+std::string studies_json(std::span<const StudyAnalysis> analyses) {
+  Json studies = Json::array();
+  for (const StudyAnalysis& a : analyses) studies.push_back(study(a));
+  return Json{{"schema", kSchema}, {"studies", std::move(studies)}}.dump(1);
+}
+
+}  // namespace credence

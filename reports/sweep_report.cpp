@@ -1,0 +1,207 @@
+#include "reports/sweep_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "montecarlo/scenario_text.h"
+#include "reports/atomic_file.h"
+#include "reports/csv.h"
+#include "reports/gnuplot.h"
+#include "reports/html_page.h"
+#include "reports/json_numbers.h"
+#include "reports/study_json.h"
+#include "reports/study_table.h"
+
+namespace credence {
+namespace {
+
+std::string plain_text(const ScalarValue& value) {
+  const auto* text = std::get_if<std::string>(&value);
+  return text != nullptr ? *text : value_text(value);
+}
+
+/// The point of the plan that an analysis belongs to.
+const SweepPoint& point_of(const SweepPlan& plan, const StudyAnalysis& analysis) {
+  const std::string id = configuration_id(analysis.scenario);
+  return *std::find_if(plan.points.begin(), plan.points.end(),
+                       [&](const SweepPoint& p) { return p.id == id; });
+}
+
+/// The number of a swept value, NaN for a word.
+double number_of(const ScalarValue& value) {
+  if (const auto* i = std::get_if<std::int64_t>(&value)) return static_cast<double>(*i);
+  if (const auto* d = std::get_if<double>(&value)) return *d;
+  return std::nan("");
+}
+
+/// Mean NEES over expected along the numeric axis with most values, one curve for each setting of the others.
+std::vector<Figure> sweep_figures(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+  std::size_t axis = plan.axes.size(), longest = 1;
+  for (std::size_t a = 0; a < plan.axes.size(); ++a) {
+    const std::size_t size = plan.axes[a].values.size();
+    if (size > longest && !std::isnan(number_of(plan.axes[a].values.front()))) {
+      axis = a;
+      longest = size;
+    }
+  }
+  if (axis == plan.axes.size()) return {};
+
+  struct Curve {
+    FigureData x, nees, lower, upper, nis;
+  };
+  std::map<std::string, Curve> curves;
+  for (const StudyAnalysis& a : analyses) {
+    const SweepPoint& point = point_of(plan, a);
+    std::string label;
+    for (std::size_t i = 0; i < plan.axes.size(); ++i) {
+      if (i != axis) label += (label.empty() ? "" : ", ") + plain_text(point.values[i]);
+    }
+    Curve& c = curves[label];
+    c.x.push_back(number_of(point.values[axis]));
+    c.nees.push_back(a.nees.mean / a.nees.expected);
+    c.nis.push_back(a.nis.mean / a.nis.expected);
+  }
+  constexpr std::size_t kMostCurves = 6;
+  if (curves.size() > kMostCurves) return {};
+
+  Figure figure{.name = "sweep",
+                .caption =
+                    "Mean NEES and NIS over their expected values: 1 is consistent, above is optimistic, "
+                    "below pessimistic.",
+                .rows = 1,
+                .cols = 2};
+  for (const bool nis : {false, true}) {
+    Panel panel{.title = nis ? "NIS" : "NEES",
+                .x_label = plan.axes[axis].path,
+                .y_label = nis ? "mean NIS / expected" : "mean NEES / expected"};
+    panel.series.push_back(level_series("", ColourRole::neutral, 1.0));
+    Index i = 0;
+    for (const auto& [label, curve] : curves) {
+      panel.series.push_back(line_series(label, numbered_role(i), curve.x, nis ? curve.nis : curve.nees));
+      panel.series.push_back(point_series("", numbered_role(i), curve.x, nis ? curve.nis : curve.nees));
+      ++i;
+    }
+    figure.panels.push_back(std::move(panel));
+  }
+  return {figure};
+}
+
+void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
+                     std::span<const StudyAnalysis> analyses) {
+  std::vector<std::string> columns = {"configuration"};
+  for (const SweepAxis& axis : plan.axes) columns.push_back(axis.path);
+  for (const char* name : {"runs", "failed", "nees_mean", "nees_expected", "nees_lower", "nees_upper",
+                           "nees_p_value", "nees_verdict", "nis_mean", "nis_expected", "nis_lower",
+                           "nis_upper", "nis_p_value", "nis_verdict", "trace_last"}) {
+    columns.emplace_back(name);
+  }
+  CsvWriter csv(target, columns);
+  const auto number = [](double v) { return std::isfinite(v) ? CsvField(v) : CsvField(""); };
+  for (const StudyAnalysis& a : analyses) {
+    const SweepPoint& point = point_of(plan, a);
+    std::vector<CsvField> row = {point.id};
+    for (const ScalarValue& value : point.values) row.emplace_back(plain_text(value));
+    row.emplace_back(a.statistics.runs);
+    row.emplace_back(a.statistics.failures.size());
+    for (const ConsistencyVerdict* v : {&a.nees, &a.nis}) {
+      for (const double x : {v->mean, v->expected, v->bounds.lower, v->bounds.upper, v->p_value}) {
+        row.push_back(number(x));
+      }
+      row.emplace_back(std::string(to_string(v->verdict)));
+    }
+    row.push_back(a.covariance.trace.empty() ? CsvField("") : number(a.covariance.trace.back()));
+    csv.add(row);
+  }
+  csv.commit();
+}
+
+}  // namespace
+
+ReportTable sweep_table(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+  using enum ColumnAlign;
+  ReportTable table{.title = fmt::format("{}: {} configurations", plan.name, plan.points.size()),
+                    .columns = {},
+                    .rows = {},
+                    .notes = {}};
+  for (const SweepAxis& axis : plan.axes) {
+    table.columns.push_back({axis.path, std::isnan(number_of(axis.values.front())) ? words : numbers});
+  }
+  for (const char* title : {"runs", "mean NEES", "expected"}) table.columns.push_back({title});
+  table.columns.push_back({"NEES says", words});
+  for (const char* title : {"mean NIS", "expected"}) table.columns.push_back({title});
+  table.columns.push_back({"NIS says", words});
+  table.columns.push_back({"last tr P"});
+  table.columns.push_back({"failed runs"});
+  for (const StudyAnalysis& a : analyses) {
+    std::vector<TableCell> row;
+    for (const ScalarValue& value : point_of(plan, a).values) row.emplace_back(plain_text(value));
+    row.insert(row.end(), {a.statistics.runs, a.nees.mean, a.nees.expected, verdict_cell(a.nees.verdict),
+                           a.nis.mean, a.nis.expected, verdict_cell(a.nis.verdict),
+                           a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
+                           a.statistics.failures.size()});
+    table.add(std::move(row));
+  }
+  if (analyses.size() < plan.points.size()) {
+    table.notes.push_back(
+        fmt::format("{} of {} configurations have results", analyses.size(), plan.points.size()));
+  }
+  if (plan.skipped > 0)
+    table.notes.push_back(fmt::format("{} impossible configurations left out", plan.skipped));
+  return table;
+}
+
+std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+  Json configurations = Json::array();
+  for (const StudyAnalysis& a : analyses) {
+    const SweepPoint& point = point_of(plan, a);
+    Json values;
+    for (std::size_t i = 0; i < plan.axes.size(); ++i) {
+      values[plan.axes[i].path] = std::visit(
+          [](const auto& v) -> Json {
+            if constexpr (std::is_same_v<std::decay_t<decltype(v)>, OtherValue>) {
+              return nullptr;
+            } else {
+              return v;
+            }
+          },
+          point.values[i]);
+    }
+    Json j = Json::parse(study_json(a));
+    j["swept"] = std::move(values);
+    configurations.push_back(std::move(j));
+  }
+  Json j;
+  j["schema"] = 1;
+  j["name"] = plan.name;
+  j["points"] = plan.points.size();
+  j["skipped_impossible"] = plan.skipped;
+  j["configurations"] = std::move(configurations);
+  return j.dump(1);
+}
+
+std::vector<std::string> write_sweep_report(const std::filesystem::path& directory, const SweepPlan& plan,
+                                            std::span<const StudyAnalysis> analyses) {
+  const std::filesystem::path pdf_folder = directory / "figures";
+  make_directories(pdf_folder);
+  const std::vector<Figure> figures = sweep_figures(plan, analyses);
+  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+  write_sweep_csv(directory / "sweep.csv", plan, analyses);
+
+  HtmlPage page(plan.name, "A sweep of configurations, by Credence");
+  page.section("Verdicts");
+  page.table(sweep_table(plan, analyses));
+  page.link("the table as CSV", "sweep.csv");
+  std::vector<std::string> problems;
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    page.figure(figures[i], drawings[i], directory);
+    if (!drawings[i].problem.empty()) problems.push_back(drawings[i].problem);
+  }
+  page.section("Settings");
+  page.verbatim(canonical_toml(plan));
+  page.write(directory / "index.html");
+  return problems;
+}
+
+}  // namespace credence

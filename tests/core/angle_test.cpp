@@ -1,0 +1,33 @@
+#include "core/angle.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace credence {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+TEST(WrapAngle, KeepsAnglesWithinTheHalfOpenInterval) {
+  EXPECT_EQ(wrap_angle(0.0), 0.0);
+  EXPECT_EQ(wrap_angle(kPi), kPi);
+  EXPECT_EQ(wrap_angle(-kPi), kPi);
+  EXPECT_EQ(wrap_angle(3.0), 3.0);
+}
+
+TEST(WrapAngle, DiffersByWholeTurns) {
+  for (int turns = -5; turns <= 5; ++turns) {
+    for (double angle = -3.1; angle < 3.1; angle += 0.37) {
+      EXPECT_NEAR(wrap_angle(angle + 2.0 * kPi * turns), angle, 1e-14);
+    }
+  }
+}
+
+TEST(WrapAngle, LeavesNonFiniteNotFinite) {
+  EXPECT_TRUE(std::isnan(wrap_angle(std::numeric_limits<double>::quiet_NaN())));
+  EXPECT_TRUE(std::isnan(wrap_angle(std::numeric_limits<double>::infinity())));
+}
+
+}  // namespace
+}  // namespace credence
