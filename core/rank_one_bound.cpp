@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <stdexcept>
-#include <utility>
 
 namespace credence {
 namespace {
@@ -23,7 +21,26 @@ ReductionBound least_trace(Index distinguished, double sigma, double others) {
   return {.distinguished = distinguished, .t = others / sigma, .excess = sigma - others};
 }
 
-/// Calls block += share(j, σ_j) · L_j L_jᵀ for all blocks.
+/// block += share(j, σ_j) · L_j L_jᵀ for every block; D, M are d and the columns of L where known.
+template <int D, int M, typename Share>
+void add_scaled_squares_of(MatrixRef L, Index d, Eigen::Ref<Matrix>& blocks, Share share) {
+  const Index landmarks = L.rows() / d;
+  for (Index j = 0; j < landmarks; ++j) {
+    const auto rows = L.block<D, M>(j * d, 0, d, L.cols());
+    const double s = share(j, rows.norm());
+    if (s == 0.0) continue;
+    auto block = blocks.block<D, D>(0, j * d, d, d);
+    for (Index b = 0; b < d; ++b) {
+      block(b, b) += s * rows.row(b).squaredNorm();
+      for (Index a = b + 1; a < d; ++a) {
+        const double change = s * rows.row(a).dot(rows.row(b));
+        block(a, b) += change;
+        block(b, a) += change;
+      }
+    }
+  }
+}
+
 template <typename Share>
 void add_scaled_squares(MatrixRef L, Index d, Eigen::Ref<Matrix> blocks, Share share) {
   require_blocks(L.rows(), d);
@@ -31,37 +48,45 @@ void add_scaled_squares(MatrixRef L, Index d, Eigen::Ref<Matrix> blocks, Share s
     throw std::invalid_argument(
         fmt::format("blocks are {}x{}, not {}x{}", blocks.rows(), blocks.cols(), d, L.rows()));
   }
-  for (Index j = 0; j < L.rows() / d; ++j) {
-    const double s = share(j, block_norm(L, d, j));
-    if (s == 0.0) continue;
-    const auto rows = L.middleRows(j * d, d);
-    auto block = blocks.middleCols(j * d, d);
-    for (Index b = 0; b < d; ++b) {
-      for (Index a = b; a < d; ++a) {
-        const double change = s * rows.row(a).dot(rows.row(b));
-        block(a, b) += change;
-        if (a != b) block(b, a) += change;
-      }
+  constexpr int kDynamic = Eigen::Dynamic;
+  if (d == 1 && L.cols() == 1) return add_scaled_squares_of<1, 1>(L, 1, blocks, share);
+  if (d == 2 && L.cols() == 1) return add_scaled_squares_of<2, 1>(L, 2, blocks, share);
+  add_scaled_squares_of<kDynamic, kDynamic>(L, d, blocks, share);
+}
+
+/// The largest block norm, where it is, and the sum of all others.
+struct Largest {
+  Index at = -1;
+  double norm = 0.0, others = 0.0;
+
+  /// The largest so far stays out of the sum, which a subtraction at the end would spoil.
+  void take(Index j, double norm_j) {
+    if (norm_j > norm) {
+      others += norm;
+      norm = norm_j;
+      at = j;
+    } else {
+      others += norm_j;
     }
   }
+};
+
+template <int D>
+Largest largest_block(VectorRef l, Index d) {
+  Largest largest;
+  const Index landmarks = l.size() / d;
+  for (Index j = 0; j < landmarks; ++j) largest.take(j, l.segment<D>(j * d, d).norm());
+  return largest;
 }
 
 }  // namespace
 
 ReductionBound rank_one_bound(VectorRef l, Index d) {
   require_blocks(l.size(), d);
-  Index largest = -1;
-  double a_i = 0.0, others = 0.0;
-  for (Index j = 0; j < l.size() / d; ++j) {
-    double a = d == 1 ? std::abs(l(j)) : l.segment(j * d, d).norm();
-    // The largest so far stays out of the sum, which a subtraction at the end would spoil.
-    if (a > a_i) {
-      std::swap(a, a_i);
-      largest = j;
-    }
-    others += a;
-  }
-  return least_trace(largest, a_i, others);
+  const Largest largest = d == 1   ? largest_block<1>(l, 1)
+                          : d == 2 ? largest_block<2>(l, 2)
+                                   : largest_block<Eigen::Dynamic>(l, d);
+  return least_trace(largest.at, largest.norm, largest.others);
 }
 
 ReductionBound low_rank_bound(MatrixRef L, Index d, Index observed, std::optional<double> t) {
