@@ -221,6 +221,16 @@ TEST(MinTrace, GivingUpEarlyIsSaidAndStillFeasible) {
   EXPECT_GE(early.primal, exact.dual);
 }
 
+TEST(MinTrace, IsNeverAboveThePairwiseBoundHoweverEarlyItStops) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const Matrix A = random_covariance(12, 12, seed).cwiseAbs();
+    const MinTraceBound bound =
+        min_trace_bound(A, map_of(1, 12), {.max_sweeps = 1, .max_interior_point_dim = 0});
+    EXPECT_NEAR(bound.primal, pairwise_trace(A, map_of(1, 12)), 1e-13 * bound.primal);
+    EXPECT_LT(bound.dual, bound.primal);
+  }
+}
+
 TEST(MinTrace, InteriorPointAndAscentAgree) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const Matrix A = random_covariance(11, 11, seed);
