@@ -1,0 +1,81 @@
+#include "datasets/carpark_replay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/angle.h"
+#include "datasets/carpark_association.h"
+#include "datasets/data_error.h"
+#include "datasets/replay_filter.h"
+
+namespace credence {
+namespace {
+
+constexpr double kGpsStdM = 0.02;  // kinematic GPS; the antenna coincides with the laser within this
+
+/// The beacons in the order of first sight.
+std::vector<int> first_seen(const std::vector<CarparkSights>& scans) {
+  std::vector<int> order;
+  for (const CarparkSights& scan : scans)
+    for (const Sight& sight : scan.sights)
+      if (sight.landmark >= 0 && std::find(order.begin(), order.end(), sight.landmark) == order.end())
+        order.push_back(sight.landmark);
+  return order;
+}
+
+void check_association(const std::vector<CarparkSights>& scans) {
+  std::size_t sights = 0, associated = 0;
+  for (const CarparkSights& scan : scans)
+    for (const Sight& sight : scan.sights) {
+      ++sights;
+      associated += sight.landmark >= 0 ? 1 : 0;
+    }
+  if (2 * associated < sights || sights == 0)
+    throw DataError(
+        "beac_juan3.mat", "variable 'estbeac'",
+        fmt::format("only {} of {} sights point at a surveyed beacon: swapped columns?", associated, sights));
+}
+
+}  // namespace
+
+ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& settings) {
+  check_replay_settings(settings);
+  const double heading = settings.initial.heading_deg * kRadiansPerDegree;
+  const std::vector<CarparkSights> scans =
+      associate_by_survey(log, carpark_settings().initial.heading_deg * kRadiansPerDegree);
+  check_association(scans);
+
+  ReplayStart start;
+  start.time_s = log.events.front().time_s;
+  start.pose = carpark_start(log, heading);
+  start.vehicle = VehicleKind::car;
+  start.survey_m = log.beacons_m;
+  start.first_seen = first_seen(scans);
+  ReplayFilter filter(settings, start);
+
+  // A delay moves the odometry against the other sensors: merge again.
+  std::size_t odometry = 0;
+  const auto drive_to = [&](double time_s) {
+    for (; odometry < log.odometry.size(); ++odometry) {
+      const CarparkOdometry& sample = log.odometry[odometry];
+      if (sample.time_s + settings.sensor.odometry_delay_s > time_s) break;
+      filter.advance_to(sample.time_s + settings.sensor.odometry_delay_s);
+      filter.set_control({sample.speed_mps, sample.steering_rad});
+    }
+  };
+  for (const CarparkEvent& event : log.events) {
+    drive_to(event.time_s);
+    if (event.sensor == CarparkSensor::gps)
+      filter.compare_position(event.time_s, log.gps[event.index].position_m, kGpsStdM);
+    if (event.sensor == CarparkSensor::laser) {
+      filter.advance_to(event.time_s);
+      filter.observe(event.time_s, scans[event.index].sights);
+    }
+  }
+  ReplayResult result = filter.finish();
+  result.dataset = "carpark";
+  return result;
+}
+
+}  // namespace credence

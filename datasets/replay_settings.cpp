@@ -1,0 +1,183 @@
+#include "datasets/replay_settings.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+
+namespace credence {
+namespace {
+
+/// One key: how to write a value and how to show it. `limits` says in words what is accepted.
+struct Key {
+  std::string name;
+  std::string limits;
+  std::function<bool(ReplaySettings&, std::string_view)> set;  ///< false: not accepted
+  std::function<std::string(const ReplaySettings&)> text;
+};
+
+bool parse_number(std::string_view text, double& number) {
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && stop == text.data() + text.size() && std::isfinite(number);
+}
+
+/// A key that holds a number for which `accepts` is true.
+Key number_key(std::string name, std::string limits, std::function<double&(ReplaySettings&)> field,
+               std::function<bool(double)> accepts) {
+  return {std::move(name), std::move(limits),
+          [=](ReplaySettings& settings, std::string_view text) {
+            double number = 0;
+            if (!parse_number(text, number) || !accepts(number)) return false;
+            field(settings) = number;
+            return true;
+          },
+          [=](const ReplaySettings& settings) {
+            ReplaySettings copy = settings;
+            return fmt::format("{}", field(copy));
+          }};
+}
+
+template <typename Value>
+struct Word {
+  std::string_view text;
+  Value value;
+};
+
+/// A key that holds one of several words.
+template <typename Value>
+Key word_key(std::string name, std::vector<Word<Value>> words, std::function<Value&(ReplaySettings&)> field) {
+  std::string limits = "one of";
+  for (const Word<Value>& word : words) limits += fmt::format(" \"{}\"", word.text);
+  return {std::move(name), std::move(limits),
+          [=](ReplaySettings& settings, std::string_view text) {
+            for (const Word<Value>& word : words) {
+              if (word.text != text) continue;
+              field(settings) = word.value;
+              return true;
+            }
+            return false;
+          },
+          [=](const ReplaySettings& settings) {
+            ReplaySettings copy = settings;
+            for (const Word<Value>& word : words)
+              if (word.value == field(copy)) return std::string(word.text);
+            return std::string();
+          }};
+}
+
+Key deviation_key(std::string name, std::function<double&(ReplaySettings&)> field) {
+  return number_key(std::move(name), "a number >= 0", std::move(field), [](double x) { return x >= 0; });
+}
+
+Key positive_key(std::string name, std::function<double&(ReplaySettings&)> field) {
+  return number_key(std::move(name), "a number > 0", std::move(field), [](double x) { return x > 0; });
+}
+
+Key anchors_key() {
+  const auto accepts = [](double x) { return x >= 0 && x <= 1000 && x == std::floor(x); };
+  return {"world.anchors", "a whole number from 0 to 1000",
+          [=](ReplaySettings& settings, std::string_view text) {
+            double number = 0;
+            if (!parse_number(text, number) || !accepts(number)) return false;
+            settings.world.anchors = static_cast<Index>(number);
+            return true;
+          },
+          [](const ReplaySettings& settings) { return std::to_string(settings.world.anchors); }};
+}
+
+std::vector<Key> world_and_filter_keys() {
+  using S = ReplaySettings;
+  return {word_key<bool>("world.observability", {{"partial", false}, {"full", true}},
+                         [](S& s) -> bool& { return s.world.full; }),
+          anchors_key(),
+          word_key<Inflation>("filter.inflation",
+                              {{"none", Inflation::none}, {"full", Inflation::full}, {"map", Inflation::map}},
+                              [](S& s) -> Inflation& { return s.filter.inflation; }),
+          word_key<InflationSolution>("filter.solution",
+                                      {{"pairwise", InflationSolution::pairwise},
+                                       {"min-trace", InflationSolution::min_trace},
+                                       {"sequential", InflationSolution::sequential}},
+                                      [](S& s) -> InflationSolution& { return s.filter.solution; }),
+          word_key<ReplayAssociation>(
+              "filter.association",
+              {{"survey", ReplayAssociation::survey}, {"compatibility", ReplayAssociation::compatibility}},
+              [](S& s) -> ReplayAssociation& { return s.filter.association; }),
+          number_key(
+              "filter.gate", "a probability in [0, 1), 0 for none",
+              [](S& s) -> double& { return s.filter.gate; }, [](double x) { return x >= 0 && x < 1; })};
+}
+
+std::vector<Key> all_keys() {
+  using S = ReplaySettings;
+  const auto any = [](double) { return true; };
+  std::vector<Key> keys = world_and_filter_keys();
+  keys.push_back(
+      deviation_key("initial.position_std", [](S& s) -> double& { return s.initial.position_std; }));
+  keys.push_back(
+      deviation_key("initial.heading_std_deg", [](S& s) -> double& { return s.initial.heading_std_deg; }));
+  keys.push_back(number_key(
+      "initial.heading_deg", "a number of degrees", [](S& s) -> double& { return s.initial.heading_deg; },
+      any));
+  keys.push_back(deviation_key("noise.speed_std", [](S& s) -> double& { return s.noise.speed_std; }));
+  keys.push_back(
+      deviation_key("noise.steering_std_deg", [](S& s) -> double& { return s.noise.steering_std_deg; }));
+  keys.push_back(deviation_key("noise.turn_rate_std", [](S& s) -> double& { return s.noise.turn_rate_std; }));
+  keys.push_back(positive_key("noise.range_std", [](S& s) -> double& { return s.noise.range_std; }));
+  keys.push_back(
+      positive_key("noise.bearing_std_deg", [](S& s) -> double& { return s.noise.bearing_std_deg; }));
+  keys.push_back(number_key(
+      "sensor.bearing_offset_deg", "a number of degrees",
+      [](S& s) -> double& { return s.sensor.bearing_offset_deg; }, any));
+  keys.push_back(number_key(
+      "sensor.odometry_delay_s", "a number of seconds within [-10, 10]",
+      [](S& s) -> double& { return s.sensor.odometry_delay_s; }, [](double x) { return std::abs(x) <= 10; }));
+  return keys;
+}
+
+}  // namespace
+
+ReplaySettings carpark_settings() { return {}; }
+
+ReplaySettings mrclam_settings(int robot) {
+  ReplaySettings settings;
+  settings.initial = {.position_std = 0.01, .heading_std_deg = 1, .heading_deg = 0};
+  settings.noise = {.speed_std = 0.15, .steering_std_deg = 0, .turn_rate_std = 0.4};
+  settings.noise.range_std = robot == 3 ? 0.115 : 0.067;
+  settings.noise.bearing_std_deg = robot == 3 ? 0.38 : 1.05;
+  settings.filter.gate = 0.999;
+  settings.sensor.odometry_delay_s = 0.2;
+  return settings;
+}
+
+void set_replay_setting(ReplaySettings& settings, std::string_view key, std::string_view value) {
+  std::vector<std::string> names;
+  for (const Key& known : all_keys()) {
+    names.push_back(known.name);
+    if (known.name != key) continue;
+    if (!known.set(settings, value))
+      throw std::invalid_argument(fmt::format("{} = {}: must be {}", key, value, known.limits));
+    return;
+  }
+  throw std::invalid_argument(fmt::format("unknown key {}; known are {}", key, fmt::join(names, ", ")));
+}
+
+void check_replay_settings(const ReplaySettings& settings) {
+  // What can be set by name has passed its limits; a struct filled by hand passes them here.
+  ReplaySettings copy = settings;
+  for (const ReplaySettingText& entry : replay_settings_text(settings))
+    set_replay_setting(copy, entry.key, entry.value);
+  if (settings.world.full && settings.world.anchors < 1)
+    throw std::invalid_argument("world.anchors must be >= 1 with world.observability = full");
+  if (settings.filter.association == ReplayAssociation::compatibility && settings.filter.gate <= 0)
+    throw std::invalid_argument("filter.association = compatibility needs a filter.gate, e.g. 0.99");
+}
+
+std::vector<ReplaySettingText> replay_settings_text(const ReplaySettings& settings) {
+  std::vector<ReplaySettingText> result;
+  for (const Key& key : all_keys()) result.push_back({key.name, key.text(settings)});
+  return result;
+}
+
+}  // namespace credence

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/inflation.h"
+#include "core/types.h"
+
+namespace credence {
+
+/// How a sight finds its landmark.
+enum class ReplayAssociation {
+  survey,         ///< known: by the survey, or by the barcode
+  compatibility,  ///< the filter's own: the nearest landmark among those within the gate
+};
+
+struct ReplayWorld {
+  bool full = false;  ///< `observability`: false "partial", true "full", with anchors
+  Index anchors = 1;  ///< the first landmarks seen stand at their surveyed places; of no effect when partial
+};
+
+struct ReplayFilterSettings {
+  Inflation inflation = Inflation::none;
+  InflationSolution solution = InflationSolution::pairwise;
+  ReplayAssociation association = ReplayAssociation::survey;
+  double gate = 0;  ///< probability of the chi-square gate on each sight, in [0, 1); 0: none
+};
+
+struct ReplayInitial {
+  double position_std = 0.05;   ///< m, of each coordinate
+  double heading_std_deg = 2;   ///< degrees
+  double heading_deg = -126.6;  ///< car park; MRCLAM starts at the true pose
+};
+
+struct ReplayNoise {
+  double speed_std = 0.7;       ///< m/s, of each odometry sample, which holds until the next
+  double steering_std_deg = 7;  ///< degrees, car park
+  double turn_rate_std = 0;     ///< rad/s, MRCLAM
+  double range_std = 0.1;       ///< m
+  double bearing_std_deg = 1;   ///< degrees
+};
+
+struct ReplaySensor {
+  double bearing_offset_deg = 0;  ///< subtracted from every bearing
+  double odometry_delay_s = 0;    ///< added to the time of every odometry sample
+};
+
+/// What the EKF-SLAM of a replay believes; the fields have the names that `--set` knows, group by group.
+struct ReplaySettings {
+  ReplayWorld world;
+  ReplayFilterSettings filter;
+  ReplayInitial initial;
+  ReplayNoise noise;
+  ReplaySensor sensor;
+};
+
+/// ACFR's own tuning of the car park: 0.7 m/s, 7°, 0.10 m, 1°, known association, no gate.
+ReplaySettings carpark_settings();
+
+/// The tuning for MRCLAM 7: measured range and bearing noise of robots 1 and 3 (of robot 1 for any other), a
+/// gate against the gross range errors, and odometry noise that covers the measured errors over a second.
+ReplaySettings mrclam_settings(int robot);
+
+/// Sets one value by its name, e.g. "noise.range_std" to "0.2".
+///
+/// Throws std::invalid_argument that names key, value and what is accepted.
+void set_replay_setting(ReplaySettings& settings, std::string_view key, std::string_view value);
+
+/// Throws std::invalid_argument for an impossible setting (a negative deviation, a gate of 1, no anchors).
+void check_replay_settings(const ReplaySettings& settings);
+
+/// A setting's name and present value as text, as set_replay_setting takes them; in the order of the struct.
+struct ReplaySettingText {
+  std::string key, value;
+};
+std::vector<ReplaySettingText> replay_settings_text(const ReplaySettings& settings);
+
+}  // namespace credence
