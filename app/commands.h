@@ -17,5 +17,6 @@ struct ExitStatus {
 void add_run_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
+void add_replay_command(CLI::App& app);
 
 }  // namespace credence

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   add_run_command(app);
   add_sweep_command(app);
   add_merge_command(app);
+  add_replay_command(app);
   try {
     app.parse(argc, argv);
   } catch (const ExitStatus& status) {

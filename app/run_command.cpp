@@ -87,7 +87,10 @@ int run(const RunOptions& options) {
     if (!nothing) analyses.push_back(analyse_study(c.scenario, *c.experiment, std::move(results.front())));
     if (catch_interrupt().load()) break;
   }
-  if (analyses.empty()) return kInterrupted;
+  if (analyses.empty()) {
+    fmt::print(stderr, "credence: interrupted before the first runs were done\n");
+    return kInterrupted;
+  }
 
   print_results(options, analyses);
   if (!options.out.empty()) {

@@ -21,16 +21,34 @@ struct Chunk {
   std::int64_t runs = 0;
 };
 
-std::vector<Chunk> chunks_of(std::span<const StudyTask> tasks) {
-  std::vector<Chunk> chunks;
-  for (std::size_t t = 0; t < tasks.size(); ++t) {
-    std::size_t index = 0;
-    for (std::int64_t first = 0; first < tasks[t].runs; first += kChunkRuns) {
-      chunks.push_back({t, index++, first, std::min(kChunkRuns, tasks[t].runs - first)});
+/// All chunks of all tasks under one numbering, task by task, without a list of them.
+class ChunkNumbering {
+ public:
+  explicit ChunkNumbering(std::span<const StudyTask> tasks) : tasks_(tasks) {
+    for (const StudyTask& task : tasks) {
+      begin_.push_back(count_);
+      count_ += static_cast<std::size_t>((task.runs + kChunkRuns - 1) / kChunkRuns);
     }
   }
-  return chunks;
-}
+
+  std::size_t count() const { return count_; }
+  std::size_t number(std::size_t task, std::size_t index) const { return begin_[task] + index; }
+
+  Chunk operator[](std::size_t number) const {
+    const auto next = std::upper_bound(begin_.begin(), begin_.end(), number);
+    Chunk chunk;
+    chunk.task = static_cast<std::size_t>(next - begin_.begin()) - 1;
+    chunk.index = number - begin_[chunk.task];
+    chunk.first_run = static_cast<std::int64_t>(chunk.index) * kChunkRuns;
+    chunk.runs = std::min(kChunkRuns, tasks_[chunk.task].runs - chunk.first_run);
+    return chunk;
+  }
+
+ private:
+  std::span<const StudyTask> tasks_;
+  std::vector<std::size_t> begin_;
+  std::size_t count_ = 0;
+};
 
 /// The chunks of one task: those ahead of the first gap are merged as soon as they are there.
 class PartialStudy {
@@ -68,14 +86,19 @@ class Collector {
     for (const StudyTask& task : tasks) progress_.runs_total += task.runs;
   }
 
-  /// Takes a chunk from the store; false if it is not there.
-  bool load(const Chunk& chunk) {
-    if (options_.store == nullptr) return false;
-    const auto bytes = options_.store->get_chunk(key_of(chunk));
-    if (!bytes) return false;
-    studies_[chunk.task].put(chunk.index, statistics_from_bytes(*bytes));
-    progress_.runs_stored += chunk.runs;
-    return true;
+  /// Takes what the store has; marks in `done` the numbers of the chunks found.
+  void load(const ChunkNumbering& chunks, std::vector<bool>& done) {
+    if (options_.store == nullptr) return;
+    for (std::size_t t = 0; t < tasks_.size(); ++t) {
+      for (const ChunkKey& key : options_.store->chunks(tasks_[t].id)) {
+        const std::size_t number = chunks.number(t, static_cast<std::size_t>(key.first_run / kChunkRuns));
+        // A study may have been run with fewer or more runs: its last chunk is then another one.
+        if (key.first_run >= tasks_[t].runs || key_of(chunks[number]) != key) continue;
+        studies_[t].put(chunks[number].index, statistics_from_bytes(options_.store->get_chunk(key).value()));
+        progress_.runs_stored += key.runs;
+        done[number] = true;
+      }
+    }
   }
 
   void put(const Chunk& chunk, StudyStatistics statistics) {
@@ -105,13 +128,10 @@ class Collector {
 }  // namespace
 
 std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const EngineOptions& options) {
+  const ChunkNumbering chunks(tasks);
+  std::vector<bool> done(chunks.count());
   Collector collector(tasks, options);
-  std::vector<Chunk> open;
-  std::int64_t number = 0;
-  for (const Chunk& chunk : chunks_of(tasks)) {
-    const bool ours = number++ % options.shards == options.shard - 1;
-    if (!collector.load(chunk) && ours) open.push_back(chunk);
-  }
+  collector.load(chunks, done);
 
   const int threads = options.threads > 0
                           ? options.threads
@@ -119,18 +139,25 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
   // Allows the arena more workers than processors when the user asks for them.
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(threads));
+  const auto shards = static_cast<std::size_t>(options.shards);
+  const auto shard = static_cast<std::size_t>(options.shard) - 1;
+  tbb::task_group_context context;
   tbb::task_arena arena(threads);
   arena.execute([&] {
     tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, open.size(), 1),
+        tbb::blocked_range<std::size_t>(0, chunks.count(), 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) return;
-            const Chunk& chunk = open[i];
+          for (std::size_t number = range.begin(); number < range.end(); ++number) {
+            if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) {
+              context.cancel_group_execution();
+              return;
+            }
+            if (done[number] || number % shards != shard) continue;
+            const Chunk chunk = chunks[number];
             collector.put(chunk, tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs));
           }
         },
-        tbb::simple_partitioner());
+        tbb::simple_partitioner(), context);
   });
   if (options.store != nullptr) options.store->commit();
   return collector.take();

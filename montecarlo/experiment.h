@@ -13,13 +13,13 @@ namespace credence {
 
 /// One step of one run with everything in it. Step 0 is the start: no measurement.
 struct TraceStep {
-  Vector truth;       ///< state of the world in the order of the filter's state
-  Vector estimate;    ///< x̂ after the update
-  Matrix P;           ///< its covariance
-  Vector innovation;  ///< ν
-  Matrix S;           ///< its covariance
-  Matrix K;           ///< gain, n×dim ν
-  Vector z;           ///< the measurement H x + w; empty in planar runs
+  Vector truth{};       ///< state of the world in the order of the filter's state
+  Vector estimate{};    ///< x̂ after the update
+  Matrix P{};           ///< its covariance
+  Vector innovation{};  ///< ν
+  Matrix S{};           ///< its covariance
+  Matrix K{};           ///< gain, n×dim ν
+  Vector z{};           ///< the measurement H x + w; empty in planar runs
   double nees = 0.0, nis = 0.0;
   Index nees_dof = 0, nis_dof = 0;
 };
@@ -29,10 +29,10 @@ struct RunTrace {
   std::int64_t run = 0;
   Outcome outcome = Outcome::ok;
   Index vehicle_dim = 1, landmark_dim = 1;
-  std::vector<TraceStep> steps;  ///< 0 … T
-  std::vector<int> landmarks;    ///< their numbers in the order of the state
-  Matrix landmark_positions;     ///< d×N: all landmarks that are states, by number
-  Matrix anchor_positions;       ///< d×anchors
+  std::vector<TraceStep> steps{};  ///< 0 … T
+  std::vector<int> landmarks{};    ///< their numbers in the order of the state
+  Matrix landmark_positions{};     ///< d×N: all landmarks that are states, by number
+  Matrix anchor_positions{};       ///< d×anchors
 };
 
 /// A configuration made ready: everything that does not depend on the run is computed, and any run can be

@@ -94,7 +94,8 @@ class PlanarExperiment final : public Experiment {
       estimate[2] = wrap_angle(estimate[2]);
       filter_.reset(estimate, Eigen::Matrix3d(e_.noise_.initial_std.cwiseAbs2().asDiagonal()));
       update_ = {};
-      error_ = {};
+      error_.nees = 0.0;
+      error_.dof = 0;
     }
 
     Outcome step(std::size_t k) {

@@ -1,0 +1,302 @@
+// The commands as a user types them: the built binary, its output, its exit codes.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+struct Finished {
+  int code = -1;
+  std::string out, err;
+};
+
+std::string read_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+class CommandLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("credence-app-" + std::to_string(getpid()) + "-" +
+                                           testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+
+  /// Starts the binary in the test's folder.
+  pid_t start(const std::vector<std::string>& arguments) const {
+    const pid_t child = fork();
+    if (child == 0) {
+      std::vector<char*> argv = {const_cast<char*>(CREDENCE_BINARY)};
+      for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+      argv.push_back(nullptr);
+      const auto to_file = [&](const char* name, int descriptor) {
+        dup2(open((folder_ / name).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), descriptor);
+      };
+      to_file("stdout", STDOUT_FILENO);
+      to_file("stderr", STDERR_FILENO);
+      if (chdir(folder_.c_str()) == 0) execv(CREDENCE_BINARY, argv.data());
+      _exit(127);
+    }
+    return child;
+  }
+
+  Finished finish(pid_t child) const {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(folder_ / "stdout"),
+            read_file(folder_ / "stderr")};
+  }
+
+  Finished run(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
+
+  /// Until a file is there, and a moment longer, so that something is in it.
+  static void wait_for(const fs::path& path) {
+    for (int i = 0; i < 10000 && !fs::exists(path); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+
+  fs::path folder_;
+};
+
+const std::string kMonobot = "[world]\nmodel = \"monobot\"\nlandmarks = 2\n[study]\nruns = 300\nsteps = 30\n";
+const std::string kSweep =
+    "[world]\nmodel = \"monobot\"\n[study]\nruns = 200\nsteps = 30\n[sweep]\n\"world.landmarks\" = \"1:3\"\n"
+    "\"filter.inflation\" = \"none, map\"\n";
+
+TEST_F(CommandLine, RunGivesTheDocumentOfTheContract) {
+  write("a.toml", kMonobot);
+  const Finished f = run({"run", "a.toml", "--format", "json"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json j = Json::parse(f.out);
+  EXPECT_EQ(j["runs"], 300);
+  EXPECT_EQ(j["steps"], 30);
+  EXPECT_EQ(j["state_dim"], 3);
+  for (const char* name : {"nees", "nis"}) {
+    EXPECT_EQ(j[name]["per_step"].size(), 30U);
+    EXPECT_EQ(j["exact"][name].size(), 30U);
+    EXPECT_EQ(j[name]["verdict"], "consistent");
+    EXPECT_LT(j[name]["bounds"]["lower"], j[name]["expected"]);
+    EXPECT_GT(j[name]["bounds"]["upper"], j[name]["expected"]);
+    for (const char* key : {"mean", "share_outside", "p_value"}) EXPECT_TRUE(j[name][key].is_number());
+  }
+  for (const char* name : {"trace_prior", "trace", "vehicle", "landmarks"}) {
+    EXPECT_EQ(j["covariance"][name].size(), 30U);
+  }
+  EXPECT_EQ(j["gain"].size(), 3U);
+  EXPECT_EQ(j["outcomes"]["ok"], 300);
+  EXPECT_EQ(j["outcomes"]["diverged"], 0);
+  EXPECT_EQ(j["outcomes"]["not_positive_definite"], 0);
+  EXPECT_EQ(f.err, "");
+}
+
+TEST_F(CommandLine, SameBitsForAnyNumberOfThreads) {
+  write("a.toml", kMonobot);
+  write("p.toml", "[world]\nmodel = \"planar\"\nlandmarks = 3\n[study]\nruns = 150\nsteps = 20\n");
+  for (const char* scenario : {"a.toml", "p.toml"}) {
+    const std::string one = run({"run", scenario, "--format", "json", "--threads", "1"}).out;
+    ASSERT_GT(one.size(), 1000U);
+    for (const char* threads : {"2", "3", "7"}) {
+      EXPECT_EQ(run({"run", scenario, "--format", "json", "--threads", threads}).out, one) << threads;
+    }
+  }
+}
+
+TEST_F(CommandLine, AMistunedFilterIsFoundOut) {
+  write("a.toml", kMonobot);
+  const auto verdict = [&](const char* scale) {
+    const Finished f =
+        run({"run", "a.toml", "--format", "json", "--set", std::string("filter.measurement_scale=") + scale});
+    return Json::parse(f.out)["verdict"].get<std::string>();
+  };
+  EXPECT_EQ(verdict("0.5"), "optimistic");
+  EXPECT_EQ(verdict("1.0"), "consistent");
+  EXPECT_EQ(verdict("2.0"), "pessimistic");
+  EXPECT_EQ(run({"run", "a.toml", "--set", "filter.measurement_scale=2.0", "--fail-on-inconsistent"}).code,
+            1);
+}
+
+TEST_F(CommandLine, ASweepSurvivesKill9WithTheSameBits) {
+  write("s.toml", kSweep);
+  const Finished whole = run({"sweep", "s.toml", "--out", "whole", "--format", "json", "--runs", "100000"});
+  ASSERT_EQ(whole.code, 0) << whole.err;
+
+  const pid_t child =
+      start({"sweep", "s.toml", "--out", "killed", "--format", "json", "--runs", "100000", "--threads", "1"});
+  wait_for(folder_ / "killed" / "results.sqlite");
+  ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the sweep was over before it could be killed";
+  kill(child, SIGKILL);
+  EXPECT_EQ(finish(child).code, 128 + SIGKILL);
+  const Finished resumed =
+      run({"sweep", "s.toml", "--out", "killed", "--format", "json", "--runs", "100000"});
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(resumed.out, whole.out);
+}
+
+TEST_F(CommandLine, CtrlCSavesReportsWhatIsThereAndExits130) {
+  write("a.toml", kMonobot);
+  const pid_t child =
+      start({"run", "a.toml", "--runs", "100000000", "--out", "out", "--threads", "1", "--format", "json"});
+  wait_for(folder_ / "out" / "results.sqlite");
+  kill(child, SIGINT);
+  const Finished f = finish(child);
+  EXPECT_EQ(f.code, 130) << f.err;
+  const Json j = Json::parse(f.out);
+  EXPECT_EQ(j["complete"], false);
+  EXPECT_GT(j["runs"], 0);
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "results.sqlite"));
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "index.html"));
+}
+
+TEST_F(CommandLine, PointsOfASweepInAnotherOrderGiveTheSameDocument) {
+  write("s.toml", kSweep);
+  write("t.toml",
+        "[world]\nmodel = \"monobot\"\n[study]\nruns = 200\nsteps = 30\n[sweep]\n\"filter.inflation\" = "
+        "[\"map\", "
+        "\"none\"]\n\"world.landmarks\" = [3, 1, 2]\n");
+  fs::create_directory(folder_ / "other");
+  fs::rename(folder_ / "t.toml", folder_ / "other" / "s.toml");
+  const Finished a = run({"sweep", "s.toml", "--out", "a", "--format", "json"});
+  const Finished b = run({"sweep", "other/s.toml", "--out", "b", "--format", "json"});
+  ASSERT_EQ(a.code, 0) << a.err;
+  EXPECT_EQ(a.out, b.out);
+  EXPECT_EQ(Json::parse(a.out)["configurations"].size(), 6U);
+}
+
+TEST_F(CommandLine, ShardsMergedAreTheWhole) {
+  write("s.toml", kSweep);
+  const Finished whole = run({"sweep", "s.toml", "--out", "whole", "--format", "json"});
+  EXPECT_EQ(run({"sweep", "s.toml", "--shard", "1/2", "--out", "p1"}).code, 0);
+  EXPECT_EQ(run({"sweep", "s.toml", "--shard", "2/2", "--out", "p2"}).code, 0);
+  EXPECT_EQ(run({"merge", "p1", "p2", "--out", "joined"}).code, 0);
+  const Finished joined = run({"sweep", "s.toml", "--out", "joined", "--format", "json"});
+  EXPECT_EQ(joined.out, whole.out);
+  EXPECT_EQ(run({"sweep", "s.toml", "--shard", "3/2", "--out", "p3"}).code, 2);
+}
+
+TEST_F(CommandLine, AChangedScenarioIsRefusedWithTheDifference) {
+  write("a.toml", kMonobot);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "out"}).code, 0);
+  EXPECT_EQ(run({"run", "a.toml", "--out", "out", "--runs", "500"}).code, 0) << "more runs extend a study";
+  const std::string before = read_file(folder_ / "out" / "a.csv");
+  const Finished f = run({"run", "a.toml", "--out", "out", "--set", "noise.process_variance=0.2"});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_NE(f.err.find("process_variance"), std::string::npos) << f.err;
+  EXPECT_EQ(read_file(folder_ / "out" / "a.csv"), before);
+  EXPECT_EQ(run({"run", "a.toml", "--out", "out", "--fresh", "--set", "noise.process_variance=0.2"}).code, 0);
+}
+
+TEST_F(CommandLine, ReportsAreCompleteAndFiguresAreThere) {
+  write("a.toml", kMonobot);
+  const Finished f = run({"run", "a.toml", "--out", "out"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const std::string page = read_file(folder_ / "out" / "index.html");
+  EXPECT_NE(page.find("<svg"), std::string::npos);
+  EXPECT_EQ(page.find("src=\"http"), std::string::npos);
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "a.csv"));
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "figures" / "a-run.pdf"));
+}
+
+TEST_F(CommandLine, ASingleRunIsReplayedAlone) {
+  write("a.toml", kMonobot);
+  const Finished f = run({"run", "a.toml", "--only-run", "17", "--format", "json"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json j = Json::parse(f.out);
+  EXPECT_EQ(j["run"], 17);
+  EXPECT_EQ(j["steps"].size(), 31U);
+  EXPECT_EQ(j["steps"][30]["covariance"].size(), 3U);
+  EXPECT_EQ(run({"run", "a.toml", "--only-run", "17"}).code, 0);
+  EXPECT_EQ(run({"run", "a.toml", "--only-run", "-1"}).code, 2);
+}
+
+TEST_F(CommandLine, FailedRunsAreNamedAndExitWith3) {
+  write("a.toml",
+        "[world]\nmodel = \"monobot\"\n[noise]\nmeasurement_variance = 0\nprocess_variance = 0\n"
+        "initial_variance = 0\n[study]\nruns = 3\nsteps = 2\n");
+  const Finished f = run({"run", "a.toml", "--format", "json"});
+  EXPECT_EQ(f.code, 3) << f.err;
+  const Json j = Json::parse(f.out);
+  EXPECT_EQ(j["outcomes"]["not_positive_definite"], 3);
+  EXPECT_EQ(j["outcomes"]["failures"][2]["run"], 2);
+  EXPECT_EQ(j["outcomes"]["failures"][2]["step"], 1);
+  EXPECT_TRUE(j["nees"]["mean"].is_null());
+}
+
+/// What is wrong, the scenario text, and words that the one message must contain.
+struct Bad {
+  const char* what;
+  std::string text;
+  std::vector<std::string> words;
+};
+
+TEST_F(CommandLine, EveryMalformedScenarioEndsWith2AndOneMessage) {
+  const std::vector<Bad> cases = {
+      {"unknown key",
+       "[world]\nmodel = \"monobot\"\nlandmark = 2\n",
+       {"bad.toml:3", "landmark", "landmarks"}},
+      {"unknown table", "[word]\nmodel = \"monobot\"\n", {"bad.toml:", "word", "world"}},
+      {"wrong type", "[world]\nmodel = \"monobot\"\nlandmarks = \"two\"\n", {"bad.toml:3", "landmarks"}},
+      {"negative variance",
+       "[world]\nmodel = \"monobot\"\n[noise]\nprocess_variance = -1\n",
+       {"bad.toml:4", "process_variance", "-1"}},
+      {"not a number",
+       "[world]\nmodel = \"monobot\"\n[noise]\nprocess_variance = nan\n",
+       {"bad.toml:4", "process_variance"}},
+      {"zero runs", "[world]\nmodel = \"monobot\"\n[study]\nruns = 0\n", {"bad.toml:4", "runs"}},
+      {"unknown word", "[world]\nmodel = \"submarine\"\n", {"bad.toml:2", "model", "monobot", "planar"}},
+      {"broken TOML", "[world\nmodel = \"monobot\"\n", {"bad.toml:1"}},
+  };
+  for (const Bad& bad : cases) {
+    write("bad.toml", bad.text);
+    for (const char* command : {"run", "sweep"}) {
+      const Finished f = run({command, "bad.toml", "--out", "never"});
+      EXPECT_EQ(f.code, 2) << bad.what;
+      EXPECT_EQ(f.out, "") << bad.what;
+      for (const std::string& word : bad.words)
+        EXPECT_NE(f.err.find(word), std::string::npos) << bad.what << ": " << f.err;
+      EXPECT_FALSE(fs::exists(folder_ / "never")) << bad.what;
+    }
+  }
+  EXPECT_EQ(run({"run", "missing.toml"}).code, 2);
+  EXPECT_EQ(run({"run"}).code, 2);
+  EXPECT_EQ(run({"jump"}).code, 2);
+  EXPECT_EQ(run({"run", "--help"}).code, 0);
+}
+
+TEST_F(CommandLine, AnOutputThatCannotBeWrittenIsAnErrorThatNamesIt) {
+  write("a.toml", kMonobot);
+  write("file", "not a folder");
+  const Finished f = run({"run", "a.toml", "--out", "file/out"});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_NE(f.err.find("file/out"), std::string::npos) << f.err;
+  EXPECT_EQ(read_file(folder_ / "file"), "not a folder");
+}
+
+}  // namespace
+}  // namespace credence
