@@ -33,7 +33,8 @@ std::string wrapped(std::string_view text, std::size_t indent) {
       lines += fmt::format("{:{}}{}\n", "", indent, line);
       line.clear();
     }
-    line += (line.empty() ? "" : " ") + std::string(word);
+    if (!line.empty()) line += ' ';
+    line += word;
   }
   return lines + fmt::format("{:{}}{}\n", "", indent, line);
 }

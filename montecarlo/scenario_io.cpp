@@ -134,6 +134,7 @@ class Collector {
       return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
     });
     std::vector<Setting> settings;
+    settings.reserve(list.size());
     for (Positioned& element : list) settings.push_back(std::move(element.second));
     return settings;
   }

@@ -19,31 +19,32 @@ struct Options {
   bool skip_impossible = false;
 };
 
+/// A scalar as a word: a flag is text on the command line and a boolean in a file. Empty for all else.
+std::string_view word_of(const Setting& setting) {
+  const auto* scalar = std::get_if<ScalarValue>(&setting.value);
+  if (scalar == nullptr) return {};
+  if (const auto* text = std::get_if<std::string>(scalar)) return *text;
+  const auto* flag = std::get_if<bool>(scalar);
+  return flag == nullptr ? "" : *flag ? "true" : "false";
+}
+
 void read_option(const Setting& setting, Options& options) {
+  const std::string_view word = word_of(setting);
   if (setting.key == "mode") {
-    if (setting.value == SettingValue{ScalarValue{std::string("zip")}}) {
-      options.mode = SweepMode::zip;
-    } else if (setting.value != SettingValue{ScalarValue{std::string("grid")}}) {
+    if (word != "grid" && word != "zip") {
       throw ScenarioError(fmt::format("{}: must be one of \"grid\", \"zip\"", setting.place));
     }
-    return;
-  }
-  if (setting.key == "skip_impossible") {
-    const auto* scalar = std::get_if<ScalarValue>(&setting.value);
-    const auto* flag = scalar == nullptr ? nullptr : std::get_if<bool>(scalar);
-    // On the command line the value of [sweep] keys is text.
-    const bool is_true = scalar != nullptr && *scalar == ScalarValue{std::string("true")};
-    const bool is_false = scalar != nullptr && *scalar == ScalarValue{std::string("false")};
-    if (flag == nullptr && !is_true && !is_false) {
+    options.mode = word == "zip" ? SweepMode::zip : SweepMode::grid;
+  } else if (setting.key == "skip_impossible") {
+    if (word != "true" && word != "false") {
       throw ScenarioError(fmt::format("{}: must be true or false", setting.place));
     }
-    options.skip_impossible = is_true || (flag != nullptr && *flag);
-    return;
+    options.skip_impossible = word == "true";
+  } else {
+    throw ScenarioError(fmt::format(
+        "{}: unknown key; [sweep] accepts mode, skip_impossible, and section.key such as world.landmarks",
+        setting.place));
   }
-  throw ScenarioError(
-      fmt::format("{}: unknown key; [sweep] accepts mode, skip_impossible, and section.key such "
-                  "as world.landmarks",
-                  setting.place));
 }
 
 /// The document's settings that no axis replaces.
@@ -121,6 +122,7 @@ class PointMaker {
 
 std::string list_text(const std::vector<ScalarValue>& values) {
   std::vector<std::string> texts;
+  texts.reserve(values.size());
   for (const ScalarValue& value : values) texts.push_back(value_text(value));
   return fmt::format("[{}]", fmt::join(texts, ", "));
 }
