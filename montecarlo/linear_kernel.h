@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -19,7 +20,9 @@
 
 namespace credence {
 
-/// Error dynamics of a linear filter, step k = 1 … steps.size(), with e = x̂ − x up to its sign:
+class LinearPlanStorage;
+
+/// Error dynamics of a linear filter, step k = 1 … steps.size(), with the error e = x − x̂:
 ///
 ///   e_0 = L n,  e⁻ = F e + G_q v,  nu = H e⁻ + R_r w,  e = e⁻ − K_k nu,
 ///   NIS_k = ‖W_k nu‖²,  NEES_k = ‖V_k e‖²,  n, v, w standard normal.
@@ -44,25 +47,45 @@ struct LinearErrorSystem {
 /// Throws std::invalid_argument naming the first matrix whose shape does not match or that is not finite.
 void check_linear_error_system(const LinearErrorSystem& system);
 
-/// Adds NEES and NIS of the runs first_run … first_run + runs − 1 to the moments of each step.
-///
-/// Noise of run i: step 0, purpose initial, slots 0 … n − 1; step k, purpose process, slots 0 … q − 1, and
-/// purpose measurement, slots 0 … m − 1. With c the dof of a step, its sums Σ (x − c) and Σ (x − c)² are kept
-/// in eight accumulators, run first_run + i in accumulator i mod 8, added up as ((0+4)+(2+6))+((1+5)+(3+7)),
-/// and merged into `nees` and `nis` as one chunk. Uses the instruction set of `noise`. Not finite where an
-/// error is not. Throws std::invalid_argument for shapes that do not match, entries that are not finite,
-/// negative runs, or spans that are not of the length of `steps`.
+/// A system made ready for any number of chunks of runs, in any number of threads.
+class LinearSimulator {
+ public:
+  /// Throws as check_linear_error_system does.
+  explicit LinearSimulator(const LinearErrorSystem& system);
+  LinearSimulator(LinearSimulator&&) noexcept;
+  LinearSimulator& operator=(LinearSimulator&&) noexcept;
+  ~LinearSimulator();
+
+  /// Adds NEES and NIS of the runs first_run … first_run + runs − 1 to the moments of each step.
+  ///
+  /// Noise of run i: step 0, purpose initial, slots 0 … n − 1; step k, purpose process, slots 0 … q − 1, and
+  /// purpose measurement, slots 0 … m − 1. With c the dof of a step, its sums Σ (x − c) and Σ (x − c)² are
+  /// kept in eight accumulators, run first_run + i in accumulator i mod 8, added up as
+  /// ((0+4)+(2+6))+((1+5)+(3+7)), and merged into `nees` and `nis` as one chunk. Uses the instruction set of
+  /// `noise`. Not finite where an error is not. Throws std::invalid_argument for negative runs, or spans that
+  /// are not as long as there are steps.
+  void simulate(const NoiseSource& noise, Index first_run, Index runs, std::span<Moments> nees,
+                std::span<Moments> nis) const;
+
+ private:
+  std::unique_ptr<const LinearPlanStorage> storage_;
+};
+
+/// LinearSimulator for a single chunk.
 void simulate_linear(const LinearErrorSystem& system, const NoiseSource& noise, Index first_run, Index runs,
                      std::span<Moments> nees, std::span<Moments> nis);
 
-/// All that one run of simulate_linear went through, to the bit.
+/// All that one run of a LinearSimulator went through, to the bit. Entry k − 1 is of step k.
 struct LinearRunTrace {
-  Matrix errors;       ///< n×(steps + 1); column 0 is e_0, column k is e after the update of step k
-  Matrix innovations;  ///< m×steps
-  Vector nees, nis;    ///< steps
+  Vector initial_error;                   ///< e_0
+  std::vector<Vector> errors;             ///< e after the update
+  std::vector<Vector> innovations;        ///< nu
+  std::vector<Vector> process_noise;      ///< G_q v
+  std::vector<Vector> measurement_noise;  ///< R_r w
+  std::vector<double> nees, nis;
 };
 
-/// Replays one run; throws as simulate_linear does.
+/// Replays one run; throws std::invalid_argument as check_linear_error_system does, or for a negative run.
 LinearRunTrace trace_linear(const LinearErrorSystem& system, const NoiseSource& noise, Index run);
 
 }  // namespace credence
