@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -46,46 +47,79 @@ StepTest step_without_data(const Moments& moments, double dof) {
   return step;
 }
 
-// The law and the bounds of a step: most steps share dof and count, so the last ones are kept.
-class StepTester {
+// Most steps share dof and count: the last law and its bounds are kept.
+class StepLaw {
  public:
-  StepTester(const VerdictLaws& laws, double confidence, double simultaneous_confidence)
-      : laws_(laws), confidence_(confidence), simultaneous_confidence_(simultaneous_confidence) {}
+  StepLaw(const VerdictLaws& laws, double confidence) : laws_(laws), confidence_(confidence) {}
 
-  StepTest test(const Moments& moments, double dof) {
-    const double count = static_cast<double>(moments.count);
-    prepare(dof, count);
-    StepTest step;
-    step.mean = moments.mean;
-    step.expected = law_.expected / count;
-    step.lower = pointwise_.lower / count;
-    step.upper = pointwise_.upper / count;
-    step.simultaneous_lower = simultaneous_.lower / count;
-    step.simultaneous_upper = simultaneous_.upper / count;
-    step.p_value = law_.p_value(count * moments.mean);
-    step.count = moments.count;
-    step.total_dof = dof;
-    step.outside = step.mean < step.lower || step.mean > step.upper;
-    return step;
+  void prepare(const StepTest& step) {
+    const double count = static_cast<double>(step.count);
+    if (step.total_dof == dof_ && count == count_) return;
+    dof_ = step.total_dof;
+    count_ = count;
+    law = laws_.step(dof_, count_);
+    bounds = law.bounds(confidence_);
   }
+
+  SumLaw law;
+  ChiSquareBounds bounds;
 
  private:
-  void prepare(double dof, double count) {
-    if (dof == dof_ && count == count_) return;
-    dof_ = dof;
-    count_ = count;
-    law_ = laws_.step(dof, count);
-    pointwise_ = law_.bounds(confidence_);
-    simultaneous_ = law_.bounds(simultaneous_confidence_);
-  }
-
   const VerdictLaws& laws_;
-  double confidence_, simultaneous_confidence_;
+  double confidence_;
   double dof_ = 0.0;
   double count_ = 0.0;
-  SumLaw law_;
-  ChiSquareBounds pointwise_, simultaneous_;
 };
+
+void test_step(StepLaw& law, StepTest& step) {
+  law.prepare(step);
+  const double count = static_cast<double>(step.count);
+  step.expected = law.law.expected / count;
+  step.lower = law.bounds.lower / count;
+  step.upper = law.bounds.upper / count;
+  step.p_value = law.law.p_value(count * step.mean);
+  step.outside = step.mean < step.lower || step.mean > step.upper;
+}
+
+// How the tests of a verdict are joined: the level of each, and the adjusted p-value.
+struct Joint {
+  double step_level = 0.0;
+  double overall_level = 0.0;
+  std::function<double(double smallest_step, double overall)> p_value;
+};
+
+Joint union_bound(double alpha, double steps) {
+  return {.step_level = alpha / (2.0 * steps),
+          .overall_level = alpha / 2.0,
+          .p_value = [steps](double smallest_step, double overall) {
+            return std::min(1.0, 2.0 * std::min(overall, steps * smallest_step));
+          }};
+}
+
+// A single step is also the sum, and is tested once.
+Joint single_test(double alpha) {
+  return {
+      .step_level = alpha, .overall_level = alpha, .p_value = [](double, double overall) { return overall; }};
+}
+
+double two_sided_normal_p_value(double score) { return std::erfc(score / std::sqrt(2.0)); }
+
+// P(largest score ≥ that of p), with the draw itself among the draws so that p is never 0.
+Joint largest_score(double alpha, std::vector<double> draws) {
+  const std::size_t n = draws.size();
+  const std::size_t rank = static_cast<std::size_t>(std::ceil((1.0 - alpha) * static_cast<double>(n + 1)));
+  const double level = two_sided_normal_p_value(draws[std::min(n, std::max<std::size_t>(1, rank)) - 1]);
+  return {.step_level = level,
+          .overall_level = level,
+          .p_value = [draws = std::move(draws)](double smallest_step, double overall) {
+            const double p = std::min(smallest_step, overall);
+            const auto first = std::partition_point(draws.begin(), draws.end(), [p](double score) {
+              return two_sided_normal_p_value(score) > p;
+            });
+            const double above = static_cast<double>(draws.end() - first);
+            return (above + 1.0) / static_cast<double>(draws.size() + 1);
+          }};
+}
 
 // Holm's step-down procedure: the i-th smallest p-value (from 0) is compared with α / (T − i).
 std::int64_t count_holm_rejections(const std::vector<StepTest>& steps, double alpha) {
@@ -106,24 +140,16 @@ Verdict direction(double mean, double expected) {
   return mean > expected ? Verdict::optimistic : Verdict::pessimistic;
 }
 
-// The level of one of the two tests of a verdict: a single step is both, and is tested once.
-double level_of_part(double confidence, std::int64_t steps_tested) {
-  return (1.0 - confidence) / (steps_tested > 1 ? 2.0 : 1.0);
-}
-
-void add_steps(std::span<const Moments> per_step, std::span<const double> dofs, const VerdictLaws& laws,
-               ConsistencyVerdict& result) {
+void add_steps(std::span<const Moments> per_step, std::span<const double> dofs, ConsistencyVerdict& result) {
   for (std::size_t k = 0; k < dofs.size(); ++k) {
-    if (per_step[k].count > 0 && dofs[k] > 0.0) ++result.steps_tested;
-  }
-  result.steps_without_data = static_cast<std::int64_t>(dofs.size()) - result.steps_tested;
-  const double level = level_of_part(result.confidence, result.steps_tested);
-  const double tests = static_cast<double>(std::max<std::int64_t>(1, result.steps_tested));
-  StepTester tester(laws, result.confidence, 1.0 - level / tests);
-  for (std::size_t k = 0; k < dofs.size(); ++k) {
-    const bool data = per_step[k].count > 0 && dofs[k] > 0.0;
-    result.steps.push_back(data ? tester.test(per_step[k], dofs[k])
-                                : step_without_data(per_step[k], dofs[k]));
+    StepTest step = step_without_data(per_step[k], dofs[k]);
+    if (has_data(step)) {
+      step.mean = per_step[k].mean;
+      ++result.steps_tested;
+    } else {
+      ++result.steps_without_data;
+    }
+    result.steps.push_back(step);
   }
 }
 
@@ -139,8 +165,33 @@ std::string reason_not_to_judge(const ConsistencyVerdict& result) {
   return {};
 }
 
+std::vector<StepTest> tested_steps(const ConsistencyVerdict& result) {
+  std::vector<StepTest> tested;
+  std::copy_if(result.steps.begin(), result.steps.end(), std::back_inserter(tested), has_data);
+  return tested;
+}
+
+Joint join(const VerdictLaws& laws, const ConsistencyVerdict& result) {
+  const double alpha = 1.0 - result.confidence;
+  if (result.steps_tested == 1) return single_test(alpha);
+  if (laws.largest_scores) return largest_score(alpha, laws.largest_scores(tested_steps(result)));
+  return union_bound(alpha, static_cast<double>(result.steps_tested));
+}
+
+void test_steps(const VerdictLaws& laws, double simultaneous_level, ConsistencyVerdict& result) {
+  StepLaw pointwise(laws, result.confidence);
+  StepLaw simultaneous(laws, 1.0 - simultaneous_level);
+  for (StepTest& step : result.steps) {
+    if (!has_data(step)) continue;
+    test_step(pointwise, step);
+    simultaneous.prepare(step);
+    const double count = static_cast<double>(step.count);
+    step.simultaneous_lower = simultaneous.bounds.lower / count;
+    step.simultaneous_upper = simultaneous.bounds.upper / count;
+  }
+}
+
 void summarise_steps(ConsistencyVerdict& result) {
-  if (result.steps_tested == 0) return;
   double sum = 0.0;
   double expected = 0.0;
   double smallest = 2.0;
@@ -165,30 +216,25 @@ void summarise_steps(ConsistencyVerdict& result) {
   result.steps_rejected = count_holm_rejections(result.steps, 1.0 - result.confidence);
 }
 
-void test_overall(const VerdictLaws& laws, ConsistencyVerdict& result) {
-  std::vector<StepTest> tested;
-  for (const StepTest& step : result.steps) {
-    if (has_data(step)) tested.push_back(step);
-  }
+void test_overall(const VerdictLaws& laws, double level, ConsistencyVerdict& result) {
   const double count = static_cast<double>(result.count);
   // One step is one sum whatever the dependence between steps.
-  const SumLaw law = tested.size() == 1 ? laws.step(result.dof, count) : laws.overall(tested);
-  const ChiSquareBounds bounds = law.bounds(1.0 - level_of_part(result.confidence, result.steps_tested));
+  const SumLaw law =
+      result.steps_tested == 1 ? laws.step(result.dof, count) : laws.overall(tested_steps(result));
+  const ChiSquareBounds bounds = law.bounds(1.0 - level);
   result.bounds = {bounds.lower / count, bounds.upper / count};
   result.overall_p_value = law.p_value(count * result.mean);
 }
 
-void conclude(ConsistencyVerdict& result) {
-  const bool single = result.steps_tested == 1;
-  result.tests = result.steps_tested + (single ? 0 : 1);
-  result.p_value = single ? result.overall_p_value
-                          : std::min(1.0, 2.0 * std::min(result.overall_p_value, result.steps_p_value));
+void conclude(const Joint& joint, ConsistencyVerdict& result) {
+  const StepTest& worst = result.steps[static_cast<std::size_t>(result.worst_step)];
+  result.tests = result.steps_tested + (result.steps_tested == 1 ? 0 : 1);
+  result.p_value = joint.p_value(worst.p_value, result.overall_p_value);
   if (result.p_value > 1.0 - result.confidence) {
     result.verdict = Verdict::consistent;
-  } else if (result.overall_p_value <= result.steps_p_value) {
+  } else if (result.overall_p_value * joint.step_level <= worst.p_value * joint.overall_level) {
     result.verdict = direction(result.mean, result.expected);
   } else {
-    const StepTest& worst = result.steps[static_cast<std::size_t>(result.worst_step)];
     result.verdict = direction(worst.mean, worst.expected);
   }
 }
@@ -222,15 +268,17 @@ ConsistencyVerdict judge_sums(std::span<const Moments> per_step, std::span<const
   result.confidence = confidence;
   result.expected_share_outside = 1.0 - confidence;
   result.method = laws.method;
-  result.mean = result.expected = result.p_value = kNaN;
+  result.mean = result.expected = result.p_value = result.share_outside = kNaN;
   result.overall_p_value = result.steps_p_value = kNaN;
   result.bounds = {kNaN, kNaN};
-  add_steps(per_step, total_dof_per_step, laws, result);
-  summarise_steps(result);
+  add_steps(per_step, total_dof_per_step, result);
   result.reason = reason_not_to_judge(result);
   if (!result.reason.empty()) return result;
-  test_overall(laws, result);
-  conclude(result);
+  const Joint joint = join(laws, result);
+  test_steps(laws, joint.step_level, result);
+  summarise_steps(result);
+  test_overall(laws, joint.overall_level, result);
+  conclude(joint, result);
   return result;
 }
 

@@ -12,17 +12,15 @@ struct RmseInterval {
   double rmse = 0.0;
   double lower = 0.0;
   double upper = 0.0;
-  double effective_dof = 0.0;  ///< of the mean square as a χ² variable
   std::int64_t count = 0;
   std::string_view reason;  ///< why there is no interval (lower, upper NaN), else empty
 };
 
-/// The RMSE over independent runs from the moments of their squared errors ‖e‖².
+/// The RMSE over independent runs from the moments of their squared errors ‖e‖²: the root of
+/// positive_mean_interval (student_positive_mean.h), whose approximations are its own.
 ///
-/// The mean square is taken as a multiple of χ²(ν), ν = 2 mean² / Var(mean) (Satterthwaite 1946, Box 1954)
-/// with the empirical variance: for a Gaussian scalar error ν is about the number of runs, for heavy tails
-/// fewer. No interval, with a reason, for fewer than two runs or values that are not finite or negative; a
-/// zero variance gives the interval [rmse, rmse]. Throws std::invalid_argument unless 0 < confidence < 1.
+/// No interval, with a reason, for fewer than two runs or values that are not finite or negative; a zero
+/// variance gives the interval [rmse, rmse]. Throws std::invalid_argument unless 0 < confidence < 1.
 RmseInterval rmse_interval(const Moments& squared_errors, double confidence);
 
 }  // namespace credence

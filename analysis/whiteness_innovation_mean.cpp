@@ -1,48 +1,12 @@
 #include "analysis/whiteness_innovation_mean.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <boost/math/distributions/fisher_f.hpp>
-#include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "analysis/chi_square.h"
 
 namespace credence {
-
-void VectorMoments::add(VectorRef u) {
-  if (count == 0) {
-    mean = Vector::Zero(u.size());
-    scatter = Matrix::Zero(u.size(), u.size());
-  }
-  if (u.size() != mean.size()) {
-    throw std::invalid_argument(fmt::format("vector of dimension {}, expected {}", u.size(), mean.size()));
-  }
-  ++count;
-  const Vector delta = u - mean;
-  mean += delta / static_cast<double>(count);
-  scatter += delta * (u - mean).transpose();
-}
-
-void VectorMoments::merge(const VectorMoments& other) {
-  if (other.count == 0) return;
-  if (count == 0) {
-    *this = other;
-    return;
-  }
-  if (other.mean.size() != mean.size()) {
-    throw std::invalid_argument(
-        fmt::format("vectors of dimension {} and {} do not merge", mean.size(), other.mean.size()));
-  }
-  const double na = static_cast<double>(count);
-  const double nb = static_cast<double>(other.count);
-  const Vector delta = other.mean - mean;
-  count += other.count;
-  mean += delta * (nb / (na + nb));
-  scatter += other.scatter + delta * delta.transpose() * (na * nb / (na + nb));
-}
 
 InnovationMeanTest test_innovation_mean(const VectorMoments& moments) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();

@@ -3,21 +3,10 @@
 #include <cstdint>
 #include <string_view>
 
+#include "analysis/consistency_vector_moments.h"
 #include "core/types.h"
 
 namespace credence {
-
-/// Count, mean and scatter Σ (u − ū)(u − ū)ᵀ of vectors: additive (Chan), merged in index order for the same
-/// bits.
-struct VectorMoments {
-  std::int64_t count = 0;
-  Vector mean;     ///< m; empty before the first value
-  Matrix scatter;  ///< m×m
-
-  /// Throws std::invalid_argument for a dimension other than that of the first value.
-  void add(VectorRef u);
-  void merge(const VectorMoments& other);
-};
 
 /// Two tests that the normalised innovation has mean zero.
 struct InnovationMeanTest {
