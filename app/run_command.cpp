@@ -10,6 +10,7 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/study_runner.h"
+#include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
 #include "montecarlo/scenario_text.h"
 #include "reports/study_json.h"
@@ -123,7 +124,7 @@ void add_run_command(CLI::App& app) {
       "credence run scenarios/figure3_two_landmarks.toml --runs 5000 --format json",
       "credence run scenarios/planar_loop.toml --set world.landmarks=20 --out out/planar",
       "credence run scenarios/figure1_two_landmarks.toml --only-run 17"};
-  command->footer(examples(kExamples));
+  command->footer(examples(kExamples) + "\n\n" + scenario_help());
   command->callback([options] { throw ExitStatus{run(*options)}; });
 }
 

@@ -12,6 +12,7 @@
 #include "app/interrupt.h"
 #include "app/study_runner.h"
 #include "montecarlo/scenario_hash.h"
+#include "montecarlo/scenario_help.h"
 #include "montecarlo/sweep_plan.h"
 #include "reports/sweep_report.h"
 #include "reports/text_table.h"
@@ -114,7 +115,7 @@ void add_sweep_command(CLI::App& app) {
       "credence sweep scenarios/mistuned_sweep.toml",
       "credence sweep scenarios/mistuned_sweep.toml --set sweep.world.landmarks=1:4 --out out/landmarks",
       "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1"};
-  command->footer(examples(kExamples));
+  command->footer(examples(kExamples) + "\n\n" + scenario_help());
   command->callback([options] { throw ExitStatus{sweep(*options)}; });
 }
 

@@ -39,12 +39,13 @@ LinearExperiment::LinearExperiment(LinearModel truth, const LinearModel& assumed
       steps_(steps),
       source_(source),
       filter_steps_(linear_filter_steps(assumed, rule, steps)),
-      system_(make_error_system(truth_, filter_steps_)) {}
+      system_(make_error_system(truth_, filter_steps_)),
+      simulator_(system_) {}
 
 StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
   const std::size_t good_steps = system_.steps.size();
   std::vector<Moments> nees(good_steps), nis(good_steps);
-  simulate_linear(system_, source_, first_run, runs, nees, nis);
+  simulator_.simulate(source_, first_run, runs, nees, nis);
 
   StudyStatistics statistics;
   statistics.runs = runs;

@@ -29,6 +29,7 @@ class LinearExperiment final : public Experiment {
   NoiseSource source_;
   std::vector<LinearFilterStep> filter_steps_;
   LinearErrorSystem system_;
+  LinearSimulator simulator_;
 };
 
 }  // namespace credence
