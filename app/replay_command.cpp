@@ -89,10 +89,10 @@ void add_replay_command(CLI::App& app) {
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   add_output_options(*command, *options);
-  static constexpr const char* kExamples[] = {"credence replay carpark --data DIR",
-                                              "credence replay carpark --data DIR --set filter.inflation=map "
-                                              "--set filter.solution=min-trace --out out/map",
-                                              "credence replay mrclam --data DIR --robot 3"};
+  static constexpr const char* kExamples[] = {
+      "credence replay carpark --data DIR",
+      "credence replay carpark --data DIR --set filter.inflation=map --out out/map",
+      "credence replay mrclam --data DIR --robot 3"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{replay(*options)}; });
 }
