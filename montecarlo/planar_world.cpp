@@ -81,7 +81,7 @@ std::vector<Control> nominal_controls(const Scenario& scenario, const Vehicle& v
 
 bool PlanarWorld::sees(const Pose& pose, const Point& point) const {
   const RangeBearing z = measure_range_bearing(pose, point);
-  return z[0] <= sensor_range_m && std::abs(z[1]) <= half_field_of_view_rad;
+  return z[0] >= sensor_min_range_m && z[0] <= sensor_range_m && std::abs(z[1]) <= half_field_of_view_rad;
 }
 
 PlanarWorld make_planar_world(const Scenario& scenario) {
@@ -89,6 +89,7 @@ PlanarWorld make_planar_world(const Scenario& scenario) {
   PlanarWorld world;
   world.vehicle.kind = w.vehicle;
   world.dt_s = w.dt;
+  world.sensor_min_range_m = w.sensor_min_range;
   world.sensor_range_m = w.sensor_range;
   world.half_field_of_view_rad = 0.5 * w.field_of_view_deg * kRadiansPerDegree;
   world.start = on_path(w.path, w.path_radius, 0.0);

@@ -18,6 +18,7 @@ namespace credence {
 struct PlanarWorld {
   Vehicle vehicle;
   double dt_s = 0.25;
+  double sensor_min_range_m = 0.0;
   double sensor_range_m = 30.0;
   double half_field_of_view_rad = std::numbers::pi;
   Pose start = Pose::Zero();

@@ -38,6 +38,7 @@ struct WorldSettings {
   double path_radius = 10.0;         ///< m; of the line, half its length
   double speed = 1.0;                ///< m/s
   double dt = 1.0;                   ///< s; one step of the monobot is 1, the planar default is 0.25
+  double sensor_min_range = 1.0;     ///< m; at close quarters a bearing says nothing linear
   double sensor_range = 30.0;        ///< m
   double field_of_view_deg = 360.0;  ///< full angle, centred on the heading
 

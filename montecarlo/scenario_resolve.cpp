@@ -81,6 +81,14 @@ void check_landmarks(const Resolution& r) {
   }
 }
 
+void check_sensor(const Resolution& r) {
+  const WorldSettings& world = r.scenario.world;
+  if (world.model == WorldModel::planar && world.sensor_min_range >= world.sensor_range) {
+    r.impossible("world", "sensor_min_range",
+                 fmt::format("must be < world.sensor_range = {}", world.sensor_range));
+  }
+}
+
 void check_filter(const Resolution& r) {
   const FilterSettings& filter = r.scenario.filter;
   if (filter.inflation == FilterInflation::full && filter.solution == InflationSolution::sequential) {
@@ -147,6 +155,7 @@ Scenario resolve_scenario(std::span<const Setting> settings, const std::string& 
   assign(resolution);
   check_acceptance(resolution);
   check_landmarks(resolution);
+  check_sensor(resolution);
   check_filter(resolution);
   rest_unused(resolution.scenario);
   return resolution.scenario;

@@ -87,6 +87,8 @@ std::vector<ScenarioKey> world_keys() {
        kOnlyPlanar, is_planar},
       {"world", "dt", "s", "time of one step", real<kWorld, &W::dt>(kPositive), is_planar, kOnlyPlanar,
        is_planar},
+      {"world", "sensor_min_range", "m", "landmarks nearer than this are not seen",
+       real<kWorld, &W::sensor_min_range>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
       {"world", "sensor_range", "m", "landmarks farther away are not seen",
        real<kWorld, &W::sensor_range>(kPositive), is_planar, kOnlyPlanar, is_planar},
       {"world", "field_of_view_deg", "deg", "full angle of sight, centred on the heading",

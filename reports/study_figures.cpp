@@ -55,14 +55,14 @@ Panel positions_panel(const RunTrace& trace, const FigureData& steps) {
       lower.push_back(at(s.estimate, i) - 2.0 * sigma_at(s, i));
       upper.push_back(at(s.estimate, i) + 2.0 * sigma_at(s, i));
     }
-    panel.series.push_back(band_series(i == 0 ? "±2σ" : "", ColourRole::estimate, steps, lower, upper));
+    panel.series.push_back(band_series(i == 0 ? "±2σ" : "", numbered_role(i), steps, lower, upper));
     if (i > 0) {
       panel.series.push_back(point_series(i == 1 ? "measured" : "", ColourRole::measurement, steps,
                                           over_steps(trace, [&](const TraceStep& s) {
                                             return at(s.estimate, 0) + at(s.z, anchors + i - 1);
                                           })));
     }
-    panel.series.push_back(line_series(i == 0 ? "estimated" : "", ColourRole::estimate, steps, estimate));
+    panel.series.push_back(line_series(i == 0 ? "estimated" : "", numbered_role(i), steps, estimate));
     panel.series.push_back(
         line_series(i == 0 ? "true" : "", ColourRole::truth, steps,
                     over_steps(trace, [&](const TraceStep& s) { return at(s.truth, i); })));

@@ -378,6 +378,7 @@ const std::vector<Hostile> kHostile = {
     {"[world]\nmodel = \"planar\"\nvehicle = \"car\"\n[noise]\nturn_rate_std = 1\n", {"x.toml:5: [noise] turn_rate_std", "unicycle", "steering_std_deg"}},
     {"[world]\nmodel = \"planar\"\nvehicle = \"bike\"\n", {"x.toml:3: [world] vehicle", "\"unicycle\", \"bicycle\", \"car\""}},
     {"[world]\nmodel = \"planar\"\nsensor_range = inf\n", {"x.toml:3: [world] sensor_range = inf", "finite number > 0"}},
+    {"[world]\nmodel = \"planar\"\nsensor_range = 5\nsensor_min_range = 5\n", {"x.toml:4: [world] sensor_min_range = 5", "must be < world.sensor_range"}},
     {"[world]\nmodel = \"planar\"\nsensor_range = 0\n", {"x.toml:3: [world] sensor_range = 0", "finite number > 0"}},
     {"[world]\nmodel = \"planar\"\ndt = -0.25\n", {"x.toml:3: [world] dt = -0.25", "finite number > 0"}},
     {"[world]\nmodel = \"planar\"\nfield_of_view_deg = 361\n", {"x.toml:3: [world] field_of_view_deg = 361", "> 0 and <= 360"}},
