@@ -82,7 +82,10 @@ std::string text_table(const ReportTable& table, bool colour) {
     }
     end_line(out);
   }
-  for (const std::string& note : table.notes) out += "\n" + printable_line(note);
+  for (const std::string& note : table.notes) {
+    out += '\n';
+    out += printable_line(note);
+  }
   if (!table.notes.empty()) out += '\n';
   return out;
 }
