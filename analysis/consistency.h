@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -56,15 +57,17 @@ struct ConsistencyVerdict {
   std::string reason;  ///< why undecided, else empty
   std::string method;  ///< the tests in words
   double confidence = 0.0;
-  double p_value = 0.0;  ///< adjusted: the verdict is not `consistent` iff p_value ≤ 1 − confidence
-  double overall_p_value = 0.0;  ///< of the overall test alone
-  double steps_p_value = 0.0;    ///< of the worst step, adjusted for the number of steps
-  double mean = 0.0;             ///< over all steps and runs
-  double expected = 0.0;         ///< dof / count
-  ChiSquareBounds bounds;        ///< of the overall mean, as the verdict uses them
-  double dof = 0.0;              ///< sum over steps and runs
-  std::int64_t count = 0;        ///< values: runs summed over steps
-  std::int64_t tests = 0;        ///< made: steps tested, and the overall one where it is a further one
+  double p_value = std::numeric_limits<double>::quiet_NaN();  ///< adjusted: the verdict is not `consistent`
+                                                              ///< iff p_value ≤ 1 − confidence
+  double overall_p_value = std::numeric_limits<double>::quiet_NaN();  ///< of the overall test alone
+  double steps_p_value =
+      std::numeric_limits<double>::quiet_NaN();  ///< of the worst step, adjusted for the number of steps
+  double mean = 0.0;                             ///< over all steps and runs
+  double expected = 0.0;                         ///< dof / count
+  ChiSquareBounds bounds;                        ///< of the overall mean, as the verdict uses them
+  double dof = 0.0;                              ///< sum over steps and runs
+  std::int64_t count = 0;                        ///< values: runs summed over steps
+  std::int64_t tests = 0;  ///< made: steps tested, and the overall one where it is a further one
   std::int64_t steps_tested = 0;
   std::int64_t steps_without_data = 0;
   std::int64_t steps_rejected = 0;      ///< by Holm's procedure at 1 − confidence

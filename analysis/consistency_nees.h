@@ -10,7 +10,7 @@ namespace credence {
 /// A normalised squared error eᵀ P⁻¹ e with the degrees of freedom that P really has.
 struct NormalisedError {
   bool ok = false;  ///< false: see reason, the value is not to be used
-  std::string_view reason;
+  std::string_view reason = {};
   double value = 0.0;  ///< infinite if the error leaves the range of P: P claims a certainty that is wrong
   Index dof = 0;       ///< rank of P
   Vector whitened;     ///< dof values, independent N(0, 1) under consistency; value is their squared norm

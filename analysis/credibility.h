@@ -17,7 +17,7 @@ struct CredibilityIndex {
   double expected_inclination = 0.0;  ///< of a consistent filter with this many runs
   double lower = 0.0, upper = 0.0;    ///< interval of the inclination less its expected value
   double p_value = 0.0;               ///< that the filter is consistent, by the inclination
-  std::string_view reason;            ///< why there is no index (numbers NaN), else empty
+  std::string_view reason = {};       ///< why there is no index (numbers NaN), else empty
 };
 
 /// The noncredibility index and the inclination indicator of one step,

@@ -13,7 +13,7 @@ struct RmseInterval {
   double lower = 0.0;
   double upper = 0.0;
   std::int64_t count = 0;
-  std::string_view reason;  ///< why there is no interval (lower, upper NaN), else empty
+  std::string_view reason = {};  ///< why there is no interval (lower, upper NaN), else empty
 };
 
 /// The RMSE over independent runs from the moments of their squared errors ‖e‖²: the root of

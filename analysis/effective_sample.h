@@ -58,7 +58,7 @@ TimeAverageTest test_time_average(const Moments& run_sums, double expected, doub
 struct EffectiveSample {
   double correlation_time = 0.0;  ///< τ = 1 + 2 Σ ρ_h, at least 1; NaN without data
   double size = 0.0;              ///< length / τ
-  std::string_view reason;        ///< why there is none, else empty
+  std::string_view reason = {};   ///< why there is none, else empty
 };
 
 /// τ summed over the window of Sokal (1989), the least W ≥ 5 τ(W). Pools several series (runs of one filter):

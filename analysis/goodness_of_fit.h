@@ -22,7 +22,7 @@ struct GoodnessOfFit {
   double kolmogorov_p_value = 0.0;
   double anderson = 0.0;  ///< A² = n ∫ (F_n(u) − u)² / (u (1 − u)) du: sees the tails
   double anderson_p_value = 0.0;
-  std::string_view reason;  ///< why there is no test (p-values NaN), else empty
+  std::string_view reason = {};  ///< why there is no test (p-values NaN), else empty
 };
 
 /// P(D_n > d) for n independent uniform values (Marsaglia, Tsang, Wang 2003: exact, for n ≤ 140; beyond,

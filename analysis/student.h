@@ -14,7 +14,7 @@ struct MeanInterval {
   double upper = 0.0;
   double standard_error = 0.0;
   std::int64_t count = 0;
-  std::string_view reason;  ///< why there is no interval (lower, upper NaN), else empty
+  std::string_view reason = {};  ///< why there is no interval (lower, upper NaN), else empty
 
   double half_width() const { return 0.5 * (upper - lower); }
 };

@@ -59,8 +59,8 @@ struct WhitenessTest {
   double statistic = 0.0;               ///< ~ χ²(dof) when white
   double dof = 0.0;                     ///< H m²
   double p_value = 0.0;
-  bool white = false;       ///< p_value > 1 − confidence
-  std::string_view reason;  ///< why there is no test (p_value NaN), else empty
+  bool white = false;            ///< p_value > 1 − confidence
+  std::string_view reason = {};  ///< why there is no test (p_value NaN), else empty
 };
 
 /// The multivariate portmanteau test of Hosking (1980), which for one component and one run is Ljung and Box

@@ -16,7 +16,7 @@ struct InnovationMeanTest {
   double chi_square_p_value = 0.0;
   double t_square = 0.0;  ///< Hotelling's N ūᵀ Ĉ⁻¹ ū ~ (N−1) m / (N−m) F(m, N−m): S may be wrong
   double p_value = 0.0;   ///< of t_square; exact for Gaussian white u
-  std::string_view reason;  ///< why there is no test (p-values NaN), else empty
+  std::string_view reason = {};  ///< why there is no test (p-values NaN), else empty
 };
 
 /// Tests the mean of the normalised innovations u = L⁻¹ ν, S = L Lᵀ, for zero: a bias of the sensor or of the

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+
+/// @file
+/// What a study of a given size can see, and the size it needs: the power of the verdicts of consistency.h
+/// against a covariance that is wrong by a factor.
+///
+/// factor = true covariance / claimed P: above 1 the filter is optimistic, below 1 pessimistic. The sum of
+/// the statistic is then factor · χ², so that the power of each test is exact.
+
+namespace credence {
+
+/// Power of the two-sided χ² test of one sum at this level (one step: level 1 − confidence, dof = runs × n).
+/// Throws std::invalid_argument unless factor > 0, dof > 0 and 0 < level < 1.
+double chi_square_power(double factor, double dof, double level);
+
+/// The study whose verdict is planned.
+struct VerdictDesign {
+  double steps = 1.0;         ///< T
+  double dof_per_step = 1.0;  ///< of one run: n for NEES, m for NIS
+  double confidence = 0.95;
+  bool white = false;            ///< true: judge_nis; false: judge_nees
+  double effective_steps = 1.0;  ///< for NEES: independent steps (effective_sample.h); 1 is fully correlated
+};
+
+/// Power of judge_nis or judge_nees over `runs` runs: the larger of the powers of its two parts, which is a
+/// lower bound of the power of both.
+///
+/// Sum over white steps: exact. Sum over correlated steps: a multiple of χ² with the effective dof (exact for
+/// fully correlated steps, and then the least power when it exceeds one half). Steps: exact for white ones;
+/// one step at the Bonferroni level for correlated ones.
+double verdict_power(const VerdictDesign& design, double factor, double runs);
+
+/// An answer of planning.
+struct RunsNeeded {
+  std::int64_t runs = 0;
+  double power = 0.0;  ///< achieved with these runs
+};
+
+/// The fewest runs with which the verdict detects the factor with at least this power. Throws
+/// std::invalid_argument for factor = 1 (nothing to detect) or not > 0, power outside (0, 1), an impossible
+/// design, or a factor so near 1 that more than 10¹² runs are needed.
+RunsNeeded runs_to_detect(const VerdictDesign& design, double factor, double power);
+
+/// The factors nearest to 1, below and above, that `runs` runs detect with this power.
+struct DetectableFactors {
+  double below = 0.0;
+  double above = 0.0;
+};
+DetectableFactors detectable_factors(const VerdictDesign& design, double runs, double power);
+
+/// Runs until the mean NEES of a consistent filter, averaged over the run, is known to this relative
+/// half-width: z² 2 / (n T_eff precision²), at least 2. Throws std::invalid_argument unless precision > 0.
+std::int64_t runs_for_precision(const VerdictDesign& design, double precision);
+
+}  // namespace credence
