@@ -1,9 +1,12 @@
 #include "datasets/carpark_association.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
 #include "core/angle.h"
+#include "datasets/data_error.h"
 
 namespace credence {
 namespace {
@@ -84,6 +87,28 @@ Pose carpark_start(const CarparkLog& log, double heading_rad) {
   return pose;
 }
 
+std::vector<int> beacons_in_order_of_sight(const std::vector<CarparkSights>& scans) {
+  std::vector<int> order;
+  for (const CarparkSights& scan : scans)
+    for (const Sight& sight : scan.sights)
+      if (sight.landmark >= 0 && std::find(order.begin(), order.end(), sight.landmark) == order.end())
+        order.push_back(sight.landmark);
+  return order;
+}
+
+void check_association(const std::vector<CarparkSights>& scans) {
+  std::size_t sights = 0, associated = 0;
+  for (const CarparkSights& scan : scans)
+    for (const Sight& sight : scan.sights) {
+      ++sights;
+      associated += sight.landmark >= 0 ? 1 : 0;
+    }
+  if (2 * associated < sights || sights == 0)
+    throw DataError(
+        "beac_juan3.mat", "variable 'estbeac'",
+        fmt::format("only {} of {} sights point at a surveyed beacon: swapped columns?", associated, sights));
+}
+
 std::vector<CarparkSights> associate_by_survey(const CarparkLog& log, double heading_rad,
                                                double max_distance_m) {
   Filter filter = localisation(log, carpark_start(log, heading_rad));
@@ -104,6 +129,7 @@ std::vector<CarparkSights> associate_by_survey(const CarparkLog& log, double hea
       pose.head<2>() = position_at(log.gps, time_s);
       result.push_back(associate_scan(log, log.scans[event.index], pose, max_distance_m));
       correct(filter, result.back().sights);
+      result.back().localised = filter.pose();
     }
   }
   return result;

@@ -8,11 +8,19 @@
 
 namespace credence {
 
-/// What was seen in one scan, each sight with its surveyed beacon.
+/// What was seen in one scan, each sight with its surveyed beacon, and where the vehicle was.
 struct CarparkSights {
   std::vector<Sight> sights;
   std::vector<double> distance_m;  ///< from the beacon that the sight was given, or that is nearest
+  Pose localised = Pose::Zero();   ///< by the survey, after this scan
 };
+
+/// Throws DataError unless half of all sights or more have a surveyed beacon: swapped columns, another
+/// survey.
+void check_association(const std::vector<CarparkSights>& scans);
+
+/// The beacons in the order of first sight.
+std::vector<int> beacons_in_order_of_sight(const std::vector<CarparkSights>& scans);
 
 /// Where the vehicle starts: at the first GPS fix, with the heading of the settings.
 Pose carpark_start(const CarparkLog& log, double heading_rad);

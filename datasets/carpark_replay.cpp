@@ -1,12 +1,9 @@
 #include "datasets/carpark_replay.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
+#include <stdexcept>
 
 #include "core/angle.h"
 #include "datasets/carpark_association.h"
-#include "datasets/data_error.h"
 #include "datasets/replay_filter.h"
 
 namespace credence {
@@ -14,33 +11,12 @@ namespace {
 
 constexpr double kGpsStdM = 0.02;  // kinematic GPS; the antenna coincides with the laser within this
 
-/// The beacons in the order of first sight.
-std::vector<int> first_seen(const std::vector<CarparkSights>& scans) {
-  std::vector<int> order;
-  for (const CarparkSights& scan : scans)
-    for (const Sight& sight : scan.sights)
-      if (sight.landmark >= 0 && std::find(order.begin(), order.end(), sight.landmark) == order.end())
-        order.push_back(sight.landmark);
-  return order;
-}
-
-void check_association(const std::vector<CarparkSights>& scans) {
-  std::size_t sights = 0, associated = 0;
-  for (const CarparkSights& scan : scans)
-    for (const Sight& sight : scan.sights) {
-      ++sights;
-      associated += sight.landmark >= 0 ? 1 : 0;
-    }
-  if (2 * associated < sights || sights == 0)
-    throw DataError(
-        "beac_juan3.mat", "variable 'estbeac'",
-        fmt::format("only {} of {} sights point at a surveyed beacon: swapped columns?", associated, sights));
-}
-
 }  // namespace
 
 ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& settings) {
   check_replay_settings(settings);
+  if (settings.vehicle != VehicleKind::car)
+    throw std::invalid_argument("the car park needs the settings of a car");
   const double heading = settings.initial.heading_deg * kRadiansPerDegree;
   const std::vector<CarparkSights> scans =
       associate_by_survey(log, carpark_settings().initial.heading_deg * kRadiansPerDegree);
@@ -49,9 +25,8 @@ ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& setting
   ReplayStart start;
   start.time_s = log.events.front().time_s;
   start.pose = carpark_start(log, heading);
-  start.vehicle = VehicleKind::car;
   start.survey_m = log.beacons_m;
-  start.first_seen = first_seen(scans);
+  start.first_seen = beacons_in_order_of_sight(scans);
   ReplayFilter filter(settings, start);
 
   // A delay moves the odometry against the other sensors: merge again.

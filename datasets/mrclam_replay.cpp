@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "datasets/data_error.h"
 #include "datasets/replay_filter.h"
@@ -74,12 +75,13 @@ class Driver {
 
 ReplayResult replay_mrclam(const MrclamLog& log, const ReplaySettings& settings) {
   check_replay_settings(settings);
+  if (settings.vehicle != VehicleKind::unicycle)
+    throw std::invalid_argument("MRCLAM needs the settings of a unicycle");
   const double delay_s = settings.sensor.odometry_delay_s;
   const std::size_t first = first_sample(log, delay_s);
   ReplayStart start;
   start.time_s = log.odometry[first].time_s + delay_s;
   start.pose = *truth_at(log.truth, start.time_s);
-  start.vehicle = VehicleKind::unicycle;
   for (const MrclamLandmark& landmark : log.landmarks) start.survey_m.push_back(landmark.position_m);
   start.first_seen = first_seen(log, start.time_s);
   ReplayFilter filter(settings, start);

@@ -18,10 +18,10 @@ constexpr double kNewLandmarkProbability = 0.999999;
 
 Eigen::Matrix2d diagonal(double a, double b) { return Eigen::Vector2d(a * a, b * b).asDiagonal(); }
 
-Eigen::Matrix2d control_noise(const ReplayNoise& noise, VehicleKind vehicle) {
-  const double turning =
-      vehicle == VehicleKind::unicycle ? noise.turn_rate_std : noise.steering_std_deg * kRadiansPerDegree;
-  return diagonal(noise.speed_std, turning);
+Eigen::Matrix2d control_noise(const ReplaySettings& settings) {
+  const bool steered = settings.vehicle != VehicleKind::unicycle;
+  return diagonal(settings.noise.speed_std, steered ? settings.noise.steering_std_deg * kRadiansPerDegree
+                                                    : settings.noise.turn_rate_std);
 }
 
 std::vector<int> chosen_anchors(const ReplaySettings& settings, const ReplayStart& start) {
@@ -43,9 +43,9 @@ double landmarks_trace(const Matrix& P) { return P.diagonal().tail(P.rows() - 3)
 
 ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& start)
     : settings_((check_replay_settings(settings), settings)),
-      vehicle_{start.vehicle, {}},
+      vehicle_{settings.vehicle, {}},
       rule_{settings.filter.inflation, settings.filter.solution, {}},
-      Q_(control_noise(settings.noise, start.vehicle)),
+      Q_(control_noise(settings)),
       R_(diagonal(settings.noise.range_std, settings.noise.bearing_std_deg * kRadiansPerDegree)),
       anchors_(chosen_anchors(settings, start)),
       survey_of_(start.survey_m.size()),

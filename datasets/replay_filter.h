@@ -19,7 +19,6 @@ struct Sight {
 struct ReplayStart {
   double time_s = 0;
   Pose pose = Pose::Zero();
-  VehicleKind vehicle = VehicleKind::unicycle;
   std::vector<Point> survey_m;
   std::vector<int> first_seen;  ///< surveyed landmarks in the order of first sight: the first become anchors
 };

@@ -109,6 +109,14 @@ std::vector<Key> world_and_filter_keys() {
               [](S& s) -> double& { return s.filter.gate; }, [](double x) { return x >= 0 && x < 1; })};
 }
 
+/// Whether a key means something for a vehicle.
+bool belongs(const std::string& key, VehicleKind vehicle) {
+  const bool unicycle = vehicle == VehicleKind::unicycle;
+  if (key == "noise.turn_rate_std") return unicycle;
+  if (key == "noise.steering_std_deg" || key == "initial.heading_deg") return !unicycle;
+  return true;
+}
+
 std::vector<Key> all_keys() {
   using S = ReplaySettings;
   const auto any = [](double) { return true; };
@@ -142,6 +150,7 @@ ReplaySettings carpark_settings() { return {}; }
 
 ReplaySettings mrclam_settings(int robot) {
   ReplaySettings settings;
+  settings.vehicle = VehicleKind::unicycle;
   settings.initial = {.position_std = 0.01, .heading_std_deg = 1, .heading_deg = 0};
   settings.noise = {.speed_std = 0.15, .steering_std_deg = 0, .turn_rate_std = 0.4};
   settings.noise.range_std = robot == 3 ? 0.115 : 0.067;
@@ -154,13 +163,15 @@ ReplaySettings mrclam_settings(int robot) {
 void set_replay_setting(ReplaySettings& settings, std::string_view key, std::string_view value) {
   std::vector<std::string> names;
   for (const Key& known : all_keys()) {
+    if (!belongs(known.name, settings.vehicle)) continue;
     names.push_back(known.name);
     if (known.name != key) continue;
     if (!known.set(settings, value))
       throw std::invalid_argument(fmt::format("{} = {}: must be {}", key, value, known.limits));
     return;
   }
-  throw std::invalid_argument(fmt::format("unknown key {}; known are {}", key, fmt::join(names, ", ")));
+  throw std::invalid_argument(
+      fmt::format("unknown key {} for this data set; known are {}", key, fmt::join(names, ", ")));
 }
 
 void check_replay_settings(const ReplaySettings& settings) {
@@ -176,7 +187,8 @@ void check_replay_settings(const ReplaySettings& settings) {
 
 std::vector<ReplaySettingText> replay_settings_text(const ReplaySettings& settings) {
   std::vector<ReplaySettingText> result;
-  for (const Key& key : all_keys()) result.push_back({key.name, key.text(settings)});
+  for (const Key& key : all_keys())
+    if (belongs(key.name, settings.vehicle)) result.push_back({key.name, key.text(settings)});
   return result;
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/inflation.h"
 #include "core/types.h"
+#include "core/vehicle.h"
 
 namespace credence {
 
@@ -47,7 +48,10 @@ struct ReplaySensor {
 };
 
 /// What the EKF-SLAM of a replay believes; the fields have the names that `--set` knows, group by group.
+///
+/// The vehicle is the data set's and cannot be set by name: the car of the car park, the unicycle of MRCLAM.
 struct ReplaySettings {
+  VehicleKind vehicle = VehicleKind::car;
   ReplayWorld world;
   ReplayFilterSettings filter;
   ReplayInitial initial;
@@ -64,13 +68,15 @@ ReplaySettings mrclam_settings(int robot);
 
 /// Sets one value by its name, e.g. "noise.range_std" to "0.2".
 ///
-/// Throws std::invalid_argument that names key, value and what is accepted.
+/// Throws std::invalid_argument that names key, value and what is accepted, also for a key that means nothing
+/// for the vehicle (a steering angle of the unicycle).
 void set_replay_setting(ReplaySettings& settings, std::string_view key, std::string_view value);
 
 /// Throws std::invalid_argument for an impossible setting (a negative deviation, a gate of 1, no anchors).
 void check_replay_settings(const ReplaySettings& settings);
 
-/// A setting's name and present value as text, as set_replay_setting takes them; in the order of the struct.
+/// A setting's name and present value as text, as set_replay_setting takes them; in the order of the struct,
+/// without those that mean nothing for the vehicle.
 struct ReplaySettingText {
   std::string key, value;
 };

@@ -172,6 +172,7 @@ TEST(CarparkReplay, ImpossibleSettingsAreRefused) {
   ReplaySettings settings = carpark_settings();
   settings.filter.gate = 2;
   EXPECT_THROW(replay_carpark({}, settings), std::invalid_argument);
+  EXPECT_THROW(replay_carpark({}, mrclam_settings(1)), std::invalid_argument);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ struct World {
   Vehicle vehicle{VehicleKind::unicycle, {}};
 
   World() {
+    settings.vehicle = VehicleKind::unicycle;
     settings.initial = {.position_std = 0.02, .heading_std_deg = 0.5, .heading_deg = 0};
     settings.noise = {.speed_std = 0.1, .steering_std_deg = 0, .turn_rate_std = 0.05};
     settings.noise.range_std = 0.05;

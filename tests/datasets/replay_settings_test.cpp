@@ -48,9 +48,10 @@ TEST(ReplaySettings, AreSetByTheirNames) {
 TEST(ReplaySettings, TextReadsBackTheSame) {
   for (const ReplaySettings& settings : {carpark_settings(), mrclam_settings(1), mrclam_settings(3)}) {
     ReplaySettings copy;
+    copy.vehicle = settings.vehicle;
     for (const auto& [key, value] : replay_settings_text(settings)) set_replay_setting(copy, key, value);
     const auto text = replay_settings_text(settings), again = replay_settings_text(copy);
-    ASSERT_EQ(text.size(), 16U);
+    ASSERT_EQ(text.size(), settings.vehicle == VehicleKind::car ? 15U : 14U);
     for (std::size_t i = 0; i < text.size(); ++i) EXPECT_EQ(text[i].value, again[i].value) << text[i].key;
     EXPECT_NO_THROW(check_replay_settings(settings));
   }
@@ -68,6 +69,14 @@ TEST(ReplaySettings, ErrorsNameKeyValueAndWhatIsAccepted) {
   EXPECT_THAT(error_of("world.anchors", "1.5"), HasSubstr("whole number"));
   EXPECT_THAT(error_of("filter.gate", "1"), HasSubstr("[0, 1)"));
   EXPECT_THAT(error_of("filter.solution", ""), HasSubstr("min-trace"));
+}
+
+TEST(ReplaySettings, AWishThatMeansNothingIsRefused) {
+  ReplaySettings car = carpark_settings(), unicycle = mrclam_settings(1);
+  EXPECT_THROW(set_replay_setting(car, "noise.turn_rate_std", "1"), std::invalid_argument);
+  EXPECT_THROW(set_replay_setting(unicycle, "noise.steering_std_deg", "1"), std::invalid_argument);
+  EXPECT_THROW(set_replay_setting(unicycle, "initial.heading_deg", "1"), std::invalid_argument);
+  EXPECT_NO_THROW(set_replay_setting(unicycle, "noise.turn_rate_std", "1"));
 }
 
 TEST(ReplaySettings, ImpossibleCombinationsAreRefused) {
