@@ -20,33 +20,49 @@ void require(bool ok, const char* what, Index value) {
   if (!ok) throw std::invalid_argument(std::string("simulate_linear: ") + what + std::to_string(value));
 }
 
-/// 64-byte aligned doubles.
-class AlignedBuffer {
+/// Runs whose states stay in the L1 cache together with what else is there.
+std::int64_t runs_of_batch(const LinearPlan& plan) {
+  constexpr std::int64_t kDoubles = 512;
+  const std::int64_t tiles = kDoubles / std::max<std::int64_t>(1, std::int64_t{plan.states} * kNoiseLanes);
+  return std::clamp<std::int64_t>(tiles, 1, 8) * kNoiseLanes;
+}
+
+/// Blocks of four steps whose noise is drawn at once, as even as can be: half of a common L1 cache.
+std::int64_t groups_of_block(const LinearPlan& plan) {
+  constexpr std::int64_t kDoubles = 2048;
+  const std::int64_t slots = std::int64_t{plan.process_noises} + plan.measurements;
+  const std::int64_t most =
+      std::clamp<std::int64_t>(kDoubles / std::max<std::int64_t>(1, slots * 4 * kNoiseLanes), 1, 8);
+  const std::int64_t groups = std::max<std::int64_t>(1, (plan.steps + 3) / 4);
+  const std::int64_t blocks = (groups + most - 1) / most;
+  return (groups + blocks - 1) / blocks;
+}
+
+/// Owner of a LinearWorkspace.
+class Workspace {
  public:
-  explicit AlignedBuffer(std::size_t size) : storage_(size + 8, 0.0) {
+  explicit Workspace(const LinearPlan& plan) {
+    const std::int64_t batch = runs_of_batch(plan), groups = groups_of_block(plan);
+    const std::int64_t slots = std::int64_t{plan.process_noises} + plan.measurements;
+    const std::int64_t noise =
+        round_up(std::max<std::int64_t>(4 * groups * slots, plan.states) * kNoiseLanes);
+    const std::int64_t sums = plan.steps * kSumsOfStep, errors = plan.states * batch;
+    const std::int64_t scratch = (std::int64_t{plan.states} + plan.measurements) * kNoiseLanes;
+    storage_.resize(static_cast<std::size_t>(noise + sums + errors + scratch + 8));
     void* p = storage_.data();
     std::size_t space = storage_.size() * sizeof(double);
-    data_ = static_cast<double*>(std::align(64, size * sizeof(double), p, space));
+    double* start = static_cast<double*>(std::align(64, 64, p, space));
+    workspace_ = {batch, groups, start, start + noise, start + noise + sums, start + noise + sums + errors};
   }
-  double* data() { return data_; }
+  const LinearWorkspace& get() const { return workspace_; }
 
  private:
+  /// To a multiple of 1 KB.
+  static std::int64_t round_up(std::int64_t doubles) { return (doubles + 127) / 128 * 128; }
+
   std::vector<double> storage_;
-  double* data_;
+  LinearWorkspace workspace_;
 };
-
-/// Half of a common L1 cache, for the noise of a block of steps and for the states of a batch each.
-constexpr std::int64_t kBudget = 2048;
-
-std::int64_t runs_of_batch(const LinearPlan& plan) {
-  const std::int64_t tiles = kBudget / std::max<std::int64_t>(1, std::int64_t{plan.states} * kNoiseLanes);
-  return std::clamp<std::int64_t>(tiles, 1, 32) * kNoiseLanes;
-}
-
-std::int64_t groups_of_block(const LinearPlan& plan) {
-  const std::int64_t slots = std::int64_t{plan.process_noises} + plan.measurements;
-  return std::clamp<std::int64_t>(kBudget / std::max<std::int64_t>(1, slots * 4 * kNoiseLanes), 1, 8);
-}
 
 const LinearKernel& linear_kernel(InstructionSet set) {
   const LinearKernel* kernel = set == InstructionSet::avx512 ? linear_kernel_avx512()
@@ -55,21 +71,10 @@ const LinearKernel& linear_kernel(InstructionSet set) {
   return *kernel;  // a NoiseSource of that set exists, so the binary has it
 }
 
-double sum_of(const double* s) { return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])); }
-
-Moments moments_of(const double* sums, Index dof, Index runs) {
-  const double n = static_cast<double>(runs);
-  const double first = sum_of(sums), second = sum_of(sums + kAccumulators);
-  const double shift = first / n;
-  // rounding may leave less than nothing of a sum of squares; a NaN stays one
-  const double m2 = second - first * shift;
-  return {.count = runs, .mean = static_cast<double>(dof) + shift, .m2 = m2 < 0.0 ? 0.0 : m2};
-}
-
 }  // namespace
 
 LinearSimulator::LinearSimulator(const LinearErrorSystem& system)
-    : storage_(std::make_unique<const LinearPlanStorage>(system)) {}
+    : storage_(std::make_unique<const LinearPlanStorage>(linear_system_in_units(system))) {}
 
 LinearSimulator::LinearSimulator(LinearSimulator&&) noexcept = default;
 LinearSimulator& LinearSimulator::operator=(LinearSimulator&&) noexcept = default;
@@ -84,19 +89,13 @@ void LinearSimulator::simulate(const NoiseSource& noise, Index first_run, Index 
   require(std::ssize(nis) == plan.steps, "there are not as many nis as steps: ", std::ssize(nis));
   if (runs == 0) return;
 
-  const std::int64_t batch = runs_of_batch(plan), groups = groups_of_block(plan);
-  const std::int64_t slots =
-      std::max<std::int64_t>(4 * groups * (plan.process_noises + plan.measurements), plan.states);
-  const std::int64_t rows = std::int64_t{plan.states} * (batch / kNoiseLanes + 1) + plan.measurements + slots;
-  AlignedBuffer workspace(static_cast<std::size_t>(rows * kNoiseLanes));
-  AlignedBuffer sums(static_cast<std::size_t>(plan.steps * kSumsOfStep));
+  const Workspace workspace(plan);
   linear_kernel(noise.instruction_set())
-      .simulate(plan, noise.key(), static_cast<std::uint64_t>(first_run), runs, batch, groups, sums.data(),
-                workspace.data());
+      .simulate(plan, noise.key(), static_cast<std::uint64_t>(first_run), runs, workspace.get());
   for (std::size_t k = 0; k < nees.size(); ++k) {
-    const double* s = sums.data() + k * kSumsOfStep;
-    nees[k].merge(moments_of(s, plan.step[k].error_whitening.rows, runs));
-    nis[k].merge(moments_of(s + 2 * kAccumulators, plan.step[k].innovation_whitening.rows, runs));
+    const double* sums_of_step = workspace.get().sums + k * kSumsOfStep;
+    nees[k].merge(storage_->nees_moments(k, sums_of_step, runs));
+    nis[k].merge(storage_->nis_moments(k, sums_of_step, runs));
   }
 }
 

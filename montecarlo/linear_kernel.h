@@ -59,11 +59,11 @@ class LinearSimulator {
   /// Adds NEES and NIS of the runs first_run … first_run + runs − 1 to the moments of each step.
   ///
   /// Noise of run i: step 0, purpose initial, slots 0 … n − 1; step k, purpose process, slots 0 … q − 1, and
-  /// purpose measurement, slots 0 … m − 1. With c the dof of a step, its sums Σ (x − c) and Σ (x − c)² are
-  /// kept in eight accumulators, run first_run + i in accumulator i mod 8, added up as
-  /// ((0+4)+(2+6))+((1+5)+(3+7)), and merged into `nees` and `nis` as one chunk. Uses the instruction set of
-  /// `noise`. Not finite where an error is not. Throws std::invalid_argument for negative runs, or spans that
-  /// are not as long as there are steps.
+  /// purpose measurement, slots 0 … m − 1. With c the dof of a step, the deviation d of a run is −c plus its
+  /// squares, one by one; Σ d and Σ d² are kept in eight accumulators (in the units mentioned above), run
+  /// first_run + i in accumulator i mod 8, added up as ((0+4)+(2+6))+((1+5)+(3+7)), and merged into `nees`
+  /// and `nis` as one chunk. Uses the instruction set of `noise`. Not finite where an error is not. Throws
+  /// std::invalid_argument for negative runs, or spans that are not as long as there are steps.
   void simulate(const NoiseSource& noise, Index first_run, Index runs, std::span<Moments> nees,
                 std::span<Moments> nis) const;
 

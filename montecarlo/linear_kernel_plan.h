@@ -28,9 +28,10 @@ struct DenseRows {
 /// One step of the filter.
 struct LinearPlanStep {
   DenseRows gain, innovation_whitening, error_whitening;
+  double nis_centre, nees_centre;  ///< what is taken off before the sums, near the mean
 };
 
-/// A LinearErrorSystem as the kernels want it.
+/// A LinearErrorSystem, in the units of linear_kernel_units.h, as the kernels want it.
 struct LinearPlan {
   std::int32_t states, process_noises, measurements;
   std::int64_t steps;
@@ -40,10 +41,10 @@ struct LinearPlan {
   /// Not null for a small monobot: for every step K by rows, then the lower triangles of both whitenings by
   /// rows.
   const double* monobot_coefficients;
-  const double* monobot_roots;  ///< root of Q, then the diagonal of the root of R
+  const double* monobot_roots;  ///< the diagonal of the root of R
 };
 
-/// Sums of one step over the runs: Σ (x − dof) and Σ (x − dof)² of NEES, then of NIS, each in eight
+/// Sums of one step over the runs: Σ (x − centre) and Σ (x − centre)² of NEES, then of NIS, each in eight
 /// accumulators.
 inline constexpr int kAccumulators = 8;
 inline constexpr int kSumsOfStep = 4 * kAccumulators;
@@ -52,12 +53,23 @@ inline constexpr int kSumsOfStep = 4 * kAccumulators;
 inline constexpr std::uint32_t kInitialPurpose = 0u << 24, kProcessPurpose = 1u << 24,
                                kMeasurementPurpose = 2u << 24;
 
+/// Memory of a simulation; all of it aligned to 64 bytes. Noise and sums are a multiple of 1 KB apart: they
+/// advance in step, and a load whose address has the low 12 bits of a recent store would have to wait for it.
+struct LinearWorkspace {
+  std::int64_t
+      runs_of_batch;    ///< carried through a block of steps before the next block; a multiple of kNoiseLanes
+  std::int64_t groups;  ///< noise is drawn for so many times four steps at once
+  double* noise;        ///< kNoiseLanes times 4 groups slots, or the states if they are more
+  double* sums;         ///< of all steps
+  double* errors;       ///< kNoiseLanes times states, for every kNoiseLanes runs of a batch
+  double* scratch;      ///< kNoiseLanes times states and measurements
+};
+
 /// The function of one instruction set.
 struct LinearKernel {
-  /// Adds the runs to sums[step kSumsOfStep + …], `runs_of_batch` (a multiple of kNoiseLanes) at a time, the
-  /// noise of `groups` times four steps at a time.
+  /// Adds the runs to the sums of the workspace.
   void (*simulate)(const LinearPlan&, std::uint64_t noise_key, std::uint64_t first_run, std::int64_t runs,
-                   std::int64_t runs_of_batch, std::int64_t groups, double* sums, double* workspace);
+                   const LinearWorkspace&);
 };
 
 /// Kernels by instruction set; null where the binary was built without it.

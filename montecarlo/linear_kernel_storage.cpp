@@ -1,28 +1,22 @@
 #include "montecarlo/linear_kernel_storage.h"
 
 #include <algorithm>
-#include <stdexcept>
-#include <string>
 
 namespace credence {
 namespace {
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw std::invalid_argument("linear system: " + what);
+/// True if the last entry of a lower triangle is one.
+bool ends_in_one(const Matrix& matrix) {
+  return matrix.isLowerTriangular(0.0) && matrix(matrix.rows() - 1, matrix.cols() - 1) == 1.0;
 }
 
-void require_shape(const char* name, const Matrix& matrix, Index rows, Index columns) {
-  const auto shape = [](Index r, Index c) { return std::to_string(r) + "x" + std::to_string(c); };
-  require(matrix.rows() == rows && matrix.cols() == columns,
-          std::string(name) + " is " + shape(matrix.rows(), matrix.cols()) + ", not " + shape(rows, columns));
-  require(matrix.allFinite(), std::string(name) + " has an entry that is not finite");
-}
-
-/// True for the monobots that have a kernel of their own: F = I, noise on the vehicle alone, anchors first.
+/// True for the monobots that have a kernel of their own: F = I, unit noise on the vehicle alone, anchors
+/// first.
 bool is_small_monobot(const LinearErrorSystem& system) {
   const Index n = system.F.rows(), m = system.H.rows(), anchors = m - (n - 1);
   if ((n != 2 && n != 3) || anchors < 0 || anchors > 1 || !system.F.isIdentity(0.0)) return false;
-  if (system.noise_input.cols() != 1 || !(system.noise_input.bottomRows(n - 1).array() == 0.0).all())
+  if (system.noise_input.cols() != 1 || system.noise_input(0, 0) != 1.0 ||
+      !(system.noise_input.bottomRows(n - 1).array() == 0.0).all())
     return false;
   Matrix H = Matrix::Zero(m, n);
   H.col(0).setConstant(-1.0);
@@ -31,7 +25,7 @@ bool is_small_monobot(const LinearErrorSystem& system) {
   if (!system.measurement_root.isDiagonal(0.0)) return false;
   return std::all_of(system.steps.begin(), system.steps.end(), [&](const LinearErrorSystem::Step& step) {
     return step.innovation_whitening.rows() == m && step.error_whitening.rows() == n &&
-           step.innovation_whitening.isLowerTriangular(0.0) && step.error_whitening.isLowerTriangular(0.0);
+           ends_in_one(step.innovation_whitening) && ends_in_one(step.error_whitening);
   });
 }
 
@@ -42,21 +36,18 @@ void append_rows(const Matrix& matrix, bool lower, std::vector<double>& out) {
   }
 }
 
-}  // namespace
+double sum_of(const double* s) { return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])); }
 
-void check_linear_error_system(const LinearErrorSystem& system) {
-  const Index n = system.F.rows(), m = system.H.rows();
-  require_shape("F", system.F, n, n);
-  require_shape("noise_input", system.noise_input, n, system.noise_input.cols());
-  require_shape("H", system.H, m, n);
-  require_shape("measurement_root", system.measurement_root, m, m);
-  require_shape("initial_root", system.initial_root, n, n);
-  for (const LinearErrorSystem::Step& step : system.steps) {
-    require_shape("K", step.K, n, m);
-    require_shape("innovation_whitening", step.innovation_whitening, step.innovation_whitening.rows(), m);
-    require_shape("error_whitening", step.error_whitening, step.error_whitening.rows(), n);
-  }
+/// Moments of scale x from the sums of x − dof/scale and of its square.
+Moments moments_of(const double* sums, std::int32_t dof, double scale, Index runs) {
+  const double first = sum_of(sums), second = sum_of(sums + kAccumulators);
+  const double shift = first / static_cast<double>(runs);
+  // rounding may leave less than nothing of a sum of squares; a NaN stays one
+  const double m2 = second - first * shift;
+  return {.count = runs, .mean = dof + scale * shift, .m2 = m2 < 0.0 ? 0.0 : scale * scale * m2};
 }
+
+}  // namespace
 
 LinearPlanStorage::Sparse::Sparse(const Matrix& matrix) {
   for (Index row = 0; row < matrix.rows(); ++row) {
@@ -89,7 +80,6 @@ DenseRows LinearPlanStorage::rows_of(const Dense& dense) const {
 }
 
 void LinearPlanStorage::append_monobot(const LinearErrorSystem& system) {
-  monobot_roots_.push_back(system.noise_input(0, 0));
   for (Index i = 0; i < system.H.rows(); ++i) monobot_roots_.push_back(system.measurement_root(i, i));
   for (const LinearErrorSystem::Step& step : system.steps) {
     append_rows(step.K, false, monobot_coefficients_);
@@ -98,21 +88,28 @@ void LinearPlanStorage::append_monobot(const LinearErrorSystem& system) {
   }
 }
 
-LinearPlanStorage::LinearPlanStorage(const LinearErrorSystem& system)
-    : F_(system.F),
-      noise_input_(system.noise_input),
-      H_(system.H),
-      measurement_root_(system.measurement_root),
-      initial_root_(system.initial_root) {
-  check_linear_error_system(system);
+LinearPlanStorage::LinearPlanStorage(const LinearSystemInUnits& in_units)
+    : F_(in_units.system.F),
+      noise_input_(in_units.system.noise_input),
+      H_(in_units.system.H),
+      measurement_root_(in_units.system.measurement_root),
+      initial_root_(in_units.system.initial_root),
+      nis_scale_(in_units.nis_scale),
+      nees_scale_(in_units.nees_scale) {
+  const LinearErrorSystem& system = in_units.system;
   std::vector<Dense> matrices;
   for (const LinearErrorSystem::Step& step : system.steps) {
     for (const Matrix* matrix : {&step.K, &step.innovation_whitening, &step.error_whitening}) {
       matrices.push_back(append(*matrix));
     }
   }
-  for (std::size_t i = 0; i < matrices.size(); i += 3) {
-    steps_.push_back({rows_of(matrices[i]), rows_of(matrices[i + 1]), rows_of(matrices[i + 2])});
+  for (std::size_t k = 0; k < system.steps.size(); ++k) {
+    const Dense *gain = &matrices[3 * k], *innovation = gain + 1, *error = gain + 2;
+    steps_.push_back({.gain = rows_of(*gain),
+                      .innovation_whitening = rows_of(*innovation),
+                      .error_whitening = rows_of(*error),
+                      .nis_centre = innovation->rows / nis_scale_[k],
+                      .nees_centre = error->rows / nees_scale_[k]});
   }
   if (is_small_monobot(system)) append_monobot(system);
   plan_ = {.states = static_cast<std::int32_t>(system.F.rows()),
@@ -128,6 +125,14 @@ LinearPlanStorage::LinearPlanStorage(const LinearErrorSystem& system)
            .step = steps_.data(),
            .monobot_coefficients = monobot_coefficients_.empty() ? nullptr : monobot_coefficients_.data(),
            .monobot_roots = monobot_roots_.data()};
+}
+
+Moments LinearPlanStorage::nees_moments(std::size_t step, const double* sums, Index runs) const {
+  return moments_of(sums, steps_[step].error_whitening.rows, nees_scale_[step], runs);
+}
+
+Moments LinearPlanStorage::nis_moments(std::size_t step, const double* sums, Index runs) const {
+  return moments_of(sums + 2 * kAccumulators, steps_[step].innovation_whitening.rows, nis_scale_[step], runs);
 }
 
 }  // namespace credence

@@ -2,22 +2,26 @@
 
 #include <vector>
 
-#include "montecarlo/linear_kernel.h"
 #include "montecarlo/linear_kernel_plan.h"
+#include "montecarlo/linear_kernel_units.h"
 
 /// @file
-/// A LinearErrorSystem turned into the plain arrays that the kernels read. Internal.
+/// A LinearErrorSystem in its units turned into the plain arrays that the kernels read. Internal.
 
 namespace credence {
 
-/// Owns the arrays of a LinearPlan; throws as check_linear_error_system does.
+/// Owns the arrays of a LinearPlan. The system has been checked.
 class LinearPlanStorage {
  public:
-  explicit LinearPlanStorage(const LinearErrorSystem& system);
+  explicit LinearPlanStorage(const LinearSystemInUnits& in_units);
   LinearPlanStorage(const LinearPlanStorage&) = delete;
   LinearPlanStorage& operator=(const LinearPlanStorage&) = delete;
 
   const LinearPlan& plan() const { return plan_; }
+
+  /// Turns the sums of one step over `runs` runs into moments in the original units.
+  Moments nees_moments(std::size_t step, const double* sums, Index runs) const;
+  Moments nis_moments(std::size_t step, const double* sums, Index runs) const;
 
  private:
   /// Rows with their zeros left out.
@@ -40,7 +44,7 @@ class LinearPlanStorage {
 
   Sparse F_, noise_input_, H_, measurement_root_, initial_root_;
   std::vector<std::int32_t> begin_, end_;
-  std::vector<double> values_;
+  std::vector<double> values_, nis_scale_, nees_scale_;
   std::vector<LinearPlanStep> steps_;
   std::vector<double> monobot_coefficients_, monobot_roots_;
   LinearPlan plan_;

@@ -2,7 +2,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "montecarlo/linear_kernel.h"
+#include "montecarlo/linear_kernel_units.h"
 
 namespace credence {
 namespace {
@@ -36,28 +36,28 @@ Vector normals(const NoiseSource& noise, Index run, Index step, NoisePurpose pur
 
 }  // namespace
 
-LinearRunTrace trace_linear(const LinearErrorSystem& system, const NoiseSource& noise, Index run) {
-  check_linear_error_system(system);
-  if (run < 0) throw std::invalid_argument("linear system: run is negative: " + std::to_string(run));
-  const Index n = system.F.rows(), m = system.H.rows(), steps = static_cast<Index>(system.steps.size());
+LinearRunTrace trace_linear(const LinearErrorSystem& in_si, const NoiseSource& noise, Index run) {
+  const auto [system, unit, nis_scale, nees_scale] = linear_system_in_units(in_si);
+  if (run < 0) throw std::invalid_argument("trace_linear: run is negative: " + std::to_string(run));
   LinearRunTrace trace;
-  Vector e = product(system.initial_root, normals(noise, run, 0, NoisePurpose::initial, n));
-  trace.initial_error = e;
-  for (Index k = 1; k <= steps; ++k) {
-    const LinearErrorSystem::Step& step = system.steps[static_cast<std::size_t>(k - 1)];
-    const Vector v = normals(noise, run, k, NoisePurpose::process, system.noise_input.cols());
-    const Vector w = normals(noise, run, k, NoisePurpose::measurement, m);
+  Vector e = product(system.initial_root, normals(noise, run, 0, NoisePurpose::initial, system.F.rows()));
+  trace.initial_error = unit * e;
+  for (std::size_t k = 0; k < system.steps.size(); ++k) {
+    const LinearErrorSystem::Step& step = system.steps[k];
+    const Index number = static_cast<Index>(k) + 1;
+    const Vector v = normals(noise, run, number, NoisePurpose::process, system.noise_input.cols());
+    const Vector w = normals(noise, run, number, NoisePurpose::measurement, system.H.rows());
     e = product(system.F, e);
     add_product(system.noise_input, v, e);
     Vector nu = product(system.H, e);
     add_product(system.measurement_root, w, nu);
     add_product(-step.K, nu, e);
-    trace.errors.push_back(e);
-    trace.innovations.push_back(nu);
-    trace.process_noise.push_back(product(system.noise_input, v));
-    trace.measurement_noise.push_back(product(system.measurement_root, w));
-    trace.nees.push_back(product_squared_norm(step.error_whitening, e));
-    trace.nis.push_back(product_squared_norm(step.innovation_whitening, nu));
+    trace.errors.push_back(unit * e);
+    trace.innovations.push_back(unit * nu);
+    trace.process_noise.push_back(unit * product(system.noise_input, v));
+    trace.measurement_noise.push_back(unit * product(system.measurement_root, w));
+    trace.nees.push_back(nees_scale[k] * product_squared_norm(step.error_whitening, e));
+    trace.nis.push_back(nis_scale[k] * product_squared_norm(step.innovation_whitening, nu));
   }
   return trace;
 }

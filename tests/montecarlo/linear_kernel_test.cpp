@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -12,6 +13,7 @@
 
 #include "core/linear_filter.h"
 #include "core/psd_root.h"
+#include "montecarlo/linear_kernel_units.h"
 
 namespace credence {
 namespace {
@@ -77,76 +79,118 @@ LinearErrorSystem unstructured(Index n, Index m, Index steps) {
   return system;
 }
 
-/// What simulate_linear promises, from single runs: the sums of its documentation, one run after the other.
-std::vector<Moments> moments_of_traces(const std::vector<std::vector<double>>& values, std::size_t step,
-                                       Index dof) {
-  double first[8] = {}, second[8] = {};
-  for (std::size_t run = 0; run < values.size(); ++run) {
-    const double d = values[run][step] - static_cast<double>(dof);
-    first[run % 8] += d;
-    second[run % 8] = std::fma(d, d, second[run % 8]);
+/// y + M x, term by term, and with zeros left in.
+Vector plus_product(const Matrix& matrix, const Vector& x, Vector y) {
+  for (Index row = 0; row < matrix.rows(); ++row) {
+    for (Index j = 0; j < matrix.cols(); ++j) y[row] = std::fma(matrix(row, j), x[j], y[row]);
   }
-  const auto tree = [](const double* s) {
-    return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
-  };
-  const double n = static_cast<double>(values.size());
-  const double shift = tree(first) / n;
-  Moments moments{.count = static_cast<std::int64_t>(values.size()),
-                  .mean = static_cast<double>(dof) + shift,
-                  .m2 = std::max(0.0, tree(second) - tree(first) * shift)};
-  return {moments};
+  return y;
 }
 
-void expect_bits_of_traces(const std::string& name, const LinearErrorSystem& system, Index first_run,
-                           Index runs) {
-  const NoiseSource reference(11, 3, InstructionSet::scalar);
-  std::vector<std::vector<double>> nees, nis;
-  for (Index run = first_run; run < first_run + runs; ++run) {
-    LinearRunTrace trace = trace_linear(system, reference, run);
-    nees.push_back(trace.nees);
-    nis.push_back(trace.nis);
+Vector product(const Matrix& matrix, const Vector& x) {
+  return plus_product(matrix, x, Vector::Zero(matrix.rows()));
+}
+
+double plus_squares(const Vector& y, double sum) {
+  for (const double value : y) sum = std::fma(value, value, sum);
+  return sum;
+}
+
+/// The sums that LinearSimulator::simulate documents, of NEES or NIS at one step.
+struct Sums {
+  double first[8] = {}, second[8] = {};
+
+  void add(Index run, double deviation) {
+    first[run % 8] += deviation;
+    second[run % 8] = std::fma(deviation, deviation, second[run % 8]);
+  }
+  static double tree(const double* s) {
+    return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+  }
+  Moments moments(Index runs, Index dof, double scale) const {
+    const double shift = tree(first) / static_cast<double>(runs);
+    return {.count = runs,
+            .mean = static_cast<double>(dof) + scale * shift,
+            .m2 = scale * scale * std::max(0.0, tree(second) - tree(first) * shift)};
+  }
+};
+
+/// A plain loop over runs and steps, with one number of noise at a time: the specification of the kernel, and
+/// of trace_linear, to the last bit.
+void expect_bits_of_plain_loop(const std::string& name, const LinearErrorSystem& system, Index first_run,
+                               Index runs) {
+  const LinearSystemInUnits units = linear_system_in_units(system);
+  const LinearErrorSystem& s = units.system;
+  const NoiseSource noise(11, 3, InstructionSet::scalar);
+  const auto normals = [&](Index run, Index step, NoisePurpose purpose, Index count) {
+    Vector x(count);
+    for (Index i = 0; i < count; ++i) x[i] = noise.normal(run, step, purpose, i);
+    return x;
+  };
+  std::vector<Sums> nees(s.steps.size()), nis(s.steps.size());
+  for (Index i = 0; i < runs; ++i) {
+    const Index run = first_run + i;
+    const LinearRunTrace trace = trace_linear(system, noise, run);
+    Vector e = product(s.initial_root, normals(run, 0, NoisePurpose::initial, s.F.rows()));
+    ASSERT_EQ(trace.initial_error, units.unit * e);
+    for (std::size_t k = 0; k < s.steps.size(); ++k) {
+      const LinearErrorSystem::Step& step = s.steps[k];
+      const Index number = static_cast<Index>(k) + 1;
+      const Vector v = normals(run, number, NoisePurpose::process, s.noise_input.cols());
+      const Vector w = normals(run, number, NoisePurpose::measurement, s.H.rows());
+      e = plus_product(s.noise_input, v, product(s.F, e));
+      const Vector nu = plus_product(s.measurement_root, w, product(s.H, e));
+      e = plus_product(-step.K, nu, e);
+      const Vector error = product(step.error_whitening, e),
+                   innovation = product(step.innovation_whitening, nu);
+      nees[k].add(i, plus_squares(error, -static_cast<double>(error.size()) / units.nees_scale[k]));
+      nis[k].add(i, plus_squares(innovation, -static_cast<double>(innovation.size()) / units.nis_scale[k]));
+      ASSERT_EQ(trace.errors[k], units.unit * e);
+      ASSERT_EQ(trace.innovations[k], units.unit * nu);
+      ASSERT_EQ(trace.nees[k], units.nees_scale[k] * plus_squares(error, 0.0));
+      ASSERT_EQ(trace.nis[k], units.nis_scale[k] * plus_squares(innovation, 0.0));
+    }
   }
   for (const InstructionSet set : supported_sets()) {
-    std::vector<Moments> got_nees(system.steps.size()), got_nis(system.steps.size());
+    std::vector<Moments> got_nees(s.steps.size()), got_nis(s.steps.size());
     simulate_linear(system, NoiseSource(11, 3, set), first_run, runs, got_nees, got_nis);
-    for (std::size_t k = 0; k < system.steps.size(); ++k) {
+    for (std::size_t k = 0; k < s.steps.size(); ++k) {
       const std::string where = name + ", " + instruction_set_name(set) + ", runs " + std::to_string(runs) +
                                 ", step " + std::to_string(k + 1);
-      const Moments expected_nees = moments_of_traces(nees, k, system.steps[k].error_whitening.rows())[0];
-      const Moments expected_nis = moments_of_traces(nis, k, system.steps[k].innovation_whitening.rows())[0];
-      ASSERT_EQ(got_nees[k].mean, expected_nees.mean) << where;
-      ASSERT_EQ(got_nees[k], expected_nees) << where;
-      ASSERT_EQ(got_nis[k], expected_nis) << where;
+      const Index error_dof = s.steps[k].error_whitening.rows(),
+                  nis_dof = s.steps[k].innovation_whitening.rows();
+      ASSERT_EQ(got_nees[k], nees[k].moments(runs, error_dof, units.nees_scale[k])) << where;
+      ASSERT_EQ(got_nis[k], nis[k].moments(runs, nis_dof, units.nis_scale[k])) << where;
     }
   }
 }
 
-TEST(LinearKernel, lanes_are_the_single_runs_to_the_last_bit) {
+TEST(LinearKernel, lanes_are_a_plain_loop_to_the_last_bit) {
   for (const Index runs : {1, 5, 8, 31, 32, 33, 70}) {
-    expect_bits_of_traces("one landmark", monobot(1, 0, Inflation::none, 38), 3, runs);
+    expect_bits_of_plain_loop("one landmark", monobot(1, 0, Inflation::none, 38), 3, runs);
   }
   for (const Inflation inflation : {Inflation::none, Inflation::full, Inflation::map}) {
-    expect_bits_of_traces("one anchored", monobot(1, 1, inflation, 9), 0, 40);
-    expect_bits_of_traces("two", monobot(2, 0, inflation, 9), 100, 40);
-    expect_bits_of_traces("two anchored", monobot(2, 1, inflation, 9), 7, 40);
-    expect_bits_of_traces("three", monobot(3, 0, inflation, 9), 7, 37);
+    expect_bits_of_plain_loop("one anchored", monobot(1, 1, inflation, 9), 0, 40);
+    expect_bits_of_plain_loop("two", monobot(2, 0, inflation, 9), 100, 40);
+    expect_bits_of_plain_loop("two anchored", monobot(2, 1, inflation, 9), 7, 40);
+    expect_bits_of_plain_loop("three", monobot(3, 0, inflation, 9), 7, 37);
   }
-  expect_bits_of_traces("two anchors", monobot(2, 2, Inflation::none, 5), 7, 40);
-  expect_bits_of_traces("nineteen", monobot(19, 1, Inflation::map, 6), 7, 37);
+  expect_bits_of_plain_loop("two anchors", monobot(2, 2, Inflation::none, 5), 7, 40);
+  expect_bits_of_plain_loop("nineteen", monobot(19, 1, Inflation::map, 6), 7, 37);
 }
 
 TEST(LinearKernel, any_system_will_do) {
   for (const Index n : {2, 3, 5, 8, 13}) {
     for (const Index m : {1, 2, 4, 7}) {
-      expect_bits_of_traces("n " + std::to_string(n) + " m " + std::to_string(m), unstructured(n, m, 7), 1,
-                            43);
+      expect_bits_of_plain_loop("n " + std::to_string(n) + " m " + std::to_string(m), unstructured(n, m, 7),
+                                1, 43);
     }
   }
 }
 
 TEST(LinearKernel, more_runs_than_one_batch) {
-  expect_bits_of_traces("one landmark", monobot(1, 0, Inflation::none, 3), 0, 1100);
-  expect_bits_of_traces("forty", monobot(40, 0, Inflation::none, 2), 0, 70);
+  expect_bits_of_plain_loop("one landmark", monobot(1, 0, Inflation::none, 3), 0, 1100);
+  expect_bits_of_plain_loop("forty", monobot(40, 0, Inflation::none, 2), 0, 70);
 }
 
 TEST(LinearKernel, monobots_with_a_missing_direction_use_the_general_kernel) {
@@ -155,7 +199,7 @@ TEST(LinearKernel, monobots_with_a_missing_direction_use_the_general_kernel) {
   model.P0(1, 1) = 0.0;
   const LinearErrorSystem system = error_system(model, model, Inflation::none, 6);
   ASSERT_EQ(system.steps[0].error_whitening.rows(), 1);
-  expect_bits_of_traces("known landmark", system, 0, 33);
+  expect_bits_of_plain_loop("known landmark", system, 0, 33);
 }
 
 // The equations of the header with vectors for the world and the estimate, in ordinary arithmetic.
@@ -224,6 +268,27 @@ TEST(LinearKernel, variance_of_an_optimal_filter_is_that_of_chi_square) {
     // var of the sample variance of χ²(d): (μ4 − σ⁴)/n = (8 d² + 48 d)/n
     EXPECT_NEAR(nees[k].variance(), 6.0, 5.0 * std::sqrt((8 * 9 + 48 * 3) / 20000.0)) << k;
     EXPECT_NEAR(nis[k].variance(), 4.0, 5.0 * std::sqrt((8 * 4 + 48 * 2) / 20000.0)) << k;
+  }
+}
+
+TEST(LinearKernel, units_do_not_change_what_is_measured) {
+  // the mean of the traces, which are in the units of the system
+  const LinearErrorSystem system = unstructured(4, 2, 5);
+  const NoiseSource noise(1, 2);
+  std::vector<Moments> nees(5), nis(5), trace_nees(5), trace_nis(5);
+  simulate_linear(system, noise, 0, 100, nees, nis);
+  for (Index run = 0; run < 100; ++run) {
+    const LinearRunTrace trace = trace_linear(system, noise, run);
+    for (std::size_t k = 0; k < 5; ++k) {
+      trace_nees[k].add(trace.nees[k]);
+      trace_nis[k].add(trace.nis[k]);
+    }
+  }
+  for (std::size_t k = 0; k < 5; ++k) {
+    EXPECT_NEAR(nees[k].mean, trace_nees[k].mean, 1e-12 * trace_nees[k].mean);
+    EXPECT_NEAR(nees[k].m2, trace_nees[k].m2, 1e-12 * trace_nees[k].m2);
+    EXPECT_NEAR(nis[k].mean, trace_nis[k].mean, 1e-12 * trace_nis[k].mean);
+    EXPECT_NEAR(nis[k].m2, trace_nis[k].m2, 1e-12 * trace_nis[k].m2);
   }
 }
 
