@@ -11,7 +11,7 @@
 namespace credence {
 namespace {
 
-void require_square(MatrixRef P, const BlockLayout& layout) {
+void require_square(const MatrixRef& P, const BlockLayout& layout) {
   const Index n = layout.state_dim();
   if (P.rows() == n && P.cols() == n) return;
   throw std::invalid_argument(fmt::format("P is {}x{}, but the layout has {} states", P.rows(), P.cols(), n));
@@ -35,16 +35,18 @@ DecorrelatedSet decorrelated_set(const BlockLayout& layout, Inflation inflation)
   throw std::invalid_argument("unknown inflation");
 }
 
-InflationStep decorrelate(Eigen::Ref<Matrix> A, const BlockLayout& layout, InflationSolution solution,
+InflationStep decorrelate(Matrix& P, const DecorrelatedSet& set, InflationSolution solution,
                           MinTraceState* state, const MinTraceOptions& options) {
+  const Index size = set.layout.state_dim();
+  Eigen::Ref<Matrix> A = P.block(set.offset, set.offset, size, size);
   switch (solution) {
     case InflationSolution::pairwise: {
       const double before = A.trace();
-      decorrelate_pairwise(A, layout);
+      decorrelate_pairwise(A, set.layout);
       return {.added_trace = A.trace() - before};
     }
     case InflationSolution::min_trace: {
-      const MinTraceBound bound = decorrelate_min_trace(A, layout, options, state);
+      const MinTraceBound bound = decorrelate_min_trace(A, set.layout, options, state);
       return {bound.primal, bound.relative_gap, bound.converged};
     }
     case InflationSolution::sequential:
@@ -57,9 +59,7 @@ InflationStep inflate(Matrix& P, const BlockLayout& layout, Inflation inflation,
                       MinTraceState* state, const MinTraceOptions& options) {
   require_square(P, layout);
   if (inflation == Inflation::none) return {};
-  const auto [set, offset] = decorrelated_set(layout, inflation);
-  const Index size = set.state_dim();
-  return decorrelate(P.block(offset, offset, size, size), set, solution, state, options);
+  return decorrelate(P, decorrelated_set(layout, inflation), solution, state, options);
 }
 
 /// Rank, gap and least eigenvalues of a symmetric ΔP that should be psd.
@@ -92,8 +92,8 @@ InflationStep inflate(Matrix& P, const BlockLayout& layout, Inflation inflation,
   return inflate(P, layout, inflation, solution, &state, options);
 }
 
-InflationReport describe_inflation(MatrixRef P_before, MatrixRef P_after, const BlockLayout& layout,
-                                   Inflation inflation, double rank_tolerance) {
+InflationReport describe_inflation(const MatrixRef& P_before, const MatrixRef& P_after,
+                                   const BlockLayout& layout, Inflation inflation, double rank_tolerance) {
   require_square(P_before, layout);
   require_square(P_after, layout);
   const auto [set, offset] = decorrelated_set(layout, inflation);

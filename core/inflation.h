@@ -58,7 +58,8 @@ struct InflationReport {
 /// Rank and relative eigenvalue are those of ΔP scaled to unit diagonal (no row by more than 1e3), so that
 /// they do not depend on the units of the states. O(n³). Throws std::invalid_argument for sizes that do not
 /// match.
-InflationReport describe_inflation(MatrixRef P_before, MatrixRef P_after, const BlockLayout& layout,
-                                   Inflation inflation, double rank_tolerance = 1e-8);
+InflationReport describe_inflation(const MatrixRef& P_before, const MatrixRef& P_after,
+                                   const BlockLayout& layout, Inflation inflation,
+                                   double rank_tolerance = 1e-8);
 
 }  // namespace credence

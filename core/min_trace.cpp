@@ -33,7 +33,7 @@ Blocks blocks_of(const BlockLayout& layout) {
   return blocks;
 }
 
-Matrix without_diagonal_blocks(MatrixRef A, const Blocks& blocks) {
+Matrix without_diagonal_blocks(const MatrixRef& A, const Blocks& blocks) {
   Matrix O = A;
   for (const DiagonalBlock& b : blocks) O.block(b.offset, b.offset, b.size, b.size).setZero();
   return O;
@@ -239,7 +239,7 @@ Matrix finish_inside(MinTraceBound& bound, const Matrix& O, const Matrix& pairwi
   return factors_of(X, blocks, V.rows());
 }
 
-void require(MatrixRef A, const BlockLayout& layout, const MinTraceOptions& options) {
+void require(const MatrixRef& A, const BlockLayout& layout, const MinTraceOptions& options) {
   if (layout.vehicle < 0 || layout.landmark < 0 || layout.landmarks < 0 || A.rows() != layout.state_dim() ||
       A.cols() != layout.state_dim()) {
     throw std::invalid_argument(fmt::format("A is {}x{}, its layout (vehicle {}, {} landmarks of {}) is not",
@@ -293,11 +293,11 @@ MinTraceBound solve(Matrix O, const Blocks& blocks, const BlockLayout& layout, c
 
 }  // namespace
 
-Matrix MinTraceBound::inflation(MatrixRef A, const BlockLayout& layout) const {
+Matrix MinTraceBound::inflation(const MatrixRef& A, const BlockLayout& layout) const {
   return E - without_diagonal_blocks(A, blocks_of(layout));
 }
 
-MinTraceBound min_trace_bound(MatrixRef A, const BlockLayout& layout, const MinTraceOptions& options,
+MinTraceBound min_trace_bound(const MatrixRef& A, const BlockLayout& layout, const MinTraceOptions& options,
                               MinTraceState* state) {
   require(A, layout, options);
   const Blocks blocks = blocks_of(layout);

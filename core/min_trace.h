@@ -33,7 +33,7 @@ struct MinTraceBound {
   bool converged = false;  ///< relative_gap ≤ the one wanted
 
   /// ΔP = E − offdiag(A), for the A and layout that E was computed for.
-  Matrix inflation(MatrixRef A, const BlockLayout& layout) const;
+  Matrix inflation(const MatrixRef& A, const BlockLayout& layout) const;
 };
 
 /// min tr E subject to E − offdiag(A) ⪰ 0, E block diagonal (theory: section 4).
@@ -46,8 +46,8 @@ struct MinTraceBound {
 /// About 2 p m² operations per sweep, p ~ √(2 m), and an eigenvalue decomposition. Throws
 /// std::invalid_argument for an A of another size or impossible options; an A that is not finite gives an E
 /// of NaN, not converged.
-MinTraceBound min_trace_bound(MatrixRef A, const BlockLayout& layout, const MinTraceOptions& options = {},
-                              MinTraceState* state = nullptr);
+MinTraceBound min_trace_bound(const MatrixRef& A, const BlockLayout& layout,
+                              const MinTraceOptions& options = {}, MinTraceState* state = nullptr);
 
 /// Makes A block diagonal, in place, by the exact bound; returns the bound. Off-diagonal blocks become zeros.
 MinTraceBound decorrelate_min_trace(Eigen::Ref<Matrix> A, const BlockLayout& layout,

@@ -134,7 +134,7 @@ void require_shape(const Eigen::Ref<Matrix>& A, const BlockLayout& layout) {
 
 }  // namespace
 
-TwoBlockBound two_block_bound(MatrixRef C) {
+TwoBlockBound two_block_bound(const MatrixRef& C) {
   if (C.size() == 0) return {Matrix::Zero(C.rows(), C.rows()), Matrix::Zero(C.cols(), C.cols()), 0.0};
   const Moduli<kDynamic, kDynamic> bound = moduli(Block<kDynamic, kDynamic>(C));
   return {bound.left, bound.right, bound.left.trace() + bound.right.trace()};

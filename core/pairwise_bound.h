@@ -16,7 +16,7 @@ struct TwoBlockBound {
 };
 
 /// The exact minimal-trace bound of two blocks whose correlation is C, any shape (theory: section 4).
-TwoBlockBound two_block_bound(MatrixRef C);
+TwoBlockBound two_block_bound(const MatrixRef& C);
 
 /// Makes A block diagonal, in place, by the pairwise sum E_j = Σ_k (A_jk A_jkᵀ)^{1/2} (theory: section 4).
 ///

@@ -26,7 +26,7 @@ Matrix normals(Index rows, Index cols, std::uint64_t seed) {
 }
 
 /// An orthonormal basis of range(G), rank(G) columns.
-Matrix range_of(MatrixRef G) {
+Matrix range_of(const MatrixRef& G) {
   if (G.size() == 0) return Matrix(G.rows(), 0);
   const Eigen::ColPivHouseholderQR<Matrix> qr(G);
   return qr.householderQ() * Matrix::Identity(G.rows(), qr.rank());
@@ -42,7 +42,7 @@ void remove_common_translation(Eigen::Ref<Matrix> landmarks, const BlockLayout& 
 }
 
 /// Columns in general position within the range, to be orthonormalised.
-Matrix directions(const BlockLayout& layout, MatrixRef G, const RankInflation& spec) {
+Matrix directions(const BlockLayout& layout, const MatrixRef& G, const RankInflation& spec) {
   const Index n = layout.state_dim();
   const Index n_f = n - layout.vehicle;
   Matrix U = Matrix::Zero(n, spec.rank);
@@ -88,7 +88,7 @@ Index max_inflation_rank(const BlockLayout& layout, InflationRange range) {
   throw std::invalid_argument("unknown inflation_range");
 }
 
-Matrix rank_inflation(const BlockLayout& layout, MatrixRef G, const RankInflation& spec) {
+Matrix rank_inflation(const BlockLayout& layout, const MatrixRef& G, const RankInflation& spec) {
   const Index most = max_inflation_rank(layout, spec.range);
   if (spec.rank < 0 || spec.rank > most) {
     throw std::invalid_argument(

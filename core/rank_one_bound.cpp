@@ -23,7 +23,7 @@ ReductionBound least_trace(Index distinguished, double sigma, double others) {
 
 /// block += share(j, σ_j) · L_j L_jᵀ for every block; D, M are d and the columns of L where known.
 template <int D, int M, typename Share>
-void add_scaled_squares_of(MatrixRef L, Index d, Eigen::Ref<Matrix>& blocks, Share share) {
+void add_scaled_squares_of(const MatrixRef& L, Index d, Eigen::Ref<Matrix>& blocks, Share share) {
   const Index landmarks = L.rows() / d;
   for (Index j = 0; j < landmarks; ++j) {
     const auto rows = L.block<D, M>(j * d, 0, d, L.cols());
@@ -42,7 +42,7 @@ void add_scaled_squares_of(MatrixRef L, Index d, Eigen::Ref<Matrix>& blocks, Sha
 }
 
 template <typename Share>
-void add_scaled_squares(MatrixRef L, Index d, Eigen::Ref<Matrix> blocks, Share share) {
+void add_scaled_squares(const MatrixRef& L, Index d, Eigen::Ref<Matrix> blocks, Share share) {
   require_blocks(L.rows(), d);
   if (blocks.rows() != d || blocks.cols() != L.rows()) {
     throw std::invalid_argument(
@@ -72,7 +72,7 @@ struct Largest {
 };
 
 template <int D>
-Largest largest_block(VectorRef l, Index d) {
+Largest largest_block(const VectorRef& l, Index d) {
   Largest largest;
   const Index landmarks = l.size() / d;
   for (Index j = 0; j < landmarks; ++j) largest.take(j, l.segment<D>(j * d, d).norm());
@@ -81,7 +81,7 @@ Largest largest_block(VectorRef l, Index d) {
 
 }  // namespace
 
-ReductionBound rank_one_bound(VectorRef l, Index d) {
+ReductionBound rank_one_bound(const VectorRef& l, Index d) {
   require_blocks(l.size(), d);
   const Largest largest = d == 1   ? largest_block<1>(l, 1)
                           : d == 2 ? largest_block<2>(l, 2)
@@ -89,7 +89,7 @@ ReductionBound rank_one_bound(VectorRef l, Index d) {
   return least_trace(largest.at, largest.norm, largest.others);
 }
 
-ReductionBound low_rank_bound(MatrixRef L, Index d, Index observed, std::optional<double> t) {
+ReductionBound low_rank_bound(const MatrixRef& L, Index d, Index observed, std::optional<double> t) {
   require_blocks(L.rows(), d);
   const Index landmarks = L.rows() / d;
   if (observed < 0 || observed >= landmarks) {
@@ -104,11 +104,11 @@ ReductionBound low_rank_bound(MatrixRef L, Index d, Index observed, std::optiona
   return {.distinguished = observed, .t = *t, .excess = (1.0 / *t - 1.0) * others};
 }
 
-void add_bound(const ReductionBound& bound, MatrixRef L, Index d, Eigen::Ref<Matrix> blocks) {
+void add_bound(const ReductionBound& bound, const MatrixRef& L, Index d, Eigen::Ref<Matrix> blocks) {
   add_scaled_squares(L, d, blocks, [&](Index j, double sigma) { return bound.factor(j, sigma); });
 }
 
-void reduce_and_inflate(const ReductionBound& bound, MatrixRef L, Index d, Eigen::Ref<Matrix> blocks) {
+void reduce_and_inflate(const ReductionBound& bound, const MatrixRef& L, Index d, Eigen::Ref<Matrix> blocks) {
   add_scaled_squares(L, d, blocks, [&](Index j, double sigma) {
     if (j == bound.distinguished) return bound.t - 1.0;
     return bound.excess > 0.0 && sigma > 0.0 ? bound.excess / sigma : 0.0;

@@ -35,23 +35,24 @@ struct ReductionBound {
 ///
 /// l is n_f×1, in blocks of d. One pass, O(N), no allocation, and no cancellation in L. Throws
 /// std::invalid_argument for d < 1 or a length that is no multiple of d.
-ReductionBound rank_one_bound(VectorRef l, Index d);
+ReductionBound rank_one_bound(const VectorRef& l, Index d);
 
 /// The bound for L of any number of columns (n_f×m) that is valid, not exact, with i = `observed`: for the
 /// given t, or without one for t = min(1, T/σ_i), where its trace is least. For m = 1 and i the largest this
 /// is the exact one. Throws as rank_one_bound, and for an `observed` that does not exist or a t outside (0,
 /// 1].
-ReductionBound low_rank_bound(MatrixRef L, Index d, Index observed, std::optional<double> t = std::nullopt);
+ReductionBound low_rank_bound(const MatrixRef& L, Index d, Index observed,
+                              std::optional<double> t = std::nullopt);
 
 /// The bound that drops the reduction: E_j = L_j L_jᵀ.
 inline ReductionBound drop_bound() { return {}; }
 
 /// Adds E_j to block j of `blocks` (d × n_f, the diagonal blocks side by side). O(N), symmetric to the last
 /// bit.
-void add_bound(const ReductionBound& bound, MatrixRef L, Index d, Eigen::Ref<Matrix> blocks);
+void add_bound(const ReductionBound& bound, const MatrixRef& L, Index d, Eigen::Ref<Matrix> blocks);
 
 /// Takes the inflated reduction from D: block j becomes D_j − L_j L_jᵀ + E_j, without the cancellation of
 /// doing it in two steps. O(N), symmetric to the last bit.
-void reduce_and_inflate(const ReductionBound& bound, MatrixRef L, Index d, Eigen::Ref<Matrix> blocks);
+void reduce_and_inflate(const ReductionBound& bound, const MatrixRef& L, Index d, Eigen::Ref<Matrix> blocks);
 
 }  // namespace credence
