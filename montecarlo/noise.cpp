@@ -12,6 +12,8 @@ constexpr std::int64_t kSlots = std::int64_t{1} << 24;
 constexpr std::int64_t kSteps = (std::int64_t{1} << 32) - 3;
 constexpr std::uint32_t kUniform = std::uint32_t{1} << 31;
 
+static_assert(NoiseSource::kLanes == kNoiseLanes);
+
 /// Output function of splitmix64 (Steele, Lea, Flood 2014), a bijection.
 std::uint64_t splitmix64(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15;
@@ -58,6 +60,17 @@ double NoiseSource::normal(std::int64_t run, std::int64_t step, NoisePurpose pur
   double value;
   normals(run, step, purpose, {&value, 1}, slot);
   return value;
+}
+
+void NoiseSource::normals_of_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t steps,
+                                  NoisePurpose purpose, std::int64_t slots, std::span<double> out) const {
+  check_key(first_run, first_step, 0, slots);
+  require(first_run <= INT64_MAX - kLanes, "run", first_run);
+  require(first_step % 4 == 1, "first of four steps", first_step);
+  require(steps >= 0 && steps % 4 == 0 && steps < kSteps - first_step, "number of steps", steps);
+  require(slots >= 0, "number of slots", slots);
+  require(std::ssize(out) == slots * steps * kLanes, "size of the output", std::ssize(out));
+  kernel_->runs(block_key(key_, first_run, (first_step + 3) / 4, purpose), steps / 4, slots, out.data());
 }
 
 double NoiseSource::uniform(std::int64_t run, std::int64_t step, NoisePurpose purpose,

@@ -167,6 +167,28 @@ TEST(Noise, a_number_depends_on_its_key_alone) {
   EXPECT_EQ(NoiseSource(7, 3).normal(12, 5, Purpose::measurement, 40), all[40]);
 }
 
+TEST(Noise, lanes_over_runs_are_the_same_numbers) {
+  const NoiseSource source(7, 3);
+  constexpr std::int64_t kSlots = 3, kSteps = 12;
+  std::vector<double> all(kSlots * kSteps * NoiseSource::kLanes);
+  source.normals_of_runs(1000, 5, kSteps, Purpose::process, kSlots, all);
+  std::size_t i = 0;
+  for (std::int64_t slot = 0; slot < kSlots; ++slot) {
+    for (std::int64_t k = 0; k < kSteps; ++k) {
+      for (int lane = 0; lane < NoiseSource::kLanes; ++lane, ++i) {
+        ASSERT_EQ(all[i], source.normal(1000 + lane, 5 + k, Purpose::process, slot));
+      }
+    }
+  }
+  EXPECT_THROW(source.normals_of_runs(0, 4, kSteps, Purpose::process, kSlots, all), std::invalid_argument);
+  EXPECT_THROW(source.normals_of_runs(0, 5, 11, Purpose::process, kSlots, all), std::invalid_argument);
+  EXPECT_THROW(source.normals_of_runs(0, 5, kSteps, Purpose::process, 2, all), std::invalid_argument);
+  EXPECT_THROW(source.normals_of_runs(0, 5, kSteps, Purpose::process, -1, all), std::invalid_argument);
+  EXPECT_THROW(source.normals_of_runs(-1, 5, kSteps, Purpose::process, kSlots, all), std::invalid_argument);
+  EXPECT_THROW(source.normals_of_runs(INT64_MAX, 5, kSteps, Purpose::process, kSlots, all),
+               std::invalid_argument);
+}
+
 // What this program gave when the definition of montecarlo/noise.h was fixed: a change of these numbers
 // changes every stored result.
 TEST(Noise, numbers_stay_what_they_are) {
