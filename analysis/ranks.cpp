@@ -309,7 +309,7 @@ Controllability controllability(MatrixRef F, MatrixRef G, MatrixRef Q, double to
   return controllability(F, G * Q_root, tolerance);
 }
 
-Observability observability(MatrixRef F, MatrixRef H, double tolerance) {
+ObservabilityAnalysis observability(MatrixRef F, MatrixRef H, double tolerance) {
   require_square("F", F);
   require_finite("H", H);
   if (H.cols() != F.rows()) {
@@ -319,14 +319,15 @@ Observability observability(MatrixRef F, MatrixRef H, double tolerance) {
   return {std::move(dual.decision), std::move(dual.uncontrollable)};
 }
 
-Observability local_observability(std::span<const Matrix> F, std::span<const Matrix> H, double tolerance) {
+ObservabilityAnalysis local_observability(std::span<const Matrix> F, std::span<const Matrix> H,
+                                          double tolerance) {
   require_trajectory(F, H);
   const Index n = H.front().cols();
   Matrix stack = stacked_observations(F, H);
   const Vector d = bounded_scales(stack.colwise().norm().transpose());
   stack = stack * d.cwiseInverse().asDiagonal();
 
-  Observability result;
+  ObservabilityAnalysis result;
   Matrix null = Matrix::Identity(n, n);
   if (stack.rows() > 0) {
     const DenseSvd svd = dense_svd(stack, SvdVectors::full_right);

@@ -58,20 +58,20 @@ Controllability controllability(MatrixRef F, MatrixRef B, double tolerance = kRa
 Controllability controllability(MatrixRef F, MatrixRef G, MatrixRef Q, double tolerance = kRankTolerance);
 
 /// The observable part of (F, H).
-struct Observability {
+struct ObservabilityAnalysis {
   RankDecision decision;
   Matrix unobservable;  ///< n×(n − rank), orthonormal: the directions d with H F^k d = 0 for all k
 };
 
 /// Observability of a time-invariant linear model. O(n³).
-Observability observability(MatrixRef F, MatrixRef H, double tolerance = kRankTolerance);
+ObservabilityAnalysis observability(MatrixRef F, MatrixRef H, double tolerance = kRankTolerance);
 
 /// Local observability along a trajectory: the null space of the stack of H_k Φ_k, Φ_0 = I,
 /// Φ_{k+1} = F_k Φ_k (theory: section 5, planar table).
 ///
 /// `H` may have one entry more than `F` or as many; a step that saw nothing has an H_k of no rows. The
 /// unobservable directions are those of the state at k = 0; Φ_k d at step k. O(steps · n³).
-Observability local_observability(std::span<const Matrix> F, std::span<const Matrix> H,
-                                  double tolerance = kRankTolerance);
+ObservabilityAnalysis local_observability(std::span<const Matrix> F, std::span<const Matrix> H,
+                                          double tolerance = kRankTolerance);
 
 }  // namespace credence

@@ -25,11 +25,11 @@ struct NamedDirection {
 ///                   "common translation along (c, s)"
 ///   else            the listing of the largest components, "0.71 r, −0.71 f2"
 ///
-/// `unobservable` has orthonormal columns (`Observability`), n×k with n = layout.state_dim(). The plane is a
-/// layout with vehicle = 3 and landmark = 2; its rotations need the state `linearisation_point` (metres,
-/// rad) at which the directions hold, n×1, and are not looked for if it is empty. `anchors` is 2×a. Returns
-/// k names whose directions span the same space, symmetries first; a symmetry counts when its sine to the
-/// space is below `tolerance`. Throws std::invalid_argument for sizes that do not match.
+/// `unobservable` has orthonormal columns (`ObservabilityAnalysis`), n×k with n = layout.state_dim(). The
+/// plane is a layout with vehicle = 3 and landmark = 2; its rotations need the state `linearisation_point`
+/// (metres, rad) at which the directions hold, n×1, and are not looked for if it is empty. `anchors` is 2×a.
+/// Returns k names whose directions span the same space, symmetries first; a symmetry counts when its sine to
+/// the space is below `tolerance`. Throws std::invalid_argument for sizes that do not match.
 std::vector<NamedDirection> name_unobservable(const Matrix& unobservable, const BlockLayout& layout,
                                               const Vector& linearisation_point = Vector(),
                                               const Matrix& anchors = Matrix(), double tolerance = 1e-6);

@@ -114,14 +114,14 @@ TEST(Controllability, RanksOfBlockTriangularSystemsInAnyCoordinates) {
 TEST(Observability, OfTheMonobot) {
   for (const Index N : {1, 2, 5, 80}) {
     const LinearModel partial = monobot_model(N, 0, 0.1, 0.1, 1.0);
-    const Observability one_short = observability(partial.F, partial.H);
+    const ObservabilityAnalysis one_short = observability(partial.F, partial.H);
     EXPECT_EQ(one_short.decision.rank, N);  // n − 1
     EXPECT_GT(one_short.decision.gap, 1e6);
     const auto names = name_unobservable(one_short.unobservable, partial.layout);
     EXPECT_THAT(names_of(names), ElementsAre("common translation"));
 
     const LinearModel anchored = monobot_model(N, 1, 0.1, 0.1, 1.0);
-    const Observability all = observability(anchored.F, anchored.H);
+    const ObservabilityAnalysis all = observability(anchored.F, anchored.H);
     EXPECT_EQ(all.decision.rank, N + 1);
     EXPECT_TRUE(name_unobservable(all.unobservable, anchored.layout).empty());
   }
@@ -137,7 +137,7 @@ TEST(Observability, IsTheDualOfControllabilityAndKnowsItsDirections) {
     H.leftCols(seen) = random_matrix(2, seen, generator);
     const Matrix T = change_of_coordinates(n, generator);
     const Matrix F_T = T * F * T.inverse(), H_T = H * T.inverse();
-    const Observability o = observability(F_T, H_T);
+    const ObservabilityAnalysis o = observability(F_T, H_T);
     ASSERT_EQ(o.decision.rank, seen) << "round " << round;
     EXPECT_LT((H_T * o.unobservable).norm() + (H_T * F_T * o.unobservable).norm(), 1e-9 * (1.0 + F_T.norm()));
     // Along a trajectory of n constant steps the answer is the same.
@@ -151,7 +151,7 @@ TEST(Observability, UnitsOfStatesAndSensorsDoNotMatter) {
   const Vector states = (Vector(4) << 1e3, 1.0, 1e-3, 10.0).finished();
   const Vector sensors = (Vector(3) << 1e-3, 1.0, 1e2).finished();
   const Matrix H = sensors.asDiagonal() * model.H * states.asDiagonal();
-  const Observability o = observability(model.F, H);
+  const ObservabilityAnalysis o = observability(model.F, H);
   EXPECT_EQ(o.decision.rank, 3);
   EXPECT_GT(o.decision.gap, 1e4);
   EXPECT_LT((H * o.unobservable).norm(), 1e-9 * H.norm());
@@ -169,7 +169,7 @@ TEST(LocalObservability, OfThePlaneAtTheTruth) {
   for (const Index N : {1, 2, 6}) {
     const Index n = 3 + 2 * N;
     const PlanarLoop partial(N, Matrix(2, 0), 60);
-    const Observability none = local_observability(partial.F, partial.H);
+    const ObservabilityAnalysis none = local_observability(partial.F, partial.H);
     EXPECT_EQ(none.decision.rank, n - 3);
     EXPECT_GT(none.decision.gap, 1e6);
     EXPECT_THAT(names_of(name_unobservable(none.unobservable, partial.layout, partial.start)),
@@ -177,7 +177,7 @@ TEST(LocalObservability, OfThePlaneAtTheTruth) {
 
     const Matrix one = anchors_at({{2.0, 3.0}});
     const PlanarLoop anchored(N, one, 60);
-    const Observability rotation = local_observability(anchored.F, anchored.H);
+    const ObservabilityAnalysis rotation = local_observability(anchored.F, anchored.H);
     EXPECT_EQ(rotation.decision.rank, n - 1);
     EXPECT_THAT(names_of(name_unobservable(rotation.unobservable, anchored.layout, anchored.start, one)),
                 ElementsAre("rotation about the anchor (2, 3)"));
@@ -192,7 +192,7 @@ TEST(LocalObservability, OfThePlaneAtTheTruth) {
 TEST(LocalObservability, OfThePlaneAtAnEkfsEstimatesGainsSpuriousInformation) {
   const Index N = 4, n = 3 + 2 * N;
   const PlanarLoop partial(N, Matrix(2, 0), 60, 0.01);
-  const Observability two = local_observability(partial.F, partial.H);
+  const ObservabilityAnalysis two = local_observability(partial.F, partial.H);
   EXPECT_EQ(two.decision.rank, n - 2);
   EXPECT_THAT(names_of(name_unobservable(two.unobservable, partial.layout, partial.start)),
               ElementsAre("common translation x", "common translation y"));
