@@ -42,7 +42,7 @@ void add_scaled_squares_of(const MatrixRef& L, Index d, Eigen::Ref<Matrix>& bloc
 }
 
 template <typename Share>
-void add_scaled_squares(const MatrixRef& L, Index d, Eigen::Ref<Matrix> blocks, Share share) {
+void add_scaled_squares(const MatrixRef& L, Index d, Eigen::Ref<Matrix>& blocks, Share share) {
   require_blocks(L.rows(), d);
   if (blocks.rows() != d || blocks.cols() != L.rows()) {
     throw std::invalid_argument(

@@ -194,7 +194,7 @@ TEST(Noise, lanes_over_runs_are_the_same_numbers) {
 TEST(Noise, numbers_stay_what_they_are) {
   const NoiseSource source(1, 0);
   EXPECT_EQ(source.key(), 6791897765849424158u);
-  const double expected[5][2] = {{0x1.b177ce931b93p-2, 0x1.cacc142fd93abp-4},
+  const double expected[5][2] = {{0x1.b177ce931b93p-2, 0x1.cacc142fd93acp-4},
                                  {0x1.32d6e099a9b35p-5, -0x1.04f99c41d502bp-1},
                                  {0x1.87838060c0be4p+0, 0x1.116472772dbd6p-1},
                                  {0x1.c4c20708c7913p-4, 0x1.00727f87b5661p+0},
