@@ -10,18 +10,13 @@
 
 #include "analysis/multiple_tests.h"
 #include "analysis/student_positive_mean.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 ScaleAdvice no_scale(std::string_view reason) {
   return {.factor = kNaN, .lower = kNaN, .upper = kNaN, .reason = reason};
-}
-
-bool is_inconsistent(Verdict verdict) {
-  return verdict == Verdict::optimistic || verdict == Verdict::pessimistic;
 }
 
 double standardised_deviation(const ConsistencyVerdict& verdict) {

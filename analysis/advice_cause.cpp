@@ -8,10 +8,6 @@
 namespace credence {
 namespace {
 
-bool is_inconsistent(Verdict verdict) {
-  return verdict == Verdict::optimistic || verdict == Verdict::pessimistic;
-}
-
 double alpha_of(const Findings& findings) {
   return 1.0 - (findings.nis.confidence > 0.0 ? findings.nis.confidence : findings.nees.confidence);
 }

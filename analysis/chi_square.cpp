@@ -9,6 +9,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "analysis/require.h"
+
 namespace credence {
 namespace {
 
@@ -25,18 +27,6 @@ using Normal = boost::math::normal_distribution<double, Quiet>;
 // Above it the continued fractions of the incomplete gamma function cost too much and may not converge.
 constexpr double kLargestExactDof = 1e9;
 
-void require_dof(double dof) {
-  if (!(std::isfinite(dof) && dof > 0.0)) {
-    throw std::invalid_argument(fmt::format("dof = {} must be a finite number > 0", dof));
-  }
-}
-
-void require_probability(double probability) {
-  if (!(probability >= 0.0 && probability <= 1.0)) {
-    throw std::invalid_argument(fmt::format("probability = {} must lie in [0, 1]", probability));
-  }
-}
-
 // Wilson and Hilferty: (χ²/dof)^(1/3) is nearly normal with mean 1 − c and variance c = 2 / (9 dof).
 double normal_score(double x, double dof) {
   const double c = 2.0 / (9.0 * dof);
@@ -52,7 +42,7 @@ double from_normal_score(double z, double dof) {
 }  // namespace
 
 double chi_square_cdf(double x, double dof) {
-  require_dof(dof);
+  require_positive("dof", dof);
   if (std::isnan(x)) return x;
   if (x <= 0.0) return 0.0;
   if (std::isinf(x)) return 1.0;
@@ -61,7 +51,7 @@ double chi_square_cdf(double x, double dof) {
 }
 
 double chi_square_survival(double x, double dof) {
-  require_dof(dof);
+  require_positive("dof", dof);
   if (std::isnan(x)) return x;
   if (x <= 0.0) return 1.0;
   if (std::isinf(x)) return 0.0;
@@ -70,7 +60,7 @@ double chi_square_survival(double x, double dof) {
 }
 
 double chi_square_density(double x, double dof) {
-  require_dof(dof);
+  require_positive("dof", dof);
   if (std::isnan(x)) return x;
   if (x <= 0.0 || std::isinf(x)) return 0.0;
   if (dof <= kLargestExactDof) return pdf(ChiSquared(dof), x);
@@ -79,7 +69,7 @@ double chi_square_density(double x, double dof) {
 }
 
 double chi_square_quantile(double probability, double dof) {
-  require_dof(dof);
+  require_positive("dof", dof);
   require_probability(probability);
   if (probability == 0.0) return 0.0;
   if (probability == 1.0) return std::numeric_limits<double>::infinity();
@@ -88,7 +78,7 @@ double chi_square_quantile(double probability, double dof) {
 }
 
 double chi_square_upper_quantile(double probability, double dof) {
-  require_dof(dof);
+  require_positive("dof", dof);
   require_probability(probability);
   if (probability == 0.0) return std::numeric_limits<double>::infinity();
   if (probability == 1.0) return 0.0;
@@ -107,9 +97,7 @@ ChiSquareBounds mean_bounds(double total_dof, double count, double confidence) {
   if (!(std::isfinite(count) && count > 0.0)) {
     throw std::invalid_argument(fmt::format("count = {} must be a finite number > 0", count));
   }
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
+  require_confidence(confidence);
   const double tail = 0.5 * (1.0 - confidence);
   return {chi_square_quantile(tail, total_dof) / count, chi_square_upper_quantile(tail, total_dof) / count};
 }

@@ -9,6 +9,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "analysis/require.h"
+
 namespace credence {
 namespace {
 
@@ -58,9 +60,7 @@ double solve_p_value(Excess excess) {
 }  // namespace
 
 ChiSquareBounds dependent_sum_bounds(std::span<const double> dofs, double confidence) {
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
+  require_confidence(confidence);
   const DofCounts counts = count_dofs(dofs);
   const double tail = 0.5 * (1.0 - confidence);
   return {lower_shortfall(counts, tail), upper_shortfall(counts, tail)};

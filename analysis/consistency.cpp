@@ -1,6 +1,5 @@
 #include "analysis/consistency.h"
 
-#include <utility>
 #include <vector>
 
 #include "analysis/consistency_judge.h"
@@ -12,8 +11,9 @@ SumLaw chi_square_step(double total_dof, double /*count*/) { return chi_square_l
 
 SumLaw any_correlation(const std::vector<StepTest>& tested) {
   std::vector<double> dofs;
+  dofs.reserve(tested.size());
   for (const StepTest& step : tested) dofs.push_back(step.total_dof);
-  return dependent_law(std::move(dofs));
+  return dependent_law(dofs);
 }
 
 SumLaw white_steps(const std::vector<StepTest>& tested) {

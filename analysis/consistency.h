@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "analysis/chi_square.h"
+#include "core/nan.h"
 #include "montecarlo/moments.h"
 
 /// @file
@@ -37,6 +37,11 @@ enum class Verdict {
 /// "consistent", "optimistic", "pessimistic" or "undecided".
 std::string_view to_string(Verdict verdict);
 
+/// Whether the data speak against the covariance, in either direction.
+inline bool is_inconsistent(Verdict verdict) {
+  return verdict == Verdict::optimistic || verdict == Verdict::pessimistic;
+}
+
 /// The test of one step; a step without data has count 0 or total_dof 0 and NaN elsewhere.
 struct StepTest {
   double mean = 0.0;      ///< over the runs
@@ -57,17 +62,16 @@ struct ConsistencyVerdict {
   std::string reason;  ///< why undecided, else empty
   std::string method;  ///< the tests in words
   double confidence = 0.0;
-  double p_value = std::numeric_limits<double>::quiet_NaN();  ///< adjusted: the verdict is not `consistent`
-                                                              ///< iff p_value ≤ 1 − confidence
-  double overall_p_value = std::numeric_limits<double>::quiet_NaN();  ///< of the overall test alone
-  double steps_p_value =
-      std::numeric_limits<double>::quiet_NaN();  ///< of the worst step, adjusted for the number of steps
-  double mean = 0.0;                             ///< over all steps and runs
-  double expected = 0.0;                         ///< dof / count
-  ChiSquareBounds bounds;                        ///< of the overall mean, as the verdict uses them
-  double dof = 0.0;                              ///< sum over steps and runs
-  std::int64_t count = 0;                        ///< values: runs summed over steps
-  std::int64_t tests = 0;  ///< made: steps tested, and the overall one where it is a further one
+  double p_value = kNaN;          ///< adjusted: the verdict is not `consistent`
+                                  ///< iff p_value ≤ 1 − confidence
+  double overall_p_value = kNaN;  ///< of the overall test alone
+  double steps_p_value = kNaN;    ///< of the worst step, adjusted for the number of steps
+  double mean = 0.0;              ///< over all steps and runs
+  double expected = 0.0;          ///< dof / count
+  ChiSquareBounds bounds;         ///< of the overall mean, as the verdict uses them
+  double dof = 0.0;               ///< sum over steps and runs
+  std::int64_t count = 0;         ///< values: runs summed over steps
+  std::int64_t tests = 0;         ///< made: steps tested, and the overall one where it is a further one
   std::int64_t steps_tested = 0;
   std::int64_t steps_without_data = 0;
   std::int64_t steps_rejected = 0;      ///< by Holm's procedure at 1 − confidence

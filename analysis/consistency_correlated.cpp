@@ -55,11 +55,11 @@ std::vector<double> draw_largest_scores(const std::vector<double>& dofs, const M
   std::normal_distribution<double> normal;
   std::vector<double> largest(kDraws);
   constexpr int kBlock = 200;
-  for (int first = 0; first < kDraws; first += kBlock) {
+  for (Index first = 0; first < kDraws; first += kBlock) {
     const Matrix white = Matrix::NullaryExpr(rank, kBlock, [&] { return normal(generator); });
     const Matrix scores = root * white;
     const Vector sums = scores.transpose() * deviation / sum_deviation;
-    for (int i = 0; i < kBlock; ++i) {
+    for (Index i = 0; i < kBlock; ++i) {
       largest[static_cast<std::size_t>(first + i)] =
           std::max(scores.col(i).cwiseAbs().maxCoeff(), std::abs(sums(i)));
     }
@@ -70,6 +70,7 @@ std::vector<double> draw_largest_scores(const std::vector<double>& dofs, const M
 
 std::vector<double> dofs_of(const std::vector<StepTest>& tested) {
   std::vector<double> dofs;
+  dofs.reserve(tested.size());
   for (const StepTest& step : tested) dofs.push_back(step.total_dof);
   return dofs;
 }

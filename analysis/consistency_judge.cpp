@@ -11,20 +11,18 @@
 #include <utility>
 
 #include "analysis/chi_square_dependent_sum.h"
+#include "analysis/require.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 void require_input(std::span<const Moments> per_step, std::span<const double> dofs, double confidence) {
   if (per_step.size() != dofs.size()) {
     throw std::invalid_argument(
         fmt::format("{} steps of moments but {} steps of dof", per_step.size(), dofs.size()));
   }
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
+  require_confidence(confidence);
   for (std::size_t k = 0; k < dofs.size(); ++k) {
     if (!(std::isfinite(dofs[k]) && dofs[k] >= 0.0)) {
       throw std::invalid_argument(
@@ -247,7 +245,7 @@ SumLaw chi_square_law(double dof) {
           .p_value = [dof](double sum) { return two_sided_p_value(sum, dof); }};
 }
 
-SumLaw dependent_law(std::vector<double> dofs) {
+SumLaw dependent_law(const std::vector<double>& dofs) {
   double expected = 0.0;
   for (const double dof : dofs) expected += dof;
   return {.expected = expected,

@@ -24,7 +24,7 @@ struct SumLaw {
 SumLaw chi_square_law(double dof);
 
 /// Σ χ²(dof_k), the terms dependent in any way (chi_square_dependent_sum.h).
-SumLaw dependent_law(std::vector<double> dofs);
+SumLaw dependent_law(const std::vector<double>& dofs);
 
 /// A law known by three cumulants (chi_square_cumulants.h).
 SumLaw cumulant_law(const Cumulants& cumulants);

@@ -8,6 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/nan.h"
+
 namespace credence {
 namespace {
 
@@ -20,7 +22,7 @@ constexpr double kErrorTolerance = 1e-9;
 NormalisedError failure(std::string_view reason) {
   NormalisedError result;
   result.reason = reason;
-  result.value = std::numeric_limits<double>::quiet_NaN();
+  result.value = kNaN;
   return result;
 }
 

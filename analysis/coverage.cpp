@@ -10,6 +10,8 @@
 #include <stdexcept>
 
 #include "analysis/chi_square.h"
+#include "analysis/require.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
@@ -17,18 +19,6 @@ namespace {
 void require_count(const CoverageCount& count) {
   if (count.inside < 0 || count.total < count.inside) {
     throw std::invalid_argument(fmt::format("{} of {} is no proportion", count.inside, count.total));
-  }
-}
-
-void require_confidence(double confidence) {
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
-}
-
-void require_probability(double probability) {
-  if (!(probability >= 0.0 && probability <= 1.0)) {
-    throw std::invalid_argument(fmt::format("probability = {} must lie in [0, 1]", probability));
   }
 }
 
@@ -42,7 +32,7 @@ double expected_coverage(double k_sigma, double dof) {
 ProportionInterval clopper_pearson(const CoverageCount& count, double confidence) {
   require_count(count);
   require_confidence(confidence);
-  if (count.total == 0) return {.value = std::numeric_limits<double>::quiet_NaN()};
+  if (count.total == 0) return {.value = kNaN};
   const double inside = static_cast<double>(count.inside);
   const double outside = static_cast<double>(count.total - count.inside);
   const double tail = 0.5 * (1.0 - confidence);

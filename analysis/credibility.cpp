@@ -11,15 +11,16 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "analysis/require.h"
+#include "core/nan.h"
+
 namespace credence {
 namespace {
 
 constexpr double kDecibel = 10.0 * std::numbers::log10e;
 
 void require_input(std::span<const Vector> errors, std::span<const Matrix> covariances, double confidence) {
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
+  require_confidence(confidence);
   if (errors.empty()) return;
   if (covariances.size() != errors.size() && covariances.size() != 1) {
     throw std::invalid_argument(
@@ -36,7 +37,6 @@ void require_input(std::span<const Vector> errors, std::span<const Matrix> covar
 }
 
 CredibilityIndex no_index(std::int64_t runs, std::string_view reason) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   return {.runs = runs,
           .noncredibility = kNaN,
           .noncredibility_floor = kNaN,

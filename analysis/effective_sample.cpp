@@ -9,12 +9,12 @@
 #include <stdexcept>
 #include <vector>
 
+#include "analysis/require.h"
 #include "analysis/student_positive_mean.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // W with W P Wᵀ = I on the range of P, judged in correlation form as in consistency_nees.h; rank × n.
 Matrix whitening(const Matrix& P) {
@@ -40,12 +40,6 @@ void finish(NeesTimeLaw& law, double independent_variance) {
   const double steps = static_cast<double>(law.correlation.rows());
   law.effective_dof = 2.0 * law.run_sum.mean * law.run_sum.mean / law.run_sum.variance;
   law.effective_steps = steps * independent_variance / law.run_sum.variance;
-}
-
-void require_confidence(double confidence) {
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
 }
 
 // Σ over the series of (x_k − mean)(x_{k+lag} − mean), and the number of products.

@@ -10,6 +10,7 @@
 
 #include "analysis/chi_square.h"
 #include "analysis/chi_square_truncated.h"
+#include "core/nan.h"
 #include "core/types.h"
 
 namespace credence {
@@ -184,7 +185,6 @@ double anderson_p_value(double a, std::int64_t n) {
 }
 
 GoodnessOfFit test_uniform(std::vector<double> values) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   GoodnessOfFit result{.count = static_cast<std::int64_t>(values.size()),
                        .kolmogorov = kNaN,
                        .kolmogorov_p_value = kNaN,

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "core/nan.h"
+
 namespace credence {
 
 UniformHistogram::UniformHistogram(std::size_t bins) : counts_(bins, 0) {
@@ -45,7 +47,6 @@ std::int64_t UniformHistogram::count() const {
 }
 
 GoodnessOfFit test_uniform(const UniformHistogram& histogram) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   GoodnessOfFit result{.count = histogram.count(),
                        .kolmogorov = kNaN,
                        .kolmogorov_p_value = kNaN,

@@ -8,29 +8,18 @@
 #include <stdexcept>
 
 #include "analysis/chi_square.h"
+#include "analysis/require.h"
 
 namespace credence {
 namespace {
 
 constexpr double kMostRuns = 1e12;
 
-void require_positive(const char* name, double value) {
-  if (!(std::isfinite(value) && value > 0.0)) {
-    throw std::invalid_argument(fmt::format("{} = {} must be a finite number > 0", name, value));
-  }
-}
-
-void require_probability(const char* name, double value) {
-  if (!(value > 0.0 && value < 1.0)) {
-    throw std::invalid_argument(fmt::format("{} = {} must lie in (0, 1)", name, value));
-  }
-}
-
 void require_design(const VerdictDesign& design) {
   require_positive("steps", design.steps);
   require_positive("dof_per_step", design.dof_per_step);
   require_positive("effective_steps", design.effective_steps);
-  require_probability("confidence", design.confidence);
+  require_fraction("confidence", design.confidence);
 }
 
 // P(factor · χ²(dof) leaves the interval).
@@ -57,7 +46,7 @@ double power_of_steps(const VerdictDesign& design, double factor, double runs, d
 
 double chi_square_power(double factor, double dof, double level) {
   require_positive("factor", factor);
-  require_probability("level", level);
+  require_fraction("level", level);
   return leaves(factor, dof, chi_square_quantile(0.5 * level, dof),
                 chi_square_upper_quantile(0.5 * level, dof));
 }
@@ -73,7 +62,7 @@ double verdict_power(const VerdictDesign& design, double factor, double runs) {
 }
 
 RunsNeeded runs_to_detect(const VerdictDesign& design, double factor, double power) {
-  require_probability("power", power);
+  require_fraction("power", power);
   if (factor == 1.0)
     throw std::invalid_argument("factor = 1 is a consistent filter: there is nothing to detect");
   double enough = 1.0;
@@ -92,7 +81,7 @@ RunsNeeded runs_to_detect(const VerdictDesign& design, double factor, double pow
 }
 
 DetectableFactors detectable_factors(const VerdictDesign& design, double runs, double power) {
-  require_probability("power", power);
+  require_fraction("power", power);
   const auto search = [&](double direction) {
     double near = 0.0;
     double far = 1e-6;

@@ -8,15 +8,15 @@
 #include <stdexcept>
 #include <vector>
 
+#include "analysis/require.h"
 #include "analysis/student_positive_mean.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
 
 void require_rule(const StopRule& rule) {
-  if (!(rule.confidence > 0.0 && rule.confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", rule.confidence));
-  }
+  require_confidence(rule.confidence);
   if (!(rule.consistent_within >= 0.0) || !(rule.precision >= 0.0)) {
     throw std::invalid_argument(fmt::format("consistent_within = {} and precision = {} must be >= 0",
                                             rule.consistent_within, rule.precision));
@@ -25,7 +25,7 @@ void require_rule(const StopRule& rule) {
 
 double log_mean(double a, double b) {
   const double largest = std::max(a, b);
-  if (std::isnan(a) || std::isnan(b)) return std::numeric_limits<double>::quiet_NaN();
+  if (std::isnan(a) || std::isnan(b)) return kNaN;
   if (std::isinf(largest)) return largest;
   return largest + std::log(0.5 * (std::exp(a - largest) + std::exp(b - largest)));
 }

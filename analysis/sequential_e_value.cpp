@@ -12,10 +12,12 @@
 #include <stdexcept>
 #include <vector>
 
+#include "analysis/require.h"
+#include "core/nan.h"
+
 namespace credence {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr std::array<double, 5> kPriors{1.0, 10.0, 100.0, 1000.0, 10000.0};
@@ -119,9 +121,7 @@ double log_e_nis(std::span<const Moments> per_step, std::span<const double> tota
 ChiSquareBounds scale_confidence_sequence(std::span<const Moments> per_step,
                                           std::span<const double> total_dof_per_step, bool white,
                                           double confidence) {
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
+  require_confidence(confidence);
   const Sums sums = collect(per_step, total_dof_per_step);
   if (sums.total_dof == 0.0) return {0.0, kInfinity};
   if (!std::isfinite(sums.total_sum) || std::isnan(log_e(sums, 1.0, white))) return {kNaN, kNaN};

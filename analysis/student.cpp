@@ -8,6 +8,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "analysis/require.h"
+#include "core/nan.h"
+
 namespace credence {
 namespace {
 
@@ -19,9 +22,7 @@ void require_dof(double dof) {
 
 double student_quantile_two_sided(double confidence, double dof) {
   require_dof(dof);
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
+  require_confidence(confidence);
   const boost::math::students_t law(dof);
   return quantile(complement(law, 0.5 * (1.0 - confidence)));
 }
@@ -38,7 +39,7 @@ MeanInterval student_interval(const Moments& moments, double confidence) {
   MeanInterval interval;
   interval.mean = moments.mean;
   interval.count = moments.count;
-  interval.lower = interval.upper = interval.standard_error = std::numeric_limits<double>::quiet_NaN();
+  interval.lower = interval.upper = interval.standard_error = kNaN;
   const double t = student_quantile_two_sided(
       confidence, static_cast<double>(std::max<std::int64_t>(1, moments.count - 1)));
   if (moments.count < 2) {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/nan.h"
+
 namespace credence {
 namespace {
 
@@ -27,7 +29,7 @@ bool has_variance(const Moments& moments) {
 
 double positive_mean_p_value(const Moments& moments, double expected) {
   if (!(expected > 0.0)) throw std::invalid_argument(fmt::format("expected = {} must be > 0", expected));
-  if (!has_variance(moments)) return std::numeric_limits<double>::quiet_NaN();
+  if (!has_variance(moments)) return kNaN;
   if (moments.m2 <= 0.0) return moments.mean == expected ? 1.0 : 0.0;
   const double c = cube_root_variance(moments);
   const double z = (std::cbrt(moments.mean / expected) - (1.0 - c)) / std::sqrt(c);
@@ -38,7 +40,7 @@ MeanInterval positive_mean_interval(const Moments& moments, double confidence) {
   MeanInterval interval = student_interval(moments, confidence);
   if (!interval.reason.empty()) return interval;
   if (!has_variance(moments) && moments.m2 > 0.0) {
-    interval.lower = interval.upper = std::numeric_limits<double>::quiet_NaN();
+    interval.lower = interval.upper = kNaN;
     interval.reason = "the mean is not positive";
     return interval;
   }

@@ -48,6 +48,7 @@ void analyse_planar(StudyAnalysis& analysis) {
                      .landmark_m = root_means(s, Quantity::landmark_error_squared)};
   const std::vector<Moments> pose = s.series(Quantity::vehicle_nees);
   std::vector<double> dof;
+  dof.reserve(pose.size());
   for (const Moments& m : pose) dof.push_back(3.0 * static_cast<double>(m.count));
   analysis.vehicle_nees = judge_nees(pose, dof, analysis.scenario.study.confidence);
 }

@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "analysis/chi_square.h"
+#include "analysis/require.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // E‖C_0^{-1/2} C_h C_0^{-1/2}‖_F² for white Gaussian values.
 double expected_norm(double pairs, double values, double dim) {
@@ -104,9 +104,7 @@ void LagProducts::merge(const LagProducts& other) {
 }
 
 WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
-  if (!(confidence > 0.0 && confidence < 1.0)) {
-    throw std::invalid_argument(fmt::format("confidence = {} must lie in (0, 1)", confidence));
-  }
+  require_confidence(confidence);
   WhitenessTest result;
   result.values = products.pairs(0);
   result.dim = products.dim();

@@ -5,11 +5,11 @@
 #include <limits>
 
 #include "analysis/chi_square.h"
+#include "core/nan.h"
 
 namespace credence {
 
 InnovationMeanTest test_innovation_mean(const VectorMoments& moments) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   InnovationMeanTest result;
   result.count = moments.count;
   result.mean = moments.mean;

@@ -182,7 +182,7 @@ class EkfSlam {
   }
 
   /// out = A Hᵀ for a symmetric or general n×n A.
-  void times_H_transposed(const Matrix& A, Matrix& out) const {
+  void times_observation_transposed(const Matrix& A, Matrix& out) const {
     out.resize(A.rows(), nu_.size());
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       auto columns = out.template middleCols<kMeasurement>(kMeasurement * static_cast<Index>(i));
@@ -193,7 +193,7 @@ class EkfSlam {
   }
 
   void compute_innovation_covariance() {
-    times_H_transposed(P_, PHt_);
+    times_observation_transposed(P_, PHt_);
     S_.resize(nu_.size(), nu_.size());
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       auto block = S_.template middleRows<kMeasurement>(kMeasurement * static_cast<Index>(i));
@@ -231,7 +231,7 @@ class EkfSlam {
     llt_.solveInPlace(K_t_);
     K_ = K_t_.transpose();
     P_.noalias() -= K_ * PHt_.transpose();
-    times_H_transposed(P_, AHt_);
+    times_observation_transposed(P_, AHt_);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Index c = kMeasurement * static_cast<Index>(i);
       AHt_.template middleCols<kMeasurement>(c).noalias() -= K_.template middleCols<kMeasurement>(c) * R_;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/min_trace_interior_point.h"
+#include "core/nan.h"
 #include "core/pairwise_bound.h"
 #include "core/polar.h"
 
@@ -21,7 +22,6 @@ namespace {
 using Blocks = std::vector<DiagonalBlock>;
 /// Solvers aim at this share of the gap asked for, so that rounding at the end does not cost convergence.
 constexpr double kAim = 0.1;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Blocks blocks_of(const BlockLayout& layout) {
   Blocks blocks;

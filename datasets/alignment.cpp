@@ -47,6 +47,7 @@ double rms_distance_aligned(const std::vector<Eigen::Vector2d>& truth,
                             const std::vector<Eigen::Vector2d>& estimate) {
   const Eigen::Isometry2d motion = align_rigidly(truth, estimate);
   std::vector<Eigen::Vector2d> moved;
+  moved.reserve(truth.size());
   for (const Eigen::Vector2d& point : truth) moved.push_back(motion * point);
   return rms_distance(moved, estimate);
 }

@@ -36,7 +36,7 @@ struct ReferenceModel {
   static void wrap_pose(Pose& pose) { pose[2] = wrap_angle(pose[2]); }
 };
 
-using Filter = EkfSlam<ReferenceModel>;
+using ReferenceFilter = EkfSlam<ReferenceModel>;
 using Drive = std::vector<std::pair<Control, double>>;  ///< controls and their durations in seconds
 
 /// One scan that saw a beacon: where, what, and how the vehicle came there from the station before.
@@ -103,7 +103,8 @@ ReferenceModel::Step step_between(const Pose& from, const Pose& to, const Eigen:
   return step;
 }
 
-Filter make_filter(const CarparkLog& log, const ReplaySettings& settings, const std::vector<int>& order) {
+ReferenceFilter make_filter(const CarparkLog& log, const ReplaySettings& settings,
+                            const std::vector<int>& order) {
   std::vector<Anchor<ReferenceModel>> anchors;
   const auto count = settings.world.full ? static_cast<std::size_t>(settings.world.anchors) : 0;
   for (std::size_t i = 0; i < std::min(count, order.size()); ++i)
@@ -111,11 +112,11 @@ Filter make_filter(const CarparkLog& log, const ReplaySettings& settings, const 
   const double range = settings.noise.range_std;
   const double bearing = settings.noise.bearing_std_deg * kRadiansPerDegree;
   const Eigen::Matrix2d R = Eigen::Vector2d(range * range, bearing * bearing).asDiagonal();
-  return Filter({}, Eigen::Matrix3d::Identity(), R, {settings.filter.inflation, settings.filter.solution, {}},
-                anchors);
+  return ReferenceFilter({}, Eigen::Matrix3d::Identity(), R,
+                         {settings.filter.inflation, settings.filter.solution, {}}, anchors);
 }
 
-void reset(Filter& filter, const Pose& start, const ReplayInitial& initial) {
+void reset(ReferenceFilter& filter, const Pose& start, const ReplayInitial& initial) {
   const double position = initial.position_std, heading = initial.heading_std_deg * kRadiansPerDegree;
   filter.reset(
       start, Eigen::Matrix3d(
@@ -123,7 +124,8 @@ void reset(Filter& filter, const Pose& start, const ReplayInitial& initial) {
 }
 
 /// Noise-free sights of the beacons of a station; false when the update failed.
-bool observe(Filter& filter, const CarparkLog& log, const Station& station, LongHorizonResult& result) {
+bool observe(ReferenceFilter& filter, const CarparkLog& log, const Station& station,
+             LongHorizonResult& result) {
   std::vector<Observation<ReferenceModel>> sights;
   for (const int beacon : station.beacons)
     sights.push_back(
@@ -138,8 +140,9 @@ bool observe(Filter& filter, const CarparkLog& log, const Station& station, Long
 
 double LongHorizonResult::growth_exponent() const {
   if (loops.size() < 2) return 0;
-  return std::log2(loops.back().landmarks / loops[loops.size() / 2 - 1].landmarks) /
-         std::log2(static_cast<double>(loops.size()) / static_cast<double>(loops.size() / 2));
+  const std::size_t half = loops.size() / 2;
+  return std::log2(loops.back().landmarks / loops[half - 1].landmarks) /
+         std::log2(static_cast<double>(loops.size()) / static_cast<double>(half));
 }
 
 double LongHorizonResult::growth_per_loop() const {
@@ -163,7 +166,7 @@ LongHorizonResult carpark_long_horizon(const CarparkLog& log, const ReplaySettin
   const Eigen::Matrix2d Q = Eigen::Vector2d(speed * speed, steering * steering).asDiagonal();
   const Vehicle car{VehicleKind::car, {}};
 
-  Filter filter = make_filter(log, settings, beacons_in_order_of_sight(scans));
+  ReferenceFilter filter = make_filter(log, settings, beacons_in_order_of_sight(scans));
   reset(filter, stations.front().pose, settings.initial);
   LongHorizonResult result;
   const auto visit = [&](std::size_t from, std::size_t to) {

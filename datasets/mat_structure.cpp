@@ -104,7 +104,7 @@ class Scanner {
     const bool little = end[2] == 'I' && end[3] == 'M';
     big_endian_ = end[2] == 'M' && end[3] == 'I';
     if (!little && !big_endian_) fail("not a MAT-file of version 5: no byte-order mark at byte 126");
-    const int version = big_endian_ ? end[0] : end[1];
+    const auto version = static_cast<unsigned char>(big_endian_ ? end[0] : end[1]);
     if (version == 2) fail("a MAT-file of version 7.3; save it uncompressed (in MATLAB: save -v6)");
     if (version != 1) fail("not a MAT-file of version 5: wrong version at byte 124");
   }

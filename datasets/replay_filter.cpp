@@ -32,6 +32,7 @@ std::vector<int> chosen_anchors(const ReplaySettings& settings, const ReplayStar
 
 std::vector<Anchor<PlanarModel>> placed(const std::vector<int>& anchors, const std::vector<Point>& survey_m) {
   std::vector<Anchor<PlanarModel>> result;
+  result.reserve(anchors.size());
   for (const int anchor : anchors) result.push_back({anchor, survey_m.at(static_cast<std::size_t>(anchor))});
   return result;
 }

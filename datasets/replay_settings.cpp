@@ -24,8 +24,8 @@ bool parse_number(std::string_view text, double& number) {
 }
 
 /// A key that holds a number for which `accepts` is true.
-Key number_key(std::string name, std::string limits, std::function<double&(ReplaySettings&)> field,
-               std::function<bool(double)> accepts) {
+Key number_key(std::string name, std::string limits, const std::function<double&(ReplaySettings&)>& field,
+               const std::function<bool(double)>& accepts) {
   return {std::move(name), std::move(limits),
           [=](ReplaySettings& settings, std::string_view text) {
             double number = 0;
@@ -67,12 +67,12 @@ Key word_key(std::string name, std::vector<Word<Value>> words, std::function<Val
           }};
 }
 
-Key deviation_key(std::string name, std::function<double&(ReplaySettings&)> field) {
-  return number_key(std::move(name), "a number >= 0", std::move(field), [](double x) { return x >= 0; });
+Key deviation_key(std::string name, const std::function<double&(ReplaySettings&)>& field) {
+  return number_key(std::move(name), "a number >= 0", field, [](double x) { return x >= 0; });
 }
 
-Key positive_key(std::string name, std::function<double&(ReplaySettings&)> field) {
-  return number_key(std::move(name), "a number > 0", std::move(field), [](double x) { return x > 0; });
+Key positive_key(std::string name, const std::function<double&(ReplaySettings&)>& field) {
+  return number_key(std::move(name), "a number > 0", field, [](double x) { return x > 0; });
 }
 
 Key anchors_key() {

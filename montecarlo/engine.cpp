@@ -79,9 +79,9 @@ class PartialStudy {
 };
 
 /// What the workers share; every access is under one lock, which a worker takes once a chunk.
-class Collector {
+class ChunkCollector {
  public:
-  Collector(std::span<const StudyTask> tasks, const EngineOptions& options)
+  ChunkCollector(std::span<const StudyTask> tasks, const EngineOptions& options)
       : tasks_(tasks), options_(options), studies_(tasks.size()) {
     for (const StudyTask& task : tasks) progress_.runs_total += task.runs;
   }
@@ -130,7 +130,7 @@ class Collector {
 std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const EngineOptions& options) {
   const ChunkNumbering chunks(tasks);
   std::vector<bool> done(chunks.count());
-  Collector collector(tasks, options);
+  ChunkCollector collector(tasks, options);
   collector.load(chunks, done);
 
   const int threads = options.threads > 0

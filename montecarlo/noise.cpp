@@ -22,20 +22,20 @@ std::uint64_t splitmix64(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-void require(bool ok, const char* what, std::int64_t value) {
+void require_in_range(bool ok, const char* what, std::int64_t value) {
   if (!ok)
     throw std::invalid_argument(std::string("noise: ") + what + " out of range: " + std::to_string(value));
 }
 
 void check_key(std::int64_t run, std::int64_t step, std::int64_t slot, std::int64_t slots) {
-  require(run >= 0, "run", run);
-  require(step >= 0 && step < kSteps, "step", step);
-  require(slot >= 0 && slot < kSlots, "slot", slot);
-  require(slots <= kSlots - slot, "number of slots", slots);
+  require_in_range(run >= 0, "run", run);
+  require_in_range(step >= 0 && step < kSteps, "step", step);
+  require_in_range(slot >= 0 && slot < kSlots, "slot", slot);
+  require_in_range(slots <= kSlots - slot, "number of slots", slots);
 }
 
 NoiseBlockKey block_key(std::uint64_t key, std::int64_t run, std::int64_t word1, NoisePurpose purpose) {
-  require(static_cast<std::uint32_t>(purpose) < 128, "purpose", static_cast<std::int64_t>(purpose));
+  require_in_range(static_cast<std::uint32_t>(purpose) < 128, "purpose", static_cast<std::int64_t>(purpose));
   return {.key = key,
           .run = static_cast<std::uint64_t>(run),
           .word1 = static_cast<std::uint32_t>(word1),
@@ -65,11 +65,11 @@ double NoiseSource::normal(std::int64_t run, std::int64_t step, NoisePurpose pur
 void NoiseSource::normals_of_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t steps,
                                   NoisePurpose purpose, std::int64_t slots, std::span<double> out) const {
   check_key(first_run, first_step, 0, slots);
-  require(first_run <= INT64_MAX - kLanes, "run", first_run);
-  require(first_step % 4 == 1, "first of four steps", first_step);
-  require(steps >= 0 && steps % 4 == 0 && steps < kSteps - first_step, "number of steps", steps);
-  require(slots >= 0, "number of slots", slots);
-  require(std::ssize(out) == slots * steps * kLanes, "size of the output", std::ssize(out));
+  require_in_range(first_run <= INT64_MAX - kLanes, "run", first_run);
+  require_in_range(first_step % 4 == 1, "first of four steps", first_step);
+  require_in_range(steps >= 0 && steps % 4 == 0 && steps < kSteps - first_step, "number of steps", steps);
+  require_in_range(slots >= 0, "number of slots", slots);
+  require_in_range(std::ssize(out) == slots * steps * kLanes, "size of the output", std::ssize(out));
   kernel_->runs(block_key(key_, first_run, (first_step + 3) / 4, purpose), steps / 4, slots, out.data());
 }
 

@@ -67,9 +67,9 @@ Setting make_setting(const std::string& path, SettingValue value, std::string pl
 
 /// Collects the settings of one parsed file, with their positions, since a table forgets the order of its
 /// keys.
-class Collector {
+class SettingCollector {
  public:
-  explicit Collector(const std::string& file) : file_(file) {}
+  explicit SettingCollector(const std::string& file) : file_(file) {}
 
   void add_file(const toml::table& root) {
     for (const auto& [key, node] : root) {
@@ -235,7 +235,7 @@ ScenarioDocument read_scenario_text(std::string_view text, const std::string& fi
   ScenarioDocument document;
   document.file = file;
   document.name = std::filesystem::path(file).stem().string();
-  Collector collector(document.file);
+  SettingCollector collector(document.file);
   collector.add_file(parse_toml(text, file));
   collector.move_into(document);
   refuse_duplicates(document.sweep);

@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/nan.h"
+
 namespace credence {
 namespace {
 
@@ -194,8 +196,8 @@ PlanarCurve ellipse_points(const Eigen::Vector2d& mean, const Eigen::Matrix2d& c
 void append_curve(PlanarCurve& all, const PlanarCurve& next) {
   if (next.x.empty()) return;
   if (!all.x.empty()) {
-    all.x.push_back(std::numeric_limits<double>::quiet_NaN());
-    all.y.push_back(std::numeric_limits<double>::quiet_NaN());
+    all.x.push_back(kNaN);
+    all.y.push_back(kNaN);
   }
   all.x.insert(all.x.end(), next.x.begin(), next.x.end());
   all.y.insert(all.y.end(), next.y.begin(), next.y.end());

@@ -54,11 +54,6 @@ bool fills_the_width(const Panel& panel) {
   });
 }
 
-bool has_heat_map(const Panel& panel) {
-  return std::any_of(panel.series.begin(), panel.series.end(),
-                     [](const Series& series) { return series.kind == SeriesKind::heat_map; });
-}
-
 // "0.25", "−3", "2×10⁵": every label of an axis with the decimals that its step needs.
 FigureText tick_label(double value, double step, double largest) {
   constexpr double kSmallestPlainStep = 1e-4;
@@ -133,6 +128,11 @@ std::vector<AxisTick> log_ticks(AxisRange range, int wanted) {
 }
 
 }  // namespace
+
+bool has_heat_map(const Panel& panel) {
+  return std::any_of(panel.series.begin(), panel.series.end(),
+                     [](const Series& series) { return series.kind == SeriesKind::heat_map; });
+}
 
 Axis make_axis(AxisRange range, bool log, int wanted) {
   return {range, log, log ? log_ticks(range, wanted) : linear_ticks(range, wanted)};

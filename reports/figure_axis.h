@@ -26,6 +26,9 @@ struct Axis {
 /// where few decades are shown.
 Axis make_axis(AxisRange range, bool log, int wanted);
 
+/// Whether cells are drawn, so that the panel needs a colour bar and no room at its ends.
+bool has_heat_map(const Panel& panel);
+
 /// What the series of a panel need, with room at the ends; the panel's own range where it states one.
 AxisRange x_range_of(const Panel& panel);
 AxisRange y_range_of(const Panel& panel);

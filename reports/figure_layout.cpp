@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "reports/figure_axis.h"
 #include "reports/utf8_text.h"
 
 namespace credence {
@@ -15,11 +16,6 @@ constexpr double kGap = 6.0;          // between things that do not belong toget
 constexpr double kSample = 22.0;      // length of a legend's sample
 constexpr double kTickLabels = 20.0;  // from the axes to below their tick labels
 constexpr double kColourBarGap = 10.0;
-
-bool has_heat_map(const Panel& panel) {
-  return std::any_of(panel.series.begin(), panel.series.end(),
-                     [](const Series& series) { return series.kind == SeriesKind::heat_map; });
-}
 
 int wanted_x_ticks(double width) { return std::max(2, static_cast<int>(width / 36.0)); }
 int wanted_y_ticks(double height) { return std::max(2, static_cast<int>(height / 26.0)); }

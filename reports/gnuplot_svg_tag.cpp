@@ -8,12 +8,12 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "reports/utf8_text.h"
+
 namespace credence {
 namespace {
 
 constexpr std::string_view kSpace = " \t\r\n";
-
-bool is_in(char c, std::string_view set) { return set.find(c) != std::string_view::npos; }
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kSpace);

@@ -10,8 +10,6 @@ namespace {
 constexpr std::string_view kXmlSpecial = "<>\"'`";
 constexpr std::string_view kEnhancedSpecial = "\\{}_^@&~";
 
-bool is_in(char c, std::string_view set) { return set.find(c) != std::string_view::npos; }
-
 void append_literal(std::string& out, std::string_view bytes, GnuplotFormat format) {
   for (const char c : bytes) {
     const bool enhanced = is_in(c, kEnhancedSpecial);

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/angle.h"
+#include "core/nan.h"
 #include "reports/atomic_file.h"
 #include "reports/gnuplot.h"
 #include "reports/html_page.h"
@@ -16,8 +17,6 @@
 
 namespace credence {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool has_heading_truth(const ReplayResult& r) {
   return !r.references.empty() && r.references.front().dof == 3;

@@ -7,11 +7,10 @@
 #include <limits>
 
 #include "core/angle.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// One number of every step of a run, NaN where `get` finds none.
 template <class Get>

@@ -8,7 +8,7 @@
 namespace credence {
 namespace {
 
-constexpr std::string_view kGap = "  ";
+constexpr std::string_view kColumnGap = "  ";
 
 std::string_view ansi_of(CellTone tone) {
   switch (tone) {
@@ -67,18 +67,18 @@ std::string text_table(const ReportTable& table, bool colour) {
   if (!table.title.empty()) out += printable_line(table.title) + "\n\n";
   for (const Column& column : columns) {
     out += padded(column.title, column, {});
-    out += kGap;
+    out += kColumnGap;
   }
   end_line(out);
   for (const Column& column : columns) {
     for (std::size_t i = 0; i < column.width; ++i) out += "─";
-    out += kGap;
+    out += kColumnGap;
   }
   end_line(out);
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       out += padded(columns[i].texts[row], columns[i], colour ? ansi_of(table.rows[row][i].tone) : "");
-      out += kGap;
+      out += kColumnGap;
     }
     end_line(out);
   }

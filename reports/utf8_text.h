@@ -23,4 +23,7 @@ char32_t next_code_point(std::string_view text, std::size_t& position);
 /// Appends `code_point` in UTF-8.
 void append_utf8(std::string& out, char32_t code_point);
 
+/// Whether `c` is one of the bytes of `set`.
+inline bool is_in(char c, std::string_view set) { return set.find(c) != std::string_view::npos; }
+
 }  // namespace credence
