@@ -77,6 +77,13 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   return analysis;
 }
 
+void add_battery(StudyAnalysis& analysis, const Experiment& experiment, int threads,
+                 const std::atomic<bool>* stop) {
+  const std::int64_t runs = battery_runs(analysis.scenario, analysis.statistics.runs);
+  const auto statistics = collect_battery(analysis.scenario, experiment, runs, threads, stop);
+  if (statistics) analysis.battery = judge_battery(*statistics, analysis.nees, analysis.nis);
+}
+
 Verdict overall_verdict(const StudyAnalysis& analysis) {
   if (analysis.nees.verdict != Verdict::consistent && analysis.nees.verdict != Verdict::undecided) {
     return analysis.nees.verdict;

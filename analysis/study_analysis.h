@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/battery.h"
 #include "analysis/consistency.h"
 #include "analysis/exact_moments.h"
 #include "core/types.h"
@@ -36,6 +37,7 @@ struct StudyAnalysis {
   Index state_dim = 0;   ///< of the complete map
   ConsistencyVerdict nees, nis;
   std::optional<ConsistencyVerdict> vehicle_nees;  ///< planar: the pose alone
+  std::optional<Battery> battery;                  ///< what explains the verdicts; not made for a sweep
   CovarianceCurves covariance;
   ErrorCurves errors;
   std::vector<ExactMoments> exact;  ///< linear models: one for each step
@@ -44,6 +46,11 @@ struct StudyAnalysis {
 
 /// Judges the result of one configuration, which `experiment` produced.
 StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result);
+
+/// Plays the first runs of the study again (battery_runs) and adds what the battery says of them, unless
+/// `stop` is set meanwhile.
+void add_battery(StudyAnalysis& analysis, const Experiment& experiment, int threads,
+                 const std::atomic<bool>* stop);
 
 /// The one word over both verdicts: what NEES says, or NIS where NEES is consistent; `undecided` when either
 /// is and the other does not reject.

@@ -13,6 +13,7 @@
 #include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
 #include "montecarlo/scenario_text.h"
+#include "reports/battery_report.h"
 #include "reports/study_json.h"
 #include "reports/study_report.h"
 #include "reports/study_table.h"
@@ -60,6 +61,8 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
     fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));
   } else {
     fmt::print("{}", text_table(verdict_table(analyses), isatty(STDOUT_FILENO) == 1));
+    if (analyses.size() > 1 || !analyses.front().battery) return;
+    for (const std::string& sentence : advice_sentences(analyses.front())) fmt::print("{}\n", sentence);
   }
 }
 
@@ -85,7 +88,10 @@ int run(const RunOptions& options) {
     std::vector<StudyResult> results =
         run_configurations(std::span(&c, 1), canonical_toml(c.scenario), directory, c.scenario.name, options);
     const bool nothing = results.front().statistics.runs == 0;
-    if (!nothing) analyses.push_back(analyse_study(c.scenario, *c.experiment, std::move(results.front())));
+    if (!nothing) {
+      analyses.push_back(analyse_study(c.scenario, *c.experiment, std::move(results.front())));
+      add_battery(analyses.back(), *c.experiment, options.threads, &catch_interrupt());
+    }
     if (catch_interrupt().load()) break;
   }
   if (analyses.empty()) {

@@ -7,6 +7,13 @@
 
 namespace credence {
 
+RunTrace Experiment::trace(std::int64_t run) const {
+  RunTrace trace = describe_world();
+  trace.run = run;
+  trace.outcome = visit(run, [&](const TraceStep& step) { trace.steps.push_back(step); });
+  return trace;
+}
+
 std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
   const NoiseSource source(scenario.study.seed, noise_group(scenario));
   if (scenario.world.model == WorldModel::monobot) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -22,7 +23,11 @@ struct TraceStep {
   Vector z{};           ///< the measurement H x + w; empty in planar runs
   double nees = 0.0, nis = 0.0;
   Index nees_dof = 0, nis_dof = 0;
+  std::vector<int> landmarks{};  ///< their numbers in the order of the state
 };
+
+/// Takes the steps of a run in order, from the start (0) on; the reference is good only during the call.
+using StepVisitor = std::function<void(const TraceStep&)>;
 
 /// One run from start to end, or to the step at which it failed.
 struct RunTrace {
@@ -30,7 +35,6 @@ struct RunTrace {
   Outcome outcome = Outcome::ok;
   Index vehicle_dim = 1, landmark_dim = 1;
   std::vector<TraceStep> steps{};  ///< 0 … T
-  std::vector<int> landmarks{};    ///< their numbers in the order of the state
   Matrix landmark_positions{};     ///< d×N: all landmarks that are states, by number
   Matrix anchor_positions{};       ///< d×anchors
 };
@@ -44,8 +48,16 @@ class Experiment {
   /// Runs first_run … first_run + runs − 1. `const` and safe to call from several threads.
   virtual StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const = 0;
 
-  /// A single run, with the same numbers as in its chunk.
-  virtual RunTrace trace(std::int64_t run) const = 0;
+  /// A single run step by step, in the memory of one step, with the same numbers as in its chunk. A run that
+  /// fails ends with the step at which that was seen.
+  virtual Outcome visit(std::int64_t run, const StepVisitor& take) const = 0;
+
+  /// A single run with all its steps.
+  RunTrace trace(std::int64_t run) const;
+
+ protected:
+  /// What a trace says of the world it ran in: dimensions, landmarks and anchors.
+  virtual RunTrace describe_world() const = 0;
 };
 
 /// The experiment of a scenario: linear for the monobot, EKF-SLAM for the planar world.

@@ -1,5 +1,7 @@
 #include "montecarlo/linear_experiment.h"
 
+#include <numeric>
+
 #include "core/psd_root.h"
 
 namespace credence {
@@ -66,32 +68,38 @@ StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t
   return statistics;
 }
 
-RunTrace LinearExperiment::trace(std::int64_t run) const {
-  const LinearRunTrace errors = trace_linear(system_, source_, run);
-  RunTrace trace{.run = run, .vehicle_dim = truth_.layout.vehicle, .landmark_dim = truth_.layout.landmark};
-  if (system_.steps.size() < static_cast<std::size_t>(steps_)) trace.outcome = Outcome::not_positive_definite;
-  for (Index i = 0; i < truth_.layout.landmarks; ++i) trace.landmarks.push_back(static_cast<int>(i));
+RunTrace LinearExperiment::describe_world() const {
+  const BlockLayout& layout = truth_.layout;
+  return {.vehicle_dim = layout.vehicle,
+          .landmark_dim = layout.landmark,
+          .landmark_positions = initial_truth(layout).tail(layout.landmarks).transpose(),
+          .anchor_positions = Matrix::Zero(1, truth_.measurement_dim() - layout.landmarks)};
+}
 
+Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const {
+  const LinearRunTrace errors = trace_linear(system_, source_, run);
+  std::vector<int> landmarks(static_cast<std::size_t>(truth_.layout.landmarks));
+  std::iota(landmarks.begin(), landmarks.end(), 0);
   Vector x = initial_truth(truth_.layout);
-  trace.landmark_positions = x.tail(truth_.layout.landmarks).transpose();
-  trace.anchor_positions = Matrix::Zero(1, truth_.measurement_dim() - truth_.layout.landmarks);
-  trace.steps.push_back({.truth = x, .estimate = x - errors.initial_error, .P = truth_.P0});
+  take({.truth = x, .estimate = x - errors.initial_error, .P = truth_.P0, .landmarks = landmarks});
   for (std::size_t k = 0; k < system_.steps.size(); ++k) {
     const LinearFilterStep& filter = filter_steps_[k];
     x = truth_.F * x + errors.process_noise[k];
-    trace.steps.push_back({.truth = x,
-                           .estimate = x - errors.errors[k],
-                           .P = filter.P,
-                           .innovation = errors.innovations[k],
-                           .S = filter.S,
-                           .K = filter.K,
-                           .z = truth_.H * x + errors.measurement_noise[k],
-                           .nees = errors.nees[k],
-                           .nis = errors.nis[k],
-                           .nees_dof = system_.steps[k].error_whitening.rows(),
-                           .nis_dof = system_.steps[k].innovation_whitening.rows()});
+    take({.truth = x,
+          .estimate = x - errors.errors[k],
+          .P = filter.P,
+          .innovation = errors.innovations[k],
+          .S = filter.S,
+          .K = filter.K,
+          .z = truth_.H * x + errors.measurement_noise[k],
+          .nees = errors.nees[k],
+          .nis = errors.nis[k],
+          .nees_dof = system_.steps[k].error_whitening.rows(),
+          .nis_dof = system_.steps[k].innovation_whitening.rows(),
+          .landmarks = landmarks});
   }
-  return trace;
+  return system_.steps.size() < static_cast<std::size_t>(steps_) ? Outcome::not_positive_definite
+                                                                 : Outcome::ok;
 }
 
 }  // namespace credence

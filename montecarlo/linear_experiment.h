@@ -16,12 +16,15 @@ class LinearExperiment final : public Experiment {
                    NoiseSource source);
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
-  RunTrace trace(std::int64_t run) const override;
+  Outcome visit(std::int64_t run, const StepVisitor& take) const override;
 
   const LinearModel& true_model() const { return truth_; }
 
   /// Shorter than the study if S was not positive definite at some step.
   const std::vector<LinearFilterStep>& filter_steps() const { return filter_steps_; }
+
+ protected:
+  RunTrace describe_world() const override;
 
  private:
   LinearModel truth_;

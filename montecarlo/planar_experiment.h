@@ -52,10 +52,25 @@ class PlanarExperiment final : public Experiment {
     return statistics;
   }
 
-  RunTrace trace(std::int64_t r) const override {
+  Outcome visit(std::int64_t r, const StepVisitor& take) const override {
     F filter = make_filter_();
     Run run(*this, filter);
-    RunTrace trace{.run = r, .vehicle_dim = 3, .landmark_dim = 2};
+    run.start(r);
+    take(run.trace_step());
+    Outcome outcome = Outcome::ok;
+    for (std::size_t k = 1; k <= world_.controls.size() && outcome == Outcome::ok; ++k) {
+      outcome = run.step(k);
+      TraceStep step = run.trace_step();
+      // A step that failed has no statistics: its numbers would be those of the step before.
+      if (outcome != Outcome::ok) step.nees_dof = step.nis_dof = 0;
+      take(step);
+    }
+    return outcome;
+  }
+
+ protected:
+  RunTrace describe_world() const override {
+    RunTrace trace{.vehicle_dim = 3, .landmark_dim = 2};
     trace.landmark_positions.resize(2, world_.states());
     trace.anchor_positions.resize(2, world_.anchors);
     for (Index i = 0; i < world_.states() + world_.anchors; ++i) {
@@ -66,13 +81,6 @@ class PlanarExperiment final : public Experiment {
         trace.anchor_positions.col(i - world_.states()) = p;
       }
     }
-    run.start(r);
-    trace.steps.push_back(run.trace_step());
-    for (std::size_t k = 1; k <= world_.controls.size() && trace.outcome == Outcome::ok; ++k) {
-      trace.outcome = run.step(k);
-      trace.steps.push_back(run.trace_step());
-    }
-    trace.landmarks.assign(filter.landmarks().begin(), filter.landmarks().end());
     return trace;
   }
 
@@ -141,6 +149,7 @@ class PlanarExperiment final : public Experiment {
       step.nees_dof = error_.dof;
       step.nis = update_.nis;
       step.nis_dof = update_.dof;
+      step.landmarks.assign(filter_.landmarks().begin(), filter_.landmarks().end());
       if (update_.dof > 0) {
         step.innovation = filter_.innovation();
         step.S = filter_.innovation_covariance();

@@ -8,6 +8,7 @@
 
 #include "core/angle.h"
 #include "core/nan.h"
+#include "reports/battery_report.h"
 
 namespace credence {
 namespace {
@@ -233,6 +234,7 @@ std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& 
     figures.push_back(planar_run_figure(name, trace, analysis.scenario.world.dt));
   }
   figures.push_back(consistency_figure(name, analysis));
+  if (analysis.battery) figures.push_back(battery_figure(name, *analysis.battery));
   return figures;
 }
 

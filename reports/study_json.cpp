@@ -1,6 +1,7 @@
 #include "reports/study_json.h"
 
 #include "montecarlo/scenario_text.h"
+#include "reports/battery_json.h"
 #include "reports/json_numbers.h"
 
 namespace credence {
@@ -98,6 +99,7 @@ Json study(const StudyAnalysis& a) {
                  {"heading_rad", json_numbers(a.errors.heading_rad)},
                  {"landmark_m", json_numbers(a.errors.landmark_m)}};
   }
+  if (a.battery) j["battery"] = battery_json(*a.battery);
   j["outcomes"] = outcomes_json(a);
   j["null_reason"] = "null: no run contributes to this number";
   return j;

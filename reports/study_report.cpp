@@ -6,6 +6,7 @@
 
 #include "montecarlo/scenario_text.h"
 #include "reports/atomic_file.h"
+#include "reports/battery_report.h"
 #include "reports/gnuplot.h"
 #include "reports/html_page.h"
 #include "reports/number_text.h"
@@ -80,8 +81,10 @@ void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& na
   page.paragraph(sentence("NEES", a.nees));
   page.paragraph(sentence("NIS", a.nis));
   if (a.vehicle_nees) page.paragraph(sentence("NEES of the pose alone", *a.vehicle_nees));
+  if (a.battery) page.bullets(advice_sentences(a));
   add_failures(page, a);
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
+  if (a.battery) page.table(battery_table(*a.battery));
   page.link("every step as CSV", name + ".csv");
   page.subsection("Settings");
   page.verbatim(canonical_toml(a.scenario));

@@ -35,7 +35,7 @@ std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
   j["seed"] = scenario.study.seed;
   j["run"] = trace.run;
   j["outcome"] = to_string(trace.outcome);
-  j["landmarks"] = trace.landmarks;
+  j["landmarks"] = trace.steps.back().landmarks;
   j["landmark_positions"] = json_matrix(trace.landmark_positions.transpose());
   j["anchor_positions"] = json_matrix(trace.anchor_positions.transpose());
   Json steps = Json::array();

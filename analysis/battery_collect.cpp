@@ -1,0 +1,85 @@
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <numbers>
+#include <thread>
+
+#include "analysis/battery.h"
+#include "montecarlo/engine.h"
+#include "montecarlo/filter_setup.h"
+
+namespace credence {
+namespace {
+
+Vector assumed_measurement_variances(const Scenario& scenario) {
+  const NoiseSettings& noise = scenario.noise;
+  Vector variances(scenario.world.model == WorldModel::monobot ? 1 : 2);
+  if (scenario.world.model == WorldModel::monobot) {
+    variances << noise.measurement_variance;
+  } else {
+    const double bearing_rad = noise.bearing_std_deg * std::numbers::pi / 180.0;
+    variances << noise.range_std * noise.range_std, bearing_rad * bearing_rad;
+  }
+  return scenario.filter.measurement_scale * variances;
+}
+
+BatteryShape shape_of(const Scenario& scenario) {
+  const BlockLayout layout = block_layout(scenario);
+  const bool linear = scenario.world.model == WorldModel::monobot;
+  return {.steps = static_cast<std::size_t>(scenario.study.steps),
+          .vehicle_dim = layout.vehicle,
+          .landmark_dim = layout.landmark,
+          .landmarks = layout.landmarks,
+          .innovation_dim = linear ? make_true_model(scenario).measurement_dim() : 0,
+          .measurement_variances = assumed_measurement_variances(scenario)};
+}
+
+BatteryStatistics play(const BatteryShape& shape, const Experiment& experiment, std::int64_t first,
+                       std::int64_t last) {
+  BatteryStatistics statistics(shape);
+  for (std::int64_t run = first; run < last; ++run) {
+    statistics.begin_run();
+    statistics.end_run(experiment.visit(run, [&](const TraceStep& step) { statistics.add(step); }));
+  }
+  return statistics;
+}
+
+}  // namespace
+
+std::int64_t battery_runs(const Scenario& scenario, std::int64_t runs) {
+  constexpr std::int64_t kMost = 1024;
+  constexpr double kOperations = 2e10;
+  const auto n = static_cast<double>(block_layout(scenario).state_dim());
+  const double of_a_run = static_cast<double>(scenario.study.steps) * (n * n * n + 1e4);
+  const auto affordable = static_cast<std::int64_t>(std::min(1e9, kOperations / of_a_run));
+  return std::min(runs, std::clamp(affordable / kChunkRuns * kChunkRuns, kChunkRuns, kMost));
+}
+
+std::optional<BatteryStatistics> collect_battery(const Scenario& scenario, const Experiment& experiment,
+                                                 std::int64_t runs, int threads,
+                                                 const std::atomic<bool>* stop) {
+  const BatteryShape shape = shape_of(scenario);
+  const auto stopped = [stop] { return stop != nullptr && stop->load(std::memory_order_relaxed); };
+  const std::int64_t chunks = (runs + kChunkRuns - 1) / kChunkRuns;
+  std::vector<BatteryStatistics> parts(static_cast<std::size_t>(chunks), BatteryStatistics(shape));
+  const int workers =
+      threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(workers));
+  tbb::task_arena(workers).execute([&] {
+    tbb::parallel_for(std::int64_t{0}, chunks, [&](std::int64_t chunk) {
+      if (stopped()) return;
+      const std::int64_t first = chunk * kChunkRuns;
+      parts[static_cast<std::size_t>(chunk)] =
+          play(shape, experiment, first, std::min(runs, first + kChunkRuns));
+    });
+  });
+  if (stopped()) return std::nullopt;
+  BatteryStatistics all(shape);
+  for (const BatteryStatistics& part : parts) all.merge(part);
+  return all;
+}
+
+}  // namespace credence
