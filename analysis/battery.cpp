@@ -153,7 +153,10 @@ Battery judge_battery(const BatteryStatistics& s, const ConsistencyVerdict& nees
   battery.runs = s.runs;
   battery.confidence = nees.confidence;
   battery.blocks = judge_blocks(s.blocks, battery.confidence);
-  battery.responsible = responsible_block(nees, battery.blocks);
+  // Of the same runs as the blocks: all runs of a long study see what the blocks of fewer cannot.
+  const BlockSeries& whole = s.blocks.whole();
+  battery.responsible =
+      responsible_block(judge_nees(whole.nees, whole.dof, battery.confidence), battery.blocks);
   battery.nis_fit = test_uniform(s.innovations.nis);
   battery.nis_histogram = s.innovations.nis.counts();
   battery.whiteness = test_whiteness(s.innovations.products, battery.confidence);

@@ -43,6 +43,7 @@ BlockStatistics::BlockStatistics(const BatteryShape& shape)
     block.nees.resize(shape.steps);
     block.dof.resize(shape.steps);
   }
+  whole_ = {"the whole state", std::vector<Moments>(shape.steps), std::vector<double>(shape.steps)};
 }
 
 void BlockStatistics::add_block(std::size_t block, std::size_t k, VectorRef error, MatrixRef P) {
@@ -53,6 +54,8 @@ void BlockStatistics::add_block(std::size_t block, std::size_t k, VectorRef erro
 }
 
 void BlockStatistics::add(std::size_t k, const Vector& error, const TraceStep& step) {
+  whole_.nees[k].add(step.nees);
+  whole_.dof[k] += static_cast<double>(step.nees_dof);
   const Index n = error.size(), v = vehicle_dim_, d = landmark_dim_;
   std::size_t first_landmark = 1;
   add_block(0, k, error.head(v), step.P.topLeftCorner(v, v));
@@ -72,13 +75,16 @@ void BlockStatistics::add(std::size_t k, const Vector& error, const TraceStep& s
   }
 }
 
-void BlockStatistics::merge(const BlockStatistics& other) {
-  for (std::size_t b = 0; b < series_.size(); ++b) {
-    for (std::size_t k = 0; k < series_[b].nees.size(); ++k) {
-      series_[b].nees[k].merge(other.series_[b].nees[k]);
-      series_[b].dof[k] += other.series_[b].dof[k];
-    }
+void BlockSeries::merge(const BlockSeries& other) {
+  for (std::size_t k = 0; k < nees.size(); ++k) {
+    nees[k].merge(other.nees[k]);
+    dof[k] += other.dof[k];
   }
+}
+
+void BlockStatistics::merge(const BlockStatistics& other) {
+  for (std::size_t b = 0; b < series_.size(); ++b) series_[b].merge(other.series_[b]);
+  whole_.merge(other.whole_);
 }
 
 CoverageStatistics::CoverageStatistics(std::size_t steps) {

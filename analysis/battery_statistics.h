@@ -35,6 +35,8 @@ struct BlockSeries {
   std::string name;
   std::vector<Moments> nees;
   std::vector<double> dof;  ///< sum over runs
+
+  void merge(const BlockSeries& other);
 };
 
 /// NEES of the blocks: the vehicle, in the plane its position and heading, each landmark, and all together.
@@ -48,6 +50,8 @@ class BlockStatistics {
   void add(std::size_t k, const Vector& error, const TraceStep& step);
   void merge(const BlockStatistics& other);
   const std::vector<BlockSeries>& series() const { return series_; }
+  /// Of the whole state, over the same runs.
+  const BlockSeries& whole() const { return whole_; }
 
  private:
   void add_block(std::size_t block, std::size_t k, VectorRef error, MatrixRef P);
@@ -55,6 +59,7 @@ class BlockStatistics {
   Index vehicle_dim_, landmark_dim_, single_landmarks_;
   bool all_landmarks_;
   std::vector<BlockSeries> series_;
+  BlockSeries whole_;
 };
 
 /// How often the truth lies within kσ of the whole state, at every step.

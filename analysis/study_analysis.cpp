@@ -55,11 +55,14 @@ void analyse_planar(StudyAnalysis& analysis) {
 
 }  // namespace
 
-StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result) {
+StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
+                            const std::optional<StopDecision>& stop) {
   StudyAnalysis analysis;
   analysis.scenario = scenario;
   analysis.statistics = std::move(result.statistics);
   analysis.complete = result.complete;
+  analysis.timed_out = result.timed_out;
+  analysis.stop = stop;
   analysis.state_dim = block_layout(scenario).state_dim();
   std::vector<double> nees_dof, nis_dof;
   for (const StepStatistics& step : analysis.statistics.steps) {
@@ -85,6 +88,7 @@ void add_battery(StudyAnalysis& analysis, const Experiment& experiment, int thre
 }
 
 Verdict overall_verdict(const StudyAnalysis& analysis) {
+  if (analysis.stop) return analysis.stop->verdict;
   if (analysis.nees.verdict != Verdict::consistent && analysis.nees.verdict != Verdict::undecided) {
     return analysis.nees.verdict;
   }

@@ -7,6 +7,7 @@
 #include "analysis/battery.h"
 #include "analysis/consistency.h"
 #include "analysis/exact_moments.h"
+#include "analysis/sequential.h"
 #include "core/types.h"
 #include "montecarlo/engine.h"
 #include "montecarlo/scenario.h"
@@ -33,8 +34,10 @@ struct ErrorCurves {
 struct StudyAnalysis {
   Scenario scenario;
   StudyStatistics statistics;
-  bool complete = true;  ///< false: interrupted, fewer runs than asked for
-  Index state_dim = 0;   ///< of the complete map
+  bool complete = true;              ///< false: interrupted, fewer runs than asked for
+  bool timed_out = false;            ///< ended by study.stop.max_seconds
+  std::optional<StopDecision> stop;  ///< with a stop rule: the last look
+  Index state_dim = 0;               ///< of the complete map
   ConsistencyVerdict nees, nis;
   std::optional<ConsistencyVerdict> vehicle_nees;  ///< planar: the pose alone
   std::optional<Battery> battery;                  ///< what explains the verdicts; not made for a sweep
@@ -45,15 +48,19 @@ struct StudyAnalysis {
 };
 
 /// Judges the result of one configuration, which `experiment` produced.
-StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result);
+///
+/// stop: the last look of a study with a stop rule, whose verdict then takes the place of those of NEES and
+/// NIS, which hold their level only when the number of runs was fixed in advance.
+StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
+                            const std::optional<StopDecision>& stop = std::nullopt);
 
 /// Plays the first runs of the study again (battery_runs) and adds what the battery says of them, unless
 /// `stop` is set meanwhile.
 void add_battery(StudyAnalysis& analysis, const Experiment& experiment, int threads,
                  const std::atomic<bool>* stop);
 
-/// The one word over both verdicts: what NEES says, or NIS where NEES is consistent; `undecided` when either
-/// is and the other does not reject.
+/// The one word over both verdicts: that of the stop rule if there is one, else what NEES says, or NIS where
+/// NEES is consistent; `undecided` when either is and the other does not reject.
 Verdict overall_verdict(const StudyAnalysis& analysis);
 
 }  // namespace credence

@@ -61,6 +61,9 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
     fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));
   } else {
     fmt::print("{}", text_table(verdict_table(analyses), isatty(STDOUT_FILENO) == 1));
+    for (const StudyAnalysis& a : analyses) {
+      if (a.stop) fmt::print("{}: {}\n", a.scenario.name, stop_sentence(a));
+    }
     if (analyses.size() > 1 || !analyses.front().battery) return;
     for (const std::string& sentence : advice_sentences(analyses.front())) fmt::print("{}\n", sentence);
   }
@@ -85,11 +88,11 @@ int run(const RunOptions& options) {
   for (const Configuration& c : configurations) {
     const fs::path directory = store_directory(options, c.scenario);
     if (options.fresh && !directory.empty()) discard(directory);
-    std::vector<StudyResult> results =
+    std::vector<ConfigurationResult> results =
         run_configurations(std::span(&c, 1), canonical_toml(c.scenario), directory, c.scenario.name, options);
-    const bool nothing = results.front().statistics.runs == 0;
+    const bool nothing = results.front().result.statistics.runs == 0;
     if (!nothing) {
-      analyses.push_back(analyse_study(c.scenario, *c.experiment, std::move(results.front())));
+      analyses.push_back(analyse(c, std::move(results.front())));
       add_battery(analyses.back(), *c.experiment, options.threads, &catch_interrupt());
     }
     if (catch_interrupt().load()) break;

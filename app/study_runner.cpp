@@ -1,5 +1,6 @@
 #include "app/study_runner.h"
 
+#include "analysis/sequential_study.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "montecarlo/scenario_text.h"
@@ -10,20 +11,36 @@ Configuration make_configuration(const Scenario& scenario) {
   return {configuration_id(scenario), scenario, make_experiment(scenario)};
 }
 
-std::vector<StudyResult> run_configurations(std::span<const Configuration> configurations,
-                                            const std::string& canonical,
-                                            const std::filesystem::path& store_directory,
-                                            const std::string& what, const CommonOptions& options,
-                                            Shard shard) {
+StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result) {
+  return analyse_study(configuration.scenario, *configuration.experiment, std::move(result.result),
+                       result.stop);
+}
+
+std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,
+                                                    const std::string& canonical,
+                                                    const std::filesystem::path& store_directory,
+                                                    const std::string& what, const CommonOptions& options,
+                                                    Shard shard) {
   std::optional<ResultStore> store;
   if (!store_directory.empty()) {
     store.emplace(ResultStore::open_to_write(store_directory, CREDENCE_VERSION));
     store->require_same_scenario(canonical);
   }
   std::vector<StudyTask> tasks;
+  std::vector<SequentialStudy> watches;
+  watches.reserve(configurations.size());
   for (const Configuration& c : configurations) {
     if (store) store->put_configuration(c.id, configuration_toml(c.scenario));
-    tasks.push_back({c.id, c.experiment.get(), c.scenario.study.runs});
+    StudyTask& task = tasks.emplace_back(
+        StudyTask{.id = c.id, .experiment = c.experiment.get(), .runs = c.scenario.most_runs()});
+    task.max_seconds = c.scenario.stop.max_seconds;
+    SequentialStudy& watch = watches.emplace_back(c.scenario);
+    if (!c.scenario.stop.asked()) continue;
+    if (shard.of > 1)
+      throw ScenarioError("--shard: not with study.stop, which must see the runs in their order");
+    task.enough = [&watch](const StudyStatistics& chunk, const StudyStatistics& prefix) {
+      return watch.look(chunk, prefix);
+    };
   }
   ProgressDisplay display(what, options.quiet);
   EngineOptions engine;
@@ -33,7 +50,13 @@ std::vector<StudyResult> run_configurations(std::span<const Configuration> confi
   engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
   engine.shard = shard.number;
   engine.shards = shard.of;
-  return run_studies(tasks, engine);
+  std::vector<StudyResult> results = run_studies(tasks, engine);
+  std::vector<ConfigurationResult> all;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    all.push_back({std::move(results[i]), std::nullopt});
+    if (configurations[i].scenario.stop.asked()) all.back().stop = watches[i].decision();
+  }
+  return all;
 }
 
 int study_exit_code(bool complete, bool any_failed, bool all_consistent, const CommonOptions& options) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/study_analysis.h"
 #include "app/common_options.h"
 #include "montecarlo/engine.h"
 #include "montecarlo/experiment.h"
@@ -29,13 +30,22 @@ struct Shard {
   int number = 1, of = 1;
 };
 
+/// What came of one configuration.
+struct ConfigurationResult {
+  StudyResult result;
+  std::optional<StopDecision> stop;  ///< the last look, of a scenario with a stop rule
+};
+
+/// Judges it; see analyse_study.
+StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result);
+
 /// Runs configurations with progress, interrupt and, if `store_directory` is not empty, a store that belongs
 /// to the canonical text. One result for each.
-std::vector<StudyResult> run_configurations(std::span<const Configuration> configurations,
-                                            const std::string& canonical,
-                                            const std::filesystem::path& store_directory,
-                                            const std::string& what, const CommonOptions& options,
-                                            Shard shard = {});
+std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,
+                                                    const std::string& canonical,
+                                                    const std::filesystem::path& store_directory,
+                                                    const std::string& what, const CommonOptions& options,
+                                                    Shard shard = {});
 
 /// The exit code of finished studies: interrupted, failed runs, inconsistent verdicts, in this order.
 int study_exit_code(bool complete, bool any_failed, bool all_consistent, const CommonOptions& options);

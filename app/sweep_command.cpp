@@ -52,7 +52,7 @@ int sweep(SweepOptions& options) {
 
   std::vector<Configuration> configurations;
   for (const SweepPoint& point : plan.points) configurations.push_back(make_configuration(point.scenario));
-  std::vector<StudyResult> results =
+  std::vector<ConfigurationResult> results =
       run_configurations(configurations, canonical, options.out, plan.name, options, shard);
 
   if (shard.of > 1) {
@@ -65,10 +65,9 @@ int sweep(SweepOptions& options) {
   bool complete = true, failed = false, consistent = true;
   std::vector<StudyAnalysis> analyses;
   for (std::size_t i = 0; i < results.size(); ++i) {
-    complete = complete && results[i].complete;
-    if (results[i].statistics.runs == 0) continue;
-    analyses.push_back(
-        analyse_study(configurations[i].scenario, *configurations[i].experiment, std::move(results[i])));
+    complete = complete && results[i].result.complete;
+    if (results[i].result.statistics.runs == 0) continue;
+    analyses.push_back(analyse(configurations[i], std::move(results[i])));
     failed = failed || !analyses.back().statistics.failures.empty();
     consistent = consistent && overall_verdict(analyses.back()) == Verdict::consistent;
   }

@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <chrono>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -53,26 +54,34 @@ class ChunkNumbering {
 /// The chunks of one task: those ahead of the first gap are merged as soon as they are there.
 class PartialStudy {
  public:
-  void put(std::size_t index, StudyStatistics statistics) {
+  /// True if this chunk let the study end before its last run.
+  bool put(std::size_t index, StudyStatistics statistics, const StudyWatch& enough) {
+    if (ended_) return false;
     if (waiting_.size() <= index) waiting_.resize(index + 1);
     waiting_[index] = std::move(statistics);
-    while (next_ < waiting_.size() && waiting_[next_]) {
+    while (!ended_ && next_ < waiting_.size() && waiting_[next_]) {
       if (next_ == 0) {
-        merged_ = std::move(*waiting_[0]);
+        merged_ = *waiting_[0];
       } else {
         merged_.merge(*waiting_[next_]);
       }
+      ended_ = enough && enough(*waiting_[next_], merged_);
       waiting_[next_++].reset();
     }
+    return ended_;
   }
 
+  bool ended() const { return ended_; }
+  std::int64_t runs() const { return merged_.runs; }
+
   StudyResult take(std::int64_t runs) {
-    StudyResult result{std::move(merged_), false};
-    result.complete = result.statistics.runs == runs;
+    StudyResult result{.statistics = std::move(merged_)};
+    result.complete = ended_ || result.statistics.runs == runs;
     return result;
   }
 
  private:
+  bool ended_ = false;
   std::vector<std::optional<StudyStatistics>> waiting_;
   std::size_t next_ = 0;
   StudyStatistics merged_;
@@ -84,6 +93,8 @@ class ChunkCollector {
   ChunkCollector(std::span<const StudyTask> tasks, const EngineOptions& options)
       : tasks_(tasks), options_(options), studies_(tasks.size()) {
     for (const StudyTask& task : tasks) progress_.runs_total += task.runs;
+    begun_.resize(tasks.size());
+    timed_out_.resize(tasks.size());
   }
 
   /// Takes what the store has; marks in `done` the numbers of the chunks found.
@@ -94,34 +105,60 @@ class ChunkCollector {
         const std::size_t number = chunks.number(t, static_cast<std::size_t>(key.first_run / kChunkRuns));
         // A study may have been run with fewer or more runs: its last chunk is then another one.
         if (key.first_run >= tasks_[t].runs || key_of(chunks[number]) != key) continue;
-        studies_[t].put(chunks[number].index, statistics_from_bytes(options_.store->get_chunk(key).value()));
+        if (studies_[t].ended()) break;
+        add(t, chunks[number].index, statistics_from_bytes(options_.store->get_chunk(key).value()));
         progress_.runs_stored += key.runs;
         done[number] = true;
       }
     }
   }
 
+  /// Whether a chunk of this task is still wanted.
+  bool wants(std::size_t task) {
+    const std::lock_guard lock(mutex_);
+    if (studies_[task].ended() || timed_out_[task]) return false;
+    const auto now = Clock::now();
+    if (!begun_[task]) begun_[task] = now;
+    const double limit = tasks_[task].max_seconds;
+    timed_out_[task] = limit > 0.0 && std::chrono::duration<double>(now - *begun_[task]).count() > limit;
+    return !timed_out_[task];
+  }
+
   void put(const Chunk& chunk, StudyStatistics statistics) {
     const std::lock_guard lock(mutex_);
     if (options_.store != nullptr) options_.store->put_chunk(key_of(chunk), to_bytes(statistics));
-    studies_[chunk.task].put(chunk.index, std::move(statistics));
+    add(chunk.task, chunk.index, std::move(statistics));
     progress_.runs_done += chunk.runs;
     if (options_.progress) options_.progress(progress_);
   }
 
   std::vector<StudyResult> take() {
     std::vector<StudyResult> results;
-    for (std::size_t t = 0; t < tasks_.size(); ++t) results.push_back(studies_[t].take(tasks_[t].runs));
+    for (std::size_t t = 0; t < tasks_.size(); ++t) {
+      results.push_back(studies_[t].take(tasks_[t].runs));
+      results.back().timed_out = timed_out_[t] && !results.back().complete;
+      results.back().complete = results.back().complete || timed_out_[t];
+    }
     return results;
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  void add(std::size_t task, std::size_t index, StudyStatistics statistics) {
+    if (studies_[task].put(index, std::move(statistics), tasks_[task].enough)) {
+      progress_.runs_total -= tasks_[task].runs - studies_[task].runs();
+    }
+  }
+
   ChunkKey key_of(const Chunk& chunk) const { return {tasks_[chunk.task].id, chunk.first_run, chunk.runs}; }
 
   std::span<const StudyTask> tasks_;
   const EngineOptions& options_;
   std::mutex mutex_;
   std::vector<PartialStudy> studies_;
+  std::vector<std::optional<Clock::time_point>> begun_;
+  std::vector<bool> timed_out_;
   StudyProgress progress_;
 };
 
@@ -143,22 +180,19 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
   const auto shard = static_cast<std::size_t>(options.shard) - 1;
   tbb::task_group_context context;
   tbb::task_arena arena(threads);
-  arena.execute([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, chunks.count(), 1),
-        [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t number = range.begin(); number < range.end(); ++number) {
-            if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) {
-              context.cancel_group_execution();
-              return;
-            }
-            if (done[number] || number % shards != shard) continue;
-            const Chunk chunk = chunks[number];
-            collector.put(chunk, tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs));
-          }
-        },
-        tbb::simple_partitioner(), context);
-  });
+  // Tickets, and not ranges: what is done is then a prefix but for the chunks in hand.
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&](int) {
+    for (std::size_t number = next++; number < chunks.count(); number = next++) {
+      if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) return;
+      if (context.is_group_execution_cancelled()) return;
+      if (done[number] || number % shards != shard) continue;
+      const Chunk chunk = chunks[number];
+      if (!collector.wants(chunk.task)) continue;
+      collector.put(chunk, tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs));
+    }
+  };
+  arena.execute([&] { tbb::parallel_for(0, threads, work, tbb::simple_partitioner(), context); });
   if (options.store != nullptr) options.store->commit();
   return collector.take();
 }

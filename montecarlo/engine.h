@@ -17,11 +17,17 @@ class ResultStore;
 /// Runs of one chunk: the atom of work, of storage and of merging. Fixed, because it fixes the bits.
 inline constexpr std::int64_t kChunkRuns = 64;
 
+/// Looks at the chunk that has just lengthened the unbroken sequence of chunks from run 0 on, and at the sums
+/// of that sequence; true ends the study there. Called in the order of the chunks, by one thread at a time.
+using StudyWatch = std::function<bool(const StudyStatistics& chunk, const StudyStatistics& prefix)>;
+
 /// A configuration to run.
 struct StudyTask {
   std::string id;  ///< under which its chunks are stored; unused without a store
   const Experiment* experiment = nullptr;
-  std::int64_t runs = 0;
+  std::int64_t runs = 0;     ///< at most
+  StudyWatch enough = {};    ///< may end it before
+  double max_seconds = 0.0;  ///< > 0: no chunk is begun later than that after the first of this call
 };
 
 /// How far a call of run_studies has come.
@@ -43,7 +49,8 @@ struct EngineOptions {
 /// same whatever was computed beyond it.
 struct StudyResult {
   StudyStatistics statistics;
-  bool complete = false;
+  bool complete = false;   ///< all runs were made, or `enough` was
+  bool timed_out = false;  ///< ended by max_seconds
 };
 
 /// Runs all tasks in parallel, one result for each in their order.

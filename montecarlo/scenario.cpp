@@ -98,4 +98,16 @@ std::string_view to_string(InflationRange value) {
   return "";
 }
 
+std::string_view to_string(StopVerdict value) {
+  switch (value) {
+    case StopVerdict::none:
+      return "none";
+    case StopVerdict::inconsistent:
+      return "inconsistent";
+    case StopVerdict::either:
+      return "either";
+  }
+  return "";
+}
+
 }  // namespace credence

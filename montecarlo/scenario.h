@@ -87,6 +87,24 @@ struct StudySettings {
   bool operator==(const StudySettings&) const = default;
 };
 
+enum class StopVerdict {
+  none,          ///< the study makes all its runs
+  inconsistent,  ///< it ends when the filter is proved inconsistent
+  either,        ///< or proved consistent within a factor
+};
+
+/// When a study may end before its last run; no part of what is computed in a run.
+struct StopSettings {
+  StopVerdict verdict = StopVerdict::none;
+  double consistent_within = 0.1;  ///< of either: P is right within the factor 1 + this
+  double precision = 0.0;          ///< > 0: the mean NEES is known to this relative half-width
+  double max_seconds = 0.0;        ///< > 0: time of the study
+  std::int64_t max_runs = 0;       ///< > 0: in the place of study.runs
+
+  bool asked() const { return verdict != StopVerdict::none || precision > 0.0; }
+  bool operator==(const StopSettings&) const = default;
+};
+
 /// One configuration, resolved: every field has its value, fields that play no part have their default.
 struct Scenario {
   std::string name;  ///< stem of the file; a label, no part of the configuration's identity
@@ -95,6 +113,10 @@ struct Scenario {
   InitialSettings initial;
   FilterSettings filter;
   StudySettings study;
+  StopSettings stop;
+
+  /// Runs that the study makes unless it may end before.
+  std::int64_t most_runs() const { return stop.max_runs > 0 ? stop.max_runs : study.runs; }
 
   bool operator==(const Scenario&) const = default;
 };
@@ -114,6 +136,7 @@ std::string_view to_string(PathShape value);
 std::string_view to_string(FilterInflation value);
 std::string_view to_string(InflationSolution value);
 std::string_view to_string(InflationRange value);
+std::string_view to_string(StopVerdict value);
 
 /// A scenario that cannot be used: the message names file and line (or the command-line option), the key,
 /// its value, and what is accepted.

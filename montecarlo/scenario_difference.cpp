@@ -23,8 +23,11 @@ std::map<std::string, std::string> values_of(std::string_view text) {
       values[fmt::format("{}.{}", section, line.substr(0, equals))] = value;
     }
   }
-  values.erase("study.runs");
-  values.erase("study.confidence");
+  // They do not change what is computed in a run.
+  std::erase_if(values, [](const auto& value) {
+    return value.first == "study.runs" || value.first == "study.confidence" ||
+           value.first.starts_with("study.stop.");
+  });
   return values;
 }
 

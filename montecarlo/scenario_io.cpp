@@ -58,8 +58,19 @@ SettingValue setting_value(const toml::node& node) {
   return values;
 }
 
+/// The dot between section and key: behind the longest section that there is, else the first.
+std::size_t section_end(const std::string& path) {
+  std::size_t dot = path.find('.');
+  for (const std::string_view section : scenario_sections()) {
+    const bool fits =
+        path.starts_with(section) && path.size() > section.size() && path[section.size()] == '.';
+    if (fits && section.size() > dot) dot = section.size();
+  }
+  return dot;
+}
+
 Setting make_setting(const std::string& path, SettingValue value, std::string place) {
-  const std::size_t dot = path.find('.');
+  const std::size_t dot = section_end(path);
   const bool dotted = dot != std::string::npos;
   return {dotted ? path.substr(0, dot) : "", dotted ? path.substr(dot + 1) : path, std::move(value),
           std::move(place)};
@@ -110,6 +121,11 @@ class SettingCollector {
                              Setting{section, "", ScalarValue{OtherValue{"a table"}}, std::move(place)});
     }
     for (const auto& [key, node] : table) {
+      const std::string inner = fmt::format("{}.{}", section, key.str());
+      if (node.is_table() && std::find(known.begin(), known.end(), inner) != known.end()) {
+        add_section(inner, *node.as_table());
+        continue;
+      }
       add(settings_, section, std::string(key.str()), node, fmt::format("[{}] ", shown_text(section)));
     }
   }
@@ -202,7 +218,7 @@ void replace_or_add(std::vector<Setting>& settings, Setting setting) {
 void apply_override(ScenarioDocument& document, const std::string& text) {
   const std::size_t equals = std::min(text.find('='), text.size());
   const std::string path = trimmed(std::string_view(text).substr(0, equals));
-  const std::size_t dot = path.find('.');
+  const std::size_t dot = section_end(path);
   if (equals == text.size() || dot == 0 || dot == std::string::npos || dot + 1 == path.size()) {
     throw ScenarioError(fmt::format("--set {}: must be section.key=value, such as noise.process_variance=0.2",
                                     shown_text(text)));

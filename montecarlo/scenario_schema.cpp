@@ -52,6 +52,8 @@ bool is_of_rank(const Scenario& s) { return s.filter.inflation == FilterInflatio
 bool is_decorrelating(const Scenario& s) {
   return s.filter.inflation == FilterInflation::full || s.filter.inflation == FilterInflation::map;
 }
+bool stops_by_verdict(const Scenario& s) { return s.stop.verdict != StopVerdict::none; }
+bool may_stop_as_consistent(const Scenario& s) { return s.stop.verdict == StopVerdict::either; }
 
 constexpr std::string_view kOnlyMonobot = "with world.model = \"monobot\"";
 constexpr std::string_view kOnlyPlanar = "with world.model = \"planar\"";
@@ -166,9 +168,33 @@ std::vector<ScenarioKey> study_keys() {
   };
 }
 
+std::vector<ScenarioKey> stop_keys() {
+  using S = StopSettings;
+  constexpr auto kStop = &Scenario::stop;
+  return {
+      {"study.stop", "verdict", "",
+       "end the study when the filter is proved inconsistent, or either that or consistent within a factor; "
+       "valid however often one looks",
+       choice<kStop, &S::verdict>(StopVerdict::either), always, "", stops_by_verdict},
+      {"study.stop", "consistent_within", "", "P is then proved right within the factor 1 + this",
+       real<kStop, &S::consistent_within>(kPositive), always, "", may_stop_as_consistent},
+      {"study.stop", "precision", "",
+       "end the study when the mean NEES is known to this relative half-width; 0: do not",
+       real<kStop, &S::precision>(kNotNegative), always, "",
+       [](const Scenario& s) { return s.stop.precision > 0.0; }},
+      {"study.stop", "max_runs", "", "most runs, in the place of study.runs; 0: study.runs",
+       integer<kStop, &S::max_runs>(0, 1'000'000'000), always, "",
+       [](const Scenario& s) { return s.stop.max_runs > 0; }},
+      {"study.stop", "max_seconds", "s",
+       "no chunk of runs is begun later; the only limit that depends on the machine; 0: none",
+       real<kStop, &S::max_seconds>(kNotNegative), always, "",
+       [](const Scenario& s) { return s.stop.max_seconds > 0.0; }},
+  };
+}
+
 std::vector<ScenarioKey> all_keys() {
   std::vector<ScenarioKey> keys = world_keys();
-  for (auto&& more : {noise_keys(), filter_keys(), study_keys()}) {
+  for (auto&& more : {noise_keys(), filter_keys(), study_keys(), stop_keys()}) {
     keys.insert(keys.end(), more.begin(), more.end());
   }
   return keys;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -44,7 +45,13 @@ std::string scenario_to_json(const Scenario& scenario) {
   json["name"] = scenario.name;
   for (const ScenarioKey& key : scenario_keys()) {
     if (!key.in_effect(scenario)) continue;
-    json[std::string(key.section)][std::string(key.name)] = json_value(key_value(key, scenario));
+    nlohmann::ordered_json* section = &json;
+    for (std::string_view rest = key.section; !rest.empty();) {
+      const std::string_view name = rest.substr(0, rest.find('.'));
+      rest.remove_prefix(std::min(name.size() + 1, rest.size()));
+      section = &(*section)[std::string(name)];
+    }
+    (*section)[std::string(key.name)] = json_value(key_value(key, scenario));
   }
   return json.dump(-1, ' ', false,
                    nlohmann::ordered_json::error_handler_t::replace);  // a file may be named anything
@@ -58,7 +65,7 @@ std::uint64_t noise_group(const Scenario& scenario) {
 
 std::string configuration_toml(const Scenario& scenario) {
   return text_of(scenario, [](const ScenarioKey& key) {
-    return key.section != "study" || (key.name != "runs" && key.name != "confidence");
+    return key.section != "study.stop" && key.path() != "study.runs" && key.path() != "study.confidence";
   });
 }
 

@@ -22,7 +22,7 @@ std::string scenario_to_json(const Scenario& scenario);
 std::uint64_t noise_group(const Scenario& scenario);
 
 /// Name of a configuration: FNV-1a (64 bits, 16 hexadecimal digits) of its canonical text without
-/// study.runs and study.confidence. More runs extend a configuration; they do not make another.
+/// study.runs, study.confidence and study.stop. More runs extend a configuration; they do not make another.
 std::string configuration_id(const Scenario& scenario);
 
 /// The canonical text that configuration_id is the hash of.

@@ -57,7 +57,8 @@ void check_count(double count, const std::string& file) {
 Axis make_axis(const Setting& setting, std::span<const Setting> settings) {
   Axis axis{find_scenario_key(setting.section, setting.key), setting.place, {}};
   if (axis.key == nullptr) throw_unknown_key(setting, settings);
-  if (axis.key->path() == "study.runs" || axis.key->path() == "study.confidence") {
+  const std::string path = axis.key->path();
+  if (path == "study.runs" || path == "study.confidence" || axis.key->section == "study.stop") {
     throw ScenarioError(
         fmt::format("{}: cannot be swept, since it makes no other configuration; set it once in "
                     "[study]",

@@ -109,6 +109,26 @@ ReportTable battery_table(const Battery& battery) {
   return table;
 }
 
+std::string stop_sentence(const StudyAnalysis& a) {
+  const StopDecision& stop = a.stop.value();
+  const std::string runs =
+      fmt::format("after {} of at most {} runs", a.statistics.runs, a.scenario.most_runs());
+  if (a.timed_out) {
+    return fmt::format("Out of time {}: {} so far, at any look p = {}.", runs, to_string(stop.verdict),
+                       number_text(stop.p_value, 3));
+  }
+  if (stop.reason == "precision") {
+    return fmt::format("Stopped by precision {}: mean NEES {} ({} … {}); this stop gives no verdict.", runs,
+                       number_text(stop.mean_nees.mean, 4), number_text(stop.mean_nees.lower, 4),
+                       number_text(stop.mean_nees.upper, 4));
+  }
+  return fmt::format(
+      "Stopped by {} {}: {}, however often one looked (p = {}); P times a factor from {} to {} "
+      "agrees with what was seen.",
+      stop.reason == "verdict" ? "verdict" : "the last look", runs, to_string(stop.verdict),
+      number_text(stop.p_value, 3), number_text(stop.scale.lower, 3), number_text(stop.scale.upper, 3));
+}
+
 std::vector<std::string> advice_sentences(const StudyAnalysis& a) {
   const Battery& b = a.battery.value();
   std::vector<std::string> sentences;

@@ -12,6 +12,9 @@ namespace credence {
 /// All tests of the battery, one row each, with what remains of them when taken together.
 ReportTable battery_table(const Battery& battery);
 
+/// How a study with a stop rule ended, in one sentence. Expects analysis.stop.
+std::string stop_sentence(const StudyAnalysis& analysis);
+
 /// What to do about the verdicts, in sentences: the block responsible, the likely causes, the factors that
 /// would mend the mean, the runs that would settle a consistent case. Expects analysis.battery.
 std::vector<std::string> advice_sentences(const StudyAnalysis& analysis);

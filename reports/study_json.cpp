@@ -56,6 +56,20 @@ Json exact_json(const StudyAnalysis& a) {
   return {{"nees", json_numbers(nees)}, {"nis", json_numbers(nis)}};
 }
 
+Json stop_json(const StudyAnalysis& a) {
+  const StopDecision& stop = *a.stop;
+  return {{"reason", a.timed_out ? Json("max_seconds")
+                     : stop.stop ? Json(stop.reason)
+                                 : Json(nullptr)},
+          {"verdict", to_string(stop.verdict)},
+          {"p_value", json_number(stop.p_value)},
+          {"scale", {{"lower", json_number(stop.scale.lower)}, {"upper", json_number(stop.scale.upper)}}},
+          {"mean_nees",
+           {{"value", json_number(stop.mean_nees.mean)},
+            {"lower", json_number(stop.mean_nees.lower)},
+            {"upper", json_number(stop.mean_nees.upper)}}}};
+}
+
 Json outcomes_json(const StudyAnalysis& a) {
   Json j;
   for (const Outcome outcome : {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite}) {
@@ -83,6 +97,7 @@ Json study(const StudyAnalysis& a) {
   j["state_dim"] = a.state_dim;
   j["complete"] = a.complete;
   j["verdict"] = to_string(overall_verdict(a));
+  if (a.stop) j["stop"] = stop_json(a);
   j["nees"] = verdict_json(a.nees);
   j["nis"] = verdict_json(a.nis);
   if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);

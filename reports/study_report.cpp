@@ -81,6 +81,7 @@ void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& na
   page.paragraph(sentence("NEES", a.nees));
   page.paragraph(sentence("NIS", a.nis));
   if (a.vehicle_nees) page.paragraph(sentence("NEES of the pose alone", *a.vehicle_nees));
+  if (a.stop) page.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
   if (a.battery) page.bullets(advice_sentences(a));
   add_failures(page, a);
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);

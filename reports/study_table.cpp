@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "reports/number_text.h"
 
 namespace credence {
@@ -78,6 +80,12 @@ ReportTable verdict_table(std::span<const StudyAnalysis> analyses) {
           "Each verdict is wrong with at most {:g} % probability on a consistent filter, over all its steps "
           "together.",
           100.0 * (1.0 - confidence))};
+  if (std::ranges::any_of(analyses, [](const StudyAnalysis& a) { return a.stop.has_value(); })) {
+    table.notes.push_back(
+        "That holds for a number of runs fixed in advance: of a study with a stop rule the verdict of the "
+        "rule "
+        "counts, and not these.");
+  }
   return table;
 }
 

@@ -75,11 +75,14 @@ class CommandLine : public testing::Test {
 
   Finished run(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
 
-  /// Until a file is there, and a moment longer, so that something is in it.
-  static void wait_for(const fs::path& path) {
-    for (int i = 0; i < 10000 && !fs::exists(path); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  /// Until chunks have been written to the store of this folder.
+  static void wait_for_chunks(const fs::path& folder) {
+    const auto written = [&] {
+      std::error_code none;
+      const std::uintmax_t size = fs::file_size(folder / "results.sqlite-wal", none);
+      return !none && size > 200000;
+    };
+    for (int i = 0; i < 30000 && !written(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 
   fs::path folder_;
@@ -149,7 +152,7 @@ TEST_F(CommandLine, ASweepSurvivesKill9WithTheSameBits) {
 
   const pid_t child =
       start({"sweep", "s.toml", "--out", "killed", "--format", "json", "--runs", "100000", "--threads", "1"});
-  wait_for(folder_ / "killed" / "results.sqlite");
+  wait_for_chunks(folder_ / "killed");
   ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the sweep was over before it could be killed";
   kill(child, SIGKILL);
   EXPECT_EQ(finish(child).code, 128 + SIGKILL);
@@ -163,7 +166,7 @@ TEST_F(CommandLine, CtrlCSavesReportsWhatIsThereAndExits130) {
   write("a.toml", kMonobot);
   const pid_t child =
       start({"run", "a.toml", "--runs", "100000000", "--out", "out", "--threads", "1", "--format", "json"});
-  wait_for(folder_ / "out" / "results.sqlite");
+  wait_for_chunks(folder_ / "out");
   kill(child, SIGINT);
   const Finished f = finish(child);
   EXPECT_EQ(f.code, 130) << f.err;
@@ -172,6 +175,31 @@ TEST_F(CommandLine, CtrlCSavesReportsWhatIsThereAndExits130) {
   EXPECT_GT(j["runs"], 0);
   EXPECT_TRUE(fs::exists(folder_ / "out" / "results.sqlite"));
   EXPECT_TRUE(fs::exists(folder_ / "out" / "index.html"));
+}
+
+TEST_F(CommandLine, AStopRuleEndsAStudyAtTheFirstProofAndAlwaysAtTheSameRun) {
+  write("wrong.toml",
+        "[world]\nmodel = \"monobot\"\n[filter]\nmeasurement_scale = 0.5\n[study]\nsteps = 30\n"
+        "stop = { verdict = \"either\", consistent_within = 0.2, max_runs = 100000 }\n");
+  const Finished one = run({"run", "wrong.toml", "--format", "json", "--threads", "1"});
+  const Finished two = run({"run", "wrong.toml", "--format", "json", "--threads", "2"});
+  ASSERT_EQ(one.code, 0) << one.err;
+  EXPECT_EQ(one.out, two.out);
+  const Json j = Json::parse(one.out);
+  EXPECT_EQ(j["verdict"], "optimistic");
+  EXPECT_EQ(j["stop"]["reason"], "verdict");
+  EXPECT_LT(j["stop"]["p_value"], 0.025);
+  EXPECT_LT(j["runs"], 1000);
+  EXPECT_EQ(j["scenario"]["study"]["stop"]["max_runs"], 100000);
+
+  const Finished right =
+      run({"run", "wrong.toml", "--set", "filter.measurement_scale=1.0", "--format", "json"});
+  const Json k = Json::parse(right.out);
+  EXPECT_EQ(k["verdict"], "consistent");
+  EXPECT_GE(k["stop"]["scale"]["lower"], 1.0 / 1.2);
+  EXPECT_LE(k["stop"]["scale"]["upper"], 1.2);
+  EXPECT_EQ(run({"run", "wrong.toml", "--set", "study.stop.verdict=\"no\""}).code, 2);
+  EXPECT_EQ(run({"sweep", "wrong.toml", "--shard", "1/2", "--out", "part"}).code, 2);
 }
 
 TEST_F(CommandLine, PointsOfASweepInAnotherOrderGiveTheSameDocument) {

@@ -127,6 +127,62 @@ TEST(Engine, ShardsTogetherAreTheWhole) {
   EXPECT_EQ(whole.statistics, run(*experiment, 500, 2));
 }
 
+TEST(Engine, AWatchEndsAStudyAtTheSameRunWhateverTheThreadsDid) {
+  const auto experiment = make_experiment(monobot(100000));
+  for (const int threads : {1, 2, 7}) {
+    std::vector<std::int64_t> seen;
+    const StudyTask watched{.id = "a",
+                            .experiment = experiment.get(),
+                            .runs = 100000,
+                            .enough = [&](const StudyStatistics& chunk, const StudyStatistics& prefix) {
+                              EXPECT_EQ(chunk.runs, kChunkRuns);
+                              seen.push_back(prefix.runs);
+                              return prefix.runs >= 5 * kChunkRuns;
+                            }};
+    const StudyTask other{"b", experiment.get(), 300};
+    const StudyTask tasks[] = {watched, other};
+    EngineOptions options;
+    options.threads = threads;
+    std::int64_t total = 0;
+    options.progress = [&](const StudyProgress& p) { total = p.runs_total; };
+    const std::vector<StudyResult> results = run_studies(tasks, options);
+    EXPECT_EQ(seen, (std::vector<std::int64_t>{64, 128, 192, 256, 320})) << threads;
+    EXPECT_TRUE(results[0].complete);
+    EXPECT_FALSE(results[0].timed_out);
+    EXPECT_EQ(results[0].statistics, run(*experiment, 320, 1));
+    EXPECT_EQ(results[1].statistics, run(*experiment, 300, 1));
+    EXPECT_EQ(total, 620);
+  }
+}
+
+TEST(Engine, AWatchedStudyEndsAtTheSameRunWhenItIsResumed) {
+  const Scenario scenario = monobot(1000);
+  const auto experiment = make_experiment(scenario);
+  const TempDirectory directory;
+  ResultStore store = ResultStore::open_to_write(directory.path(), "test");
+  StudyTask task{configuration_id(scenario), experiment.get(), 1000};
+  store.put_configuration(task.id, configuration_toml(scenario));
+  EngineOptions options;
+  options.store = &store;
+  run_studies({&task, 1}, options);  // all of it is there, and more than is wanted
+  task.enough = [](const StudyStatistics&, const StudyStatistics& prefix) { return prefix.runs >= 128; };
+  const StudyResult result = run_studies({&task, 1}, options).front();
+  EXPECT_TRUE(result.complete);
+  EXPECT_EQ(result.statistics, run(*experiment, 128, 1));
+}
+
+TEST(Engine, AStudyOutOfTimeReportsWhatIsThere) {
+  const auto experiment = make_experiment(monobot(1000000000));
+  const StudyTask task{.id = "a", .experiment = experiment.get(), .runs = 1000000000, .max_seconds = 0.05};
+  EngineOptions options;
+  options.threads = 2;
+  const StudyResult result = run_studies({&task, 1}, options).front();
+  EXPECT_TRUE(result.timed_out);
+  EXPECT_TRUE(result.complete);
+  EXPECT_GT(result.statistics.runs, 0);
+  EXPECT_EQ(result.statistics, run(*experiment, result.statistics.runs, 2));
+}
+
 TEST(Engine, MoreRunsExtendAStudy) {
   const auto experiment = make_experiment(monobot(100));
   StudyStatistics first = run(*experiment, 64, 1);
