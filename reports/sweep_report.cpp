@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "analysis/sweep_verdicts.h"
 #include "montecarlo/scenario_text.h"
 #include "reports/atomic_file.h"
 #include "reports/csv.h"
@@ -117,6 +118,25 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
   csv.commit();
 }
 
+bool stands(const StudyAnalysis& analysis, double sweep_p_value) {
+  return is_inconsistent(overall_verdict(analysis)) &&
+         sweep_p_value <= 1.0 - analysis.scenario.study.confidence;
+}
+
+std::string family_note(std::span<const StudyAnalysis> analyses, std::span<const double> p_values) {
+  std::size_t alone = 0, together = 0;
+  for (std::size_t i = 0; i < analyses.size(); ++i) {
+    alone += is_inconsistent(overall_verdict(analyses[i])) ? 1 : 0;
+    together += stands(analyses[i], p_values[i]) ? 1 : 0;
+  }
+  const double percent = 100.0 * (1.0 - analyses.front().scenario.study.confidence);
+  return fmt::format(
+      "{} of {} configurations are inconsistent when each is judged alone, {} when all are judged together: "
+      "of "
+      "these at most {:g} % are expected to be false (Benjamini-Yekutieli).",
+      alone, analyses.size(), together, percent);
+}
+
 }  // namespace
 
 ReportTable sweep_table(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
@@ -132,17 +152,23 @@ ReportTable sweep_table(const SweepPlan& plan, std::span<const StudyAnalysis> an
   table.columns.push_back({"NEES says", words});
   for (const char* title : {"mean NIS", "expected"}) table.columns.push_back({title});
   table.columns.push_back({"NIS says", words});
+  table.columns.push_back({"together", words});
   table.columns.push_back({"last tr P"});
   table.columns.push_back({"failed runs"});
-  for (const StudyAnalysis& a : analyses) {
+  const std::vector<double> together = sweep_p_values(analyses);
+  for (std::size_t i = 0; i < analyses.size(); ++i) {
+    const StudyAnalysis& a = analyses[i];
     std::vector<TableCell> row;
     for (const ScalarValue& value : point_of(plan, a).values) row.emplace_back(plain_text(value));
-    row.insert(row.end(), {a.statistics.runs, a.nees.mean, a.nees.expected, verdict_cell(a.nees.verdict),
-                           a.nis.mean, a.nis.expected, verdict_cell(a.nis.verdict),
-                           a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
-                           a.statistics.failures.size()});
+    row.insert(row.end(),
+               {a.statistics.runs, a.nees.mean, a.nees.expected, verdict_cell(a.nees.verdict), a.nis.mean,
+                a.nis.expected, verdict_cell(a.nis.verdict),
+                stands(a, together[i]) ? TableCell("inconsistent", CellTone::alarm) : TableCell(""),
+                a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
+                a.statistics.failures.size()});
     table.add(std::move(row));
   }
+  if (!analyses.empty()) table.notes.push_back(family_note(analyses, together));
   if (analyses.size() < plan.points.size()) {
     table.notes.push_back(
         fmt::format("{} of {} configurations have results", analyses.size(), plan.points.size()));
@@ -154,7 +180,9 @@ ReportTable sweep_table(const SweepPlan& plan, std::span<const StudyAnalysis> an
 
 std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
   Json configurations = Json::array();
-  for (const StudyAnalysis& a : analyses) {
+  const std::vector<double> together = sweep_p_values(analyses);
+  for (std::size_t n = 0; n < analyses.size(); ++n) {
+    const StudyAnalysis& a = analyses[n];
     const SweepPoint& point = point_of(plan, a);
     Json values;
     for (std::size_t i = 0; i < plan.axes.size(); ++i) {
@@ -170,6 +198,7 @@ std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> ana
     }
     Json j = Json::parse(study_json(a));
     j["swept"] = std::move(values);
+    j["sweep_p_value"] = json_number(together[n]);
     configurations.push_back(std::move(j));
   }
   Json j;
