@@ -18,5 +18,6 @@ void add_run_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
+void add_stability_command(CLI::App& app);
 
 }  // namespace credence

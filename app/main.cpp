@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   add_sweep_command(app);
   add_merge_command(app);
   add_replay_command(app);
+  add_stability_command(app);
   try {
     app.parse(argc, argv);
   } catch (const ExitStatus& status) {

@@ -3,6 +3,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 
+#include "core/mirror.h"
 #include "core/types.h"
 
 /// @file
@@ -10,15 +11,6 @@
 /// No product GᵀG is formed, so small singular values keep their digits. Shared by the inflation bounds.
 
 namespace credence {
-
-/// Copies the lower triangle over the upper one: a computed symmetric matrix becomes symmetric to the last
-/// bit.
-template <typename Derived>
-void mirror_lower(Eigen::MatrixBase<Derived>& M) {
-  for (Index j = 0; j < M.cols(); ++j) {
-    for (Index i = j + 1; i < M.rows(); ++i) M(j, i) = M(i, j);
-  }
-}
 
 /// The orthogonal polar factor of a 2×2 matrix C = [a b; c d]: (C ± cof C)/‖C‖_*, the sign that of det C.
 /// Zero for C = 0, when any orthogonal matrix would do.

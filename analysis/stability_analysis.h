@@ -1,0 +1,70 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "analysis/ranks.h"
+#include "analysis/riccati.h"
+#include "core/inflation_rule.h"
+#include "core/linear_model.h"
+
+/// @file
+/// Does a linear filter with inflated covariance stay stable? All instruments on one model, side by side
+/// (theory: sections 3 and 5).
+
+namespace credence {
+
+/// What tr P did over a long horizon.
+enum class LongRun { bounded, growing, failed };
+
+/// "bounded", "growing", "failed".
+std::string to_string(LongRun verdict);
+
+/// The filter's own covariance recursion, with its ΔP_k as they vary, far beyond the steps of a study.
+struct LongHorizon {
+  LongRun verdict = LongRun::failed;
+  std::vector<double> trace_prior;  ///< at steps 1, 2, …; after the inflation, before the update
+  std::vector<double> trace;        ///< after the update
+  double growth_per_step = 0.0;     ///< of trace_prior, over the last half of the horizon
+  double growth_exponent = 0.0;     ///< log2(tr P_H / tr P_{H/2}) of the prior
+  bool converged = true;            ///< every exact minimal trace reached its tolerance
+};
+
+/// Everything that `credence stability` says of a linear scenario. Q_t = G Q Gᵀ + ΔP with ΔP held at its
+/// value of the last step of the study.
+struct StabilityAnalysis {
+  Index state_dim = 0;
+  Index steps = 0;               ///< the step at which K and ΔP are taken
+  bool sequential = false;       ///< inflation within the update: ΔP before it is zero
+  bool inflation_varies = true;  ///< ΔP_k depends on P: verdicts with constant Q_t are about its last value
+
+  RankDecision controllability, observability, inflation, noise_total;
+  std::vector<std::string> unobservable;  ///< names of the unobservable directions
+
+  Matrix K;                                  ///< filter gain of step `steps`, n×m; the predictor's is F K
+  Eigen::VectorXcd closed_loop_eigenvalues;  ///< of F − F K H with that K, by falling modulus
+  double spectral_radius = 0.0;              ///< NaN when the eigenvalues did not converge
+
+  RiccatiSolution riccati;        ///< the limit from P0 of the model with constant Q_t, and its gains
+  RiccatiSolution riccati_other;  ///< the same from `P0_other`
+  double initial_covariance_effect = 0.0;  ///< ‖P − P_other‖ / ‖P‖ of the two limits; NaN without both
+  bool depends_on_initial = false;         ///< the effect is above kInitialEffectTolerance
+
+  bool predicted_bounded = false;      ///< by the exact condition
+  std::string prediction_reason;       ///< in words
+  bool paper_condition_holds = false;  ///< eq. (22), rank ΔP <= rank O
+  LongHorizon long_horizon;
+};
+
+/// Limits nearer than this are the same.
+inline constexpr double kInitialEffectTolerance = 1e-6;
+
+/// Analyses the filter that `assumed` and `rule` define: ranks, eigenvalues and Riccati limit with the K and
+/// ΔP of step `steps`, and the covariance recursion over `horizon` steps.
+///
+/// Throws std::invalid_argument for steps < 1, horizon < max(4, steps), a model that `require_valid` refuses,
+/// and a filter that fails (S not positive definite) before `steps`. O(horizon · n³).
+StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationRule& rule, Index steps,
+                                    Index horizon);
+
+}  // namespace credence

@@ -1,0 +1,116 @@
+// `credence stability` as a user types it: the built binary, its documents, its exit codes.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+struct Finished {
+  int code = -1;
+  std::string out, err;
+};
+
+class StabilityCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("credence-stability-" + std::to_string(getpid()) + "-" +
+                                           testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static std::string scenario(const std::string& name) {
+    return std::string(CREDENCE_SOURCE_DIR) + "/scenarios/" + name + ".toml";
+  }
+
+  std::string read(const fs::path& name) const {
+    std::ifstream in(folder_ / name, std::ios::binary);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+
+  Finished run(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {CREDENCE_BINARY, "stability"});
+    const pid_t child = fork();
+    if (child == 0) {
+      std::vector<char*> argv;
+      for (std::string& a : arguments) argv.push_back(a.data());
+      argv.push_back(nullptr);
+      dup2(open((folder_ / "stdout").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
+      dup2(open((folder_ / "stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+      if (chdir(folder_.c_str()) == 0) execv(CREDENCE_BINARY, argv.data());
+      _exit(127);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read("stdout"), read("stderr")};
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(StabilityCommand, GivesTheDocumentOfTheContract) {
+  const Finished f = run({scenario("figure2_two_landmarks"), "--format", "json"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  EXPECT_EQ(f.err, "");
+  const Json j = Json::parse(f.out);
+  EXPECT_EQ(j["state_dim"], 3);
+  EXPECT_EQ(j["rank"]["controllability"], 1);
+  EXPECT_EQ(j["rank"]["observability"], 2);
+  EXPECT_EQ(j["rank"]["inflation"], 2);
+  EXPECT_EQ(j["rank"]["noise_total"], 3);
+  ASSERT_EQ(j["closed_loop_eigenvalues"].size(), 3U);
+  EXPECT_NEAR(j["closed_loop_eigenvalues"][0][0].get<double>(), 1.0, 1e-9);
+  EXPECT_NEAR(j["spectral_radius"].get<double>(), 1.0, 1e-9);
+  EXPECT_EQ(j["riccati"]["bounded"], false);
+  EXPECT_NEAR(j["riccati"]["growth_exponent"].get<double>(), 1.0, 0.01);
+  for (const char* key : {"trace", "residual"}) EXPECT_TRUE(j["riccati"][key].is_number()) << key;
+  EXPECT_EQ(j["riccati"]["kind"], "none");
+  EXPECT_EQ(j["predicted_bounded"], false);
+  EXPECT_EQ(j["paper_condition_holds"], true);
+  EXPECT_EQ(j["unobservable"], Json::array({"common translation"}));
+  EXPECT_EQ(j["long_horizon"]["verdict"], "growing");
+  EXPECT_NEAR(j["long_horizon"]["growth_per_step"].get<double>(), 0.1, 2e-4);
+}
+
+TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
+  const Finished f = run({scenario("figure3_two_landmarks"), "--out", "page"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  EXPECT_NE(f.out.find("common translation"), std::string::npos) << f.out;
+  EXPECT_NE(f.out.find("bounded"), std::string::npos);
+  EXPECT_EQ(f.out.find("unbounded"), std::string::npos) << f.out;
+  EXPECT_NE(read("page/index.html").find("Stability of figure3_two_landmarks"), std::string::npos);
+}
+
+TEST_F(StabilityCommand, RefusesWhatIsNotLinear) {
+  const Finished f = run({scenario("planar_loop")});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_EQ(f.out, "");
+  EXPECT_NE(f.err.find("linear worlds so far"), std::string::npos) << f.err;
+}
+
+TEST_F(StabilityCommand, BadInputIsTwo) {
+  EXPECT_EQ(run({"missing.toml"}).code, 2);
+  EXPECT_EQ(run({}).code, 2);
+  EXPECT_EQ(run({scenario("figure3_two_landmarks"), "--horizon", "0"}).code, 2);
+  EXPECT_EQ(run({scenario("figure3_two_landmarks"), "--set", "noise.measurement_variance=0"}).code, 2);
+  EXPECT_EQ(run({"--help"}).code, 0);
+}
+
+}  // namespace
+}  // namespace credence
