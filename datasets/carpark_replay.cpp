@@ -7,11 +7,6 @@
 #include "datasets/replay_filter.h"
 
 namespace credence {
-namespace {
-
-constexpr double kGpsStdM = 0.02;  // kinematic GPS; the antenna coincides with the laser within this
-
-}  // namespace
 
 ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& settings) {
   check_replay_settings(settings);
@@ -36,13 +31,13 @@ ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& setting
       const CarparkOdometry& sample = log.odometry[odometry];
       if (sample.time_s + settings.sensor.odometry_delay_s > time_s) break;
       filter.advance_to(sample.time_s + settings.sensor.odometry_delay_s);
-      filter.set_control({sample.speed_mps, sample.steering_rad});
+      filter.set_control({settings.sensor.speed_scale * sample.speed_mps, sample.steering_rad});
     }
   };
   for (const CarparkEvent& event : log.events) {
     drive_to(event.time_s);
     if (event.sensor == CarparkSensor::gps)
-      filter.compare_position(event.time_s, log.gps[event.index].position_m, kGpsStdM);
+      filter.compare_position(event.time_s, log.gps[event.index].position_m);
     if (event.sensor == CarparkSensor::laser) {
       filter.advance_to(event.time_s);
       filter.observe(event.time_s, scans[event.index].sights);

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
+#include "core/angle.h"
 #include "datasets/data_error.h"
 #include "datasets/replay_filter.h"
 
@@ -21,6 +23,17 @@ std::size_t first_sample(const MrclamLog& log, double delay_s) {
                   "has no pose at the time of any odometry sample");
 }
 
+/// A depth says nothing of a landmark beside or behind the camera.
+void check_bearings(const MrclamLog& log, const ReplaySettings& settings) {
+  constexpr double kMaxBearingRad = 85 * kRadiansPerDegree;
+  if (settings.sensor.range != RangeKind::depth) return;
+  for (const MrclamMeasurement& seen : log.measurements)
+    if (std::abs(seen.bearing_rad) > kMaxBearingRad)
+      throw std::invalid_argument(
+          fmt::format("sensor.range = depth: a landmark was seen at a bearing of {:.1f} degrees",
+                      seen.bearing_rad / kRadiansPerDegree));
+}
+
 std::vector<int> first_seen(const MrclamLog& log, double from_s) {
   std::vector<int> order;
   for (const MrclamMeasurement& seen : log.measurements) {
@@ -34,13 +47,16 @@ std::vector<int> first_seen(const MrclamLog& log, double from_s) {
 /// Feeds the odometry of a log up to any time, holding each sample and capping the hold.
 class Driver {
  public:
-  Driver(const MrclamLog& log, ReplayFilter& filter, std::size_t first, double delay_s)
-      : log_(log), filter_(filter), next_(first), delay_s_(delay_s) {}
+  Driver(const MrclamLog& log, ReplayFilter& filter, std::size_t first, const ReplaySensor& sensor)
+      : log_(log), filter_(filter), next_(first), sensor_(sensor) {}
 
   void drive_to(double time_s) {
     while (next_ < log_.odometry.size() && time_of(next_) <= time_s) {
       hold_to(time_of(next_));
-      filter_.set_control({log_.odometry[next_].speed_mps, log_.odometry[next_].turn_rate_rps});
+      const MrclamOdometry& sample = log_.odometry[next_];
+      filter_.set_control(
+          {sensor_.speed_scale * sample.speed_mps,
+           sensor_.turn_scale * sample.turn_rate_rps + sensor_.turn_drift_deg_s * kRadiansPerDegree});
       since_s_ = time_of(next_);
       ++next_;
     }
@@ -48,7 +64,7 @@ class Driver {
   }
 
  private:
-  double time_of(std::size_t i) const { return log_.odometry[i].time_s + delay_s_; }
+  double time_of(std::size_t i) const { return log_.odometry[i].time_s + sensor_.odometry_delay_s; }
 
   void hold_to(double time_s) {
     if (time_s - since_s_ > kMrclamMaxHoldS) {
@@ -67,7 +83,7 @@ class Driver {
   const MrclamLog& log_;
   ReplayFilter& filter_;
   std::size_t next_;
-  double delay_s_;
+  ReplaySensor sensor_;
   double since_s_ = 0;
 };
 
@@ -77,6 +93,7 @@ ReplayResult replay_mrclam(const MrclamLog& log, const ReplaySettings& settings)
   check_replay_settings(settings);
   if (settings.vehicle != VehicleKind::unicycle)
     throw std::invalid_argument("MRCLAM needs the settings of a unicycle");
+  check_bearings(log, settings);
   const double delay_s = settings.sensor.odometry_delay_s;
   const std::size_t first = first_sample(log, delay_s);
   ReplayStart start;
@@ -84,8 +101,9 @@ ReplayResult replay_mrclam(const MrclamLog& log, const ReplaySettings& settings)
   start.pose = *truth_at(log.truth, start.time_s);
   for (const MrclamLandmark& landmark : log.landmarks) start.survey_m.push_back(landmark.position_m);
   start.first_seen = first_seen(log, start.time_s);
+  start.truth = [&log](double time_s) { return truth_at(log.truth, time_s); };
   ReplayFilter filter(settings, start);
-  Driver driver(log, filter, first, delay_s);
+  Driver driver(log, filter, first, settings.sensor);
 
   Index before_start = 0, without_truth = 0;
   for (std::size_t i = 0; i < log.measurements.size();) {
@@ -110,6 +128,7 @@ ReplayResult replay_mrclam(const MrclamLog& log, const ReplaySettings& settings)
   driver.drive_to(log.odometry.back().time_s + delay_s);
   ReplayResult result = filter.finish();
   result.dataset = "mrclam";
+  result.run = fmt::format("robot {}", log.robot);
   result.rows_of_robots = log.rows_of_robots;
   result.rows_of_unknown_barcodes = log.rows_of_unknown_barcodes;
   result.rows_before_start = before_start;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 #include "core/angle.h"
 #include "datasets/alignment.h"
@@ -30,8 +31,8 @@ std::vector<int> chosen_anchors(const ReplaySettings& settings, const ReplayStar
   return {start.first_seen.begin(), start.first_seen.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
-std::vector<Anchor<PlanarModel>> placed(const std::vector<int>& anchors, const std::vector<Point>& survey_m) {
-  std::vector<Anchor<PlanarModel>> result;
+std::vector<Anchor<ReplayModel>> placed(const std::vector<int>& anchors, const std::vector<Point>& survey_m) {
+  std::vector<Anchor<ReplayModel>> result;
   result.reserve(anchors.size());
   for (const int anchor : anchors) result.push_back({anchor, survey_m.at(static_cast<std::size_t>(anchor))});
   return result;
@@ -50,7 +51,7 @@ ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& st
       R_(diagonal(settings.noise.range_std, settings.noise.bearing_std_deg * kRadiansPerDegree)),
       anchors_(chosen_anchors(settings, start)),
       survey_of_(start.survey_m.size()),
-      filter_(PlanarModel{vehicle_, 0.0}, Q_, R_, rule_, placed(anchors_, start.survey_m)),
+      filter_(ReplayModel{{vehicle_, 0.0}, {}}, Q_, R_, rule_, placed(anchors_, start.survey_m)),
       time_s_(start.time_s) {
   std::iota(survey_of_.begin(), survey_of_.end(), 0);
   const double position = settings.initial.position_std;
@@ -58,6 +59,11 @@ ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& st
   const Eigen::Matrix3d P0 =
       Eigen::Vector3d(position * position, position * position, heading * heading).asDiagonal();
   filter_.reset(start.pose, P0);
+  if (settings.filter.jacobians == ReplayJacobians::truth) {
+    if (!start.truth) throw std::invalid_argument("filter.jacobians = truth: this log has no true heading");
+    truth_ = start.truth;
+    filter_.model().truth = ReplayTruthPoint{start.pose, start.pose, start.survey_m, {}};
+  }
   result_.settings = settings;
   result_.start_time_s = start.time_s;
   result_.survey_m = start.survey_m;
@@ -70,6 +76,10 @@ ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& st
 void ReplayFilter::advance_to(double time_s) {
   if (time_s <= time_s_) return;
   filter_.model().dt_s = time_s - time_s_;
+  if (auto& point = filter_.model().truth) {
+    point->from = point->to;
+    point->to = truth_(time_s).value_or(point->to);
+  }
   filter_.predict(control_);
   time_s_ = time_s;
   follow_traces();
@@ -103,11 +113,16 @@ Matrix ReplayFilter::prior_after_inflation() {
 }
 
 /// Innovation, S and NIS of a sight if it were landmark `id`; an infinite NIS if S is not positive definite.
-void ReplayFilter::judge_pair(ReplaySight& sight, int id, const Matrix& P) const {
+void ReplayFilter::judge_pair(ReplaySight& sight, int id, const Matrix& P) {
   const Index offset = filter_.offset_of(id);
   const Point landmark = offset >= 0 ? Point(filter_.state().segment<2>(offset))
                                      : result_.survey_m[static_cast<std::size_t>(id)];
-  const PredictedRangeBearing expected = predict_range_bearing(filter_.pose(), landmark);
+  PredictedRangeBearing expected = predict_range_bearing(filter_.pose(), landmark);
+  if (const auto& point = filter_.model().truth) {
+    const auto at = predict_range_bearing(point->to, result_.survey_m[static_cast<std::size_t>(id)]);
+    expected.H_r = at.H_r;
+    expected.H_l = at.H_l;
+  }
   sight.innovation = range_bearing_innovation(sight.z, expected.z);
   Eigen::Matrix<double, 2, 3> PHr = expected.H_r * P.topLeftCorner<3, 3>();
   sight.S = PHr * expected.H_r.transpose() + R_;
@@ -191,6 +206,13 @@ std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_compatibility(st
 
 // --------------------------------------------------------------------------------------------------- update
 
+RangeBearing ReplayFilter::corrected(const RangeBearing& z) const {
+  const ReplaySensor& sensor = settings_.sensor;
+  double range_m = (z(0) - sensor.range_offset_m) / sensor.range_scale;
+  if (sensor.range == RangeKind::depth) range_m /= std::cos(z(1));
+  return {range_m, wrap_angle(z(1) - sensor.bearing_offset_deg * kRadiansPerDegree)};
+}
+
 void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
   if (sights.empty()) return;
   advance_to(time_s);
@@ -199,7 +221,7 @@ void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
     ReplaySight record;
     record.time_s = time_s - result_.start_time_s;
     record.landmark = sight.landmark;
-    record.z = {sight.z(0), wrap_angle(sight.z(1) - settings_.sensor.bearing_offset_deg * kRadiansPerDegree)};
+    record.z = corrected(sight.z);
     result_.sights.push_back(record);
   }
   ++result_.scans_with_observations;
@@ -224,15 +246,24 @@ void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
 
 /// One batch update; returns whether a measurement corrected the state or a landmark was added.
 bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) {
-  std::vector<Observation<PlanarModel>> observations;
+  std::vector<Observation<ReplayModel>> observations;
   for (const Candidate& candidate : candidates)
     observations.push_back({candidate.id, result_.sights[candidate.sight].z});
+  if (auto& point = filter_.model().truth) {
+    point->sights.clear();
+    for (const Candidate& candidate : candidates)
+      if (!candidate.is_new) point->sights.push_back(candidate.id);
+    filter_.model().next_sight = 0;
+  }
   const UpdateResult outcome = filter_.update(observations);
   if (!outcome.converged) ++result_.not_converged;
   if (!outcome.ok) {
     for (const Candidate& c : candidates) result_.sights[c.sight].outcome = SightOutcome::update_failed;
     return false;
   }
+  // Whitened together, so that the parts of one batch are uncorrelated too.
+  Vector whitened = filter_.innovation();
+  if (outcome.dof > 0) Eigen::LLT<Matrix>(filter_.innovation_covariance()).matrixL().solveInPlace(whitened);
   Index row = 0;
   for (const Candidate& candidate : candidates) {
     ReplaySight& sight = result_.sights[candidate.sight];
@@ -244,6 +275,8 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
     sight.innovation = filter_.innovation().segment<2>(row);
     sight.S = filter_.innovation_covariance().block<2, 2>(row, row);
     sight.nis = Eigen::LLT<Eigen::Matrix2d>(sight.S).matrixL().solve(sight.innovation).squaredNorm();
+    sight.whitened = whitened.segment<2>(row);
+    sight.first_of_batch = row == 0;
     result_.nis.add(sight.nis);
     row += 2;
   }
@@ -300,8 +333,9 @@ void ReplayFilter::compare(ReplayReference reference, const Vector& error, const
   result_.references.push_back(reference);
 }
 
-void ReplayFilter::compare_position(double time_s, const Point& position_m, double std_m) {
+void ReplayFilter::compare_position(double time_s, const Point& position_m) {
   const PosePrediction now = predicted(time_s);
+  const double std_m = settings_.truth.position_std;
   const Eigen::Matrix2d P = now.P.topLeftCorner<2, 2>() + diagonal(std_m, std_m);
   ReplayReference reference;
   reference.time_s = time_s - result_.start_time_s;
@@ -324,7 +358,10 @@ void ReplayFilter::compare_pose(double time_s, const Pose& truth) {
   error(2) = wrap_angle(error(2));
   squared_heading_error_ += error(2) * error(2);
   ++headings_;
-  compare(reference, error, now.P);
+  Eigen::Matrix3d P = now.P;
+  P.topLeftCorner<2, 2>() += diagonal(settings_.truth.position_std, settings_.truth.position_std);
+  P(2, 2) += std::pow(settings_.truth.heading_std_deg * kRadiansPerDegree, 2);
+  compare(reference, error, P);
 }
 
 ReplayResult ReplayFilter::finish() {
@@ -358,6 +395,8 @@ ReplayResult ReplayFilter::finish() {
         std::sqrt(squared_heading_error_ / static_cast<double>(headings_)) / kRadiansPerDegree;
 
   result_.map = map_now();
+  const Index map_size = 2 * static_cast<Index>(result_.map.size());
+  result_.map_covariance = filter_.covariance().bottomRightCorner(map_size, map_size);
   std::vector<Point> truth, estimate;
   for (const ReplayLandmark& landmark : result_.map) {
     if (landmark.landmark < 0) continue;

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "core/ekf_slam.h"
+#include "datasets/replay_model.h"
 #include "datasets/replay_result.h"
 
 namespace credence {
@@ -21,6 +23,8 @@ struct ReplayStart {
   Pose pose = Pose::Zero();
   std::vector<Point> survey_m;
   std::vector<int> first_seen;  ///< surveyed landmarks in the order of first sight: the first become anchors
+  /// The true pose at a time, where it is known; only needed for filter.jacobians = truth.
+  std::function<std::optional<Pose>(double time_s)> truth = {};
 };
 
 /// EKF-SLAM fed with the events of a log in order of time; it keeps all that a report shows.
@@ -42,9 +46,8 @@ class ReplayFilter {
   /// Uses all sights of one time: gate, inflation, update, initialisation. Advances there first.
   void observe(double time_s, std::span<const Sight> sights);
 
-  /// Compares the predicted position with a measured one of standard deviation std_m; the filter stays as it
-  /// is.
-  void compare_position(double time_s, const Point& position_m, double std_m);
+  /// Compares the predicted position with a measured one; the filter stays as it is.
+  void compare_position(double time_s, const Point& position_m);
 
   /// Compares the pose with the true one.
   void compare_pose(double time_s, const Pose& truth);
@@ -55,7 +58,7 @@ class ReplayFilter {
   ReplayResult finish();
 
  private:
-  using Filter = EkfSlam<PlanarModel>;
+  using Filter = EkfSlam<ReplayModel>;
 
   /// One sight on its way into the filter; `id` is the filter's number of the landmark.
   struct Candidate {
@@ -75,9 +78,10 @@ class ReplayFilter {
 
   std::vector<Candidate> associate_by_survey(std::size_t first, const Matrix& P);
   std::vector<Candidate> associate_by_compatibility(std::size_t first, const Matrix& P);
-  void judge_pair(ReplaySight& sight, int id, const Matrix& P) const;
+  void judge_pair(ReplaySight& sight, int id, const Matrix& P);
   bool is_known(int id) const;
   std::vector<int> known_ids() const;
+  RangeBearing corrected(const RangeBearing& z) const;
   bool update(std::span<const Candidate> candidates, double time_s);
   void record_step(double time_s);
   ReplayGain gain_of_rows(Index row) const;
@@ -93,6 +97,7 @@ class ReplayFilter {
   MinTraceState gate_state_;
   Control control_ = Control::Zero();
   double time_s_ = 0;
+  std::function<std::optional<Pose>(double)> truth_;  ///< empty unless Jacobians are taken there
   double squared_error_ = 0, squared_heading_error_ = 0;
   Index headings_ = 0;
   ReplayResult result_;

@@ -43,6 +43,9 @@ struct ReplaySight {
   RangeBearing innovation = RangeBearing::Zero();
   Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
   double nis = 0;  ///< νᵀ S⁻¹ ν of this sight alone, 2 dof
+  RangeBearing whitened =
+      RangeBearing::Zero();     ///< its part of L⁻¹ν of the whole batch, S = L Lᵀ; if updated
+  bool first_of_batch = false;  ///< of the sights updated together the first: its gate knows no other
 };
 
 /// One batch update: the statistic whose sum over updates has independent terms under consistency.
@@ -97,6 +100,7 @@ struct ReplayTraces {
 /// Times are seconds since `start_time_s`.
 struct ReplayResult {
   std::string dataset;
+  std::string run;  ///< which of its runs, e.g. "robot 1"; empty if there is one
   ReplaySettings settings;
   double start_time_s = 0;
   double duration_s = 0;
@@ -127,6 +131,7 @@ struct ReplayResult {
   std::vector<ReplayStep> steps;
   std::vector<ReplayReference> references;
   std::vector<ReplayLandmark> map;  ///< final; anchors are not in it
+  Matrix map_covariance;            ///< of all its positions together, 2N×2N, in the order of map
   std::vector<int> anchors;         ///< surveyed landmarks that are no states
   std::vector<Point> survey_m;      ///< all surveyed landmarks
 };

@@ -187,7 +187,7 @@ TEST(ReplayFilter, PositionsAreComparedWithoutTouchingTheFilter) {
   World world;
   ReplayFilter with(world.settings, world.start), without(world.settings, world.start);
   for (ReplayFilter* filter : {&with, &without}) filter->set_control({1, 0});
-  with.compare_position(100.5, {0.5, 0}, 0.02);
+  with.compare_position(100.5, {0.5, 0});
   for (ReplayFilter* filter : {&with, &without}) filter->advance_to(101);
   const ReplayResult compared = with.finish(), plain = without.finish();
   ASSERT_EQ(compared.references.size(), 1U);

@@ -51,7 +51,7 @@ TEST(ReplaySettings, TextReadsBackTheSame) {
     copy.vehicle = settings.vehicle;
     for (const auto& [key, value] : replay_settings_text(settings)) set_replay_setting(copy, key, value);
     const auto text = replay_settings_text(settings), again = replay_settings_text(copy);
-    ASSERT_EQ(text.size(), settings.vehicle == VehicleKind::car ? 15U : 14U);
+    ASSERT_EQ(text.size(), settings.vehicle == VehicleKind::car ? 19U : 23U);
     for (std::size_t i = 0; i < text.size(); ++i) EXPECT_EQ(text[i].value, again[i].value) << text[i].key;
     EXPECT_NO_THROW(check_replay_settings(settings));
   }
@@ -77,6 +77,11 @@ TEST(ReplaySettings, AWishThatMeansNothingIsRefused) {
   EXPECT_THROW(set_replay_setting(unicycle, "noise.steering_std_deg", "1"), std::invalid_argument);
   EXPECT_THROW(set_replay_setting(unicycle, "initial.heading_deg", "1"), std::invalid_argument);
   EXPECT_NO_THROW(set_replay_setting(unicycle, "noise.turn_rate_std", "1"));
+  for (const char* key : {"filter.jacobians", "sensor.range", "sensor.turn_scale", "truth.heading_std_deg"})
+    EXPECT_THROW(set_replay_setting(car, key, "truth"), std::invalid_argument) << key;
+  unicycle.filter.association = ReplayAssociation::compatibility;
+  unicycle.filter.jacobians = ReplayJacobians::truth;
+  EXPECT_THROW(check_replay_settings(unicycle), std::invalid_argument) << "a new landmark has no truth";
 }
 
 TEST(ReplaySettings, ImpossibleCombinationsAreRefused) {
