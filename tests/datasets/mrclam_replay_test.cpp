@@ -182,7 +182,9 @@ TEST(MrclamReplay, WhitenedSightsOfABatchAddUpToItsNis) {
   double of_sights = 0, of_updates = 0;
   for (const ReplaySight& sight : result.sights) {
     of_sights += sight.whitened.squaredNorm();
-    if (sight.first_of_batch) EXPECT_NEAR(sight.whitened.squaredNorm(), sight.nis, 1e-9);
+    if (sight.first_of_batch) {
+      EXPECT_NEAR(sight.whitened.squaredNorm(), sight.nis, 1e-9);
+    }
   }
   for (const ReplayUpdate& update : result.updates) of_updates += update.nis;
   EXPECT_GT(of_sights, 0.1);
