@@ -15,10 +15,6 @@
 namespace credence {
 namespace {
 
-ScaleAdvice no_scale(std::string_view reason) {
-  return {.factor = kNaN, .lower = kNaN, .upper = kNaN, .reason = reason};
-}
-
 double standardised_deviation(const ConsistencyVerdict& verdict) {
   const double dof_per_step = verdict.dof / static_cast<double>(verdict.steps_tested);
   const double overall = (verdict.mean / verdict.expected - 1.0) * std::sqrt(0.5 * dof_per_step);
@@ -30,6 +26,10 @@ double standardised_deviation(const ConsistencyVerdict& verdict) {
 }
 
 }  // namespace
+
+ScaleAdvice no_scale(std::string_view reason) {
+  return {.factor = kNaN, .lower = kNaN, .upper = kNaN, .reason = reason};
+}
 
 ScaleAdvice scale_of_covariance(const Moments& run_average, double expected, double confidence) {
   if (!(expected > 0.0)) throw std::invalid_argument(fmt::format("expected = {} must be > 0", expected));

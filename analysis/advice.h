@@ -22,6 +22,9 @@ struct ScaleAdvice {
   std::string_view reason = {};  ///< why there is no factor (numbers NaN), else empty
 };
 
+/// No factor, and why.
+ScaleAdvice no_scale(std::string_view reason);
+
 /// The factor on P that would make the mean NEES the expected one: mean / expected, with the interval of the
 /// mean over runs (student_positive_mean.h), since the filter may be inconsistent.
 ///

@@ -65,10 +65,6 @@ SettlingRuns settle(const ConsistencyVerdict& verdict, bool white, double effect
   return runs_to_settle(verdict, design_of(verdict, white, effective_steps), runs, kPower);
 }
 
-ScaleAdvice no_scale(std::string_view reason) {
-  return {.factor = kNaN, .lower = kNaN, .upper = kNaN, .reason = reason};
-}
-
 void judge_scales(const BatteryStatistics& s, const ConsistencyVerdict& nis, Battery& battery) {
   const RunStatistics& runs = s.whole_runs;
   const double expected =

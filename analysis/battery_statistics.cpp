@@ -178,8 +178,8 @@ void RunStatistics::add(const Vector& error, const TraceStep& step, const Batter
   run_squared_error_[position].add(error.head(std::min<Index>(v, 2)).squaredNorm());
   if (v == kPoseDim) run_squared_error_[heading].add(error[2] * error[2]);
   if (n > v) {
-    const double count = static_cast<double>((n - v) / shape.landmark_dim);
-    run_squared_error_[landmarks].add(error.tail(n - v).squaredNorm() / count);
+    const Index count = (n - v) / shape.landmark_dim;
+    run_squared_error_[landmarks].add(error.tail(n - v).squaredNorm() / static_cast<double>(count));
   }
   vehicle_error_ = error.head(v);
   vehicle_covariance_ = step.P.topLeftCorner(v, v);

@@ -10,6 +10,7 @@
 #include "analysis/boundedness.h"
 #include "analysis/unobservable_names.h"
 #include "core/linear_filter.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
@@ -20,15 +21,14 @@ constexpr Index kChunk = 50;
 /// Increments below this share of the trace are rounding.
 constexpr double kGrowthTolerance = 1e-6;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 /// The verdict on a trace: a covariance that has a limit approaches it by increments that at least halve from
 /// one doubling of the time to the next; those of a logarithm stay equal and those of a line double.
 void judge(LongHorizon& h) {
   const std::size_t last = h.trace_prior.size();
   const auto at = [&](std::size_t step) { return h.trace_prior[step - 1]; };
-  const double late = at(last) - at(last / 2), early = at(last / 2) - at(last / 4);
-  h.growth_per_step = late / static_cast<double>(last - last / 2);
+  const std::size_t half = last / 2;
+  const double late = at(last) - at(half), early = at(half) - at(half / 2);
+  h.growth_per_step = late / static_cast<double>(last - half);
   h.growth_exponent = at(last) > 0.0 ? std::log2(at(last) / at(last / 2)) : 0.0;
   const bool grows = late > kGrowthTolerance * at(last) && late > 0.75 * early;
   h.verdict = grows ? LongRun::growing : LongRun::bounded;

@@ -10,6 +10,9 @@ namespace credence {
 
 using Json = nlohmann::ordered_json;
 
+/// Version of the documents (docs/formats.md).
+inline constexpr int kSchema = 1;
+
 /// JSON has no NaN and no infinity: null stands for both, and the document says why elsewhere.
 inline Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 

@@ -18,8 +18,6 @@
 namespace credence {
 namespace {
 
-constexpr int kSchema = 1;
-
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;

@@ -7,8 +7,6 @@
 namespace credence {
 namespace {
 
-constexpr int kSchema = 1;
-
 Json verdict_json(const ConsistencyVerdict& v) {
   Json per_step = Json::array(), lower = Json::array(), upper = Json::array(), p_values = Json::array();
   ChiSquareBounds last{std::nan(""), std::nan("")};

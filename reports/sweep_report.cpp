@@ -202,7 +202,7 @@ std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> ana
     configurations.push_back(std::move(j));
   }
   Json j;
-  j["schema"] = 1;
+  j["schema"] = kSchema;
   j["name"] = plan.name;
   j["points"] = plan.points.size();
   j["skipped_impossible"] = plan.skipped;

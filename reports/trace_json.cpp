@@ -30,7 +30,7 @@ std::string errors_text(const RunTrace& trace, const TraceStep& s) {
 
 std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
   Json j;
-  j["schema"] = 1;
+  j["schema"] = kSchema;
   j["scenario"] = Json::parse(scenario_to_json(scenario));
   j["seed"] = scenario.study.seed;
   j["run"] = trace.run;

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// @file
+/// What the paper claims, each with what is measured of it.
+
+namespace credence {
+
+enum class ClaimVerdict {
+  holds,
+  conditional,  ///< it holds under a condition that the paper does not state
+  fails,
+  not_measured,  ///< the evidence needs data that is not at hand; `measured` says which
+};
+
+/// "holds", "conditional", "fails", "not measured".
+std::string_view to_string(ClaimVerdict verdict);
+
+/// One claim with its evidence.
+struct Claim {
+  std::string id;         ///< short and stable: "unit-eigenvalue"
+  std::string source;     ///< equation, figure or section of the paper
+  std::string statement;  ///< what the paper says
+  std::string measured;   ///< with the paper's size of the problem; numbers computed now
+  std::string
+      long_run{};  ///< what happens far beyond the paper's 100 steps; empty where that changes nothing
+  ClaimVerdict verdict = ClaimVerdict::not_measured;
+};
+
+/// The claims on the monobot, with the paper's Q = R = 0.1, P0 = I and 100 steps (theory: sections 3 to 6).
+/// Everything is computed from covariances and single runs; no Monte Carlo. Takes about a second.
+std::vector<Claim> monobot_claims();
+
+}  // namespace credence
