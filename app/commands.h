@@ -19,5 +19,6 @@ void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_stability_command(CLI::App& app);
+void add_check_command(CLI::App& app);
 
 }  // namespace credence

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   add_merge_command(app);
   add_replay_command(app);
   add_stability_command(app);
+  add_check_command(app);
   try {
     app.parse(argc, argv);
   } catch (const ExitStatus& status) {
