@@ -20,5 +20,6 @@ void add_merge_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_stability_command(CLI::App& app);
 void add_claims_command(CLI::App& app);
+void add_check_command(CLI::App& app);
 
 }  // namespace credence

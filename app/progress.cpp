@@ -28,8 +28,8 @@ std::string bar(double share) {
 
 }  // namespace
 
-ProgressDisplay::ProgressDisplay(std::string what, bool quiet)
-    : what_(std::move(what)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+ProgressDisplay::ProgressDisplay(std::string what, bool quiet, std::string unit)
+    : what_(std::move(what)), unit_(std::move(unit)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 ProgressDisplay::~ProgressDisplay() {
   if (shown_ && terminal_) fmt::print(stderr, "\r\x1b[K");
@@ -47,8 +47,9 @@ void ProgressDisplay::show(const StudyProgress& p) {
   const double rate = static_cast<double>(p.runs_done) / elapsed.count();
   const std::int64_t done = p.runs_done + p.runs_stored;
   const double share = static_cast<double>(done) / static_cast<double>(p.runs_total);
-  const std::string numbers = fmt::format("{} of {} runs, {:.0f} runs/s, {} left", done, p.runs_total, rate,
-                                          duration_text(static_cast<double>(p.runs_total - done) / rate));
+  const std::string numbers =
+      fmt::format("{} of {} {}, {:.0f} {}/s, {} left", done, p.runs_total, unit_, rate, unit_,
+                  duration_text(static_cast<double>(p.runs_total - done) / rate));
   if (terminal_) {
     fmt::print(stderr, "\r{} {} {}\x1b[K", what_, bar(share), numbers);
     std::fflush(stderr);

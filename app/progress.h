@@ -11,7 +11,8 @@ namespace credence {
 /// takes less than two seconds.
 class ProgressDisplay {
  public:
-  ProgressDisplay(std::string what, bool quiet);
+  /// `unit`: of what StudyProgress counts.
+  ProgressDisplay(std::string what, bool quiet, std::string unit = "runs");
   ~ProgressDisplay();  ///< clears the bar
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
@@ -21,7 +22,7 @@ class ProgressDisplay {
  private:
   using Clock = std::chrono::steady_clock;
 
-  std::string what_;
+  std::string what_, unit_;
   bool quiet_, terminal_;
   bool shown_ = false;
   Clock::time_point begin_ = Clock::now(), last_ = begin_;

@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/logged_experiment.h"
 #include "app/study_runner.h"
 #include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
@@ -29,6 +30,7 @@ struct RunOptions : CommonOptions {
   std::vector<std::string> scenarios;
   std::optional<std::int64_t> only_run;
   bool fresh = false;
+  std::string log;
 };
 
 /// One run alone, with everything in it.
@@ -49,6 +51,27 @@ int show_one_run(const RunOptions& options) {
 fs::path store_directory(const RunOptions& options, const Scenario& scenario) {
   if (options.out.empty()) return {};
   return options.scenarios.size() == 1 ? fs::path(options.out) : fs::path(options.out) / scenario.name;
+}
+
+/// Where the logs of one of several scenarios go.
+fs::path log_directory(const RunOptions& options, const Scenario& scenario) {
+  return options.scenarios.size() == 1 ? fs::path(options.log) : fs::path(options.log) / scenario.name;
+}
+
+/// Runs one configuration; with --log every run of it, stored chunks or not, since each is to be written.
+ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
+  if (options.log.empty()) {
+    return std::move(run_configurations(std::span(&c, 1), canonical_toml(c.scenario),
+                                        store_directory(options, c.scenario), c.scenario.name, options)
+                         .front());
+  }
+  const fs::path directory = log_directory(options, c.scenario);
+  const Configuration logged{c.id, c.scenario,
+                             std::make_unique<LoggedExperiment>(*c.experiment, directory, options.fresh)};
+  ConfigurationResult result =
+      std::move(run_configurations(std::span(&logged, 1), "", {}, c.scenario.name, options).front());
+  discard_logs(directory, result.result.statistics.runs);  // of runs that the result does not count
+  return result;
 }
 
 void discard(const fs::path& directory) {
@@ -88,11 +111,10 @@ int run(const RunOptions& options) {
   for (const Configuration& c : configurations) {
     const fs::path directory = store_directory(options, c.scenario);
     if (options.fresh && !directory.empty()) discard(directory);
-    std::vector<ConfigurationResult> results =
-        run_configurations(std::span(&c, 1), canonical_toml(c.scenario), directory, c.scenario.name, options);
-    const bool nothing = results.front().result.statistics.runs == 0;
+    ConfigurationResult result = run_one(options, c);
+    const bool nothing = result.result.statistics.runs == 0;
     if (!nothing) {
-      analyses.push_back(analyse(c, std::move(results.front())));
+      analyses.push_back(analyse(c, std::move(result)));
       add_battery(analyses.back(), *c.experiment, options.threads, &catch_interrupt());
     }
     if (catch_interrupt().load()) break;
@@ -127,12 +149,19 @@ void add_run_command(CLI::App& app) {
   command->add_option("scenario", options->scenarios, "scenario files (TOML, docs/scenario.md)")->required();
   add_common_options(*command, *options);
   command->add_option("--only-run", options->only_run, "replay this single run (from 0) with its full trace");
-  command->add_flag("--fresh", options->fresh, "discard results stored in --out instead of continuing them");
+  command
+      ->add_option("--log", options->log,
+                   "folder for a log of every run, which credence check can judge (docs/formats.md); "
+                   "nothing is stored or continued then")
+      ->excludes("--only-run");
+  command->add_flag("--fresh", options->fresh,
+                    "discard results stored in --out, and logs in --log, instead of continuing them");
   static constexpr const char* kExamples[] = {
       "credence run scenarios/figure1_two_landmarks.toml",
       "credence run scenarios/figure3_two_landmarks.toml --runs 5000 --format json",
       "credence run scenarios/planar_loop.toml --set world.landmarks=20 --out out/planar",
-      "credence run scenarios/figure1_two_landmarks.toml --only-run 17"};
+      "credence run scenarios/figure1_two_landmarks.toml --only-run 17",
+      "credence run scenarios/figure1_two_landmarks.toml --log out/logs && credence check out/logs"};
   command->footer(examples(kExamples) + "\n\n" + scenario_help());
   command->callback([options] { throw ExitStatus{run(*options)}; });
 }

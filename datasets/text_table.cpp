@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <string_view>
 
 #include "datasets/data_error.h"
+#include "datasets/number_field.h"
 
 namespace credence {
 namespace {
@@ -23,14 +22,6 @@ std::string read_whole(const std::filesystem::path& file) {
   return text;
 }
 
-/// What of a line may stand in an error message: its beginning, without control characters.
-std::string shown(std::string_view text) {
-  std::string result(text.substr(0, 24));
-  for (char& letter : result)
-    if (letter < ' ' || letter > '~') letter = '?';
-  return result;
-}
-
 /// Appends the numbers of one line; returns the problem, or an empty string.
 std::string parse_line(std::string_view line, Index columns, std::vector<double>& numbers) {
   constexpr std::string_view kBlanks = " \t\r";
@@ -39,11 +30,9 @@ std::string parse_line(std::string_view line, Index columns, std::vector<double>
        begin = line.find_first_not_of(kBlanks, begin)) {
     const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
     const std::string_view word = line.substr(begin, end - begin);
-    double number = 0;
-    const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(number))
-      return fmt::format("'{}' is not a finite number", shown(word));
-    numbers.push_back(number);
+    const std::optional<double> number = parse_finite(word);
+    if (!number) return fmt::format("'{}' is not a finite number", shown_field(word));
+    numbers.push_back(*number);
     ++count;
     begin = end;
   }

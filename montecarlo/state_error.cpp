@@ -7,27 +7,32 @@ namespace {
 
 constexpr double kDivergedError_m = 1e4;
 
-/// Solves for the NEES of the states whose variance is not zero; the number of these, or −1 on failure.
-Index nees_of(const Vector& error, const Matrix& P, Eigen::LLT<Matrix>& llt, Vector& whitened, double& nees) {
+}  // namespace
+
+NeesValue NeesSolver::solve(const Vector& error, const Matrix& P) {
   const Index zeros = (P.diagonal().array() == 0.0).count();
   if (zeros == 0) {
-    llt.compute(P);
-    whitened = error;
+    llt_.compute(P);
+    whitened_ = error;
   } else {
     std::vector<Index> kept;
     for (Index i = 0; i < P.rows(); ++i) {
       if (P(i, i) != 0.0) kept.push_back(i);
     }
-    llt.compute(P(kept, kept));
-    whitened = error(kept);
+    llt_.compute(P(kept, kept));
+    whitened_ = error(kept);
   }
-  if (llt.info() != Eigen::Success) return -1;
-  llt.matrixL().solveInPlace(whitened);
-  nees = whitened.squaredNorm();
-  return whitened.size();
+  if (llt_.info() != Eigen::Success) return {};
+  llt_.matrixL().solveInPlace(whitened_);
+  return {whitened_.squaredNorm(), whitened_.size()};
 }
 
-}  // namespace
+NeesValue pose_nees(const Vector& error, const Matrix& P, NeesSolver& solver) {
+  const Eigen::LLT<Eigen::Matrix3d> llt(P.topLeftCorner<3, 3>());
+  if (llt.info() != Eigen::Success) return solver.solve(error.head<3>(), P.topLeftCorner<3, 3>());
+  const Eigen::Vector3d whitened = llt.matrixL().solve(error.head<3>());
+  return {whitened.squaredNorm(), 3};
+}
 
 Vector true_state(const Pose& pose, std::span<const Point> landmarks, std::span<const int> order) {
   Vector x(3 + 2 * static_cast<Index>(order.size()));
@@ -48,16 +53,13 @@ Outcome StateError::compute(const Pose& pose, std::span<const Point> landmarks, 
     error.segment<2>(j) = x.segment<2>(j) - landmarks[static_cast<std::size_t>(order[i])];
   }
   if (!(error.cwiseAbs().maxCoeff() < kDivergedError_m)) return Outcome::diverged;
-  dof = nees_of(error, P, llt_, whitened_, nees);
-  if (dof < 0) return Outcome::not_positive_definite;
-  const Eigen::LLT<Eigen::Matrix3d> pose_llt(P.topLeftCorner<3, 3>());
-  if (pose_llt.info() == Eigen::Success) {
-    const Eigen::Vector3d pose_whitened = pose_llt.matrixL().solve(error.head<3>());
-    vehicle_nees = pose_whitened.squaredNorm();
-    return Outcome::ok;
-  }
-  const Index pose_dof = nees_of(error.head<3>(), P.topLeftCorner<3, 3>(), llt_, whitened_, vehicle_nees);
-  return pose_dof < 0 ? Outcome::not_positive_definite : Outcome::ok;
+  const NeesValue whole = solver_.solve(error, P);
+  const NeesValue vehicle = pose_nees(error, P, solver_);
+  if (whole.dof < 0 || vehicle.dof < 0) return Outcome::not_positive_definite;
+  nees = whole.value;
+  dof = whole.dof;
+  vehicle_nees = vehicle.value;
+  return Outcome::ok;
 }
 
 }  // namespace credence

@@ -135,8 +135,10 @@ Panel map_panel(const RunTrace& trace) {
   return panel;
 }
 
-void add_verdict_panel(Figure& figure, const char* title, const char* y_label,
-                       const ConsistencyVerdict& verdict, const FigureData& exact) {
+}  // namespace
+
+Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
+                    const FigureData& exact) {
   Panel panel{.title = title, .x_label = "step", .y_label = y_label};
   const FigureData x = index_axis(static_cast<Index>(verdict.steps.size()));
   FigureData mean, lower, upper, outer_lower, outer_upper, expected;
@@ -158,10 +160,8 @@ void add_verdict_panel(Figure& figure, const char* title, const char* y_label,
   if (!exact.empty())
     panel.series.push_back(
         line_series("exact", ColourRole::exact, index_axis(static_cast<Index>(exact.size())), exact));
-  figure.panels.push_back(std::move(panel));
+  return panel;
 }
-
-}  // namespace
 
 Figure monobot_run_figure(const std::string& name, const RunTrace& trace) {
   const FigureData steps = index_axis(static_cast<Index>(trace.steps.size()), 0);
@@ -212,8 +212,8 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
     exact_nees.push_back(e.nees);
     exact_nis.push_back(e.nis);
   }
-  add_verdict_panel(figure, "ANEES", "mean NEES", analysis.nees, exact_nees);
-  add_verdict_panel(figure, "NIS", "mean NIS", analysis.nis, exact_nis);
+  figure.panels.push_back(verdict_panel("ANEES", "mean NEES", analysis.nees, exact_nees));
+  figure.panels.push_back(verdict_panel("NIS", "mean NIS", analysis.nis, exact_nis));
   const CovarianceCurves& c = analysis.covariance;
   const bool planar = analysis.scenario.world.model == WorldModel::planar;
   Panel panel{.title = "Covariance", .x_label = "step", .y_label = "trace (m²)"};

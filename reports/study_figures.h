@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "analysis/study_analysis.h"
@@ -21,6 +22,10 @@ Figure planar_run_figure(const std::string& name, const RunTrace& trace, double 
 /// ANEES and mean NIS over the steps with pointwise and simultaneous bounds and, for linear models, the exact
 /// curves; and the traces of P.
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis);
+
+/// The means of every step with pointwise and simultaneous bounds; `exact` may be empty.
+Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
+                    const FigureData& exact);
 
 /// All figures of a study, of which `trace` is one run.
 std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,

@@ -36,18 +36,6 @@ std::vector<std::string> file_names(std::span<const ReportedStudy> studies) {
   return names;
 }
 
-std::string sentence(const char* what, const ConsistencyVerdict& v) {
-  if (v.verdict == Verdict::undecided) return fmt::format("{}: undecided, {}.", what, v.reason);
-  return fmt::format(
-      "{}: {}. Mean {} over {} values, expected {}, accepted from {} to {} at {:g} % confidence; p = {}, {} "
-      "tests "
-      "made; {} % of the steps lie outside their pointwise bounds where {} % are expected.",
-      what, to_string(v.verdict), number_text(v.mean, 5), v.count, number_text(v.expected, 5),
-      number_text(v.bounds.lower, 5), number_text(v.bounds.upper, 5), 100.0 * v.confidence,
-      number_text(v.p_value, 3), v.tests, number_text(100.0 * v.share_outside, 3),
-      number_text(100.0 * v.expected_share_outside, 3));
-}
-
 void add_failures(HtmlPage& page, const StudyAnalysis& a) {
   if (a.statistics.failures.empty()) return;
   constexpr std::size_t kShown = 20;
@@ -78,9 +66,9 @@ void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& na
               {"steps", fmt::format("{}", a.scenario.study.steps)},
               {"seed", fmt::format("{}", a.scenario.study.seed)},
               {"state", fmt::format("{} dimensions", a.state_dim)}});
-  page.paragraph(sentence("NEES", a.nees));
-  page.paragraph(sentence("NIS", a.nis));
-  if (a.vehicle_nees) page.paragraph(sentence("NEES of the pose alone", *a.vehicle_nees));
+  page.paragraph(verdict_sentence("NEES", a.nees));
+  page.paragraph(verdict_sentence("NIS", a.nis));
+  if (a.vehicle_nees) page.paragraph(verdict_sentence("NEES of the pose alone", *a.vehicle_nees));
   if (a.stop) page.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
   if (a.battery) page.bullets(advice_sentences(a));
   add_failures(page, a);
@@ -92,6 +80,18 @@ void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& na
 }
 
 }  // namespace
+
+std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
+  if (v.verdict == Verdict::undecided) return fmt::format("{}: undecided, {}.", what, v.reason);
+  return fmt::format(
+      "{}: {}. Mean {} over {} values, expected {}, accepted from {} to {} at {:g} % confidence; p = {}, {} "
+      "tests "
+      "made; {} % of the steps lie outside their pointwise bounds where {} % are expected.",
+      what, to_string(v.verdict), number_text(v.mean, 5), v.count, number_text(v.expected, 5),
+      number_text(v.bounds.lower, 5), number_text(v.bounds.upper, 5), 100.0 * v.confidence,
+      number_text(v.p_value, 3), v.tests, number_text(100.0 * v.share_outside, 3),
+      number_text(100.0 * v.expected_share_outside, 3));
+}
 
 std::vector<std::string> write_study_report(const std::filesystem::path& directory, const std::string& title,
                                             std::span<const ReportedStudy> studies) {

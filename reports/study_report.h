@@ -22,4 +22,7 @@ struct ReportedStudy {
 std::vector<std::string> write_study_report(const std::filesystem::path& directory, const std::string& title,
                                             std::span<const ReportedStudy> studies);
 
+/// A verdict in words: its number, bounds, p-value and how many tests were made.
+std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict);
+
 }  // namespace credence

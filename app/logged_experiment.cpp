@@ -1,0 +1,79 @@
+#include "app/logged_experiment.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/log_judge.h"
+#include "reports/atomic_file.h"
+#include "reports/run_log.h"
+
+namespace credence {
+
+namespace {
+
+constexpr std::string_view kPrefix = "run-", kSuffix = ".csv";
+
+/// The logs of runs from `first` on.
+std::vector<std::filesystem::path> logs_in(const std::filesystem::path& directory, std::int64_t first) {
+  std::vector<std::filesystem::path> logs;
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix)) continue;
+    const char* begin = name.data() + kPrefix.size();
+    const char* end = name.data() + name.size() - kSuffix.size();
+    std::int64_t run = -1;
+    const auto [stop, error] = std::from_chars(begin, end, run);
+    if (error == std::errc() && stop == end && run >= first) logs.push_back(entry.path());
+  }
+  return logs;
+}
+
+}  // namespace
+
+void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
+  for (const std::filesystem::path& file : logs_in(directory, first)) std::filesystem::remove(file);
+}
+
+LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::path directory, bool fresh)
+    : inner_(inner), directory_(std::move(directory)) {
+  make_directories(directory_);
+  if (fresh) discard_logs(directory_, 0);
+  if (!logs_in(directory_, 0).empty()) {
+    throw OutputError(
+        fmt::format("{}: holds logs of other runs; name another folder, or discard them with --fresh",
+                    directory_.string()));
+  }
+}
+
+StudyStatistics LoggedExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+  StudyStatistics statistics = inner_.run_chunk(first_run, runs);
+  LogAccumulator sums;
+  auto failure = statistics.failures.begin();
+  for (std::int64_t run = first_run; run < first_run + runs; ++run) {
+    const bool failed = failure != statistics.failures.end() && failure->run == run;
+    const std::filesystem::path file = directory_ / fmt::format("run-{:06}.csv", run);
+    const std::size_t end =
+        failed ? static_cast<std::size_t>(failure->step) : std::numeric_limits<std::size_t>::max();
+    write_run_log(file, inner_.trace(run), end,
+                  failed ? fmt::format("{} at step {}", to_string(failure->outcome), failure->step) : "");
+    if (failed) ++failure;
+    read_own_log(file, sums, [](std::int64_t) {});
+  }
+  LogStatistics logged = sums.take();
+  logged.study.steps.resize(statistics.steps.size());
+  for (std::size_t k = 0; k < statistics.steps.size(); ++k) {
+    StepStatistics& step = statistics.steps[k];
+    const StepStatistics& from_log = logged.study.steps[k];
+    for (const Quantity q : {Quantity::nees, Quantity::nis, Quantity::vehicle_nees}) step[q] = from_log[q];
+    step.nees_dof = from_log.nees_dof;
+    step.nis_dof = from_log.nis_dof;
+  }
+  return statistics;
+}
+
+}  // namespace credence

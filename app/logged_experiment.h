@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "montecarlo/experiment.h"
+
+namespace credence {
+
+/// Removes the logs DIR/run-NNNNNN.csv of the runs from `first` on.
+void discard_logs(const std::filesystem::path& directory, std::int64_t first);
+
+/// An experiment that writes a log of every run, DIR/run-000000.csv …, and takes NEES and NIS from what it
+/// has written, by the code of `credence check`: so both give the same numbers.
+///
+/// Linear worlds take NEES and NIS from a vectorised kernel otherwise, whose rounding differs in the last
+/// digits.
+class LoggedExperiment final : public Experiment {
+ public:
+  /// `inner` must outlive this. Makes the folder; throws OutputError when it cannot, or when it holds logs of
+  /// runs (which `credence check` would mix with the new ones); with `fresh` these are removed.
+  LoggedExperiment(const Experiment& inner, std::filesystem::path directory, bool fresh);
+
+  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
+  RunTrace trace(std::int64_t run) const override { return inner_.trace(run); }
+
+ private:
+  const Experiment& inner_;
+  std::filesystem::path directory_;
+};
+
+}  // namespace credence

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace credence {
+
+/// The finite number that a field is, as a whole; nothing for anything else (words, nan, inf, trailing
+/// characters, an empty field).
+std::optional<double> parse_finite(std::string_view field);
+
+/// What of a text may stand in an error message: its beginning, without control characters.
+std::string shown_field(std::string_view text);
+
+/// `field` without blanks at its ends.
+std::string_view trim_blanks(std::string_view field);
+
+}  // namespace credence

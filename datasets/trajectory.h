@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types.h"
+
+/// @file
+/// Trajectories of poses in space as other programs write them (docs/formats.md).
+
+namespace credence {
+
+/// Position and orientation of a body in the world.
+struct SpatialPose {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< takes the body to the world
+};
+
+/// In which axes the errors are that a covariance speaks of.
+struct PoseErrorAxes {
+  bool position_in_body = false;      ///< p = p̂ + R̂ e, else p = p̂ + e
+  bool orientation_in_world = false;  ///< R = Exp(e) R̂, else R = R̂ Exp(e)
+};
+
+using PoseCovariance = Eigen::Matrix<double, 6, 6>;  ///< position, then orientation; m, rad
+
+/// Poses in order of time.
+struct Trajectory {
+  std::filesystem::path file;
+  std::vector<double> time_s;  ///< strictly increasing
+  std::vector<std::int64_t> lines;
+  std::vector<SpatialPose> poses;
+  std::vector<PoseCovariance> covariances;  ///< of an estimate; empty for a truth
+  bool joint_covariance = true;  ///< false: those between position and orientation are not in the file
+  PoseErrorAxes axes;
+};
+
+/// Formats of estimates with a covariance.
+enum class TrajectoryFormat {
+  tum,       ///< t x y z qx qy qz qw and the upper triangle of the 6×6 covariance, position first
+  openvins,  ///< t x y z qx qy qz qw, upper triangles of orientation and of position
+  cnspy,     ///< CSV with the header of PosOrientWithCov
+};
+
+/// Reads an estimate. tum: `axes` as given; the other formats say it themselves. Throws DataError with file
+/// and line for a row of another length, a field that is no finite number, a quaternion that is not of unit
+/// length (within 1 %; it is then normalised), times that do not increase, or a file without rows.
+Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat format, PoseErrorAxes axes);
+
+/// Reads a truth, whose kind is seen from its content: columns t x y z qx qy qz qw (TUM; further ones are not
+/// read), EuRoC CSV (nanoseconds, the scalar of the quaternion first), or CSV with named columns t, tx … qw.
+/// Errors as read_estimate.
+Trajectory read_truth(const std::filesystem::path& file);
+
+}  // namespace credence
