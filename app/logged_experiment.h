@@ -22,7 +22,8 @@ class LoggedExperiment final : public Experiment {
   LoggedExperiment(const Experiment& inner, std::filesystem::path directory, bool fresh);
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
-  RunTrace trace(std::int64_t run) const override { return inner_.trace(run); }
+  Outcome visit(std::int64_t run, const StepVisitor& take) const override { return inner_.visit(run, take); }
+  RunTrace describe_world() const override { return inner_.describe_world(); }
 
  private:
   const Experiment& inner_;

@@ -55,7 +55,6 @@ class Experiment {
   /// A single run with all its steps.
   RunTrace trace(std::int64_t run) const;
 
- protected:
   /// What a trace says of the world it ran in: dimensions, landmarks and anchors.
   virtual RunTrace describe_world() const = 0;
 };

@@ -23,7 +23,6 @@ class LinearExperiment final : public Experiment {
   /// Shorter than the study if S was not positive definite at some step.
   const std::vector<LinearFilterStep>& filter_steps() const { return filter_steps_; }
 
- protected:
   RunTrace describe_world() const override;
 
  private:

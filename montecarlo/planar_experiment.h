@@ -68,7 +68,6 @@ class PlanarExperiment final : public Experiment {
     return outcome;
   }
 
- protected:
   RunTrace describe_world() const override {
     RunTrace trace{.vehicle_dim = 3, .landmark_dim = 2};
     trace.landmark_positions.resize(2, world_.states());

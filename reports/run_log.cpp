@@ -17,7 +17,7 @@ std::vector<std::string> state_names(const RunTrace& trace) {
   std::vector<std::string> names =
       line ? std::vector<std::string>{"vehicle"}
            : std::vector<std::string>{"vehicle.x", "vehicle.y", "vehicle.heading"};
-  for (const int landmark : trace.landmarks) {
+  for (const int landmark : trace.steps.back().landmarks) {
     const std::string name = fmt::format("landmark{}", landmark + 1);
     if (line) {
       names.push_back(name);
