@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -18,6 +17,7 @@
 #include "analysis/goodness_of_fit.h"
 #include "analysis/whiteness.h"
 #include "analysis/whiteness_innovation_mean.h"
+#include "montecarlo/engine.h"
 #include "montecarlo/experiment.h"
 #include "montecarlo/scenario.h"
 
@@ -62,11 +62,11 @@ struct Battery {
 /// Every run is played again in full for it, so the number is bounded by what that costs.
 std::int64_t battery_runs(const Scenario& scenario, std::int64_t runs);
 
-/// Plays the first `runs` runs and accumulates; the bits do not depend on `threads` (0: one a processor).
-/// `stop` set: nothing, as a battery of some of the runs would not be the same twice.
+/// Plays the first `runs` runs and accumulates; the bits do not depend on the threads. Of `options` only
+/// threads, stop and progress count. Nothing when stopped: a battery of some of the runs would not be the
+/// same twice.
 std::optional<BatteryStatistics> collect_battery(const Scenario& scenario, const Experiment& experiment,
-                                                 std::int64_t runs, int threads,
-                                                 const std::atomic<bool>* stop);
+                                                 std::int64_t runs, const EngineOptions& options = {});
 
 /// Judges the sums. nees, nis: the verdicts of the study that they explain.
 Battery judge_battery(const BatteryStatistics& statistics, const ConsistencyVerdict& nees,

@@ -80,10 +80,9 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   return analysis;
 }
 
-void add_battery(StudyAnalysis& analysis, const Experiment& experiment, int threads,
-                 const std::atomic<bool>* stop) {
+void add_battery(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options) {
   const std::int64_t runs = battery_runs(analysis.scenario, analysis.statistics.runs);
-  const auto statistics = collect_battery(analysis.scenario, experiment, runs, threads, stop);
+  const auto statistics = collect_battery(analysis.scenario, experiment, runs, options);
   if (statistics) analysis.battery = judge_battery(*statistics, analysis.nees, analysis.nis);
 }
 

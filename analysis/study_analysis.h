@@ -54,10 +54,9 @@ struct StudyAnalysis {
 StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
                             const std::optional<StopDecision>& stop = std::nullopt);
 
-/// Plays the first runs of the study again (battery_runs) and adds what the battery says of them, unless
-/// `stop` is set meanwhile.
-void add_battery(StudyAnalysis& analysis, const Experiment& experiment, int threads,
-                 const std::atomic<bool>* stop);
+/// Plays the first runs of the study again (battery_runs) and adds what the battery says of them, unless it
+/// is stopped. `options` as for collect_battery.
+void add_battery(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options = {});
 
 /// The one word over both verdicts: that of the stop rule if there is one, else what NEES says, or NIS where
 /// NEES is consistent; `undecided` when either is and the other does not reject.

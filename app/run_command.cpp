@@ -10,6 +10,7 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/logged_experiment.h"
+#include "app/progress.h"
 #include "app/study_runner.h"
 #include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
@@ -79,6 +80,16 @@ void discard(const fs::path& directory) {
     fs::remove(directory / (std::string("results.sqlite") + suffix));
 }
 
+/// Plays runs again for the tests that explain the verdicts.
+void explain(StudyAnalysis& analysis, const Configuration& configuration, const RunOptions& options) {
+  ProgressDisplay display(configuration.scenario.name + ", further tests", options.quiet);
+  EngineOptions engine;
+  engine.threads = options.threads;
+  engine.stop = &catch_interrupt();
+  engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
+  add_battery(analysis, *configuration.experiment, engine);
+}
+
 void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& analyses) {
   if (options.format == "json") {
     fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));
@@ -115,7 +126,7 @@ int run(const RunOptions& options) {
     const bool nothing = result.result.statistics.runs == 0;
     if (!nothing) {
       analyses.push_back(analyse(c, std::move(result)));
-      add_battery(analyses.back(), *c.experiment, options.threads, &catch_interrupt());
+      explain(analyses.back(), c, options);
     }
     if (catch_interrupt().load()) break;
   }

@@ -34,7 +34,7 @@ StudyAnalysis analysed(const Scenario& scenario) {
   const auto experiment = make_experiment(scenario);
   const StudyTask task{"", experiment.get(), scenario.study.runs};
   StudyAnalysis analysis = analyse_study(scenario, *experiment, run_studies({&task, 1}, {}).front());
-  add_battery(analysis, *experiment, 0, nullptr);
+  add_battery(analysis, *experiment);
   return analysis;
 }
 
@@ -66,7 +66,7 @@ TEST(Battery, SeesTheSameNumbersAsTheEngine) {
   for (const Scenario& scenario : {monobot(70), planar()}) {
     const StudyAnalysis analysis = analysed(scenario);
     const auto experiment = make_experiment(scenario);
-    const BatteryStatistics s = collect_battery(scenario, *experiment, 70, 1, nullptr).value();
+    const BatteryStatistics s = collect_battery(scenario, *experiment, 70, {.threads = 1}).value();
     Moments nees;
     for (const StepStatistics& step : analysis.statistics.steps) nees.merge(step[Quantity::nees]);
     ASSERT_EQ(s.whole_runs.nees_values.count, nees.count);
@@ -84,8 +84,8 @@ TEST(Battery, SeesTheSameNumbersAsTheEngine) {
 TEST(Battery, IsTheSameForAnyNumberOfThreads) {
   const Scenario scenario = planar();
   const auto experiment = make_experiment(scenario);
-  const BatteryStatistics one = collect_battery(scenario, *experiment, 70, 1, nullptr).value();
-  const BatteryStatistics three = collect_battery(scenario, *experiment, 70, 3, nullptr).value();
+  const BatteryStatistics one = collect_battery(scenario, *experiment, 70, {.threads = 1}).value();
+  const BatteryStatistics three = collect_battery(scenario, *experiment, 70, {.threads = 3}).value();
   EXPECT_EQ(one.innovations.nis, three.innovations.nis);
   EXPECT_EQ(one.innovations.far_tail, three.innovations.far_tail);
   for (Index lag = 0; lag <= InnovationStatistics::kLags; ++lag) {
@@ -158,7 +158,8 @@ TEST(Battery, LeavesOutAStepThatFailed) {
 TEST(Battery, StopsWhenAsked) {
   const Scenario scenario = monobot(320);
   const std::atomic<bool> stop = true;
-  EXPECT_FALSE(collect_battery(scenario, *make_experiment(scenario), 320, 2, &stop).has_value());
+  EXPECT_FALSE(
+      collect_battery(scenario, *make_experiment(scenario), 320, {.threads = 2, .stop = &stop}).has_value());
 }
 
 TEST(Battery, LooksAtNoMoreRunsThanItCanAfford) {
