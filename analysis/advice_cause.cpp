@@ -68,7 +68,7 @@ void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
 }
 
 // Relative excess of the mean over the steps first … last − 1; 0 without data.
-double excess(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
+double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
   double sum = 0.0;
   double dof = 0.0;
   for (std::size_t k = first; k < last; ++k) {
@@ -94,7 +94,8 @@ bool dies_out(const ConsistencyVerdict& verdict) {
   const std::size_t first = std::max<std::size_t>(1, steps / 5);
   constexpr double kAllButGone = 0.25;
   return is_inconsistent(verdict.verdict) && steps >= 5 && any_step_outside(verdict, 0, first) &&
-         std::abs(excess(verdict, steps / 2, steps)) < kAllButGone * std::abs(excess(verdict, 0, first));
+         std::abs(excess_of_steps(verdict, steps / 2, steps)) <
+             kAllButGone * std::abs(excess_of_steps(verdict, 0, first));
 }
 
 void find_initial_covariance(const Findings& findings, std::vector<CauseFound>& found) {
@@ -121,22 +122,33 @@ bool is_coloured(double lag_1, const ConsistencyVerdict& nis) {
   return std::abs(lag_1) > kMostByGain * std::abs(std::log(nis.mean / nis.expected));
 }
 
-void find_noise(const Findings& findings, std::vector<CauseFound>& found) {
+// The lag-1 autocorrelation if it lies outside its band, else 0.
+double lag_1_outside(const Findings& findings) {
+  if (!findings.whiteness || !findings.whiteness->reason.empty()) return 0.0;
+  const double lag_1 = findings.whiteness->autocorrelation.at(0);
+  return std::abs(lag_1) > findings.whiteness->band.at(0) ? lag_1 : 0.0;
+}
+
+void find_coloured_noise(const Findings& findings, std::vector<CauseFound>& found) {
+  const double lag_1 = lag_1_outside(findings);
+  if (lag_1 == 0.0 || !(findings.whiteness->p_value <= cause_level(findings))) return;
+  if (!is_coloured(lag_1, findings.nis)) return;
+  found.push_back({Cause::coloured_noise,
+                   fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
+                               "{:.3g} is expected",
+                               lag_1, findings.nis.mean, findings.nis.expected)});
+}
+
+void find_gain(const Findings& findings, std::vector<CauseFound>& found) {
   const ConsistencyVerdict& nis = findings.nis;
-  const bool tested = findings.whiteness && findings.whiteness->reason.empty();
-  const double lag_1 = tested ? findings.whiteness->autocorrelation.at(0) : 0.0;
-  const bool correlated = tested && findings.whiteness->p_value <= alpha_of(findings) &&
-                          std::abs(lag_1) > findings.whiteness->band.at(0);
+  if (!is_inconsistent(nis.verdict)) return;
   const bool high = nis.verdict == Verdict::optimistic;
-  if (correlated && is_coloured(lag_1, nis)) {
-    found.push_back({Cause::coloured_noise,
-                     fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS {:.3g} of {:.3g}",
-                                 lag_1, nis.mean, nis.expected)});
-  } else if (correlated && is_inconsistent(nis.verdict)) {
+  const double lag_1 = lag_1_outside(findings);
+  if (lag_1 != 0.0) {
     found.push_back({cause_by_gain(high, lag_1 > 0.0),
                      fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g}", nis.mean,
                                  nis.expected, lag_1)});
-  } else if (is_inconsistent(nis.verdict) && findings.measurement_noise_share.value_or(0.0) > kMostly) {
+  } else if (findings.measurement_noise_share.value_or(0.0) > kMostly) {
     found.push_back({high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
                      fmt::format("mean NIS {:.3g} of {:.3g}, white, and S is R to {:.2g}", nis.mean,
                                  nis.expected, *findings.measurement_noise_share)});
@@ -150,9 +162,9 @@ void find_cross_covariance(const Findings& findings, std::vector<CauseFound>& fo
                                  "{:.2g})",
                                  findings.error_correlation->largest, findings.error_correlation->p_value)});
   } else if (findings.block && findings.block->joint_only) {
-    found.push_back({Cause::cross_covariance,
-                     fmt::format("mean NEES {:.3g} of {:.3g}, and no block is inconsistent",
-                                 findings.nees.mean, findings.nees.expected)});
+    found.push_back(
+        {Cause::cross_covariance, fmt::format("mean NEES {:.3g} of {:.3g}, and no block is inconsistent",
+                                              findings.nees.mean, findings.nees.expected)});
   }
 }
 
@@ -221,8 +233,9 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   find_outliers(findings, found);
   find_gate(findings, found);
   find_bias(findings, found);
-  find_initial_covariance(findings, found);
-  if (found.empty()) find_noise(findings, found);
+  if (found.empty()) find_coloured_noise(findings, found);
+  if (found.empty()) find_initial_covariance(findings, found);
+  if (found.empty()) find_gain(findings, found);
   if (found.empty()) find_dof(findings, found);
   if (found.empty()) find_cross_covariance(findings, found);
   find_scale(findings, found);

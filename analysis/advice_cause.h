@@ -51,7 +51,7 @@ struct Findings {
   std::optional<ResponsibleBlock> block = {};
   std::optional<ErrorCorrelationTest> error_correlation = {};  ///< of the last step
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
-  Moments nees_values = {};                            ///< single NEES values over runs and steps
+  Moments nees_values = {};                ///< single NEES values over runs and steps
   std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
 };
 

@@ -122,12 +122,13 @@ void calibrate_battery(const SelftestOptions& options, Workers& workers, Selftes
     const std::size_t at = static_cast<std::size_t>(i);
     all[at] = battery_results(filter, laws, study);
     const double dof = SyntheticFilter::kStateDof * SyntheticFilter::kSteps * SyntheticFilter::kRuns;
-    sum_alarm[at] = is_alarm(
-        two_sided_p_value(study.run_sum_nees.mean * SyntheticFilter::kRuns, dof), kPowerLevel);
-    band_alarm[at] = judge_nis(study.nis, synthetic_dofs(study.nis, 2.0), 1.0 - kPowerLevel).share_outside > 0;
-    gate_alarm[at] = is_alarm(
-        judge_nis(study.gated_nis, synthetic_dofs(study.gated_nis, 2.0), 1.0 - kPowerLevel).p_value,
-        kPowerLevel);
+    sum_alarm[at] =
+        is_alarm(two_sided_p_value(study.run_sum_nees.mean * SyntheticFilter::kRuns, dof), kPowerLevel);
+    band_alarm[at] =
+        judge_nis(study.nis, synthetic_dofs(study.nis, 2.0), 1.0 - kPowerLevel).share_outside > 0;
+    gate_alarm[at] =
+        is_alarm(judge_nis(study.gated_nis, synthetic_dofs(study.gated_nis, 2.0), 1.0 - kPowerLevel).p_value,
+                 kPowerLevel);
   });
   if (workers.stopped()) return;
   for (std::size_t test = 0; test < all.front().size(); ++test) {
@@ -139,8 +140,8 @@ void calibrate_battery(const SelftestOptions& options, Workers& workers, Selftes
                                     share_of(alarms, options.studies)});
     }
   }
-  result.naive = {{"NEES summed over time as chi square", "NEES verdict, any correlation in time", kPowerLevel,
-                   share_of(sum_alarm)},
+  result.naive = {{"NEES summed over time as chi square", "NEES verdict, any correlation in time",
+                   kPowerLevel, share_of(sum_alarm)},
                   {"any step outside its pointwise band", "NIS verdict", kPowerLevel, share_of(band_alarm)},
                   {"gated NIS against the plain law", "gated NIS verdict, truncated law", kPowerLevel,
                    share_of(gate_alarm)}};
@@ -161,24 +162,22 @@ void calibrate_looks(const SelftestOptions& options, Workers& workers, SelftestR
     const std::vector<SequentialOutcome> outcomes = sequential_outcomes(filter, rules, noise, i);
     for (std::size_t rule = 0; rule < rules.size(); ++rule) {
       const MeanInterval& mean = outcomes[rule].mean_nees;
-      const bool covers = mean.lower <= SyntheticFilter::kStateDof && SyntheticFilter::kStateDof <= mean.upper;
+      const bool covers =
+          mean.lower <= SyntheticFilter::kStateDof && SyntheticFilter::kStateDof <= mean.upper;
       const Verdict verdict = outcomes[rule].verdict;
-      wrong[rule][at] = rules[rule].on_verdict
-                            ? verdict == Verdict::optimistic || verdict == Verdict::pessimistic
-                            : !covers;
+      wrong[rule][at] = rules[rule].on_verdict ? is_inconsistent(verdict) : !covers;
     }
     if (at < naive.size()) naive[at] = naive_looks_reject(filter, noise, i, 1.0 - kPowerLevel);
   });
   for (std::size_t rule = 0; rule < rules.size(); ++rule) {
     const bool verdict = rules[rule].on_verdict;
-    result.calibration.push_back(
-        {verdict ? "stop by verdict, a look after every chunk" : "stop by precision, interval of the mean NEES",
-         verdict ? Exactness::conservative : Exactness::approximate, 1.0 - rules[rule].confidence,
-         share_of(wrong[rule])});
+    result.calibration.push_back({verdict ? "stop by verdict, a look after every chunk"
+                                          : "stop by precision, interval of the mean NEES",
+                                  verdict ? Exactness::conservative : Exactness::approximate,
+                                  1.0 - rules[rule].confidence, share_of(wrong[rule])});
   }
   result.naive.push_back({"a fixed-sample verdict after every chunk, stop at the first rejection",
-                          "stop by verdict, a look after every chunk", kPowerLevel,
-                          share_of(naive)});
+                          "stop by verdict, a look after every chunk", kPowerLevel, share_of(naive)});
 }
 
 void calibrate_sweep(const SelftestOptions& options, Workers& workers, SelftestResult& result) {
@@ -215,8 +214,8 @@ void calibrate_single_runs(const SelftestOptions& options, Workers& workers, Sel
     for (const auto& block : all) {
       alarms += std::count_if(block.begin(), block.end(), [&](double p) { return is_alarm(p, level); });
     }
-    result.calibration.push_back({"NEES of one long run, effective sample size", Exactness::approximate, level,
-                                  share_of(alarms, blocks * SyntheticFilter::kRuns)});
+    result.calibration.push_back({"NEES of one long run, effective sample size", Exactness::approximate,
+                                  level, share_of(alarms, blocks * SyntheticFilter::kRuns)});
   }
 }
 
@@ -272,7 +271,7 @@ SavingResult measure_saving(const SelftestOptions& options, Workers& workers, De
   CoverageCount caught;
   for (const SequentialOutcome& outcome : outcomes) {
     runs.add(static_cast<double>(outcome.runs));
-    caught.add(outcome.verdict == Verdict::optimistic || outcome.verdict == Verdict::pessimistic);
+    caught.add(is_inconsistent(outcome.verdict));
   }
   return {.name = std::string(to_string(defect)),
           .max_runs = kSequentialChunks * SyntheticFilter::kRuns,
@@ -280,8 +279,9 @@ SavingResult measure_saving(const SelftestOptions& options, Workers& workers, De
           .caught = {.count = caught}};
 }
 
-// Intervals that hold for all rows together, and what they say.
-void judge_rows(SelftestResult& result) {
+}  // namespace
+
+void judge_selftest(SelftestResult& result) {
   const double rows = static_cast<double>(result.calibration.size() + 2 * result.wrong_filters.size());
   result.family_level = kFamilyLevel;
   result.interval_confidence = 1.0 - kFamilyLevel / rows;
@@ -306,8 +306,6 @@ void judge_rows(SelftestResult& result) {
   for (NaiveRow& row : result.naive) measure(row.measured);
   for (SavingResult& saving : result.savings) measure(saving.caught);
 }
-
-}  // namespace
 
 SelftestResult run_selftest(const SelftestOptions& options) {
   if (options.studies < 100) {
@@ -335,7 +333,7 @@ SelftestResult run_selftest(const SelftestOptions& options) {
     result.savings.push_back(measure_saving(options, workers, defect));
   }
   result.complete = !workers.stopped();
-  if (result.complete) judge_rows(result);
+  if (result.complete) judge_selftest(result);
   return result;
 }
 

@@ -102,6 +102,9 @@ struct SelftestResult {
   std::vector<SavingResult> savings = {};
 };
 
+/// Fills in the intervals, `ok` of every row and of the whole, and what they rest on, from the counts.
+void judge_selftest(SelftestResult& result);
+
 /// Runs the calibration; rows come in a fixed order. Throws std::invalid_argument unless studies ≥ 100 and
 /// threads ≥ 0. Cost: about 5 ms of one core for each of `studies`.
 SelftestResult run_selftest(const SelftestOptions& options);

@@ -96,8 +96,8 @@ SyntheticSweep::SyntheticSweep() {
 }
 
 std::vector<SyntheticSweep::Discoveries> SyntheticSweep::discoveries(const NoiseSource& noise,
-                                                                    std::int64_t index,
-                                                                    std::span<const double> levels) const {
+                                                                     std::int64_t index,
+                                                                     std::span<const double> levels) const {
   std::vector<double> p_values;
   for (const SyntheticFilter& filter : exact_) p_values.push_back(nis_p_value(filter, noise, index));
   const std::vector<double> all_exact = benjamini_hochberg(p_values);

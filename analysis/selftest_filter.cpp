@@ -27,24 +27,22 @@ Eigen::Matrix2d inverse_factor(const Eigen::Matrix2d& covariance) {
 }
 
 using Lanes = SyntheticFilter::Lanes;
-using Row = Eigen::Array<double, 1, SyntheticFilter::kRuns>;
+using LaneRow = Eigen::Array<double, 1, SyntheticFilter::kRuns>;
 
 // All random numbers of a block of runs.
 class BlockNoise {
  public:
-  BlockNoise(const NoiseSource& noise, std::int64_t block)
-      : process_(kPerSlot), measurement_(2 * kPerSlot) {
+  BlockNoise(const NoiseSource& noise, std::int64_t block) : process_(kPerSlot), measurement_(2 * kPerSlot) {
     const std::int64_t first = block * SyntheticFilter::kRuns;
     noise.normals_of_runs(first, 1, SyntheticFilter::kSteps, NoisePurpose::process, 1, process_);
     noise.normals_of_runs(first, 1, SyntheticFilter::kSteps, NoisePurpose::measurement, 2, measurement_);
     for (int lane = 0; lane < SyntheticFilter::kRuns; ++lane) {
       noise.normals(first + lane, 0, NoisePurpose::initial, std::span(initial.col(lane).data(), 2));
-      heading(lane) =
-          std::numbers::pi * (2.0 * noise.uniform(first + lane, 0, NoisePurpose::world, 0) - 1.0);
+      heading(lane) = std::numbers::pi * (2.0 * noise.uniform(first + lane, 0, NoisePurpose::world, 0) - 1.0);
     }
   }
 
-  Row process(int k) const { return row(process_, 0, k); }
+  LaneRow process(int k) const { return row(process_, 0, k); }
   Lanes measurement(int k) const {
     Lanes result;
     result.row(0) = row(measurement_, 0, k);
@@ -53,15 +51,15 @@ class BlockNoise {
   }
 
   Lanes initial;
-  Row heading;  // true, at the start; uniform on (−π, π)
+  LaneRow heading;  // true, at the start; uniform on (−π, π)
 
  private:
   static constexpr std::size_t kPerSlot =
       static_cast<std::size_t>(SyntheticFilter::kSteps) * SyntheticFilter::kRuns;
 
-  static Row row(const std::vector<double>& values, int slot, int k) {
-    return Eigen::Map<const Row>(values.data() +
-                                 (slot * SyntheticFilter::kSteps + k) * SyntheticFilter::kRuns);
+  static LaneRow row(const std::vector<double>& values, int slot, int k) {
+    return Eigen::Map<const LaneRow>(values.data() +
+                                     (slot * SyntheticFilter::kSteps + k) * SyntheticFilter::kRuns);
   }
 
   std::vector<double> process_, measurement_;
@@ -151,12 +149,12 @@ std::vector<SyntheticFilter::Sample> SyntheticFilter::simulate(const NoiseSource
   const Eigen::Matrix2d H = measurement_matrix();
   Lanes error = std::sqrt(kInitialVariance) * drawn.initial;
   Lanes w = Lanes::Zero();
-  Row heading = drawn.heading;
+  LaneRow heading = drawn.heading;
   std::vector<Sample> samples;
   samples.reserve(kSteps);
   for (int k = 0; k < kSteps; ++k) {
     const Step& step = steps_[static_cast<std::size_t>(k)];
-    const Row v = process_std * drawn.process(k);
+    const LaneRow v = process_std * drawn.process(k);
     heading += kTurn + v;
     error.row(0).array() -= v;
     const double memory = setup_.defect == Defect::coloured_noise && k > 0 ? kColour : 0.0;
@@ -172,9 +170,10 @@ std::vector<SyntheticFilter::Sample> SyntheticFilter::simulate(const NoiseSource
     }
     error += step.K * nu;
     error.row(0) = error.row(0).unaryExpr([](double angle) { return wrap_angle(angle); });
-    samples.push_back({.error = error,
-                       .innovation = step.inverse_factor_S * nu,
-                       .beyond_half_turn = static_cast<int>((nu.row(1).array().abs() > std::numbers::pi).count())});
+    samples.push_back(
+        {.error = error,
+         .innovation = step.inverse_factor_S * nu,
+         .beyond_half_turn = static_cast<int>((nu.row(1).array().abs() > std::numbers::pi).count())});
   }
   return samples;
 }

@@ -31,7 +31,7 @@ std::string_view to_string(Defect defect);
 
 /// What a synthetic filter assumes, relative to the truth.
 struct SyntheticSetup {
-  double noise_ratio = 0.0025;  ///< true Q/R
+  double noise_ratio = 0.0025;                                               ///< true Q/R
   double process_scale = 1.0, measurement_scale = 1.0, initial_scale = 1.0;  ///< assumed / true variance
   Defect defect = Defect::none;
 };
@@ -39,9 +39,9 @@ struct SyntheticSetup {
 /// The setup of a defect; Q and R that are wrong show best at Q/R = 0.1.
 SyntheticSetup setup_of(Defect defect);
 
-/// A vehicle that turns, and the bearing of a landmark that stands still: x = [heading, landmark] in rad, with
-/// a compass and the landmark's bearing as measurements: F = I, H = [−1 1; 1 0], 40 steps. At Q/R = 0.0025
-/// its NEES is strongly correlated in time. Linear, hence exactly consistent without a defect.
+/// A vehicle that turns, and the bearing of a landmark that stands still: x = [heading, landmark] in rad,
+/// with a compass and the landmark's bearing as measurements: F = I, H = [−1 1; 1 0], 40 steps. At Q/R =
+/// 0.0025 its NEES is strongly correlated in time. Linear, hence exactly consistent without a defect.
 class SyntheticFilter {
  public:
   static constexpr int kRuns = NoiseSource::kLanes;
@@ -54,8 +54,8 @@ class SyntheticFilter {
   using Lanes = Eigen::Matrix<double, 2, kRuns>;  ///< one column for each run
   /// One step of all runs.
   struct Sample {
-    Lanes error;       ///< estimate − truth after the update
-    Lanes innovation;  ///< normalised, L⁻¹ ν with S = L Lᵀ
+    Lanes error;               ///< estimate − truth after the update
+    Lanes innovation;          ///< normalised, L⁻¹ ν with S = L Lᵀ
     int beyond_half_turn = 0;  ///< compass innovations outside [−π, π]
   };
   /// Runs kRuns · block … kRuns · (block + 1) − 1, one entry for each step.
@@ -66,7 +66,8 @@ class SyntheticFilter {
   /// L⁻¹ e with P = L Lᵀ.
   Lanes whitened(int step, const Lanes& error) const;
 
-  /// P after the update of a step, as the filter believes; and of every step, with its transition (I − K H) F.
+  /// P after the update of a step, as the filter believes; and of every step, with its transition (I − K H)
+  /// F.
   const Eigen::Matrix2d& covariance(int step) const { return steps_[static_cast<std::size_t>(step)].P; }
   std::vector<Matrix> covariances() const;
   std::vector<Matrix> transitions() const;

@@ -73,10 +73,11 @@ ReportTable calibration_table(const SelftestResult& result) {
                TableCell(100.0 * row.measured.interval.value, 3), range(row.measured), ok_cell(row.ok)});
   }
   table.notes = {
-      fmt::format("{} studies of {} runs over {} steps. Intervals of Clopper and Pearson; all hold together "
-                  "with {:g} % confidence, so that calibrated tests fail here with at most {:g} % probability.",
-                  result.studies, result.runs, result.steps, 100.0 * (1.0 - result.family_level),
-                  100.0 * result.family_level),
+      fmt::format(
+          "{} studies of {} runs over {} steps. Intervals of Clopper and Pearson; all hold together "
+          "with {:g} % confidence, so that calibrated tests fail here with at most {:g} % probability.",
+          result.studies, result.runs, result.steps, 100.0 * (1.0 - result.family_level),
+          100.0 * result.family_level),
       "conservative: proved to be at most nominal, and often far below. approximate: a limit law or matched "
       "cumulants."};
   return table;
@@ -179,8 +180,9 @@ Figure power_figure(const SelftestResult& result) {
     }
   }
   Figure figure{.name = "power",
-                .caption = "Which test sees which wrong filter: share of studies rejected at 5 %. Filters and "
-                           "tests are numbered as in the tables.",
+                .caption =
+                    "Which test sees which wrong filter: share of studies rejected at 5 %. Filters and "
+                    "tests are numbered as in the tables.",
                 .panels = {}};
   Panel panel{.title = "Power",
               .x_label = "test",
@@ -194,8 +196,9 @@ Figure power_figure(const SelftestResult& result) {
 
 std::vector<Figure> selftest_figures(const SelftestResult& result) {
   Figure rates{.name = "false-alarms",
-               .caption = "Measured false-alarm rate of every test with the interval that holds for all rows "
-                          "together. Conservative tests may lie below the nominal rate, no test above.",
+               .caption =
+                   "Measured false-alarm rate of every test with the interval that holds for all rows "
+                   "together. Conservative tests may lie below the nominal rate, no test above.",
                .rows = 2,
                .cols = 1,
                .panels = {}};
@@ -258,10 +261,10 @@ std::vector<std::string> selftest_failures(const SelftestResult& result) {
   std::vector<std::string> failures;
   for (const CalibrationRow& row : result.calibration) {
     if (row.ok) continue;
-    failures.push_back(fmt::format("\"{}\" is out of calibration: {} % false alarms at nominal {} %, true rate "
-                                   "within {} %",
-                                   row.name, percent(row.measured.interval.value), percent(row.nominal),
-                                   range(row.measured)));
+    failures.push_back(fmt::format(
+        "\"{}\" is out of calibration: {} % false alarms at nominal {} %, true rate "
+        "within {} %",
+        row.name, percent(row.measured.interval.value), percent(row.nominal), range(row.measured)));
   }
   for (const WrongFilterResult& filter : result.wrong_filters) {
     if (filter.ok) continue;
