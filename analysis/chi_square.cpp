@@ -46,6 +46,8 @@ double chi_square_cdf(double x, double dof) {
   if (std::isnan(x)) return x;
   if (x <= 0.0) return 0.0;
   if (std::isinf(x)) return 1.0;
+  if (dof == 1.0) return std::erf(std::sqrt(0.5 * x));
+  if (dof == 2.0) return -std::expm1(-0.5 * x);
   if (dof > kLargestExactDof) return cdf(Normal(), normal_score(x, dof));
   return cdf(ChiSquared(dof), x);
 }
@@ -55,6 +57,8 @@ double chi_square_survival(double x, double dof) {
   if (std::isnan(x)) return x;
   if (x <= 0.0) return 1.0;
   if (std::isinf(x)) return 0.0;
+  if (dof == 1.0) return std::erfc(std::sqrt(0.5 * x));
+  if (dof == 2.0) return std::exp(-0.5 * x);
   if (dof > kLargestExactDof) return cdf(complement(Normal(), normal_score(x, dof)));
   return cdf(complement(ChiSquared(dof), x));
 }

@@ -7,7 +7,9 @@
 #include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "analysis/chi_square.h"
 #include "analysis/require.h"
@@ -67,9 +69,16 @@ CoverageVerdict judge_coverage(std::span<const CoverageCount> per_step, std::spa
   CoverageVerdict result;
   double smallest = 2.0;
   double expected_inside = 0.0;
+  // Steps share few counts, and an interval costs two inverse beta functions.
+  std::map<std::pair<std::int64_t, std::int64_t>, ProportionInterval> intervals;
+  const auto interval_of = [&](const CoverageCount& count) {
+    const auto [entry, is_new] = intervals.try_emplace({count.inside, count.total});
+    if (is_new) entry->second = clopper_pearson(count, confidence);
+    return entry->second;
+  };
   for (std::size_t k = 0; k < per_step.size(); ++k) {
     const CoverageStep step{.count = per_step[k],
-                            .interval = clopper_pearson(per_step[k], confidence),
+                            .interval = interval_of(per_step[k]),
                             .expected = expected[k],
                             .p_value = binomial_p_value(per_step[k], expected[k])};
     result.steps.push_back(step);

@@ -26,11 +26,11 @@ struct CredibilityIndex {
 ///
 /// with Σ̂ = (1/M) Σ e_i e_iᵀ (X. R. Li, Z. Zhao, "Measuring Estimator's Credibility: Noncredibility Index",
 /// Fusion 2006). For a consistent filter E[ln ρ] = ψ(M/2) − ln(M/2) exactly, as e_iᵀ Σ̂⁻¹ e_i / M is a Beta
-/// variable, and asymptotically the mean of ln ρ has variance 2/(nM) and E|ln ρ| = 2/√(πM): the interval and
-/// the p-value rest on that (M from about 10 n).
-/// errors: M vectors of dimension n < M; covariances: M of them, or one for all runs. Not positive definite
-/// or not finite: no index, with a reason. Throws std::invalid_argument for sizes that differ or a confidence
-/// outside (0, 1).
+/// variable. Its mean over the runs is taken as the logarithm of χ²(ν)/ν, ν = n (M − 1.4), which fits its
+/// variance 2/(nM) and its skewness (measured; exact for n = 1 but for the 1.4); E|ln ρ| is asymptotically
+/// 2/√(πM). errors: M vectors of dimension n < M; covariances: M of them, or one for all runs. Not positive
+/// definite or not finite: no index, with a reason. Throws std::invalid_argument for sizes that differ or a
+/// confidence outside (0, 1).
 CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<const Matrix> covariances,
                                    double confidence);
 

@@ -168,9 +168,8 @@ EffectiveSample effective_sample(std::span<const std::span<const double>> series
 
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence) {
   require_confidence(confidence);
-  constexpr double kStretch = 8.0;
-  constexpr std::size_t kFewestStretches = 10;
-  constexpr std::size_t kMostStretches = 50;
+  constexpr std::size_t kStretches = 10;
+  constexpr double kShortestStretch = 10.0;  // in correlation times
   TimeAverageTest result;
   result.expected = 1.0;
   result.p_value = result.effective_steps = kNaN;
@@ -184,14 +183,13 @@ TimeAverageTest test_single_run(std::span<const double> normalised_nees, double 
     result.run_sum.reason = sample.reason;
     return result;
   }
-  const std::size_t stretches = std::min(kMostStretches, static_cast<std::size_t>(sample.size / kStretch));
-  if (stretches < kFewestStretches) {
+  if (sample.size < kShortestStretch * static_cast<double>(kStretches)) {
     result.run_sum.reason = "the run is too short for its correlation in time";
     return result;
   }
-  const std::size_t length = normalised_nees.size() / stretches;
+  const std::size_t length = normalised_nees.size() / kStretches;
   Moments averages;
-  for (std::size_t i = 0; i < stretches; ++i) {
+  for (std::size_t i = 0; i < kStretches; ++i) {
     double sum = 0.0;
     for (const double x : normalised_nees.subspan(i * length, length)) sum += x;
     averages.add(sum / static_cast<double>(length));

@@ -44,6 +44,8 @@ LagProducts::LagProducts(Index dim, Index lags) : dim_(dim) {
   }
   products_.assign(static_cast<std::size_t>(lags) + 1, Matrix::Zero(dim, dim));
   pairs_.assign(static_cast<std::size_t>(lags) + 1, 0);
+  recent_ = Matrix::Zero(dim, lags);
+  present_.assign(static_cast<std::size_t>(lags), false);
 }
 
 LagProducts::LagProducts(std::vector<Matrix> products, std::vector<std::int64_t> pairs, std::int64_t invalid)
@@ -61,9 +63,14 @@ LagProducts::LagProducts(std::vector<Matrix> products, std::vector<std::int64_t>
     throw std::invalid_argument(
         fmt::format("{} lag products and {} counts do not fit together", products_.size(), pairs_.size()));
   }
+  recent_ = Matrix::Zero(dim_, lags());
+  present_.assign(static_cast<std::size_t>(lags()), false);
 }
 
-void LagProducts::begin_run() { recent_.clear(); }
+void LagProducts::begin_run() {
+  time_ = 0;
+  present_.assign(present_.size(), false);
+}
 
 void LagProducts::add(VectorRef u) {
   if (u.size() != dim_) {
@@ -74,22 +81,20 @@ void LagProducts::add(VectorRef u) {
     add_missing();
     return;
   }
-  products_[0] += u * u.transpose();
+  products_[0].noalias() += u * u.transpose();
   ++pairs_[0];
-  for (std::size_t h = 1; h < products_.size() && h <= recent_.size(); ++h) {
-    const Vector& earlier = recent_[recent_.size() - h];
-    if (earlier.size() == 0) continue;
-    products_[h] += u * earlier.transpose();
-    ++pairs_[h];
+  for (Index lag = 1; lag <= std::min(lags(), time_); ++lag) {
+    const Index earlier = (time_ - lag) % lags();
+    if (!present_[static_cast<std::size_t>(earlier)]) continue;
+    products_[static_cast<std::size_t>(lag)].noalias() += u * recent_.col(earlier).transpose();
+    ++pairs_[static_cast<std::size_t>(lag)];
   }
-  add_missing();
-  recent_.back() = u;
+  const Index now = time_++ % lags();
+  recent_.col(now) = u;
+  present_[static_cast<std::size_t>(now)] = true;
 }
 
-void LagProducts::add_missing() {
-  if (recent_.size() + 1 == products_.size()) recent_.erase(recent_.begin());
-  recent_.emplace_back();
-}
+void LagProducts::add_missing() { present_[static_cast<std::size_t>(time_++ % lags())] = false; }
 
 void LagProducts::merge(const LagProducts& other) {
   if (other.dim_ != dim_ || other.lags() != lags()) {

@@ -46,7 +46,9 @@ class LagProducts {
   std::vector<Matrix> products_;     // index h
   std::vector<std::int64_t> pairs_;  // products summed at lag h
   std::int64_t invalid_ = 0;
-  std::vector<Vector> recent_;  // the last H values of this run, the newest last; empty where missing
+  Matrix recent_;              // m×H, the value of time t of this run in column t mod H
+  std::vector<bool> present_;  // whether that column holds a value; false where it is missing
+  Index time_ = 0;             // of the next value
 };
 
 /// The autocorrelation of the innovation and its portmanteau test.

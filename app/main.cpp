@@ -19,6 +19,8 @@ int main(int argc, char** argv) {
   add_stability_command(app);
   add_claims_command(app);
   add_check_command(app);
+  add_plan_command(app);
+  add_selftest_command(app);
   try {
     app.parse(argc, argv);
   } catch (const ExitStatus& status) {

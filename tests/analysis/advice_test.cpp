@@ -128,7 +128,8 @@ TEST(Causes, SignsOfNisAndAutocorrelationNameTheNoise) {
                {1.3, -0.2, Cause::measurement_noise_too_small},
                {0.7, 0.2, Cause::measurement_noise_too_large},
                {0.7, -0.2, Cause::process_noise_too_large},
-               {1.0, 0.2, Cause::coloured_noise}};
+               {1.0, 0.2, Cause::coloured_noise},
+               {0.82, 0.38, Cause::coloured_noise}};
   for (const auto& [nis, lag_1, cause] : cases) {
     Findings findings{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(nis, 1.0)};
     findings.whiteness = whiteness(lag_1);
@@ -164,6 +165,10 @@ TEST(Causes, OutliersGateBiasAndCrossCovariance) {
   findings.far_tail = CoverageCount{.inside = 3900, .total = 4000};
   EXPECT_TRUE(names(find_causes(findings), Cause::outliers));
 
+  Findings turned{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(3.0, 1.0)};
+  turned.unwrapped_innovations = 1;
+  EXPECT_EQ(find_causes(turned).front().cause, Cause::unwrapped_angle);
+
   Findings gate{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(0.95, 2.0)};
   gate.fit = GoodnessOfFit{.anderson_p_value = 1e-5};
   gate.gated_fit = GoodnessOfFit{.anderson_p_value = 0.4};
@@ -176,6 +181,18 @@ TEST(Causes, OutliersGateBiasAndCrossCovariance) {
   Findings cross{.nees = nees_verdict(2.0, 3.0), .nis = nis_verdict(1.0, 1.0)};
   cross.block = ResponsibleBlock{.index = -1, .deviation = 0.0, .joint_only = true};
   EXPECT_TRUE(names(find_causes(cross), Cause::cross_covariance));
+
+  Findings correlated{.nees = nees_verdict(2.0, 3.0), .nis = nis_verdict(1.0, 1.0)};
+  correlated.error_correlation = ErrorCorrelationTest{.runs = 100, .largest = 0.5, .p_value = 1e-6};
+  EXPECT_TRUE(names(find_causes(correlated), Cause::cross_covariance));
+  correlated.error_correlation->p_value = 0.03;  // not for all causes together
+  EXPECT_FALSE(names(find_causes(correlated), Cause::cross_covariance));
+
+  Findings white{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(1.3, 1.0)};
+  white.measurement_noise_share = 0.95;
+  EXPECT_TRUE(names(find_causes(white), Cause::measurement_noise_too_small));
+  white.measurement_noise_share = 0.5;
+  EXPECT_FALSE(names(find_causes(white), Cause::measurement_noise_too_small));
 }
 
 }  // namespace

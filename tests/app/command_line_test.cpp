@@ -283,6 +283,72 @@ struct Bad {
   std::vector<std::string> words;
 };
 
+TEST_F(CommandLine, SelftestGivesARateForEveryTest) {
+  const Finished f = run({"selftest", "--studies", "100", "--format", "json", "--out", "st"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json j = Json::parse(f.out);
+  EXPECT_TRUE(j["ok"]);
+  EXPECT_GT(j["tests"].size(), 60U);
+  for (const Json& test : j["tests"]) {
+    EXPECT_TRUE(test["ok"]) << test;
+    EXPECT_TRUE(test["nominal"] == 0.05 || test["nominal"].get<double>() < 0.011) << test;
+    EXPECT_LE(test["lower"], test["measured"]) << test;
+    EXPECT_GE(test["upper"], test["measured"]) << test;
+    EXPECT_LE(test["lower"], test["nominal"]) << test;
+  }
+  ASSERT_EQ(j["wrong_filters"].size(), 11U);
+  for (const Json& filter : j["wrong_filters"]) {
+    EXPECT_TRUE(filter["ok"]) << filter["filter"];
+    EXPECT_GT(filter["power"].size(), 30U) << filter["filter"];
+  }
+  EXPECT_GT(j["naive"][0]["measured"], 0.4);
+  EXPECT_NE(read_file(folder_ / "st" / "index.html").find("<svg"), std::string::npos);
+}
+
+TEST_F(CommandLine, SelftestInterruptedProvesNothing) {
+  const pid_t child = start({"selftest", "--studies", "1000000"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  kill(child, SIGINT);
+  const Finished f = finish(child);
+  EXPECT_EQ(f.code, 130);
+  EXPECT_EQ(f.out, "");
+  EXPECT_NE(f.err.find("interrupted"), std::string::npos);
+}
+
+TEST_F(CommandLine, PlanGivesRunsForBothDirections) {
+  write("a.toml", kMonobot);
+  const Finished f = run({"plan", "a.toml", "--factor", "1.5", "--power", "0.8", "--format", "json"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json j = Json::parse(f.out);
+  for (const char* name : {"nees", "nis"}) {
+    ASSERT_EQ(j[name]["detect"].size(), 2U);
+    EXPECT_EQ(j[name]["detect"][0]["factor"], 1.5);
+    for (const Json& detection : j[name]["detect"]) {
+      EXPECT_GE(detection["power"], 0.8);
+      EXPECT_GE(detection["runs"], 1);
+      EXPECT_LE(detection["runs"], j["runs"]);
+    }
+  }
+  EXPECT_EQ(j["nees"]["effective_steps_from"], "exact law");
+  EXPECT_GT(j["seconds"], 0.0);
+  EXPECT_GE(j["precision"]["runs"], 2);
+  EXPECT_NE(run({"plan", "a.toml"}).out.find("NEES verdict"), std::string::npos);
+  EXPECT_EQ(run({"plan", "a.toml", "--factor", "1"}).code, 2);
+}
+
+TEST_F(CommandLine, PlanOfASweepIsTheCostOfAllOfIt) {
+  write("s.toml", kSweep);
+  const Finished f = run({"plan", "s.toml", "--factor", "2", "--format", "json"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json j = Json::parse(f.out);
+  EXPECT_EQ(j["sweep"]["configurations"], 6);
+  EXPECT_EQ(j["sweep"]["planned"], 6);
+  EXPECT_EQ(j["configurations"].size(), 6U);
+  EXPECT_GT(j["sweep"]["seconds"], 0.0);
+  EXPECT_NE(run({"plan", "s.toml", "--factor", "2"}).out.find("The sweep of 6 configurations"),
+            std::string::npos);
+}
+
 TEST_F(CommandLine, EveryMalformedScenarioEndsWith2AndOneMessage) {
   const std::vector<Bad> cases = {
       {"unknown key",

@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "analysis/study_plan.h"
+#include "app/commands.h"
+#include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/progress.h"
+#include "montecarlo/sweep_plan.h"
+#include "reports/plan_report.h"
+#include "reports/text_table.h"
+
+namespace credence {
+namespace {
+
+struct PlanCommand : CommonOptions {
+  std::string scenario;
+  PlanQuestion question;
+};
+
+/// Points that get a pilot: all, or of a large sweep so many, evenly spread.
+std::vector<const SweepPoint*> pilot_points(const SweepPlan& sweep) {
+  constexpr std::size_t kMostPilots = 16;
+  const std::size_t count = std::min(kMostPilots, sweep.points.size());
+  std::vector<const SweepPoint*> points;
+  for (std::size_t i = 0; i < count; ++i) points.push_back(&sweep.points[i * sweep.points.size() / count]);
+  return points;
+}
+
+int plan(PlanCommand& command) {
+  command.question.threads = command.threads;
+  const SweepPlan sweep = load_sweep(command.scenario, command.overrides());
+  const std::vector<const SweepPoint*> points = pilot_points(sweep);
+  const std::atomic<bool>& stop = catch_interrupt();
+  std::vector<StudyPlan> plans;
+  {
+    ProgressDisplay display("plan", command.quiet, "pilots");
+    for (const SweepPoint* point : points) {
+      if (stop.load()) return kInterrupted;
+      plans.push_back(plan_study(point->scenario, *make_experiment(point->scenario), command.question));
+      display.show({.runs_done = static_cast<std::int64_t>(plans.size()),
+                    .runs_stored = 0,
+                    .runs_total = static_cast<std::int64_t>(points.size())});
+    }
+  }
+  if (command.format == "json") {
+    fmt::print("{}\n", plan_json(sweep, plans));
+  } else {
+    const ReportTable table = sweep.points.size() == 1 ? plan_table(plans.front()) : plan_table(sweep, plans);
+    fmt::print("{}", text_table(table, isatty(STDOUT_FILENO) == 1));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_plan_command(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("plan", "runs needed for a wanted power or precision, and the time they take");
+  auto options = std::make_shared<PlanCommand>();
+  command->add_option("scenario", options->scenario, "scenario file, with or without a [sweep] table")
+      ->required();
+  command
+      ->add_option("--factor", options->question.factor,
+                   "true covariance over claimed, to be detected; its inverse is planned for too")
+      ->capture_default_str();
+  command->add_option("--power", options->question.power, "probability to detect it, in (0, 1)")
+      ->capture_default_str();
+  command
+      ->add_option("--precision", options->question.precision, "relative half-width wanted of the mean NEES")
+      ->capture_default_str();
+  command->add_option("--set", options->settings, "override a setting: section.key=value (repeatable)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->add_option("--threads", options->threads, "worker threads; 0: one for each processor")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command->add_option("--format", options->format, "what is printed on stdout")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
+  command->add_flag("--quiet", options->quiet, "no progress on stderr");
+  static constexpr const char* kExamples[] = {
+      "credence plan scenarios/figure1_two_landmarks.toml",
+      "credence plan scenarios/planar_loop.toml --factor 1.5 --power 0.95",
+      "credence plan scenarios/mistuned_sweep.toml --precision 0.02 --format json"};
+  command->footer(examples(kExamples));
+  command->callback([options] { throw ExitStatus{plan(*options)}; });
+}
+
+}  // namespace credence

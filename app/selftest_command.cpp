@@ -1,0 +1,80 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+
+#include "analysis/selftest.h"
+#include "app/commands.h"
+#include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/progress.h"
+#include "reports/selftest_report.h"
+#include "reports/text_table.h"
+
+namespace credence {
+namespace {
+
+struct SelftestCommand : CommonOptions {
+  SelftestOptions test;
+};
+
+void print_selftest(const SelftestCommand& command, const SelftestResult& result) {
+  if (command.format == "json") {
+    fmt::print("{}\n", selftest_json(result));
+    return;
+  }
+  for (const ReportTable& table : selftest_tables(result)) {
+    fmt::print("{}\n", text_table(table, isatty(STDOUT_FILENO) == 1));
+  }
+}
+
+int selftest(SelftestCommand& command) {
+  ProgressDisplay display("selftest", command.quiet, "studies");
+  command.test.stop = &catch_interrupt();
+  command.test.progress = [&](std::int64_t done, std::int64_t total) {
+    display.show({.runs_done = done, .runs_stored = 0, .runs_total = total});
+  };
+  const SelftestResult result = run_selftest(command.test);
+  if (!result.complete) {
+    fmt::print(stderr, "credence: selftest interrupted, nothing is proved\n");
+    return kInterrupted;
+  }
+  print_selftest(command, result);
+  if (!command.out.empty()) {
+    for (const std::string& problem : write_selftest_report(command.out, result)) {
+      fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
+    }
+    if (!command.quiet) {
+      fmt::print(stderr, "Report: {}\n", (std::filesystem::path(command.out) / "index.html").string());
+    }
+  }
+  for (const std::string& failure : selftest_failures(result)) {
+    fmt::print(stderr, "credence: SELFTEST FAILED: {}\n", failure);
+  }
+  return result.ok ? kDone : kSomeFailed;
+}
+
+}  // namespace
+
+void add_selftest_command(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("selftest", "calibration of the tests themselves: false-alarm rate and power");
+  auto options = std::make_shared<SelftestCommand>();
+  command->add_option("--studies", options->test.studies, "studies for each false-alarm rate")
+      ->check(CLI::Range(100, 100'000'000))
+      ->capture_default_str();
+  command->add_option("--seed", options->test.seed, "seed of all studies")->capture_default_str();
+  command->add_option("--threads", options->test.threads, "worker threads; 0: one for each processor")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  add_output_options(*command, *options);
+  static constexpr const char* kExamples[] = {"credence selftest", "credence selftest --out out/selftest",
+                                              "credence selftest --studies 20000 --seed 2 --format json"};
+  command->footer("Exit code 3 when a test is out of calibration or a wrong filter is not found.\n\n" +
+                  examples(kExamples));
+  command->callback([options] { throw ExitStatus{selftest(*options)}; });
+}
+
+}  // namespace credence
