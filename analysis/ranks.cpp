@@ -63,6 +63,7 @@ Matrix scaled_to_norm_one(MatrixRef F) {
 
 /// Typical size of each state within the first blocks of [B | F B | F² B], all columns of norm one.
 Vector typical_sizes(const Matrix& F, const Matrix& B) {
+  if (B.cols() == 0) return Vector::Zero(B.rows());
   Vector sizes = B.rowwise().lpNorm<Eigen::Infinity>();
   Matrix block = B;
   for (int power = 0; power < 2; ++power) {

@@ -14,11 +14,11 @@
 #include "analysis/multiple_tests.h"
 #include "analysis/student_positive_mean.h"
 #include "analysis/whiteness_innovation_mean.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr Index kLags = 10;
 // Stretches of eight correlation times have nearly independent averages (effective_sample.h).
 constexpr double kTimesAStretch = 8.0;

@@ -158,10 +158,12 @@ bool RiccatiMap::square_factored() {
   X_.noalias() -= E.transpose() * next_N.bottomRows(r);
 
   product_.noalias() = A_ * Theta_;
-  const Matrix EA = E * A_.transpose();
   next_Theta_.setZero();
   next_Theta_.triangularView<Eigen::Lower>() += product_ * A_.transpose();
-  next_Theta_.triangularView<Eigen::Lower>() -= EA.transpose() * EA;
+  if (r > 0) {
+    const Matrix EA = E * A_.transpose();
+    next_Theta_.triangularView<Eigen::Lower>() -= EA.transpose() * EA;
+  }
   const double change = add_to_Theta();
   product_.noalias() = A_ * X_;
   const double size = next_Theta_.norm();

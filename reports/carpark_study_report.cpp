@@ -262,7 +262,7 @@ std::string carpark_study_json(const CarparkStudy& study) {
                         {"measured", f.measured},
                         {"holds", f.holds},
                         {"meaning", f.meaning}});
-  j["schema"] = 1;
+  j["schema"] = kSchema;
   j["dataset"] = "carpark";
   j["findings"] = std::move(findings);
   j["variants"] = std::move(runs);

@@ -8,11 +8,10 @@
 #include <map>
 
 #include "core/angle.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool has_heading(const ReplayResult& r) { return !r.references.empty() && r.references.front().dof == 3; }
 

@@ -131,7 +131,7 @@ Json judgement_json(const ReplayJudgement& judgement) {
 
 std::string replay_json(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
   Json j;
-  j["schema"] = 1;
+  j["schema"] = kSchema;
   if (replays.size() == 1) {
     j.update(run_json(replays.front()));
   } else {

@@ -22,6 +22,7 @@ enum class Range { generic, map, with_vehicle, difference };
 Matrix allowed_directions(Index N, Range range, Index rank, std::mt19937_64& generator) {
   const Index n = N + 1;
   Matrix directions = random_matrix(n, rank, generator);
+  if (rank == 0) return directions;
   if (range == Range::map || range == Range::difference) directions.row(0).setZero();
   if (range == Range::with_vehicle) directions.col(0) = Vector::Unit(n, 0);
   if (range == Range::difference) {
