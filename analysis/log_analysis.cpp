@@ -64,7 +64,7 @@ ThinnedSeries thinned(const std::vector<double>& values) {
   return result;
 }
 
-VerdictDesign design_of(const ConsistencyVerdict& v, double runs, double effective_steps) {
+VerdictDesign single_run_design(const ConsistencyVerdict& v, double runs, double effective_steps) {
   const double steps = static_cast<double>(std::max<std::int64_t>(1, v.steps_tested));
   return {.steps = steps,
           .dof_per_step = std::max(1e-9, v.dof / (steps * runs)),
@@ -77,7 +77,7 @@ SettlingRuns settling_runs(const ConsistencyVerdict& v, double effective_steps) 
   constexpr double kPower = 0.8;
   ConsistencyVerdict assumed = v;
   if (v.verdict == Verdict::undecided) assumed.verdict = Verdict::consistent;
-  return runs_to_settle(assumed, design_of(v, 1.0, effective_steps), 1.0, kPower);
+  return runs_to_settle(assumed, single_run_design(v, 1.0, effective_steps), 1.0, kPower);
 }
 
 /// Adds to the verdict what the course of one run in time says.
@@ -137,7 +137,7 @@ std::vector<double> step_means(const StudyStatistics& statistics, Quantity quant
   return any ? result : std::vector<double>{};
 }
 
-void judge_blocks(LogAnalysis& a) {
+void judge_log_blocks(LogAnalysis& a) {
   const std::size_t steps = a.statistics.study.steps.size();
   for (const auto& [name, sums] : a.statistics.blocks) {
     const StepSeries s = series_of(sums, steps);
@@ -169,7 +169,7 @@ LogAnalysis analyse_logs(LogStatistics statistics, double confidence, bool sensi
   };
   a.nees = judge(nees);
   a.nis = judge_nis(nis.moments, nis.dof, confidence);
-  judge_blocks(a);
+  judge_log_blocks(a);
   if (s.runs == 1) judge_single_run(a);
   for (const auto& [name, sensor] : a.statistics.sensors) {
     a.sensors.push_back(analyse_sensor(name, sensor, s.steps.size(), confidence));

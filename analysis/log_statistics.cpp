@@ -78,18 +78,17 @@ void SensorStatistics::merge(const SensorStatistics& later) {
   scalar_mean.merge(later.scalar_mean);
 }
 
-void LogStatistics::merge(const LogStatistics& later) {
+void LogStatistics::merge(LogStatistics later) {
   if (later.rows == 0 && later.study.runs == 0) return;
   if (rows == 0 && study.runs == 0) {
-    *this = later;
+    *this = std::move(later);
     return;
   }
   const std::size_t steps = std::max(study.steps.size(), later.study.steps.size());
   study.steps.resize(steps);
-  StudyStatistics next = later.study;
-  next.steps.resize(steps);
-  for (RunFailure& failure : next.failures) failure.run += study.runs;
-  study.merge(next);
+  later.study.steps.resize(steps);
+  for (RunFailure& failure : later.study.failures) failure.run += study.runs;
+  study.merge(later.study);
   for (const auto& [name, sums] : later.blocks) merge_sums(blocks[name], sums);
   for (const auto& [name, sensor] : later.sensors) {
     const auto [place, is_new] = sensors.try_emplace(name, sensor);

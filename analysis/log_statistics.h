@@ -72,7 +72,7 @@ struct LogStatistics {
   Index state_dim = 0;            ///< the largest of all logs
   bool joint_covariance = true, has_truth = false;
 
-  void merge(const LogStatistics& later);
+  void merge(LogStatistics later);
   std::int64_t rejected_rows() const;
 };
 

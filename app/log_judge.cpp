@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "datasets/data_error.h"
 #include "datasets/filter_log.h"
@@ -128,7 +129,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     error = group->error;
     failed.store(error != nullptr);
     if (error) return;
-    for (const LogStatistics& chunk : group->chunks) result.statistics.merge(chunk);
+    for (LogStatistics& chunk : group->chunks) result.statistics.merge(std::move(chunk));
     result.files += static_cast<std::int64_t>(group->files);
   };
   tbb::task_arena arena(threads);

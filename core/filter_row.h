@@ -15,11 +15,11 @@ namespace credence {
 /// What the rows of one log have in common.
 struct FilterLogLayout {
   /// "block.state" or a single name; states of one block stand together in a marginal NEES.
-  std::vector<std::string> states;
-  std::vector<bool> angles;          ///< which states are angles (rad)
-  std::vector<std::string> sensors;  ///< names of the innovations; "" for a single one without a name
-  std::vector<Index> sensor_dims;    ///< the largest dimension of each
-  bool has_truth = true;             ///< false: innovations alone
+  std::vector<std::string> states{};
+  std::vector<bool> angles{};          ///< which states are angles (rad)
+  std::vector<std::string> sensors{};  ///< names of the innovations; "" for a single one without a name
+  std::vector<Index> sensor_dims{};    ///< the largest dimension of each
+  bool has_truth = true;               ///< false: innovations alone
   /// false: the covariances between blocks are not known, so that only the NEES of each block is χ².
   bool joint_covariance = true;
 

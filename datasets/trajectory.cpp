@@ -149,7 +149,7 @@ class PoseRows {
   std::vector<std::string_view> fields_;
 };
 
-std::vector<std::size_t> range(std::size_t first, std::size_t count) {
+std::vector<std::size_t> column_range(std::size_t first, std::size_t count) {
   std::vector<std::size_t> all(count);
   for (std::size_t i = 0; i < count; ++i) all[i] = first + i;
   return all;
@@ -216,11 +216,11 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
   PoseColumns columns;
   if (format == TrajectoryFormat::openvins) {
     columns.fewest = columns.most = 20;
-    columns.orientation_covariance = range(8, 6);
-    columns.position_covariance = range(14, 6);
+    columns.orientation_covariance = column_range(8, 6);
+    columns.position_covariance = column_range(14, 6);
   } else {
     columns.fewest = columns.most = 29;
-    columns.joint_covariance = range(8, 21);
+    columns.joint_covariance = column_range(8, 21);
   }
   Trajectory out = read_rows(lines, columns, line);
   if (format == TrajectoryFormat::tum) out.axes = axes;

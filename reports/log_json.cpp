@@ -47,7 +47,7 @@ Json single_run_json(const SingleRunAnalysis& s) {
       {"runs_to_settle", s.settling.runs}};
 }
 
-Json outcomes_json(const StudyStatistics& s) {
+Json log_outcomes_json(const StudyStatistics& s) {
   Json j, failures = Json::array();
   for (const Outcome outcome : {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite}) {
     j[std::string(to_string(outcome))] = s.count(outcome);
@@ -117,7 +117,7 @@ std::string log_json(const CheckedLogs& logs) {
   j["rmse"] = {{"position_m", json_numbers(a.errors.position_m)},
                {"heading_rad", json_numbers(a.errors.heading_rad)},
                {"landmark_m", json_numbers(a.errors.landmark_m)}};
-  j["outcomes"] = outcomes_json(s.study);
+  j["outcomes"] = log_outcomes_json(s.study);
   j["null_reason"] = "null: no row contributes to this number, or a log cannot know it";
   return j.dump(1);
 }

@@ -87,7 +87,7 @@ Panel fit_panel(const LogStatistics& s) {
 
 std::vector<Figure> log_figures(const std::string& name, const LogAnalysis& a) {
   std::vector<Figure> figures;
-  figures.push_back(log_consistency_figure(name, a));
+  if (a.nees.count > 0 || a.nis.count > 0) figures.push_back(log_consistency_figure(name, a));
   Figure innovations{.name = name + "-innovations",
                      .caption =
                          "Innovations: NIS in equally likely classes, flat if consistent; autocorrelation "

@@ -29,7 +29,7 @@ std::vector<std::string> state_names(const RunTrace& trace) {
   return names;
 }
 
-std::string header(const std::vector<std::string>& names, Index measurements) {
+std::string log_header(const std::vector<std::string>& names, Index measurements) {
   std::string text = "step";
   const auto out = std::back_inserter(text);
   for (const std::string& name : names) {
@@ -74,7 +74,7 @@ void write_run_log(const std::filesystem::path& target, const RunTrace& trace, s
   Index m = 0;
   for (std::size_t k = 1; k < end; ++k) m = std::max(m, trace.steps[k].innovation.size());
   AtomicFile file(target);
-  std::string text = header(names, m);
+  std::string text = log_header(names, m);
   for (std::size_t k = 1; k < end; ++k) {
     const TraceStep& step = trace.steps[k];
     fmt::format_to(std::back_inserter(text), "{}", k);

@@ -1,0 +1,254 @@
+// `credence run --log` and `credence check` as a user types them: the built binary, its documents, its exit
+// codes.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+struct Finished {
+  int code = -1;
+  std::string out, err;
+};
+
+class CheckCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("credence-check-" + std::to_string(getpid()) + "-" +
+                                           testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+  }
+
+  std::string read(const fs::path& name) const {
+    std::ifstream in(folder_ / name, std::ios::binary);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+
+  pid_t start(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), CREDENCE_BINARY);
+    const pid_t child = fork();
+    if (child == 0) {
+      std::vector<char*> argv;
+      for (std::string& a : arguments) argv.push_back(a.data());
+      argv.push_back(nullptr);
+      dup2(open((folder_ / "stdout").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
+      dup2(open((folder_ / "stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+      if (chdir(folder_.c_str()) == 0) execv(CREDENCE_BINARY, argv.data());
+      _exit(127);
+    }
+    return child;
+  }
+
+  Finished finish(pid_t child) const {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read("stdout"), read("stderr")};
+  }
+
+  Finished run(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
+
+  Json json(const std::vector<std::string>& arguments, int code = 0) const {
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, code) << f.err;
+    return Json::parse(f.out);
+  }
+
+  fs::path folder_;
+};
+
+// 150 runs: three chunks.
+const std::string kLine =
+    "[world]\nmodel = \"monobot\"\nlandmarks = 2\n[filter]\ninflation = \"map\"\n[study]\nruns = 150\nsteps "
+    "= 12\n";
+const std::string kPlane = "[world]\nmodel = \"planar\"\nlandmarks = 3\n[study]\nruns = 150\nsteps = 15\n";
+
+TEST_F(CheckCommand, GivesTheNumbersOfTheRunThatWroteTheLogsToTheLastDigit) {
+  write("line.toml", kLine);
+  write("plane.toml", kPlane);
+  for (const std::string world : {"line", "plane"}) {
+    const Json run = json({"run", world + ".toml", "--log", world, "--format", "json", "--quiet"});
+    const Json plain = json({"run", world + ".toml", "--format", "json", "--quiet"});
+    const Json check = json({"check", world, "--format", "json", "--quiet"});
+    EXPECT_EQ(check["files"], 150);
+    EXPECT_EQ(check["rejected_rows"], 0);
+    EXPECT_EQ(check["rows"], 150 * run["steps"].get<int>());
+    for (const char* key : {"nees", "nis", "runs", "steps", "state_dim", "verdict"}) {
+      EXPECT_EQ(check[key], run[key]) << world << ' ' << key;
+    }
+    for (const char* key : {"trace", "vehicle", "landmarks"}) {
+      EXPECT_EQ(check["covariance"][key], run["covariance"][key]) << world << ' ' << key;
+    }
+    if (world == "plane") {
+      EXPECT_EQ(check["vehicle_nees"], run["vehicle_nees"]);
+      EXPECT_EQ(check["rmse"], run["rmse"]);
+      EXPECT_EQ(run["nees"], plain["nees"]);  // the same bits without the detour over files
+      EXPECT_EQ(run["nis"], plain["nis"]);
+    } else {
+      const double a = run["nees"]["mean"], b = plain["nees"]["mean"];
+      EXPECT_NEAR(a, b, 1e-13 * b);  // the vectorised kernel rounds differently
+    }
+  }
+}
+
+TEST_F(CheckCommand, SameBitsForAnyNumberOfThreadsAndHoweverRunsLieInFiles) {
+  write("a.toml", kLine);
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet"}).code, 0);
+  Json one = json({"check", "logs", "--format", "json", "--quiet", "--threads", "1"});
+  for (const char* threads : {"2", "5"}) {
+    EXPECT_EQ(json({"check", "logs", "--format", "json", "--quiet", "--threads", threads}), one) << threads;
+  }
+  // All runs in one file with a run column.
+  std::string all;
+  for (int r = 0; r < 150; ++r) {
+    char name[32];
+    std::snprintf(name, sizeof name, "logs/run-%06d.csv", r);
+    std::istringstream lines(read(name));
+    std::string line;
+    std::getline(lines, line);
+    if (r == 0) all = "run," + line + "\n";
+    while (std::getline(lines, line)) all += std::to_string(r) + "," + line + "\n";
+  }
+  write("all.csv", all);
+  Json joined = json({"check", "all.csv", "--format", "json", "--quiet"});
+  EXPECT_EQ(joined["files"], 1);
+  joined["files"] = one["files"];
+  EXPECT_EQ(joined, one);
+}
+
+TEST_F(CheckCommand, RefusesToMixLogsAndDiscardsThemWhenAsked) {
+  write("a.toml", kLine);
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet"}).code, 0);
+  const Finished again = run({"run", "a.toml", "--log", "logs", "--quiet", "--runs", "70"});
+  EXPECT_EQ(again.code, 2);
+  EXPECT_NE(again.err.find("holds logs of other runs"), std::string::npos) << again.err;
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet", "--runs", "70", "--fresh"}).code, 0);
+  EXPECT_EQ(json({"check", "logs", "--format", "json", "--quiet"})["runs"], 70);
+}
+
+TEST_F(CheckCommand, FindsAMistunedFilterFromItsLogs) {
+  write("a.toml", kLine);
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet", "--set", "filter.inflation=none", "--set",
+                 "filter.measurement_scale=0.4"})
+                .code,
+            0);
+  const Json j = json({"check", "logs", "--format", "json", "--quiet", "--fail-on-inconsistent"}, 1);
+  EXPECT_EQ(j["verdict"], "optimistic");
+  EXPECT_EQ(j["nees"]["verdict"], "optimistic");
+}
+
+TEST_F(CheckCommand, SaysWhatItReadRejectedAndWhere) {
+  write("log.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n1,0,-1\n0.5,0,1\n0.1,0,0\n");
+  const Finished f = run({"check", "log.csv", "--sensitivity"});
+  EXPECT_EQ(f.code, 3) << f.err;
+  EXPECT_NE(f.out.find("REJECTED: 1 rows, the covariance has a negative variance (first: log.csv:3)"),
+            std::string::npos)
+      << f.out;
+  EXPECT_NE(f.out.find("log.csv:5"), std::string::npos) << f.out;
+  EXPECT_NE(f.err.find("rows/s"), std::string::npos) << f.err;
+  const Json j = json({"check", "log.csv", "--format", "json", "--quiet", "--sensitivity"}, 3);
+  EXPECT_EQ(j["rejected_rows"], 2);
+  EXPECT_EQ(j["rows"], 4);
+  EXPECT_TRUE(j["sensitivity"].is_object());
+}
+
+TEST_F(CheckCommand, BadInputIsOneErrorWithFileAndLine) {
+  write("good.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n");
+  write("bad.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n1,zero,1\n");
+  write("pose.txt", "1 0 0 0 0 0 0 1\n");
+  fs::create_directory(folder_ / "empty");
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"check", "good.csv", "bad.csv"}, "bad.csv:3: column truth.x: 'zero' is not a finite number"},
+      {{"check", "absent.csv"}, "absent.csv: there is no such file"},
+      {{"check", "empty"}, "the folder holds no *.csv"},
+      {{"check", "pose.txt", "--input", "openvins"}, "name the truth by --truth"},
+      {{"check", "pose.txt", "--input", "openvins", "--truth", "pose.txt"}, "pose.txt:1: 8 fields where 20"},
+      {{"check", "good.csv", "--truth", "pose.txt"}, "by --input"},
+      {{"check", "good.csv", "--confidence", "2"}, "--confidence"}};
+  for (const auto& [arguments, expected] : cases) {
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, 2);
+    EXPECT_NE(f.err.find(expected), std::string::npos) << f.err;
+    EXPECT_EQ(f.out, "");
+  }
+  EXPECT_EQ(run({"check", "--help"}).code, 0);
+}
+
+TEST_F(CheckCommand, JudgesATrajectoryAgainstItsTruth) {
+  std::string estimate = "# timestamp(s) tx ty tz qx qy qz qw Pr11 …\n",
+              truth = "#timestamp [ns], p_RS_R_x [m]\n";
+  for (int i = 0; i < 50; ++i) {
+    const std::string t = std::to_string(100 + 0.05 * i);
+    estimate += t + " " + std::to_string(0.1 * i + (i % 3 - 1) * 0.1) + " 0 0 0 0 0 1 1e-4 0 0 1e-4 0 1e-4 " +
+                "0.01 0 0 0.01 0 0.01\n";
+    truth += std::to_string(100'000'000'000LL + 50'000'000LL * i) + "," + std::to_string(0.1 * i) +
+             ",0,0,1,0,0,0\n";
+  }
+  write("e.txt", estimate);
+  write("t.csv", truth);
+  const Json j =
+      json({"check", "e.txt", "--input", "openvins", "--truth", "t.csv", "--format", "json", "--quiet"});
+  EXPECT_EQ(j["rows"], 50);
+  EXPECT_EQ(j["runs"], 1);
+  EXPECT_EQ(j["unmatched_rows"], 0);
+  EXPECT_EQ(j["nees"]["expected"], 6.0);
+  EXPECT_NEAR(j["blocks"]["position"]["mean"].get<double>(), 33.0 / 50.0, 1e-6);
+  EXPECT_EQ(j["blocks"]["orientation"]["mean"], 0.0);
+  EXPECT_TRUE(j["single_run"].is_object());
+  EXPECT_NE(j["format"].get<std::string>().find("interpolated"), std::string::npos);
+}
+
+TEST_F(CheckCommand, WritesAReport) {
+  write("a.toml", kPlane);
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet", "--runs", "20"}).code, 0);
+  ASSERT_EQ(run({"check", "logs", "--out", "out", "--quiet"}).code, 0);
+  const std::string page = read("out/index.html");
+  for (const char* words : {"NEES of vehicle", "Innovations", "every step as CSV"}) {
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  }
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "logs.csv"));
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "figures" / "logs-consistency.pdf"));
+}
+
+TEST_F(CheckCommand, CtrlCLeavesWholeLogsOfTheRunsThatItReports) {
+  write("a.toml", kLine);
+  const pid_t child =
+      start({"run", "a.toml", "--runs", "1000000", "--log", "logs", "--format", "json", "--quiet"});
+  for (int i = 0; i < 20000 && !fs::exists(folder_ / "logs" / "run-000070.csv"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  kill(child, SIGINT);
+  const Finished f = finish(child);
+  ASSERT_EQ(f.code, 130) << f.err;
+  const Json run = Json::parse(f.out);
+  EXPECT_EQ(run["complete"], false);
+  const Json check = json({"check", "logs", "--format", "json", "--quiet"});
+  EXPECT_EQ(check["runs"], run["runs"]);
+  EXPECT_EQ(check["nees"], run["nees"]);
+}
+
+}  // namespace
+}  // namespace credence
