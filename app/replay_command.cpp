@@ -2,15 +2,22 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/progress.h"
 #include "datasets/carpark_replay.h"
+#include "datasets/carpark_study.h"
 #include "datasets/mrclam_replay.h"
+#include "reports/carpark_study_report.h"
+#include "reports/replay_json.h"
 #include "reports/replay_report.h"
+#include "reports/replay_tables.h"
 #include "reports/text_table.h"
 
 namespace credence {
@@ -20,18 +27,23 @@ namespace fs = std::filesystem;
 
 struct ReplayOptions : CommonOptions {
   std::string dataset;
-  std::string data;
-  int robot = 1;
+  std::vector<std::string> data;
+  std::vector<int> robots{1};
+  bool variants = false;
 };
 
-/// DIR itself or, where it has one, its subfolder of the data set.
-fs::path data_folder(const ReplayOptions& options, const char* subfolder) {
+/// Each DIR itself or, where it has one, its subfolder of the data set.
+std::vector<fs::path> data_folders(const ReplayOptions& options, const char* subfolder) {
   if (options.data.empty()) {
     throw std::invalid_argument(
         "--data: name the folder with the data set, or set CREDENCE_DATA (docs/datasets.md)");
   }
-  const fs::path nested = fs::path(options.data) / subfolder;
-  return fs::is_directory(nested) ? nested : fs::path(options.data);
+  std::vector<fs::path> folders;
+  for (const std::string& data : options.data) {
+    const fs::path nested = fs::path(data) / subfolder;
+    folders.push_back(fs::is_directory(nested) ? nested : fs::path(data));
+  }
+  return folders;
 }
 
 ReplaySettings with_overrides(ReplaySettings settings, const std::vector<std::string>& overrides) {
@@ -46,29 +58,95 @@ ReplaySettings with_overrides(ReplaySettings settings, const std::vector<std::st
   return settings;
 }
 
-ReplayResult replay_dataset(const ReplayOptions& options) {
-  if (options.dataset == "carpark") {
-    const ReplaySettings settings = with_overrides(carpark_settings(), options.settings);
-    return replay_carpark(read_carpark(data_folder(options, "carpark")), settings);
+fs::path one_folder(const ReplayOptions& options) {
+  const std::vector<fs::path> folders = data_folders(options, "carpark");
+  if (folders.size() > 1)
+    throw std::invalid_argument("--data: the car park was driven once, name one folder");
+  return folders.front();
+}
+
+ReportedReplay replay_carpark_run(const ReplayOptions& options) {
+  const ReplaySettings settings = with_overrides(carpark_settings(), options.settings);
+  return {replay_carpark(read_carpark(one_folder(options)), settings), {}};
+}
+
+/// One robot, and once more with Jacobians at the truth unless that is what was asked for.
+ReportedReplay replay_robot(const ReplayOptions& options, const fs::path& folder, int robot) {
+  ReplaySettings settings = with_overrides(mrclam_settings(robot), options.settings);
+  const MrclamLog log = read_mrclam(folder, robot);
+  ReportedReplay replay{replay_mrclam(log, settings), {}};
+  const ReplayFilterSettings& filter = settings.filter;
+  if (filter.jacobians == ReplayJacobians::estimate && filter.association == ReplayAssociation::survey) {
+    settings.filter.jacobians = ReplayJacobians::truth;
+    replay.ideal = replay_mrclam(log, settings);
   }
-  const ReplaySettings settings = with_overrides(mrclam_settings(options.robot), options.settings);
-  return replay_mrclam(read_mrclam(data_folder(options, "mrclam7"), options.robot), settings);
+  return replay;
+}
+
+/// All robots of all folders, each an independent run.
+std::vector<ReportedReplay> replay_all(const ReplayOptions& options) {
+  if (options.dataset == "carpark") return {replay_carpark_run(options)};
+  std::vector<ReportedReplay> replays;
+  const std::vector<fs::path> folders = data_folders(options, "mrclam7");
+  for (const fs::path& folder : folders) {
+    for (const int robot : options.robots) {
+      replays.push_back(replay_robot(options, folder, robot));
+      if (folders.size() > 1) replays.back().result.run += " of " + folder.filename().string();
+    }
+  }
+  return replays;
+}
+
+void print_replays(const ReplayOptions& options, const std::vector<ReportedReplay>& replays,
+                   const ReplayJudgement& judgement) {
+  if (options.format == "json") {
+    fmt::print("{}\n", replay_json(replays, judgement));
+    return;
+  }
+  const bool colour = isatty(STDOUT_FILENO) == 1;
+  const ReportTable runs = replays.size() == 1 ? replay_table(replays.front()) : replays_table(replays);
+  fmt::print("{}\n{}", text_table(runs, colour), text_table(judgement_table(replays, judgement), colour));
+}
+
+/// Where the report is, and what of it could not be drawn.
+void tell_report(const ReplayOptions& options, const std::vector<std::string>& problems) {
+  for (const std::string& problem : problems) fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
+  if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());
+}
+
+/// All variants of the car park run; nothing is printed of a study that was interrupted.
+int study_variants(const ReplayOptions& options) {
+  if (options.dataset != "carpark") throw std::invalid_argument("--variants: only of the car park");
+  const ReplaySettings settings = with_overrides(carpark_settings(), options.settings);
+  const CarparkLog log = read_carpark(one_folder(options));
+  CarparkStudyOptions study_options;
+  CarparkStudy study;
+  {
+    ProgressDisplay display("car park", options.quiet);
+    study_options.stop = &catch_interrupt();
+    study_options.progress = [&](int done, int all) { display.show({.runs_done = done, .runs_total = all}); };
+    study = run_carpark_study(log, settings, study_options);
+  }
+  if (!study.complete) return kInterrupted;
+  if (options.format == "json") {
+    fmt::print("{}\n", carpark_study_json(study));
+  } else {
+    for (const ReportTable& table : carpark_study_tables(study))
+      fmt::print("{}\n", text_table(table, isatty(STDOUT_FILENO) == 1));
+  }
+  if (!options.out.empty()) tell_report(options, write_carpark_study_report(options.out, study));
+  return kDone;
 }
 
 int replay(const ReplayOptions& options) {
-  const ReplayResult result = replay_dataset(options);
-  if (options.format == "json") {
-    fmt::print("{}\n", replay_json(result));
-  } else {
-    fmt::print("{}", text_table(replay_table(result), isatty(STDOUT_FILENO) == 1));
-  }
-  if (!options.out.empty()) {
-    for (const std::string& problem : write_replay_report(options.out, result)) {
-      fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-    }
-    if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());
-  }
-  return result.failed > 0 ? kSomeFailed : kDone;
+  if (options.variants) return study_variants(options);
+  const std::vector<ReportedReplay> replays = replay_all(options);
+  const ReplayJudgement judgement = judge_replays(replays);
+  print_replays(options, replays, judgement);
+  if (!options.out.empty()) tell_report(options, write_replay_report(options.out, replays, judgement));
+  const bool failed =
+      std::any_of(replays.begin(), replays.end(), [](const auto& r) { return r.result.failed > 0; });
+  return failed ? kSomeFailed : kDone;
 }
 
 }  // namespace
@@ -80,19 +158,26 @@ void add_replay_command(CLI::App& app) {
   command->add_option("dataset", options->dataset, "which data set")
       ->required()
       ->check(CLI::IsMember({"carpark", "mrclam"}));
-  command->add_option("--data", options->data, "folder of the data; default: CREDENCE_DATA")
+  command
+      ->add_option("--data", options->data, "folder of the data; mrclam: repeatable; default: CREDENCE_DATA")
+      ->type_name("DIR")
+      ->allow_extra_args(false)
       ->envname("CREDENCE_DATA");
-  command->add_option("--robot", options->robot, "mrclam: which robot's log")
+  command->add_option("--robot", options->robots, "mrclam: which robots' logs, e.g. 1,3")
+      ->delimiter(',')
       ->check(CLI::Range(1, 5))
       ->capture_default_str();
   command->add_option("--set", options->settings, "override a setting: section.key=value (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  command->add_flag("--variants", options->variants,
+                    "carpark: Figures 5 to 8, all their variants, independence of P0 and the long horizon");
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
       "credence replay carpark --data DIR",
       "credence replay carpark --data DIR --set filter.inflation=map --out out/map",
-      "credence replay mrclam --data DIR --robot 3"};
+      "credence replay carpark --data DIR --variants --out out/carpark",
+      "credence replay mrclam --data DIR --robot 1,3 --out out/robots"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{replay(*options)}; });
 }

@@ -145,6 +145,28 @@ double LongHorizonResult::growth_exponent() const {
          std::log2(static_cast<double>(loops.size()) / static_cast<double>(half));
 }
 
+double LongHorizonResult::fitted_exponent() const {
+  double n = 0, x_sum = 0, y_sum = 0, xx = 0, xy = 0;
+  for (std::size_t i = loops.size() / 2; i < loops.size(); ++i) {
+    const double x = std::log(static_cast<double>(i + 1)), y = std::log(loops[i].landmarks);
+    n += 1;
+    x_sum += x;
+    y_sum += y;
+    xx += x * x;
+    xy += x * y;
+  }
+  return n < 2 ? 0 : (n * xy - x_sum * y_sum) / (n * xx - x_sum * x_sum);
+}
+
+double LongHorizonResult::increment_ratio() const {
+  const std::size_t first = std::max<std::size_t>(1, loops.size() / 2), last = loops.size() - 1;
+  if (loops.empty() || last <= first) return 1;
+  const double early = loops[first].landmarks - loops[first - 1].landmarks;
+  const double late = loops[last].landmarks - loops[last - 1].landmarks;
+  if (early <= 0 || late <= 0) return 1;
+  return std::pow(late / early, 1.0 / static_cast<double>(last - first));
+}
+
 double LongHorizonResult::growth_per_loop() const {
   return loops.size() < 2 ? 1 : loops.back().landmarks / loops[loops.size() - 2].landmarks;
 }

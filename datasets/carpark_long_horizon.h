@@ -30,6 +30,13 @@ struct LongHorizonResult {
   /// increasing with the number of loops for exponential growth. 0 with fewer than two loops.
   double growth_exponent() const;
 
+  /// The same as a least-squares slope of log trace over log loop, in the second half of the loops.
+  double fitted_exponent() const;
+
+  /// By what the growth of a loop exceeds that of the loop before: the geometric mean over the second half. 1
+  /// for linear growth with any offset, above 1 for exponential growth; 1 where nothing grows.
+  double increment_ratio() const;
+
   /// The landmarks' trace after the last loop over that after the last but one. 1 with fewer than two loops.
   double growth_per_loop() const;
 };
