@@ -28,7 +28,7 @@ struct SelftestOptions {
   int threads = 0;  ///< 0: one for each processor; the result does not depend on it
   const std::atomic<bool>* stop = nullptr;
   /// Called with the parts done and all parts, by one thread at a time.
-  std::function<void(std::int64_t done, std::int64_t total)> progress;
+  std::function<void(std::int64_t done, std::int64_t total)> progress{};
 };
 
 /// A share of studies with its interval.

@@ -10,8 +10,7 @@ namespace credence {
 namespace {
 
 using enum Inflation;
-constexpr auto kPairwise = InflationSolution::pairwise;
-constexpr auto kExact = InflationSolution::min_trace;
+using enum InflationSolution;
 constexpr double kMuchLarger = 10.0;  // what "≫" asks for
 
 std::string text(double value) { return fmt::format("{:.3g}", value); }
@@ -59,7 +58,7 @@ CarparkFinding reference(const CarparkStudy& study) {
 }
 
 CarparkFinding vehicle_order(const CarparkStudy& study, InflationSolution solution) {
-  const bool exact = solution == kExact;
+  const bool exact = solution == min_trace;
   CarparkFinding finding{
       exact ? "carpark.order.vehicle.exact" : "carpark.order.vehicle.pairwise",
       "Figures 5 to 7",
@@ -79,7 +78,7 @@ CarparkFinding vehicle_order(const CarparkStudy& study, InflationSolution soluti
 }
 
 CarparkFinding landmark_order(const CarparkStudy& study, InflationSolution solution) {
-  const bool exact = solution == kExact;
+  const bool exact = solution == min_trace;
   CarparkFinding finding{
       exact ? "carpark.order.landmarks.exact" : "carpark.order.landmarks.pairwise",
       "Figures 5 to 7",
@@ -99,7 +98,7 @@ CarparkFinding landmark_order(const CarparkStudy& study, InflationSolution solut
 }
 
 CarparkFinding independence(const CarparkStudy& study, Index anchors) {
-  const double spread = spread_over_initials(study, {map, kExact, anchors});
+  const double spread = spread_over_initials(study, {map, min_trace, anchors});
   const bool two = anchors == 2;
   return {
       two ? "carpark.independence.two_anchors" : "carpark.independence.one_anchor",
@@ -108,8 +107,8 @@ CarparkFinding independence(const CarparkStudy& study, Index anchors) {
             "and 2° to 15° (map only, exact minimal trace)"
           : "with one anchor it differs by more than a factor of 2",
       fmt::format("largest over smallest: {}; without inflation {}, pairwise {}", text(spread),
-                  text(spread_over_initials(study, {none, kPairwise, anchors})),
-                  text(spread_over_initials(study, {map, kPairwise, anchors}))),
+                  text(spread_over_initials(study, {none, pairwise, anchors})),
+                  text(spread_over_initials(study, {map, pairwise, anchors}))),
       two ? spread < 1.1 : spread > 2.0,
       two ? ""
           : "One beacon leaves the turn about it unobservable: independence of P0 needs a second one. The "
@@ -170,16 +169,15 @@ double spread_over_initials(const CarparkStudy& study, const CarparkVariant& var
 
 std::vector<CarparkFinding> carpark_findings(const CarparkStudy& study) {
   std::vector<CarparkFinding> findings{extraction(study), reference(study)};
-  for (const InflationSolution solution : {kPairwise, kExact})
+  for (const InflationSolution solution : {pairwise, min_trace})
     findings.push_back(vehicle_order(study, solution));
-  for (const InflationSolution solution : {kExact, kPairwise})
+  for (const InflationSolution solution : {min_trace, pairwise})
     findings.push_back(landmark_order(study, solution));
   for (const Index anchors : {1, 2}) findings.push_back(independence(study, anchors));
   for (const GrowthRow& row :
-       {GrowthRow{none, kPairwise, "none", "flat"},
-        GrowthRow{full, kPairwise, "full_pairwise", "exponential"},
-        GrowthRow{map, kPairwise, "map_pairwise", "linear"}, GrowthRow{map, kExact, "map_exact", "flat"},
-        GrowthRow{full, kExact, "full_exact", "grows slowly"}})
+       {GrowthRow{none, pairwise, "none", "flat"}, GrowthRow{full, pairwise, "full_pairwise", "exponential"},
+        GrowthRow{map, pairwise, "map_pairwise", "linear"}, GrowthRow{map, min_trace, "map_exact", "flat"},
+        GrowthRow{full, min_trace, "full_exact", "grows slowly"}})
     findings.push_back(growth(study, row));
   return findings;
 }

@@ -14,9 +14,7 @@ namespace credence {
 namespace {
 
 using enum Inflation;
-constexpr auto kPairwise = InflationSolution::pairwise;
-constexpr auto kExact = InflationSolution::min_trace;
-constexpr auto kSequential = InflationSolution::sequential;
+using enum InflationSolution;
 
 ReplaySettings settings_of(ReplaySettings settings, const CarparkVariant& variant,
                            const InitialDeviations& initial) {
@@ -31,7 +29,7 @@ ReplaySettings settings_of(ReplaySettings settings, const CarparkVariant& varian
 
 bool is_in_independence(const CarparkVariant& variant) {
   const bool inflation =
-      variant.inflation == none || (variant.inflation == map && variant.solution != kSequential);
+      variant.inflation == none || (variant.inflation == map && variant.solution != sequential);
   return inflation && variant.anchors > 0;
 }
 
@@ -63,9 +61,9 @@ void run_tasks(int count, const CarparkStudyOptions& options, const std::functio
 std::string inflation_words(const CarparkVariant& variant) {
   if (variant.inflation == none) return "none";
   const char* set = variant.inflation == full ? "full" : "map";
-  const char* bound = variant.solution == kPairwise ? "pairwise"
-                      : variant.solution == kExact  ? "exact minimal trace"
-                                                    : "sequential";
+  const char* bound = variant.solution == pairwise    ? "pairwise"
+                      : variant.solution == min_trace ? "exact minimal trace"
+                                                      : "sequential";
   return fmt::format("{}, {}", set, bound);
 }
 
@@ -75,7 +73,7 @@ std::string anchor_words(const CarparkVariant& variant) {
 }
 
 std::string paper_figure(const CarparkVariant& variant) {
-  if (variant.solution == kSequential) return "";
+  if (variant.solution == sequential) return "";
   if (variant.inflation == full && variant.anchors == 0) return "Figure 5";
   if (variant.inflation == map && variant.anchors == 0) return "Figure 6";
   if (variant.inflation == map && variant.anchors == 1) return "Figure 7";
@@ -85,11 +83,11 @@ std::string paper_figure(const CarparkVariant& variant) {
 std::vector<CarparkVariant> carpark_variants() {
   std::vector<CarparkVariant> variants;
   for (const Index anchors : {0, 1, 2}) {
-    variants.push_back({none, kPairwise, anchors});
+    variants.push_back({none, pairwise, anchors});
     for (const Inflation inflation : {full, map})
-      for (const InflationSolution solution : {kPairwise, kExact})
+      for (const InflationSolution solution : {pairwise, min_trace})
         variants.push_back({inflation, solution, anchors});
-    variants.push_back({map, kSequential, anchors});
+    variants.push_back({map, sequential, anchors});
   }
   return variants;
 }

@@ -1,6 +1,7 @@
 #include "reports/replay_json.h"
 
 #include "reports/json_numbers.h"
+#include "reports/verdict_json.h"
 
 namespace credence {
 namespace {
@@ -66,20 +67,6 @@ Json run_json(const ReportedReplay& replay) {
     j["jacobians_at_truth"] = std::move(ideal);
   }
   return j;
-}
-
-Json verdict_json(const ConsistencyVerdict& v) {
-  return {{"mean", json_number(v.mean)},
-          {"expected", json_number(v.expected)},
-          {"lower", json_number(v.bounds.lower)},
-          {"upper", json_number(v.bounds.upper)},
-          {"p_value", json_number(v.p_value)},
-          {"verdict", to_string(v.verdict)},
-          {"reason", text_or_null(v.reason)},
-          {"confidence", v.confidence},
-          {"values", v.count},
-          {"tests", v.tests},
-          {"method", v.method}};
 }
 
 Json innovations_json(const InnovationTests& t) {

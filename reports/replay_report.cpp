@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 
+#include "core/nan.h"
 #include "reports/atomic_file.h"
 #include "reports/gnuplot.h"
 #include "reports/html_page.h"
@@ -21,7 +21,7 @@ Figure nees_figure(std::span<const ReportedReplay> replays, const RecordedNeesVe
     FigureData t, value;
     for (const ReplayReference& reference : replays[i].result.references) {
       t.push_back(reference.time_s);
-      value.push_back(reference.nees > 0.0 ? reference.nees : std::numeric_limits<double>::quiet_NaN());
+      value.push_back(reference.nees > 0.0 ? reference.nees : kNaN);
     }
     panel.series.push_back(
         line_series(replay_name(replays[i].result), numbered_role(static_cast<Index>(i)), t, value));
@@ -30,7 +30,7 @@ Figure nees_figure(std::span<const ReportedReplay> replays, const RecordedNeesVe
   for (std::size_t k = 0; k < nees.time_s.size(); ++k) {
     const StepTest& step = nees.verdict.steps[k];
     t.push_back(nees.time_s[k]);
-    upper.push_back(step.count > 0 ? step.simultaneous_upper : std::numeric_limits<double>::quiet_NaN());
+    upper.push_back(step.count > 0 ? step.simultaneous_upper : kNaN);
   }
   panel.series.push_back(
       line_series("a consistent filter's average stays below", ColourRole::bound, t, upper));
