@@ -48,7 +48,7 @@ class FilterLogReader {
   void read_innovations(FilterRow& row) const;
   /// Returns a column that is blank although it is needed, else −1.
   Index read_symmetric(const FilterLogHeader::Symmetric& matrix, std::span<const Index> kept, Index size,
-                   Matrix& out, std::string_view& problem) const;
+                       Matrix& out, std::string_view& problem) const;
 
   LineReader lines_;
   FilterLogHeader header_;
