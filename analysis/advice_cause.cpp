@@ -8,8 +8,9 @@
 namespace credence {
 namespace {
 
-// Of the distribution functions of NIS and its law: a factor 1.4 on the scale makes 0.12.
-constexpr double kSmallDistance = 0.12;
+// Of the distribution functions of NIS and its law: a factor 1.15 on the scale makes 0.05, and of 2 dof three
+// times as many values beyond the 99.99 % quantile, far from the ten times that outliers are taken for.
+constexpr double kSmallDistance = 0.05;
 
 // A share of R in S beyond which S is wrong only if R is.
 constexpr double kMostly = 0.8;
@@ -129,9 +130,10 @@ double lag_1_outside(const Findings& findings) {
   return std::abs(lag_1) > findings.whiteness->band.at(0) ? lag_1 : 0.0;
 }
 
-void find_coloured_noise(const Findings& findings, std::vector<CauseFound>& found) {
+void find_coloured_noise(const Findings& findings, double least, std::vector<CauseFound>& found) {
   const double lag_1 = lag_1_outside(findings);
-  if (lag_1 == 0.0 || !(findings.whiteness->p_value <= cause_level(findings))) return;
+  if (lag_1 == 0.0 || std::abs(lag_1) < least || !(findings.whiteness->p_value <= cause_level(findings)))
+    return;
   if (!is_coloured(lag_1, findings.nis)) return;
   found.push_back({Cause::coloured_noise,
                    fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
@@ -233,11 +235,14 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   find_outliers(findings, found);
   find_gate(findings, found);
   find_bias(findings, found);
-  if (found.empty()) find_coloured_noise(findings, found);
+  // A wrong P leaves some correlation too: weak ones name the noise only if nothing else is found.
+  constexpr double kStrong = 0.1;
+  if (found.empty()) find_coloured_noise(findings, kStrong, found);
   if (found.empty()) find_initial_covariance(findings, found);
   if (found.empty()) find_gain(findings, found);
   if (found.empty()) find_dof(findings, found);
   if (found.empty()) find_cross_covariance(findings, found);
+  if (found.empty()) find_coloured_noise(findings, 0.0, found);
   find_scale(findings, found);
   return found;
 }

@@ -174,7 +174,7 @@ void calibrate_looks(const SelftestOptions& options, Workers& workers, SelftestR
     result.calibration.push_back({verdict ? "stop by verdict, a look after every chunk"
                                           : "stop by precision, interval of the mean NEES",
                                   verdict ? Exactness::conservative : Exactness::approximate,
-                                  1.0 - rules[rule].confidence, share_of(wrong[rule])});
+                                  kLevels[rule % std::size(kLevels)], share_of(wrong[rule])});
   }
   result.naive.push_back({"a fixed-sample verdict after every chunk, stop at the first rejection",
                           "stop by verdict, a look after every chunk", kPowerLevel, share_of(naive)});
