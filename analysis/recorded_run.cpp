@@ -58,26 +58,33 @@ double scale_of_mean(double mean, double dof, double gate) {
   return 0.5 * (low + high);
 }
 
+/// How many stretches to cut each run into: of eight correlation times if that gives ten in all, else five of
+/// at least two and a half.
+std::vector<std::int64_t> stretch_counts(std::span<const RecordedInnovations> runs) {
+  constexpr std::int64_t kFewLong = 5;
+  std::vector<std::int64_t> many, few;
+  std::int64_t possible = 0;
+  for (const RecordedInnovations& run : runs) {
+    const double time = run.nis.empty() ? kNaN : correlation_time_of(run.nis, average(run.nis));
+    many.push_back(std::min(kMostStretches, stretches_of(run.nis.size(), time)));
+    const bool long_enough = std::isfinite(time) && static_cast<double>(run.nis.size()) >= 12.5 * time;
+    few.push_back(long_enough ? kFewLong : 0);
+    possible += many.back();
+  }
+  return possible >= kFewestStretches ? many : few;
+}
+
 /// Averages over nearly independent stretches of all runs.
 Moments stretch_averages(std::span<const RecordedInnovations> runs, std::string_view& reason) {
   Moments averages;
-  std::int64_t possible = 0;
-  std::vector<std::int64_t> of_run;
-  for (const RecordedInnovations& run : runs) {
-    of_run.push_back(
-        run.nis.empty() ? 0 : stretches_of(run.nis.size(), correlation_time_of(run.nis, average(run.nis))));
-    possible += of_run.back();
-  }
-  if (possible < kFewestStretches) {
-    reason = "the recording is too short for its correlation in time";
-    return averages;
-  }
+  const std::vector<std::int64_t> counts = stretch_counts(runs);
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const auto count = static_cast<std::size_t>(std::min(of_run[r], kMostStretches));
+    const auto count = static_cast<std::size_t>(counts[r]);
     const std::size_t length = count > 0 ? runs[r].nis.size() / count : 0;
     for (std::size_t i = 0; i < count; ++i)
       averages.add(average(std::span(runs[r].nis).subspan(i * length, length)));
   }
+  if (averages.count == 0) reason = "the recording is too short for its correlation in time";
   return averages;
 }
 

@@ -34,7 +34,9 @@ struct RecordedInnovations {
 ///
 /// The gain does not change when they all scale together, and so neither do the innovations; inflation scales
 /// with P. Hence the scale is exact for every EKF without a gate. With a gate the innovations are taken as
-/// scaled χ² that were cut.
+/// scaled χ² that were cut. The interval is that of a positive mean over stretches; of five long ones, for
+/// squared autoregressions of 873 values with correlation times of 33 and 66 values, it missed in 7 % of 1000
+/// recordings each at 95 %.
 struct NoiseScale {
   double scale = 0.0;  ///< of variances; below 1: the filter is pessimistic
   double lower = 0.0, upper = 0.0;

@@ -93,8 +93,21 @@ TEST(RecordedInnovations, ABiasAndCorrelationAreFound) {
   EXPECT_GT(tests.mean_p_value, 1e-3) << "correlation alone is no bias";
 }
 
+TEST(RecordedInnovations, SlowOnesHaveAWideInterval) {
+  RecordedInnovations slow = white_innovations(900, 1, 8);
+  for (std::size_t i = 1; i < slow.whitened.size(); ++i)
+    slow.whitened[i] = 0.97 * slow.whitened[i - 1] + std::sqrt(1 - 0.97 * 0.97) * slow.whitened[i];
+  for (std::size_t i = 0; i < slow.nis.size(); ++i) slow.nis[i] = slow.whitened[i].squaredNorm();
+  const NoiseScale wide = test_recorded_innovations(std::vector{slow}, 0.95).noise_scale;
+  const NoiseScale narrow =
+      test_recorded_innovations(std::vector{white_innovations(900, 1, 8)}, 0.95).noise_scale;
+  EXPECT_EQ(wide.stretches, 5);
+  EXPECT_EQ(narrow.stretches, 50);
+  EXPECT_GT(wide.upper - wide.lower, 3 * (narrow.upper - narrow.lower));
+}
+
 TEST(RecordedInnovations, TooShortARecordingHasNoInterval) {
-  const InnovationTests tests = test_recorded_innovations(std::vector{white_innovations(30, 1, 7)}, 0.95);
+  const InnovationTests tests = test_recorded_innovations(std::vector{white_innovations(10, 1, 7)}, 0.95);
   EXPECT_FALSE(tests.noise_scale.reason.empty());
   EXPECT_TRUE(std::isnan(tests.noise_scale.lower));
   const InnovationTests none = test_recorded_innovations(std::vector{RecordedInnovations{}}, 0.95);
