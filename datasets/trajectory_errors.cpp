@@ -72,7 +72,10 @@ std::optional<SpatialPose> truth_at(const Trajectory& truth, double time_s,
   const auto after = std::lower_bound(begin, end, time_s);
   const auto pose = [&](auto place) { return truth.poses[static_cast<std::size_t>(place - begin)]; };
   const double limit = matching.max_time_difference_s;
-  if (after != end && *after == time_s) return pose(after);
+  // Files round their times: what is this near is the same moment.
+  constexpr double kSameTime_s = 1e-6;
+  if (after != end && *after - time_s <= kSameTime_s) return pose(after);
+  if (after != begin && time_s - *(after - 1) <= kSameTime_s) return pose(after - 1);
   const bool has_before = after != begin && time_s - *(after - 1) <= limit;
   const bool has_after = after != end && *after - time_s <= limit;
   if (matching.truth_time == TruthTime::nearest) {

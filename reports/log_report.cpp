@@ -55,6 +55,7 @@ Panel whiteness_panel(const SensorAnalysis& s) {
   Panel panel{
       .title = s.name.empty() ? "Innovation" : s.name, .x_label = "lag (rows)", .y_label = "autocorrelation"};
   const FigureData lags = index_axis(std::ssize(w.autocorrelation));
+  panel.x_range = AxisRange{0.0, static_cast<double>(lags.size()) + 1.0};  // no point on the frame
   FigureData lower;
   for (const double band : w.band) lower.push_back(-band);
   panel.series.push_back(band_series("white", ColourRole::bound, lags, lower, FigureData(w.band)));

@@ -19,7 +19,7 @@ std::string tests_of(const SensorAnalysis& s) {
   const auto p = [](double value, std::string_view reason) {
     return reason.empty() ? "p = " + number_text(value, 3) : std::string(reason);
   };
-  return fmt::format("{}: white in time, {}; mean zero, {}.", name,
+  return fmt::format("{}: test of whiteness in time {}; of mean zero {}.", name,
                      p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason));
 }
 

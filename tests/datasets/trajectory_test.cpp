@@ -171,6 +171,8 @@ TEST(TruthAt, IsInterpolatedOrNearestWithinItsTolerance) {
   EXPECT_FALSE(truth_at(truth, 2.5, between).has_value());  // 5.0 is too far
   EXPECT_FALSE(truth_at(truth, 0.9, between).has_value());  // nothing before
   EXPECT_TRUE(truth_at(truth, 5.0, between).has_value());
+  EXPECT_TRUE(truth_at(truth, 5.0000005, between).has_value());  // rounded times
+  EXPECT_TRUE(truth_at(truth, 0.9999995, between).has_value());
   const TrajectoryMatching nearest{.max_time_difference_s = 0.9, .truth_time = TruthTime::nearest};
   EXPECT_EQ(truth_at(truth, 1.25, nearest)->position.x(), 0.0);
   EXPECT_EQ(truth_at(truth, 2.5, nearest)->position.x(), 1.0);
