@@ -115,6 +115,7 @@ std::vector<BatteryTest> list_tests(const Battery& b, const ConsistencyVerdict& 
       fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
                   b.credibility.inclination, b.credibility.noncredibility));
   std::vector<double> p_values;
+  p_values.reserve(tests.size());
   for (const BatteryTest& test : tests) p_values.push_back(test.p_value);
   const std::vector<double> adjusted = holm(p_values);
   for (std::size_t i = 0; i < tests.size(); ++i) tests[i].adjusted = adjusted[i];

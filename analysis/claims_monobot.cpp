@@ -143,7 +143,8 @@ Claim full_is_unbounded() {
   for (const Index landmarks : {1, 2, 3}) {
     const auto steps = linear_filter_steps(monobot(landmarks), kFull, kLong);
     const auto rate = [&](auto trace) {
-      return (trace(steps.back()) - trace(steps[kLong / 2 - 1])) / static_cast<double>(kLong - kLong / 2);
+      constexpr Index kHalf = kLong / 2;
+      return (trace(steps.back()) - trace(steps[kHalf - 1])) / static_cast<double>(kLong - kHalf);
     };
     const double prior = rate([](const LinearFilterStep& s) { return s.P_prior.trace(); });
     const double posterior = rate([](const LinearFilterStep& s) { return s.P.trace(); });

@@ -36,7 +36,7 @@ VerdictLaws separate_block_laws(std::size_t blocks) {
   laws.overall = [=](const std::vector<StepTest>& tested) {
     std::vector<double> dofs;
     for (const StepTest& step : tested) dofs.insert(dofs.end(), blocks, step.total_dof / parts);
-    return dependent_law(std::move(dofs));
+    return dependent_law(dofs);
   };
   laws.method =
       "NEES summed over blocks whose covariances are not in the log; every step and the sum over steps by a "

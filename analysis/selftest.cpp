@@ -123,12 +123,15 @@ void calibrate_battery(const SelftestOptions& options, Workers& workers, Selftes
     all[at] = battery_results(filter, laws, study);
     const double dof = SyntheticFilter::kStateDof * SyntheticFilter::kSteps * SyntheticFilter::kRuns;
     sum_alarm[at] =
-        is_alarm(two_sided_p_value(study.run_sum_nees.mean * SyntheticFilter::kRuns, dof), kPowerLevel);
+        is_alarm(two_sided_p_value(study.run_sum_nees.mean * SyntheticFilter::kRuns, dof), kPowerLevel) ? 1
+                                                                                                        : 0;
     band_alarm[at] =
-        judge_nis(study.nis, synthetic_dofs(study.nis, 2.0), 1.0 - kPowerLevel).share_outside > 0;
+        judge_nis(study.nis, synthetic_dofs(study.nis, 2.0), 1.0 - kPowerLevel).share_outside > 0 ? 1 : 0;
     gate_alarm[at] =
         is_alarm(judge_nis(study.gated_nis, synthetic_dofs(study.gated_nis, 2.0), 1.0 - kPowerLevel).p_value,
-                 kPowerLevel);
+                 kPowerLevel)
+            ? 1
+            : 0;
   });
   if (workers.stopped()) return;
   for (std::size_t test = 0; test < all.front().size(); ++test) {
@@ -167,7 +170,7 @@ void calibrate_looks(const SelftestOptions& options, Workers& workers, SelftestR
       const Verdict verdict = outcomes[rule].verdict;
       wrong[rule][at] = rules[rule].on_verdict ? is_inconsistent(verdict) : !covers;
     }
-    if (at < naive.size()) naive[at] = naive_looks_reject(filter, noise, i, 1.0 - kPowerLevel);
+    if (at < naive.size()) naive[at] = naive_looks_reject(filter, noise, i, 1.0 - kPowerLevel) ? 1 : 0;
   });
   for (std::size_t rule = 0; rule < rules.size(); ++rule) {
     const bool verdict = rules[rule].on_verdict;

@@ -115,6 +115,7 @@ LagProducts synthetic_lags(const SyntheticFilter& filter, const SyntheticStudy& 
 
 std::vector<double> synthetic_dofs(const std::vector<Moments>& steps, double dof) {
   std::vector<double> result;
+  result.reserve(steps.size());
   for (const Moments& step : steps) result.push_back(dof * static_cast<double>(step.count));
   return result;
 }

@@ -136,7 +136,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   arena.execute([&] {
     using tbb::filter_mode;
     tbb::parallel_pipeline(
-        static_cast<std::size_t>(2 * threads),
+        2 * static_cast<std::size_t>(threads),
         tbb::make_filter<void, std::span<const std::filesystem::path>>(filter_mode::serial_in_order,
                                                                        take_files) &
             tbb::make_filter<std::span<const std::filesystem::path>, std::shared_ptr<Group>>(

@@ -51,6 +51,7 @@ void run_tasks(int count, const CarparkStudyOptions& options, const std::functio
   const unsigned machine = std::max(1U, std::thread::hardware_concurrency());
   const int threads = std::min(count, options.threads > 0 ? options.threads : static_cast<int>(machine));
   std::vector<std::future<void>> workers;
+  workers.reserve(static_cast<std::size_t>(threads));
   for (int i = 0; i < threads; ++i) workers.push_back(std::async(std::launch::async, work));
   for (std::future<void>& worker : workers) worker.get();
   complete = done == count;

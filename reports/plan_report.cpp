@@ -112,8 +112,7 @@ ReportTable plan_table(const StudyPlan& plan) {
   table.add({fmt::format("mean NEES to ±{:g} %", 100.0 * plan.question.precision), plan.runs_for_precision,
              "", time_text(plan.pilot.seconds_for(plan.runs_for_precision))});
   table.notes = {
-      "factor: true covariance / claimed, P for NEES and S for NIS, at every step. The power is at "
-      "least the one shown.",
+      "factor: true covariance / claimed, P for NEES and S for NIS, at every step. Power: at least this.",
       detectable_note("NEES", plan.nees, plan), detectable_note("NIS", plan.nis, plan), design_note(plan),
       pilot_note(plan.pilot)};
   return table;

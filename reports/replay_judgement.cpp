@@ -57,7 +57,7 @@ MapConsistency map_of(const ReplayResult& result) {
 
 std::string about_reference(const ReplayResult& result, std::size_t runs) {
   const bool heading = !result.references.empty() && result.references.front().dof == 3;
-  const std::string truth =
+  std::string truth =
       heading ? fmt::format(
                     "Motion capture gives the whole pose; its own heading is known to {}° only, "
                     "which is added to P.",
