@@ -9,6 +9,7 @@
 #include "analysis/riccati_marginal.h"
 #include "analysis/riccati_newton.h"
 #include "analysis/riccati_scaling.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
@@ -72,9 +73,8 @@ Matrix filter_gain(const RiccatiProblem& problem, const Matrix& P) {
 void describe_closed_loop(const ScaledRiccati& scaled, const Matrix& P, RiccatiSolution& solution) {
   const RiccatiProblem& problem = scaled.problem;
   solution.closed_loop_eigenvalues = closed_loop_eigenvalues(problem.F, filter_gain(problem, P), problem.H);
-  solution.spectral_radius = solution.closed_loop_eigenvalues.size() > 0
-                                 ? std::abs(solution.closed_loop_eigenvalues[0])
-                                 : std::numeric_limits<double>::quiet_NaN();
+  solution.spectral_radius =
+      solution.closed_loop_eigenvalues.size() > 0 ? std::abs(solution.closed_loop_eigenvalues[0]) : kNaN;
 }
 
 RiccatiSolution solve_scaled(const RiccatiProblem& problem, const ScaledRiccati& scaled,
@@ -86,7 +86,7 @@ RiccatiSolution solve_scaled(const RiccatiProblem& problem, const ScaledRiccati&
   if (options.closed_loop_eigenvalues) {
     describe_closed_loop(scaled, solution.P, solution);
   } else {
-    solution.spectral_radius = std::numeric_limits<double>::quiet_NaN();
+    solution.spectral_radius = kNaN;
   }
   solution.P = scaled.unscaled(solution.P);
   solution.K = filter_gain(problem, solution.P);

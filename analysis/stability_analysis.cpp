@@ -21,19 +21,6 @@ constexpr Index kChunk = 50;
 /// Increments below this share of the trace are rounding.
 constexpr double kGrowthTolerance = 1e-6;
 
-/// The verdict on a trace: a covariance that has a limit approaches it by increments that at least halve from
-/// one doubling of the time to the next; those of a logarithm stay equal and those of a line double.
-void judge(LongHorizon& h) {
-  const std::size_t last = h.trace_prior.size();
-  const auto at = [&](std::size_t step) { return h.trace_prior[step - 1]; };
-  const std::size_t half = last / 2;
-  const double late = at(last) - at(half), early = at(half) - at(half / 2);
-  h.growth_per_step = late / static_cast<double>(last - half);
-  h.growth_exponent = at(last) > 0.0 ? std::log2(at(last) / at(last / 2)) : 0.0;
-  const bool grows = late > kGrowthTolerance * at(last) && late > 0.75 * early;
-  h.verdict = grows ? LongRun::growing : LongRun::bounded;
-}
-
 /// Follows the filter; `last` receives the step `steps`.
 LongHorizon follow(LinearModel model, const InflationRule& rule, Index steps, Index horizon,
                    LinearFilterStep& last) {
@@ -58,7 +45,7 @@ LongHorizon follow(LinearModel model, const InflationRule& rule, Index steps, In
     }
     model.P0 = chunk.back().P;
   }
-  judge(h);
+  h.growth = judge_growth(h.trace_prior, kGrowthTolerance);
   return h;
 }
 
@@ -80,18 +67,6 @@ void compare_initial_covariances(StabilityAnalysis& a, const RiccatiProblem& pro
 }
 
 }  // namespace
-
-std::string to_string(LongRun verdict) {
-  switch (verdict) {
-    case LongRun::bounded:
-      return "bounded";
-    case LongRun::growing:
-      return "growing";
-    case LongRun::failed:
-      break;
-  }
-  return "failed";
-}
 
 StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationRule& rule, Index steps,
                                     Index horizon) {

@@ -5,6 +5,7 @@
 
 #include "analysis/ranks.h"
 #include "analysis/riccati.h"
+#include "analysis/trace_growth.h"
 #include "core/inflation_rule.h"
 #include "core/linear_model.h"
 
@@ -14,19 +15,11 @@
 
 namespace credence {
 
-/// What tr P did over a long horizon.
-enum class LongRun { bounded, growing, failed };
-
-/// "bounded", "growing", "failed".
-std::string to_string(LongRun verdict);
-
 /// The filter's own covariance recursion, with its ΔP_k as they vary, far beyond the steps of a study.
 struct LongHorizon {
-  LongRun verdict = LongRun::failed;
+  TraceGrowth growth;               ///< of trace_prior, step by step
   std::vector<double> trace_prior;  ///< at steps 1, 2, …; after the inflation, before the update
   std::vector<double> trace;        ///< after the update
-  double growth_per_step = 0.0;     ///< of trace_prior, over the last half of the horizon
-  double growth_exponent = 0.0;     ///< log2(tr P_H / tr P_{H/2}) of the prior
   bool converged = true;            ///< every exact minimal trace reached its tolerance
 };
 

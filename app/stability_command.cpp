@@ -6,12 +6,14 @@
 #include <filesystem>
 #include <memory>
 
+#include "analysis/planar_stability.h"
 #include "analysis/stability_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "montecarlo/filter_setup.h"
 #include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
+#include "reports/planar_stability_report.h"
 #include "reports/stability_report.h"
 #include "reports/text_table.h"
 
@@ -21,32 +23,55 @@ namespace {
 struct StabilityOptions : CommonOptions {
   std::string scenario;
   Index horizon = 2000;
+  Index loops = 20;
 };
+
+/// What a kind of world has to say, ready to print.
+struct StabilityOutput {
+  std::vector<ReportTable> tables;
+  std::string json;
+  std::vector<std::string> problems;
+};
+
+StabilityOutput linear_output(const Scenario& scenario, const StabilityOptions& options) {
+  const Index steps = scenario.study.steps;
+  const StabilityAnalysis a = analyse_stability(make_assumed_model(scenario), make_inflation_rule(scenario),
+                                                steps, std::max(options.horizon, steps));
+  StabilityOutput output{
+      {stability_rank_table(a), stability_verdict_table(a)}, stability_json(scenario, a), {}};
+  if (!options.out.empty()) output.problems = write_stability_report(options.out, scenario, a);
+  return output;
+}
+
+StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& options) {
+  const PlanarStability a = analyse_planar_stability(scenario, options.loops);
+  StabilityOutput output{
+      {planar_rank_table(a), planar_growth_table(scenario, a)}, planar_stability_json(scenario, a), {}};
+  if (!options.out.empty()) output.problems = write_planar_stability_report(options.out, scenario, a);
+  return output;
+}
 
 int stability(const StabilityOptions& options) {
   const Scenario scenario = load_scenario(options.scenario, options.overrides());
-  if (scenario.world.model != WorldModel::monobot) {
+  const bool planar = scenario.world.model == WorldModel::planar;
+  if (planar && scenario.filter.inflation == FilterInflation::rank) {
     throw ScenarioError(fmt::format(
-        "{}: world.model = \"{}\": stability handles linear worlds so far; accepted is \"monobot\"",
-        options.scenario, to_string(scenario.world.model)));
+        "{}: filter.inflation = \"rank\": in a planar world stability handles \"none\", \"full\" and \"map\"",
+        options.scenario));
   }
-  const Index steps = scenario.study.steps;
-  const StabilityAnalysis analysis = analyse_stability(
-      make_assumed_model(scenario), make_inflation_rule(scenario), steps, std::max(options.horizon, steps));
+  const StabilityOutput output = planar ? planar_output(scenario, options) : linear_output(scenario, options);
   if (options.format == "json") {
-    fmt::print("{}\n", stability_json(scenario, analysis));
+    fmt::print("{}\n", output.json);
   } else {
-    const bool colour = isatty(STDOUT_FILENO) == 1;
-    fmt::print("{}\n{}", text_table(stability_rank_table(analysis), colour),
-               text_table(stability_verdict_table(analysis), colour));
+    for (const ReportTable& table : output.tables) {
+      fmt::print("{}\n", text_table(table, isatty(STDOUT_FILENO) == 1));
+    }
   }
-  if (!options.out.empty()) {
-    for (const std::string& problem : write_stability_report(options.out, scenario, analysis)) {
-      fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-    }
-    if (!options.quiet) {
-      fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
-    }
+  for (const std::string& problem : output.problems) {
+    fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
+  }
+  if (!options.out.empty() && !options.quiet) {
+    fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
   }
   return kDone;
 }
@@ -57,17 +82,21 @@ void add_stability_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "stability", "does P stay bounded? ranks, eigenvalues, Riccati equation, predicted and measured");
   auto options = std::make_shared<StabilityOptions>();
-  command->add_option("scenario", options->scenario, "scenario file of a linear world")->required();
+  command->add_option("scenario", options->scenario, "scenario file")->required();
   add_common_options(*command, *options);
   command
       ->add_option("--horizon", options->horizon,
-                   "steps of the long run; no fewer than those of the study are made")
+                   "linear worlds: steps of the long run; no fewer than those of the study are made")
       ->check(CLI::Range(Index{4}, Index{10'000'000}))
+      ->capture_default_str();
+  command->add_option("--loops", options->loops, "planar worlds: how often the path is driven")
+      ->check(CLI::Range(Index{4}, Index{100'000}))
       ->capture_default_str();
   static constexpr const char* kExamples[] = {
       "credence stability scenarios/figure2_two_landmarks.toml",
       "credence stability scenarios/figure3_two_landmarks.toml --format json",
-      "credence stability scenarios/figure3_two_landmarks.toml --set world.landmarks=6 --out out/stability"};
+      "credence stability scenarios/figure3_two_landmarks.toml --set world.landmarks=6 --out out/stability",
+      "credence stability scenarios/planar_stability.toml --set filter.inflation=full"};
   command->footer(examples(kExamples) + "\n\n" + scenario_help());
   command->callback([options] { throw ExitStatus{stability(*options)}; });
 }

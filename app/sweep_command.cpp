@@ -74,7 +74,9 @@ int sweep(SweepOptions& options) {
   if (options.format == "json") {
     fmt::print("{}\n", sweep_json(plan, analyses));
   } else {
-    fmt::print("{}", text_table(sweep_table(plan, analyses), isatty(STDOUT_FILENO) == 1));
+    for (const ReportTable& table : sweep_tables(plan, analyses)) {
+      fmt::print("{}", text_table(table, isatty(STDOUT_FILENO) == 1));
+    }
   }
   for (const std::string& problem : write_sweep_report(options.out, plan, analyses)) {
     fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
@@ -113,7 +115,8 @@ void add_sweep_command(CLI::App& app) {
   static constexpr const char* kExamples[] = {
       "credence sweep scenarios/mistuned_sweep.toml",
       "credence sweep scenarios/mistuned_sweep.toml --set sweep.world.landmarks=1:4 --out out/landmarks",
-      "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1"};
+      "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
+      "credence sweep scenarios/rank_map.toml    # when does inflation keep P bounded?"};
   command->footer(examples(kExamples) + "\n\n" + scenario_help());
   command->callback([options] { throw ExitStatus{sweep(*options)}; });
 }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/angle.h"
+#include "montecarlo/path_length.h"
 
 namespace credence {
 namespace {
@@ -32,15 +33,10 @@ Pose on_path(PathShape path, double radius, double s) {
   return {radius * std::cos(angle), radius * std::sin(angle), wrap_angle(angle + 0.5 * std::numbers::pi)};
 }
 
-double loop_length(PathShape path, double radius) {
-  if (path == PathShape::line) return 4.0 * radius;
-  return (path == PathShape::eight ? 2.0 : 1.0) * kTwoPi * radius;
-}
-
 /// Landmarks beside the path: the first of them near the start, so that the first are the natural anchors.
 std::vector<Point> place_beside_path(PathShape path, double radius, Index count) {
   constexpr double kOffset = 0.3;  // of the radius, to either side
-  const double length = path == PathShape::line ? 2.0 * radius : loop_length(path, radius);
+  const double length = path == PathShape::line ? 2.0 * radius : loop_length_m(path, radius);
   std::vector<Point> points;
   for (Index i = 0; i < count; ++i) {
     const double s = length * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
@@ -59,7 +55,7 @@ double turn_rate_at(PathShape path, double radius, double speed, double s) {
 
 std::vector<Control> nominal_controls(const Scenario& scenario, const Vehicle& vehicle) {
   const WorldSettings& w = scenario.world;
-  const double length = loop_length(w.path, w.path_radius), step = w.speed * w.dt;
+  const double length = loop_length_m(w.path, w.path_radius), step = w.speed * w.dt;
   std::vector<Control> controls;
   for (Index k = 0; k < scenario.study.steps; ++k) {
     const double s = std::fmod(static_cast<double>(k) * step, length);

@@ -75,16 +75,17 @@ TableCell error_cell(double spectral_radius) {
 }
 
 TableCell long_run_cell(const LongHorizon& h) {
-  return {to_string(h.verdict), h.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm};
+  return {std::string(to_string(h.growth.verdict)),
+          h.growth.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm};
 }
 
 std::string long_run_text(const LongHorizon& h) {
-  if (h.verdict == LongRun::failed) {
+  if (h.growth.verdict == LongRun::failed) {
     return fmt::format("S lost positive definiteness after {} steps", h.trace.size());
   }
   return fmt::format("prior {} m² at step {}; {} m² a step over the last half, exponent {}",
                      number_text(h.trace_prior.back(), 5), h.trace_prior.size(),
-                     number_text(h.growth_per_step, 4), number_text(h.growth_exponent, 3));
+                     number_text(h.growth.per_sample, 4), number_text(h.growth.exponent, 3));
 }
 
 std::vector<std::string> notes(const StabilityAnalysis& a) {
@@ -143,9 +144,9 @@ Json riccati_json(const RiccatiSolution& r) {
 Json long_horizon_json(const LongHorizon& h) {
   Json j;
   j["steps"] = h.trace.size();
-  j["verdict"] = to_string(h.verdict);
-  j["growth_per_step"] = json_number(h.growth_per_step);
-  j["growth_exponent"] = json_number(h.growth_exponent);
+  j["verdict"] = to_string(h.growth.verdict);
+  j["growth_per_step"] = json_number(h.growth.per_sample);
+  j["growth_exponent"] = json_number(h.growth.exponent);
   j["converged"] = h.converged;
   Json step = Json::array(), prior = Json::array(), posterior = Json::array();
   for (std::size_t k = 1; k <= h.trace.size(); k *= 2) {

@@ -12,6 +12,7 @@
 #include "reports/gnuplot.h"
 #include "reports/html_page.h"
 #include "reports/json_numbers.h"
+#include "reports/rank_map_report.h"
 #include "reports/study_json.h"
 #include "reports/study_table.h"
 
@@ -90,7 +91,7 @@ std::vector<Figure> sweep_figures(const SweepPlan& plan, std::span<const StudyAn
 }
 
 void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
-                     std::span<const StudyAnalysis> analyses) {
+                     std::span<const StudyAnalysis> analyses, std::span<const RankMapCell> cells) {
   std::vector<std::string> columns = {"configuration"};
   for (const SweepAxis& axis : plan.axes) columns.push_back(axis.path);
   for (const char* name : {"runs", "failed", "nees_mean", "nees_expected", "nees_lower", "nees_upper",
@@ -98,9 +99,16 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
                            "nis_upper", "nis_p_value", "nis_verdict", "trace_last"}) {
     columns.emplace_back(name);
   }
+  if (!cells.empty()) {
+    for (const char* name : {"rank_inflation", "rank_observability", "measured_bounded", "growth_exponent",
+                             "growth_per_step", "predicted_bounded", "paper_condition_holds"}) {
+      columns.emplace_back(name);
+    }
+  }
   CsvWriter csv(target, columns);
   const auto number = [](double v) { return std::isfinite(v) ? CsvField(v) : CsvField(""); };
-  for (const StudyAnalysis& a : analyses) {
+  for (std::size_t i = 0; i < analyses.size(); ++i) {
+    const StudyAnalysis& a = analyses[i];
     const SweepPoint& point = point_of(plan, a);
     std::vector<CsvField> row = {point.id};
     for (const ScalarValue& value : point.values) row.emplace_back(plain_text(value));
@@ -113,6 +121,11 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
       row.emplace_back(std::string(to_string(v->verdict)));
     }
     row.push_back(a.covariance.trace.empty() ? CsvField("") : number(a.covariance.trace.back()));
+    if (!cells.empty()) {
+      const RankMapCell& c = cells[i];
+      row.insert(row.end(), {c.inflation_rank, c.observability_rank, c.bounded ? 1 : 0, c.growth_exponent,
+                             c.growth_per_step, c.predicted ? 1 : 0, c.paper ? 1 : 0});
+    }
     csv.add(row);
   }
   csv.commit();
@@ -137,9 +150,7 @@ std::string family_note(std::span<const StudyAnalysis> analyses, std::span<const
       alone, analyses.size(), together, percent);
 }
 
-}  // namespace
-
-ReportTable sweep_table(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+ReportTable configuration_table(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
   using enum ColumnAlign;
   ReportTable table{.title = fmt::format("{}: {} configurations", plan.name, plan.points.size()),
                     .columns = {},
@@ -178,7 +189,40 @@ ReportTable sweep_table(const SweepPlan& plan, std::span<const StudyAnalysis> an
   return table;
 }
 
+/// The cells of a map of ranks; none if a configuration is not one.
+std::vector<RankMapCell> rank_map_cells(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+  const bool is_map = std::all_of(plan.points.begin(), plan.points.end(),
+                                  [](const SweepPoint& point) { return is_rank_map_cell(point.scenario); });
+  std::vector<RankMapCell> cells;
+  if (!is_map) return cells;
+  for (const StudyAnalysis& analysis : analyses) cells.push_back(rank_map_cell(analysis));
+  return cells;
+}
+
+/// The level of the tests of all cells together.
+double confidence_of(std::span<const StudyAnalysis> analyses) {
+  return analyses.front().scenario.study.confidence;
+}
+
+}  // namespace
+
+std::vector<ReportTable> sweep_tables(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+  const std::vector<RankMapCell> cells = rank_map_cells(plan, analyses);
+  if (cells.empty()) return {configuration_table(plan, analyses)};
+  return {rank_map_table(cells, confidence_of(analyses)), rank_map_disagreements(cells)};
+}
+
 std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+  Json document;
+  document["schema"] = kSchema;
+  document["name"] = plan.name;
+  document["points"] = plan.points.size();
+  document["skipped_impossible"] = plan.skipped;
+  const std::vector<RankMapCell> cells = rank_map_cells(plan, analyses);
+  if (!cells.empty()) {
+    document["rank_map"] = rank_map_json(cells, confidence_of(analyses));
+    return document.dump(1);
+  }
   Json configurations = Json::array();
   const std::vector<double> together = sweep_p_values(analyses);
   for (std::size_t n = 0; n < analyses.size(); ++n) {
@@ -201,27 +245,24 @@ std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> ana
     j["sweep_p_value"] = json_number(together[n]);
     configurations.push_back(std::move(j));
   }
-  Json j;
-  j["schema"] = kSchema;
-  j["name"] = plan.name;
-  j["points"] = plan.points.size();
-  j["skipped_impossible"] = plan.skipped;
-  j["configurations"] = std::move(configurations);
-  return j.dump(1);
+  document["configurations"] = std::move(configurations);
+  return document.dump(1);
 }
 
 std::vector<std::string> write_sweep_report(const std::filesystem::path& directory, const SweepPlan& plan,
                                             std::span<const StudyAnalysis> analyses) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
-  const std::vector<Figure> figures = sweep_figures(plan, analyses);
+  const std::vector<RankMapCell> cells = rank_map_cells(plan, analyses);
+  const std::vector<Figure> figures =
+      cells.empty() ? sweep_figures(plan, analyses) : std::vector<Figure>{rank_map_figure(cells)};
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
-  write_sweep_csv(directory / "sweep.csv", plan, analyses);
+  write_sweep_csv(directory / "sweep.csv", plan, analyses, cells);
 
   HtmlPage page(plan.name, "A sweep of configurations, by Credence");
-  page.section("Verdicts");
-  page.table(sweep_table(plan, analyses));
-  page.link("the table as CSV", "sweep.csv");
+  page.section(cells.empty() ? "Verdicts" : "The map of ranks");
+  for (const ReportTable& table : sweep_tables(plan, analyses)) page.table(table);
+  page.link("every configuration as CSV", "sweep.csv");
   std::vector<std::string> problems;
   for (std::size_t i = 0; i < figures.size(); ++i) {
     page.figure(figures[i], drawings[i], directory);

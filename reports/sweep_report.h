@@ -11,10 +11,12 @@
 
 namespace credence {
 
-/// One row for each configuration of a sweep that has results; `analyses` follow the points of the plan.
-ReportTable sweep_table(const SweepPlan& plan, std::span<const StudyAnalysis> analyses);
+/// One row for each configuration of a sweep that has results; `analyses` follow the points of the plan. For
+/// a map of ranks (analysis/rank_map.h) its counts and disagreements instead.
+std::vector<ReportTable> sweep_tables(const SweepPlan& plan, std::span<const StudyAnalysis> analyses);
 
-/// The document of `credence sweep`: configurations in the plan's order, each as `credence run` gives it.
+/// The document of `credence sweep`: configurations in the plan's order, each as `credence run` gives it; for
+/// a map of ranks the map instead of them.
 std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> analyses);
 
 /// Writes DIR/index.html, DIR/sweep.csv and the figures. Returns why figures could not be drawn. Throws

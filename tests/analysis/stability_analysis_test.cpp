@@ -124,9 +124,9 @@ TEST(StabilityAnalysis, FullDecorrelationGrowsByQPerStep) {
     EXPECT_FALSE(a.riccati.bounded());
     EXPECT_EQ(a.riccati.kind, RiccatiKind::unbounded);
     EXPECT_NEAR(a.riccati.growth_exponent, 1.0, 0.01);
-    EXPECT_EQ(a.long_horizon.verdict, LongRun::growing);
-    EXPECT_NEAR(a.long_horizon.growth_per_step, kQ, 0.002 * kQ);
-    EXPECT_GT(a.long_horizon.growth_exponent, 0.9);
+    EXPECT_EQ(a.long_horizon.growth.verdict, LongRun::growing);
+    EXPECT_NEAR(a.long_horizon.growth.per_sample, kQ, 0.002 * kQ);
+    EXPECT_GT(a.long_horizon.growth.exponent, 0.9);
     EXPECT_TRUE(a.paper_condition_holds);  // eq. (22) errs here: theory, section 5
     EXPECT_TRUE(std::isnan(a.initial_covariance_effect));
   }
@@ -139,7 +139,7 @@ TEST(StabilityAnalysis, MapDecorrelationIsBounded) {
   EXPECT_LT(a.riccati.residual, 1e-9);
   EXPECT_EQ(a.riccati.kind, RiccatiKind::depends_on_initial);
   EXPECT_TRUE(a.depends_on_initial);
-  EXPECT_EQ(a.long_horizon.verdict, LongRun::bounded);
+  EXPECT_EQ(a.long_horizon.growth.verdict, LongRun::bounded);
   EXPECT_TRUE(a.paper_condition_holds);
   EXPECT_EQ(a.unobservable, std::vector<std::string>{"common translation"});
 }
@@ -150,7 +150,7 @@ TEST(StabilityAnalysis, AnchoredIsBoundedAndForgetsItsStart) {
     EXPECT_TRUE(a.predicted_bounded);
     EXPECT_TRUE(a.riccati.bounded());
     EXPECT_FALSE(a.depends_on_initial) << a.initial_covariance_effect;
-    EXPECT_EQ(a.long_horizon.verdict, LongRun::bounded);
+    EXPECT_EQ(a.long_horizon.growth.verdict, LongRun::bounded);
     EXPECT_TRUE(a.unobservable.empty());
     EXPECT_LT(a.spectral_radius, 1.0);
   }
@@ -161,7 +161,7 @@ TEST(StabilityAnalysis, WithoutInflationTheLimitDependsOnTheStart) {
   EXPECT_FALSE(a.inflation_varies);
   EXPECT_TRUE(a.predicted_bounded);
   EXPECT_TRUE(a.depends_on_initial);
-  EXPECT_EQ(a.long_horizon.verdict, LongRun::bounded);
+  EXPECT_EQ(a.long_horizon.growth.verdict, LongRun::bounded);
   for (Index i = 1; i < a.state_dim; ++i) EXPECT_LT(a.riccati.K.row(i).norm(), 1e-9);  // gains vanish
 }
 
@@ -177,7 +177,7 @@ TEST(StabilityAnalysis, ConstantInflationOfTheRankOfOIsUnbounded) {
   EXPECT_TRUE(a.paper_condition_holds);
   EXPECT_FALSE(a.predicted_bounded);
   EXPECT_FALSE(a.riccati.bounded());
-  EXPECT_EQ(a.long_horizon.verdict, LongRun::growing);
+  EXPECT_EQ(a.long_horizon.growth.verdict, LongRun::growing);
 }
 
 TEST(StabilityAnalysis, RefusesWhatItCannotAnalyse) {

@@ -44,8 +44,8 @@ class StabilityCommand : public testing::Test {
     return text.str();
   }
 
-  Finished run(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), {CREDENCE_BINARY, "stability"});
+  Finished run(std::vector<std::string> arguments, const char* command = "stability") const {
+    arguments.insert(arguments.begin(), {CREDENCE_BINARY, command});
     const pid_t child = fork();
     if (child == 0) {
       std::vector<char*> argv;
@@ -97,19 +97,57 @@ TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
   EXPECT_NE(read("page/index.html").find("Stability of figure3_two_landmarks"), std::string::npos);
 }
 
-TEST_F(StabilityCommand, RefusesWhatIsNotLinear) {
-  const Finished f = run({scenario("planar_loop")});
+TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
+  const Finished f = run({scenario("planar_stability"), "--set", "world.landmarks=4", "--loops", "6",
+                          "--format", "json", "--out", "plane", "--quiet"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json j = Json::parse(f.out);
+  EXPECT_EQ(j["state_dim"], 11);
+  EXPECT_EQ(j["rank"]["controllability"], 3);
+  EXPECT_EQ(j["rank"]["observability"], 8);
+  EXPECT_EQ(j["rank"]["observability_at_estimate"], 9);
+  EXPECT_EQ(j["closed_loop_eigenvalues"].size(), 11U);
+  EXPECT_EQ(j["predicted_bounded"], false);  // the pairwise sum: theory, section 5
+  EXPECT_EQ(j["filters"].size(), 6U);
+  for (const char* key : {"bounded", "growth_exponent", "trace", "residual", "kind"}) {
+    EXPECT_TRUE(j["riccati"].contains(key)) << key;
+  }
+  EXPECT_NE(read("plane/index.html").find("rotation about the origin"), std::string::npos);
+}
+
+TEST_F(StabilityCommand, RefusesAConstantInflationInThePlane) {
+  const Finished f = run({scenario("planar_stability"), "--set", "filter.inflation=rank"});
   EXPECT_EQ(f.code, 2);
   EXPECT_EQ(f.out, "");
-  EXPECT_NE(f.err.find("linear worlds so far"), std::string::npos) << f.err;
+  EXPECT_NE(f.err.find("filter.inflation"), std::string::npos) << f.err;
 }
 
 TEST_F(StabilityCommand, BadInputIsTwo) {
   EXPECT_EQ(run({"missing.toml"}).code, 2);
   EXPECT_EQ(run({}).code, 2);
   EXPECT_EQ(run({scenario("figure3_two_landmarks"), "--horizon", "0"}).code, 2);
+  EXPECT_EQ(run({scenario("planar_stability"), "--loops", "1"}).code, 2);
   EXPECT_EQ(run({scenario("figure3_two_landmarks"), "--set", "noise.measurement_variance=0"}).code, 2);
   EXPECT_EQ(run({"--help"}).code, 0);
+}
+
+TEST_F(StabilityCommand, SweepDrawsTheMapOfRanks) {
+  const Finished f = run({scenario("rank_map"), "--set", "sweep.world.landmarks=1:3", "--set",
+                          "sweep.study.seed=1", "--out", "map", "--format", "json", "--quiet"},
+                         "sweep");
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json map = Json::parse(f.out)["rank_map"];
+  ASSERT_EQ(map["groups"].size(), 8U);
+  for (const Json& group : map["groups"]) EXPECT_EQ(group["exact_errs"], 0) << group;
+  for (const Json& cell : map["cells"]) {
+    const bool touches_all = cell["inflation_range"] == "generic" || cell["inflation_range"] == "map";
+    const bool errs = cell["measured_bounded"] != cell["paper_condition_holds"];
+    EXPECT_EQ(errs, cell["observability"] == "partial" && touches_all &&
+                        cell["inflation_rank"] == cell["observability_rank"])
+        << cell;
+  }
+  EXPECT_NE(read("map/index.html").find("figure-rank-map"), std::string::npos);
+  EXPECT_NE(read("map/sweep.csv").find("paper_condition_holds"), std::string::npos);
 }
 
 }  // namespace
