@@ -109,7 +109,7 @@ TEST(PlanarPath, JacobiansAtTheTruthBelongToTheNominalPath) {
   EXPECT_EQ(run.loop.H.front().rows(), 0);
   EXPECT_EQ(run.loop.H.back().rows(), 6);
   // The speed is 1 m/s and dt 1 s: the vehicle moves 1 m across its heading for every radian of it.
-  for (const Matrix& F : run.loop.F) EXPECT_NEAR(F.block<2, 1>(0, 2).norm(), 1.0, 1e-6);
+  for (const Matrix& F : run.loop.F) EXPECT_NEAR((F.block<2, 1>(0, 2).norm()), 1.0, 1e-6);
   // Moving everything together changes no measurement.
   Vector shift = Vector::Zero(9);
   for (const Index i : {0, 3, 5, 7}) shift[i] = 1.0;
