@@ -85,6 +85,7 @@ std::optional<BatteryStatistics> collect_battery(const Scenario& scenario, const
     });
   });
   if (stopped()) return std::nullopt;
+  const std::lock_guard lock(mutex);  // a thread sanitizer does not see that TBB has joined its workers
   BatteryStatistics all(shape);
   for (const BatteryStatistics& part : parts) all.merge(part);
   return all;

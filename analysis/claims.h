@@ -34,4 +34,8 @@ struct Claim {
 /// Everything is computed from covariances and single runs; no Monte Carlo. Takes about a second.
 std::vector<Claim> monobot_claims();
 
+/// The claims on the plane: ranks and growth along twenty loops of a circle with six landmarks and a range of
+/// 12 m (theory: section 5). Takes a few seconds.
+std::vector<Claim> planar_claims();
+
 }  // namespace credence

@@ -136,6 +136,7 @@ Index planar_steps_per_loop(const Scenario& scenario) {
 
 PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearisation at) {
   const Index per_loop = planar_steps_per_loop(scenario), steps = loops * per_loop;
+  const Index before_last = steps - per_loop;
   Scenario longer = scenario;
   longer.study.steps = steps;
   PlanarPathRun run;
@@ -152,8 +153,8 @@ PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearis
   for (Index k = 1; k <= steps; ++k) {
     const Control& u = run.world.controls[static_cast<std::size_t>(k - 1)];
     const bool all_known = static_cast<Index>(filter.landmarks().size()) == run.world.states();
-    if (k == per_loop + 1 && all_known) recorder.begin(filter);
-    const bool recording = k > per_loop && k <= 2 * per_loop && !run.loop.H.empty();
+    if (k == before_last + 1 && all_known) recorder.begin(filter);
+    const bool recording = k > before_last && !run.loop.H.empty();
     drive.move(k, u);
     const std::vector<Observation<PlanarModel>> seen = drive.observe(k);
     if (recording) recorder.before_predict(filter, u);

@@ -10,7 +10,7 @@
 
 namespace credence {
 
-/// One loop of a filter, the second: Jacobians, noise and gains at every step, in the state of its end.
+/// One loop of a filter, the last: Jacobians, noise and gains at every step, in the state of its end.
 struct PlanarLoopRecord {
   BlockLayout layout;
   Vector start;                   ///< estimate at the beginning of the loop

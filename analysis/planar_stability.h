@@ -23,7 +23,7 @@ enum class Linearisation {
 /// "truth", "estimate".
 std::string_view to_string(Linearisation at);
 
-/// What is seen of the state over one loop of the path, the second.
+/// What is seen of the state over one loop of the path, the last.
 struct PlanarRanks {
   ObservabilityAnalysis observability;    ///< of the stack of H_k Φ_k
   std::vector<std::string> unobservable;  ///< names of what it leaves open

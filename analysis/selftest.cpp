@@ -75,6 +75,7 @@ class Workers {
         if (options_.progress) options_.progress(done_, total_);
       });
     });
+    const std::lock_guard lock(mutex_);  // a thread sanitizer does not see that TBB has joined its workers
   }
 
   bool stopped() const { return options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed); }

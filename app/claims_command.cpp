@@ -7,13 +7,59 @@
 #include "analysis/claims.h"
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/progress.h"
+#include "datasets/carpark.h"
+#include "datasets/carpark_findings.h"
+#include "datasets/carpark_study.h"
+#include "datasets/replay_settings.h"
 #include "reports/claims_report.h"
 
 namespace credence {
 namespace {
 
-int claims(const CommonOptions& options) {
-  const std::vector<Claim> all = monobot_claims();
+struct ClaimsOptions : CommonOptions {
+  std::string data;
+};
+
+void append(std::vector<Claim>& all, std::vector<Claim> more) {
+  for (Claim& claim : more) all.push_back(std::move(claim));
+}
+
+/// What the car park's run shows; empty when interrupted.
+std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
+  if (options.data.empty()) {
+    return {{.id = "carpark",
+             .source = "Figures 5 to 8",
+             .statement = "the car park's run: covariance, map and path with each kind of decorrelation",
+             .measured = "needs the data: --data DIR or CREDENCE_DATA (docs/datasets.md)"}};
+  }
+  const std::filesystem::path nested = std::filesystem::path(options.data) / "carpark";
+  const CarparkLog log =
+      read_carpark(std::filesystem::is_directory(nested) ? nested : std::filesystem::path(options.data));
+  ProgressDisplay display("car park", options.quiet, "replays");
+  CarparkStudyOptions study;
+  study.stop = &catch_interrupt();
+  study.progress = [&](int done, int all) { display.show({.runs_done = done, .runs_total = all}); };
+  const CarparkStudy result = run_carpark_study(log, carpark_settings(), study);
+  if (!result.complete) return {};
+  std::vector<Claim> claims;
+  for (const CarparkFinding& f : carpark_findings(result)) {
+    claims.push_back({.id = f.id,
+                      .source = f.source,
+                      .statement = f.statement,
+                      .measured = f.measured,
+                      .long_run = f.meaning,
+                      .verdict = f.holds ? ClaimVerdict::holds : ClaimVerdict::fails});
+  }
+  return claims;
+}
+
+int claims(const ClaimsOptions& options) {
+  std::vector<Claim> all = monobot_claims();
+  append(all, planar_claims());
+  append(all, carpark_claims(options));
+  if (catch_interrupt().load()) return kInterrupted;
   fmt::print("{}", options.format == "json" ? claims_json(all) + "\n" : claims_text(all));
   if (options.out.empty()) return kDone;
   write_claims_report(options.out, all);
@@ -27,10 +73,14 @@ int claims(const CommonOptions& options) {
 
 void add_claims_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("claims", "every claim of the paper with what is measured of it");
-  auto options = std::make_shared<CommonOptions>();
+  auto options = std::make_shared<ClaimsOptions>();
   add_output_options(*command, *options);
+  command
+      ->add_option("--data", options->data,
+                   "folder of the car-park data, for Figures 5 to 8; default: CREDENCE_DATA")
+      ->envname("CREDENCE_DATA");
   static constexpr const char* kExamples[] = {"credence claims", "credence claims --format json",
-                                              "credence claims --out out/claims"};
+                                              "credence claims --data ../data --out out/claims"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{claims(*options)}; });
 }

@@ -109,8 +109,11 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   std::exception_ptr error;
   std::atomic<bool> failed{false};
   std::size_t next = 0;
+  // TBB hands a group from stage to stage, which a thread sanitizer does not see; the lock it does.
+  std::mutex handover;
 
   const auto take_files = [&](tbb::flow_control& control) -> std::span<const std::filesystem::path> {
+    const std::lock_guard lock(handover);
     const bool stopped = options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
     if (next == files.size() || stopped || failed.load()) {
       result.complete = result.complete && !stopped;
@@ -122,9 +125,12 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     return files.subspan(next - count, count);
   };
   const auto read_files = [&](std::span<const std::filesystem::path> group) {
-    return std::make_shared<Group>(read_group(group, read, bytes));
+    auto read_one = std::make_shared<Group>(read_group(group, read, bytes));
+    const std::lock_guard lock(handover);
+    return read_one;
   };
   const auto merge = [&](const std::shared_ptr<Group>& group) {
+    const std::lock_guard lock(handover);
     if (error) return;
     error = group->error;
     failed.store(error != nullptr);
@@ -143,6 +149,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
                 filter_mode::parallel, read_files) &
             tbb::make_filter<std::shared_ptr<Group>, void>(filter_mode::serial_in_order, merge));
   });
+  const std::lock_guard lock(handover);
   if (error) std::rethrow_exception(error);
   return result;
 }

@@ -1,19 +1,29 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <thread>
 
 #include "analysis/planar_stability.h"
 #include "analysis/stability_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/progress.h"
 #include "montecarlo/filter_setup.h"
 #include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
+#include "montecarlo/sweep_plan.h"
 #include "reports/planar_stability_report.h"
+#include "reports/planar_table_report.h"
 #include "reports/stability_report.h"
 #include "reports/text_table.h"
 
@@ -51,14 +61,67 @@ StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& 
   return output;
 }
 
+void require_planar_inflation(const Scenario& scenario, const std::string& file) {
+  if (scenario.filter.inflation != FilterInflation::rank) return;
+  throw ScenarioError(fmt::format(
+      "{}: filter.inflation = \"rank\": in a planar world stability handles \"none\", \"full\" and \"map\"",
+      file));
+}
+
+/// All points of a sweep, in parallel; empty when interrupted.
+std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const StabilityOptions& options) {
+  for (const SweepPoint& point : plan.points) {
+    if (point.scenario.world.model != WorldModel::planar) {
+      throw ScenarioError(
+          fmt::format("{}: [sweep]: stability compares planar worlds only; `credence sweep` "
+                      "compares linear ones",
+                      options.scenario));
+    }
+    require_planar_inflation(point.scenario, options.scenario);
+  }
+  std::vector<PlanarStability> analyses(plan.points.size());
+  ProgressDisplay display(plan.name, options.quiet, "configurations");
+  StudyProgress progress{.runs_total = static_cast<std::int64_t>(plan.points.size())};
+  std::mutex mutex;
+  const std::atomic<bool>& stop = catch_interrupt();
+  const int threads = options.threads > 0
+                          ? options.threads
+                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  tbb::task_arena(threads).execute([&] {
+    tbb::parallel_for(std::size_t{0}, plan.points.size(), [&](std::size_t i) {
+      if (stop.load()) return;
+      analyses[i] = analyse_planar_stability(plan.points[i].scenario, options.loops);
+      const std::lock_guard lock(mutex);
+      ++progress.runs_done;
+      display.show(progress);
+    });
+  });
+  const std::lock_guard lock(mutex);  // a thread sanitizer does not see that TBB has joined its workers
+  if (stop.load()) analyses.clear();
+  return analyses;
+}
+
+int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
+  const std::vector<PlanarStability> analyses = analyse_points(plan, options);
+  if (analyses.empty()) return kInterrupted;
+  if (options.format == "json") {
+    fmt::print("{}\n", planar_stability_table_json(plan, analyses));
+  } else {
+    fmt::print("{}", text_table(planar_stability_table(plan, analyses), isatty(STDOUT_FILENO) == 1));
+  }
+  if (!options.out.empty()) write_planar_stability_table(options.out, plan, analyses);
+  if (!options.out.empty() && !options.quiet) {
+    fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
+  }
+  return kDone;
+}
+
 int stability(const StabilityOptions& options) {
+  const SweepPlan plan = load_sweep(options.scenario, options.overrides());
+  if (!plan.axes.empty()) return stability_of_sweep(plan, options);
   const Scenario scenario = load_scenario(options.scenario, options.overrides());
   const bool planar = scenario.world.model == WorldModel::planar;
-  if (planar && scenario.filter.inflation == FilterInflation::rank) {
-    throw ScenarioError(fmt::format(
-        "{}: filter.inflation = \"rank\": in a planar world stability handles \"none\", \"full\" and \"map\"",
-        options.scenario));
-  }
+  if (planar) require_planar_inflation(scenario, options.scenario);
   const StabilityOutput output = planar ? planar_output(scenario, options) : linear_output(scenario, options);
   if (options.format == "json") {
     fmt::print("{}\n", output.json);
@@ -96,7 +159,8 @@ void add_stability_command(CLI::App& app) {
       "credence stability scenarios/figure2_two_landmarks.toml",
       "credence stability scenarios/figure3_two_landmarks.toml --format json",
       "credence stability scenarios/figure3_two_landmarks.toml --set world.landmarks=6 --out out/stability",
-      "credence stability scenarios/planar_stability.toml --set filter.inflation=full"};
+      "credence stability scenarios/planar_stability.toml --set filter.inflation=full",
+      "credence stability scenarios/planar_table.toml --out out/planar_table"};
   command->footer(examples(kExamples) + "\n\n" + scenario_help());
   command->callback([options] { throw ExitStatus{stability(*options)}; });
 }

@@ -133,6 +133,7 @@ class ChunkCollector {
   }
 
   std::vector<StudyResult> take() {
+    const std::lock_guard lock(mutex_);  // a thread sanitizer does not see that TBB has joined its workers
     std::vector<StudyResult> results;
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
       results.push_back(studies_[t].take(tasks_[t].runs));

@@ -125,7 +125,7 @@ ReportTable planar_rank_table(const PlanarStability& a) {
     table.add({place_text(at), d.rank, a.state_dim, TableCell(d.gap, 3), unobservable_text(ranks)});
   }
   table.notes = {
-      "The stack of H_k Φ_k over the second loop. At its own estimates an EKF sees more than there is to "
+      "The stack of H_k Φ_k over the last loop. At its own estimates an EKF sees more than there is to "
       "see: "
       "a rank above that at the truth is spurious information."};
   return table;
@@ -159,7 +159,7 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
       fmt::format("growing: the last half of the loops adds more than {} of tr P and does not slow down. "
                   "exponent: log2 of tr P at the end over that at half the loops; 0 bounded, 1 linear.",
                   kPlanarResolution),
-      "accumulated noise says: the condition on the noise of the second loop, an argument and no proof; it "
+      "accumulated noise says: the condition on the noise of the last loop, an argument and no proof; it "
       "asks "
       "for a kernel that no step ever touches.",
       "steps above the gap: where the exact minimal trace missed its duality gap of 1e-9; an inexact "
@@ -172,7 +172,7 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
 std::string planar_stability_json(const Scenario& scenario, const PlanarStability& a) {
   const PlanarFollowed& own = a.own(scenario.filter.solution);
   Json j;
-  j["schema"] = 1;
+  j["schema"] = kSchema;
   j["scenario"] = Json::parse(scenario_to_json(scenario));
   j["state_dim"] = a.state_dim;
   j["loops"] = a.loops;

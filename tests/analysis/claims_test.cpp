@@ -29,6 +29,21 @@ TEST(Claims, OfTheMonobotComeOutAsTheTheorySays) {
   EXPECT_EQ(seen.size(), expected.size());
 }
 
+TEST(Claims, OfThePlaneComeOutAsTheTheorySays) {
+  // docs/theory.md, section 5.
+  const std::map<std::string, ClaimVerdict> expected = {{"planar-controllability", ClaimVerdict::holds},
+                                                        {"one-beacon", ClaimVerdict::fails},
+                                                        {"planar-full-unbounded", ClaimVerdict::holds},
+                                                        {"planar-map-bounded", ClaimVerdict::conditional}};
+  const std::vector<Claim> claims = planar_claims();
+  EXPECT_EQ(claims.size(), expected.size());
+  for (const Claim& claim : claims) {
+    ASSERT_TRUE(expected.contains(claim.id)) << claim.id;
+    EXPECT_EQ(claim.verdict, expected.at(claim.id))
+        << claim.id << ": " << claim.measured << "; " << claim.long_run;
+  }
+}
+
 TEST(Claims, CarryTheirNumbers) {
   for (const Claim& claim : monobot_claims()) {
     if (claim.id == "map-bounded") {
