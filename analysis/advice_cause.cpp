@@ -195,6 +195,18 @@ void find_scale(const Findings& findings, std::vector<CauseFound>& found) {
                                                         verdict.mean, verdict.expected)});
 }
 
+// Jacobians at changing estimates make directions seem observable that are not: P shrinks there, which no
+// innovation can show (theory: section 5, rank O at the estimates).
+void find_linearisation(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!findings.nonlinear || findings.nees.verdict != Verdict::optimistic) return;
+  if (findings.nis.verdict != Verdict::consistent) return;
+  found.push_back(
+      {Cause::linearisation,
+       fmt::format("mean NEES is {:.3g} of {:.3g} while the innovations are as they should be (mean NIS "
+                   "{:.4g} of {:.4g})",
+                   findings.nees.mean, findings.nees.expected, findings.nis.mean, findings.nis.expected)});
+}
+
 }  // namespace
 
 std::string_view to_string(Cause cause) {
@@ -223,6 +235,9 @@ std::string_view to_string(Cause cause) {
       return "cross-covariances between the blocks";
     case Cause::wrong_dof:
       return "a wrong number of degrees of freedom";
+    case Cause::linearisation:
+      return "the filter's linearisation at its own estimates, which takes directions for observable that "
+             "are not";
     case Cause::covariance_scale:
       return "the scale of the covariance";
   }
@@ -240,6 +255,7 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   if (found.empty()) find_coloured_noise(findings, kStrong, found);
   if (found.empty()) find_initial_covariance(findings, found);
   if (found.empty()) find_gain(findings, found);
+  if (found.empty()) find_linearisation(findings, found);
   if (found.empty()) find_dof(findings, found);
   if (found.empty()) find_cross_covariance(findings, found);
   if (found.empty()) find_coloured_noise(findings, 0.0, found);

@@ -29,6 +29,7 @@ enum class Cause {
   coloured_noise,    ///< innovations of the right size but not white
   cross_covariance,  ///< whitened errors are correlated, or no block is inconsistent and the whole is
   wrong_dof,         ///< the spread of NEES is that of another number of dof
+  linearisation,     ///< a nonlinear filter gains information that is not there
   covariance_scale,  ///< P is wrong by a factor, and nothing tells why
 };
 
@@ -53,6 +54,7 @@ struct Findings {
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
   Moments nees_values = {};                ///< single NEES values over runs and steps
   std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
+  bool nonlinear = false;                              ///< the filter linearises at its own estimates
 };
 
 /// A cause with its reason, the numbers included.

@@ -139,6 +139,7 @@ std::vector<CauseFound> causes_of(const BatteryStatistics& s, const Battery& bat
   findings.far_tail_probability = InnovationStatistics::kFarTail;
   findings.block = battery.responsible;
   findings.nees_values = s.whole_runs.nees_values;
+  findings.nonlinear = s.shape.vehicle_dim == 3;  // the planar worlds
   if (const Moments& share = s.innovations.measurement_share; share.count > 0) {
     findings.measurement_noise_share = share.mean;
   }

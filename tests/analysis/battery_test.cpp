@@ -124,6 +124,16 @@ TEST(Battery, FindsTheBlocksOfThePlane) {
   EXPECT_EQ(battery.blocks.back().name, "all landmarks");
 }
 
+TEST(Battery, NamesTheLinearisationWhereOnlyTheErrorsAreWrong) {
+  Scenario scenario = planar();
+  scenario.world.landmarks = 10;
+  scenario.study.steps = 250;
+  const StudyAnalysis analysis = analysed(scenario);
+  ASSERT_EQ(analysis.nees.verdict, Verdict::optimistic);
+  ASSERT_EQ(analysis.nis.verdict, Verdict::consistent);
+  EXPECT_TRUE(names(*analysis.battery, Cause::linearisation));
+}
+
 TEST(Battery, CountsCoverageAgainstItsLaw) {
   const Battery battery = analysed(monobot(320)).battery.value();
   // Three states: P(χ²(3) ≤ k²), tables of the χ² law.
