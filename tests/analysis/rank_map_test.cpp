@@ -21,8 +21,7 @@ RankMapCell cell_of(Index landmarks, Index anchors, InflationRange range, Index 
   scenario.study = {.runs = 64, .steps = 20, .seed = seed};
   const auto experiment = make_experiment(scenario);
   const StudyTask task{"", experiment.get(), scenario.study.runs};
-  return rank_map_cell(
-      analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {}).front())));
+  return rank_map_cell(analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {}).front())));
 }
 
 // theory: section 5. Without an anchor rank O = N, and the process noise adds its own rank to that of ΔP.
