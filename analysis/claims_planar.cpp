@@ -40,7 +40,7 @@ std::string growth_text(const PlanarFollowed& f) {
 
 Index rank(const PlanarRanks& ranks) { return ranks.observability.decision.rank; }
 
-Claim controllability(const PlanarStability& free) {
+Claim controllability_claim(const PlanarStability& free) {
   return {.id = "planar-controllability",
           .source = "section 4",
           .statement = "planar: the process noise moves the vehicle alone, rank C = 3 whatever the map",
@@ -49,7 +49,7 @@ Claim controllability(const PlanarStability& free) {
           .verdict = free.process_rank == 3 ? ClaimVerdict::holds : ClaimVerdict::fails};
 }
 
-Claim one_beacon(const PlanarStability& free, const PlanarStability& one, const PlanarStability& two) {
+Claim one_beacon_claim(const PlanarStability& free, const PlanarStability& one, const PlanarStability& two) {
   const bool fully = rank(one.truth) == one.state_dim;
   return {
       .id = "one-beacon",
@@ -69,7 +69,7 @@ Claim one_beacon(const PlanarStability& free, const PlanarStability& one, const 
       .verdict = fully ? ClaimVerdict::holds : ClaimVerdict::fails};
 }
 
-Claim full_unbounded(const PlanarStability& full) {
+Claim full_unbounded_claim(const PlanarStability& full) {
   const PlanarFollowed& pairwise = at_truth(full, InflationSolution::pairwise);
   const PlanarFollowed& exact = at_truth(full, InflationSolution::min_trace);
   const bool grows = pairwise.growth.verdict != LongRun::bounded && exact.growth.verdict != LongRun::bounded;
@@ -82,7 +82,7 @@ Claim full_unbounded(const PlanarStability& full) {
           .verdict = grows ? ClaimVerdict::holds : ClaimVerdict::fails};
 }
 
-Claim map_bounded(const PlanarStability& map) {
+Claim map_bounded_claim(const PlanarStability& map) {
   using enum InflationSolution;
   const bool exact_bounded = at_truth(map, min_trace).growth.verdict == LongRun::bounded;
   const bool pairwise_bounded = at_truth(map, pairwise).growth.verdict == LongRun::bounded;
@@ -112,7 +112,8 @@ std::vector<Claim> planar_claims() {
   const PlanarStability one = analyse_planar_stability(circle(1, FilterInflation::map), kLoops);
   const PlanarStability two = analyse_planar_stability(circle(2, FilterInflation::map), kLoops);
   const PlanarStability full = analyse_planar_stability(circle(0, FilterInflation::full), kLoops);
-  return {controllability(free), one_beacon(free, one, two), full_unbounded(full), map_bounded(free)};
+  return {controllability_claim(free), one_beacon_claim(free, one, two), full_unbounded_claim(full),
+          map_bounded_claim(free)};
 }
 
 }  // namespace credence

@@ -21,9 +21,10 @@ TraceGrowth judge_growth(const std::vector<double>& trace, double resolution) {
   const std::size_t last = trace.size();
   if (last < 4) return growth;
   const auto at = [&trace](std::size_t sample) { return trace[sample - 1]; };
-  const double late = at(last) - at(last / 2), early = at(last / 2) - at(last / 4);
-  growth.per_sample = late / static_cast<double>(last - last / 2);
-  growth.exponent = at(last / 2) > 0.0 ? std::log2(at(last) / at(last / 2)) : 0.0;
+  const std::size_t half = last / 2;
+  const double late = at(last) - at(half), early = at(half) - at(last / 4);
+  growth.per_sample = late / static_cast<double>(last - half);
+  growth.exponent = at(half) > 0.0 ? std::log2(at(last) / at(half)) : 0.0;
   const bool steadily = late > resolution * at(last) && late > 0.75 * early;
   growth.verdict = growth.exponent > 0.5 || steadily ? LongRun::growing : LongRun::bounded;
   return growth;

@@ -86,12 +86,10 @@ ReportTable planar_stability_table(const SweepPlan& plan, std::span<const Planar
     }
   }
   table.notes = {
-      "n: dimension of the state. In brackets log2 of tr P at the end over that at half the loops: 0 "
-      "bounded, 1 "
-      "linear, more exponential.",
-      "At the truth: Jacobians along the nominal path; in the EKF: at the estimates of one noisy run, whose "
-      "covariance fluctuates and whose extra rank is spurious. pose NEES / 3: of that run, above 1 "
-      "optimistic.",
+      "n: dimension of the state. In brackets log2 of the last tr P over that at half the loops: 1 is "
+      "linear.",
+      "At the truth: Jacobians along the nominal path. In the EKF: of one noisy run, whose P fluctuates.",
+      "rank O in the EKF: beyond that at the truth it is spurious. pose NEES / 3: above 1 is optimistic.",
       "beyond all bounds: the run ended before, as S could no longer be factorised.",
       "P0 × 100: what a hundredfold initial variance multiplies the last trace by; 1 is independent of P0.",
       "above the gap: steps at the truth whose exact minimal trace missed its duality gap of 1e-9."};
