@@ -68,6 +68,7 @@ std::vector<RankMapSummary> summarise(std::span<const RankMapCell> cells, double
     group.largest_nees_ratio = std::max(group.largest_nees_ratio, cell.nees_ratio);
   }
   std::vector<RankMapSummary> result;
+  result.reserve(groups.size());
   for (const auto& [key, group] : groups) result.push_back(group);
   return result;
 }
