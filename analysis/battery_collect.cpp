@@ -1,13 +1,9 @@
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <mutex>
 #include <numbers>
-#include <thread>
 
 #include "analysis/battery.h"
+#include "core/parallel_tasks.h"
 #include "montecarlo/engine.h"
 #include "montecarlo/filter_setup.h"
 
@@ -61,31 +57,18 @@ std::int64_t battery_runs(const Scenario& scenario, std::int64_t runs) {
 std::optional<BatteryStatistics> collect_battery(const Scenario& scenario, const Experiment& experiment,
                                                  std::int64_t runs, const EngineOptions& options) {
   const BatteryShape shape = shape_of(scenario);
-  const auto stopped = [&] {
-    return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
-  };
-  StudyProgress progress{.runs_total = runs};
-  std::mutex mutex;
   const std::int64_t chunks = (runs + kChunkRuns - 1) / kChunkRuns;
   std::vector<BatteryStatistics> parts(static_cast<std::size_t>(chunks), BatteryStatistics(shape));
-  const int workers = options.threads > 0
-                          ? options.threads
-                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(workers));
-  tbb::task_arena(workers).execute([&] {
-    tbb::parallel_for(std::int64_t{0}, chunks, [&](std::int64_t chunk) {
-      if (stopped()) return;
-      const std::int64_t first = chunk * kChunkRuns;
-      const std::int64_t last = std::min(runs, first + kChunkRuns);
-      parts[static_cast<std::size_t>(chunk)] = play(shape, experiment, first, last);
-      const std::lock_guard lock(mutex);
-      progress.runs_done += last - first;
-      if (options.progress) options.progress(progress);
-    });
+  StudyProgress progress{.runs_total = runs};
+  std::mutex mutex;
+  for_each_task(chunks, options.threads, options.stop, [&](std::int64_t chunk) {
+    const std::int64_t first = chunk * kChunkRuns, last = std::min(runs, first + kChunkRuns);
+    parts[static_cast<std::size_t>(chunk)] = play(shape, experiment, first, last);
+    const std::lock_guard lock(mutex);
+    progress.runs_done += last - first;
+    if (options.progress) options.progress(progress);
   });
-  if (stopped()) return std::nullopt;
-  const std::lock_guard lock(mutex);  // a thread sanitizer does not see that TBB has joined its workers
+  if (progress.runs_done < runs) return std::nullopt;
   BatteryStatistics all(shape);
   for (const BatteryStatistics& part : parts) all.merge(part);
   return all;

@@ -1,9 +1,6 @@
 #include "analysis/selftest.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -11,11 +8,11 @@
 #include <mutex>
 #include <optional>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include "analysis/chi_square.h"
 #include "analysis/selftest_families.h"
+#include "core/parallel_tasks.h"
 
 namespace credence {
 namespace {
@@ -56,35 +53,21 @@ constexpr Defect kClearCases[] = {Defect::process_noise_too_small, Defect::proce
 // item writes only what is its own.
 class Workers {
  public:
-  Workers(const SelftestOptions& options, std::int64_t total)
-      : options_(options),
-        threads_(options.threads > 0 ? options.threads
-                                     : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))),
-        allow_(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads_)),
-        arena_(threads_),
-        total_(total) {}
+  Workers(const SelftestOptions& options, std::int64_t total) : options_(options), total_(total) {}
 
-  template <typename Work>
-  void for_each(std::int64_t count, Work work) {
-    arena_.execute([&] {
-      tbb::parallel_for(std::int64_t{0}, count, [&](std::int64_t i) {
-        if (stopped()) return;
-        work(i);
-        const std::lock_guard lock(mutex_);
-        ++done_;
-        if (options_.progress) options_.progress(done_, total_);
-      });
+  void for_each(std::int64_t count, const std::function<void(std::int64_t)>& work) {
+    for_each_task(count, options_.threads, options_.stop, [&](std::int64_t i) {
+      work(i);
+      const std::lock_guard lock(mutex_);
+      ++done_;
+      if (options_.progress) options_.progress(done_, total_);
     });
-    const std::lock_guard lock(mutex_);  // a thread sanitizer does not see that TBB has joined its workers
   }
 
   bool stopped() const { return options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed); }
 
  private:
   const SelftestOptions& options_;
-  int threads_;
-  tbb::global_control allow_;
-  tbb::task_arena arena_;
   std::mutex mutex_;
   std::int64_t done_ = 0, total_;
 };

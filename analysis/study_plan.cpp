@@ -6,11 +6,11 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "analysis/effective_sample.h"
+#include "core/parallel_tasks.h"
 #include "montecarlo/engine.h"
 #include "montecarlo/linear_experiment.h"
 
@@ -27,11 +27,6 @@ double time_of(Work work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-int threads_of(const PlanQuestion& question) {
-  return question.threads > 0 ? question.threads
-                              : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-}
-
 struct Pilot {
   PilotTiming timing;
   StudyStatistics statistics;
@@ -42,7 +37,7 @@ struct Pilot {
 Pilot run_pilot(const Experiment& experiment, const PlanQuestion& question) {
   Pilot pilot;
   PilotTiming& timing = pilot.timing;
-  timing.threads = threads_of(question);
+  timing.threads = thread_count(question.threads);
   timing.runs = 1;
   timing.seconds = time_of([&] { pilot.statistics = experiment.run_chunk(0, 1); });
   timing.seconds_per_run = timing.seconds / timing.threads;

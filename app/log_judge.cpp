@@ -1,16 +1,12 @@
 #include "app/log_judge.h"
 
-#include <tbb/global_control.h>
-#include <tbb/parallel_pipeline.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
+#include <condition_variable>
 #include <exception>
-#include <memory>
 #include <mutex>
-#include <thread>
 #include <utility>
 
+#include "core/parallel_tasks.h"
 #include "datasets/data_error.h"
 #include "datasets/filter_log.h"
 #include "montecarlo/engine.h"
@@ -99,58 +95,30 @@ void read_own_log(const std::filesystem::path& file, LogAccumulator& sums,
 
 LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const LogFileReader& read,
                           const LogJudgeOptions& options) {
-  const int threads = options.threads > 0
-                          ? options.threads
-                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(threads));
   ByteCount bytes(options);
   LogJudgeResult result;
-  std::exception_ptr error;
-  std::atomic<bool> failed{false};
-  std::size_t next = 0;
-  // TBB hands a group from stage to stage, which a thread sanitizer does not see; the lock it does.
-  std::mutex handover;
-
-  const auto take_files = [&](tbb::flow_control& control) -> std::span<const std::filesystem::path> {
-    const std::lock_guard lock(handover);
-    const bool stopped = options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
-    if (next == files.size() || stopped || failed.load()) {
-      result.complete = result.complete && !stopped;
-      control.stop();
-      return {};
+  std::mutex mutex;
+  std::condition_variable turn;
+  std::int64_t merged = 0;  // groups
+  bool failed = false;
+  const auto groups = static_cast<std::int64_t>((files.size() + kGroupFiles - 1) / kGroupFiles);
+  for_each_task(groups, options.threads, options.stop, [&](std::int64_t i) {
+    const std::size_t first = static_cast<std::size_t>(i) * kGroupFiles;
+    Group group = read_group(files.subspan(first, std::min(kGroupFiles, files.size() - first)), read, bytes);
+    // Groups are begun in their order, so all before this one are being read or merged.
+    std::unique_lock lock(mutex);
+    turn.wait(lock, [&] { return merged == i || failed; });
+    if (failed) return;
+    failed = group.error != nullptr;
+    for (LogStatistics& chunk : group.chunks) {
+      if (!failed) result.statistics.merge(std::move(chunk));
     }
-    const std::size_t count = std::min(kGroupFiles, files.size() - next);
-    next += count;
-    return files.subspan(next - count, count);
-  };
-  const auto read_files = [&](std::span<const std::filesystem::path> group) {
-    auto read_one = std::make_shared<Group>(read_group(group, read, bytes));
-    const std::lock_guard lock(handover);
-    return read_one;
-  };
-  const auto merge = [&](const std::shared_ptr<Group>& group) {
-    const std::lock_guard lock(handover);
-    if (error) return;
-    error = group->error;
-    failed.store(error != nullptr);
-    if (error) return;
-    for (LogStatistics& chunk : group->chunks) result.statistics.merge(std::move(chunk));
-    result.files += static_cast<std::int64_t>(group->files);
-  };
-  tbb::task_arena arena(threads);
-  arena.execute([&] {
-    using tbb::filter_mode;
-    tbb::parallel_pipeline(
-        2 * static_cast<std::size_t>(threads),
-        tbb::make_filter<void, std::span<const std::filesystem::path>>(filter_mode::serial_in_order,
-                                                                       take_files) &
-            tbb::make_filter<std::span<const std::filesystem::path>, std::shared_ptr<Group>>(
-                filter_mode::parallel, read_files) &
-            tbb::make_filter<std::shared_ptr<Group>, void>(filter_mode::serial_in_order, merge));
+    result.files += static_cast<std::int64_t>(group.files);
+    ++merged;
+    turn.notify_all();
+    if (failed) std::rethrow_exception(group.error);
   });
-  const std::lock_guard lock(handover);
-  if (error) std::rethrow_exception(error);
+  result.complete = merged == groups;
   return result;
 }
 

@@ -1,16 +1,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <thread>
 
 #include "analysis/planar_stability.h"
 #include "analysis/stability_analysis.h"
@@ -18,6 +14,7 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "core/parallel_tasks.h"
 #include "montecarlo/filter_setup.h"
 #include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
@@ -84,19 +81,13 @@ std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const Stabili
   StudyProgress progress{.runs_total = static_cast<std::int64_t>(plan.points.size())};
   std::mutex mutex;
   const std::atomic<bool>& stop = catch_interrupt();
-  const int threads = options.threads > 0
-                          ? options.threads
-                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  tbb::task_arena(threads).execute([&] {
-    tbb::parallel_for(std::size_t{0}, plan.points.size(), [&](std::size_t i) {
-      if (stop.load()) return;
-      analyses[i] = analyse_planar_stability(plan.points[i].scenario, options.loops);
-      const std::lock_guard lock(mutex);
-      ++progress.runs_done;
-      display.show(progress);
-    });
+  for_each_task(progress.runs_total, options.threads, &stop, [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    analyses[at] = analyse_planar_stability(plan.points[at].scenario, options.loops);
+    const std::lock_guard lock(mutex);
+    ++progress.runs_done;
+    display.show(progress);
   });
-  const std::lock_guard lock(mutex);  // a thread sanitizer does not see that TBB has joined its workers
   if (stop.load()) analyses.clear();
   return analyses;
 }

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <future>
 #include <mutex>
 #include <stdexcept>
-#include <thread>
 
+#include "core/parallel_tasks.h"
 #include "datasets/carpark_replay.h"
 
 namespace credence {
@@ -31,30 +30,6 @@ bool is_in_independence(const CarparkVariant& variant) {
   const bool inflation =
       variant.inflation == none || (variant.inflation == map && variant.solution != sequential);
   return inflation && variant.anchors > 0;
-}
-
-/// Runs tasks 0 … count − 1, each once, on some threads; the first exception ends it.
-void run_tasks(int count, const CarparkStudyOptions& options, const std::function<void(int)>& task,
-               bool& complete) {
-  std::atomic<int> next{0};
-  std::mutex mutex;
-  int done = 0;
-  const auto work = [&] {
-    for (int i = next++; i < count; i = next++) {
-      if (options.stop != nullptr && *options.stop) return;
-      task(i);
-      const std::lock_guard lock(mutex);
-      ++done;
-      if (options.progress) options.progress(done, count);
-    }
-  };
-  const unsigned machine = std::max(1U, std::thread::hardware_concurrency());
-  const int threads = std::min(count, options.threads > 0 ? options.threads : static_cast<int>(machine));
-  std::vector<std::future<void>> workers;
-  workers.reserve(static_cast<std::size_t>(threads));
-  for (int i = 0; i < threads; ++i) workers.push_back(std::async(std::launch::async, work));
-  for (std::future<void>& worker : workers) worker.get();
-  complete = done == count;
 }
 
 }  // namespace
@@ -134,7 +109,15 @@ CarparkStudy run_carpark_study(const CarparkLog& log, const ReplaySettings& sett
       run.result = replay_carpark(log, settings_of(settings, run.variant, run.initial));
     }
   };
-  run_tasks(replays + horizons, options, task, study.complete);
+  std::mutex mutex;
+  int done = 0;
+  for_each_task(replays + horizons, options.threads, options.stop, [&](std::int64_t i) {
+    task(static_cast<int>(i));
+    const std::lock_guard lock(mutex);
+    ++done;
+    if (options.progress) options.progress(done, replays + horizons);
+  });
+  study.complete = done == replays + horizons;
   return study;
 }
 

@@ -1,15 +1,11 @@
 #include "montecarlo/engine.h"
 
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <optional>
-#include <thread>
 
+#include "core/parallel_tasks.h"
 #include "montecarlo/result_store.h"
 
 namespace credence {
@@ -133,7 +129,6 @@ class ChunkCollector {
   }
 
   std::vector<StudyResult> take() {
-    const std::lock_guard lock(mutex_);  // a thread sanitizer does not see that TBB has joined its workers
     std::vector<StudyResult> results;
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
       results.push_back(studies_[t].take(tasks_[t].runs));
@@ -171,29 +166,15 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
   ChunkCollector collector(tasks, options);
   collector.load(chunks, done);
 
-  const int threads = options.threads > 0
-                          ? options.threads
-                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  // Allows the arena more workers than processors when the user asks for them.
-  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(threads));
-  const auto shards = static_cast<std::size_t>(options.shards);
-  const auto shard = static_cast<std::size_t>(options.shard) - 1;
-  tbb::task_group_context context;
-  tbb::task_arena arena(threads);
-  // Tickets, and not ranges: what is done is then a prefix but for the chunks in hand.
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&](int) {
-    for (std::size_t number = next++; number < chunks.count(); number = next++) {
-      if (options.stop != nullptr && options.stop->load(std::memory_order_relaxed)) return;
-      if (context.is_group_execution_cancelled()) return;
-      if (done[number] || number % shards != shard) continue;
-      const Chunk chunk = chunks[number];
-      if (!collector.wants(chunk.task)) continue;
-      collector.put(chunk, tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs));
-    }
-  };
-  arena.execute([&] { tbb::parallel_for(0, threads, work, tbb::simple_partitioner(), context); });
+  const std::int64_t shards = options.shards, shard = options.shard - 1;
+  for_each_task(static_cast<std::int64_t>(chunks.count()), options.threads, options.stop,
+                [&](std::int64_t i) {
+                  const auto number = static_cast<std::size_t>(i);
+                  if (done[number] || i % shards != shard) return;
+                  const Chunk chunk = chunks[number];
+                  if (!collector.wants(chunk.task)) return;
+                  collector.put(chunk, tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs));
+                });
   if (options.store != nullptr) options.store->commit();
   return collector.take();
 }

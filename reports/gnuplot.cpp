@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <system_error>
-#include <thread>
 
+#include "core/parallel_tasks.h"
 #include "reports/atomic_file.h"
 #include "reports/gnuplot_process.h"
 #include "reports/gnuplot_script.h"
@@ -89,27 +87,10 @@ std::string render_pdf(const Figure& figure, const Gnuplot& gnuplot) {
 std::vector<Drawing> draw_all(std::span<const Figure> figures, const std::filesystem::path& pdf_folder,
                               const Gnuplot& gnuplot) {
   std::vector<Drawing> drawings(figures.size());
-  std::vector<std::exception_ptr> failures(figures.size());
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < figures.size(); i = next++) {
-      try {
-        drawings[i] = draw(figures[i], pdf_folder, gnuplot);
-      } catch (...) {
-        failures[i] = std::current_exception();
-      }
-    }
-  };
-  {
-    const std::size_t workers =
-        std::min<std::size_t>(figures.size(), std::max(1u, std::thread::hardware_concurrency()));
-    std::vector<std::jthread> pool;
-    for (std::size_t i = 1; i < workers; ++i) pool.emplace_back(work);
-    work();
-  }
-  for (const std::exception_ptr& failure : failures) {
-    if (failure) std::rethrow_exception(failure);
-  }
+  for_each_task(static_cast<std::int64_t>(figures.size()), 0, nullptr, [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    drawings[at] = draw(figures[at], pdf_folder, gnuplot);
+  });
   return drawings;
 }
 

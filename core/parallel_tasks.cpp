@@ -1,0 +1,71 @@
+#include "core/parallel_tasks.h"
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace credence {
+namespace {
+
+/// Runs `work` on so many threads at once and waits for all.
+void on_threads(int threads, const std::function<void()>& work) {
+#ifdef __SANITIZE_THREAD__
+  // Debian's TBB is not instrumented: the sanitizer would not see that it joins its workers.
+  std::vector<std::jthread> pool;
+  for (int i = 1; i < threads; ++i) pool.emplace_back(work);
+  work();
+#else
+  // Allows the arena more workers than processors when the user asks for them.
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(threads));
+  tbb::task_arena(threads).execute([&] {
+    tbb::parallel_for(
+        0, threads, [&](int) { work(); }, tbb::simple_partitioner());
+  });
+#endif
+}
+
+}  // namespace
+
+int thread_count(int wished) {
+  return wished > 0 ? wished : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
+void for_each_task(std::int64_t count, int threads, const std::atomic<bool>* stop,
+                   const std::function<void(std::int64_t)>& task) {
+  if (count <= 0) return;
+  std::atomic<std::int64_t> next = 0;
+  std::atomic<bool> failed = false;
+  std::mutex mutex;
+  std::int64_t first_failure = count;
+  std::exception_ptr failure;
+  const auto may_begin = [&] {
+    return !failed.load(std::memory_order_relaxed) &&
+           (stop == nullptr || !stop->load(std::memory_order_relaxed));
+  };
+  on_threads(static_cast<int>(std::min<std::int64_t>(thread_count(threads), count)), [&] {
+    while (may_begin()) {
+      const std::int64_t i = next++;
+      if (i >= count) return;
+      try {
+        task(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        failed = true;
+        if (i < first_failure) {
+          first_failure = i;
+          failure = std::current_exception();
+        }
+      }
+    }
+  });
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace credence

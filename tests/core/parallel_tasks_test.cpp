@@ -1,0 +1,69 @@
+#include "core/parallel_tasks.h"
+
+#include <gtest/gtest.h>
+
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace credence {
+namespace {
+
+TEST(ParallelTasks, EachIsDoneOnceOnAnyNumberOfThreads) {
+  for (const int threads : {0, 1, 2, 7}) {
+    std::vector<int> done(1000, 0);
+    for_each_task(1000, threads, nullptr, [&](std::int64_t i) { ++done[static_cast<std::size_t>(i)]; });
+    EXPECT_EQ(done, std::vector<int>(1000, 1)) << threads;
+  }
+}
+
+TEST(ParallelTasks, WithoutTasksNothingHappens) {
+  for_each_task(0, 3, nullptr, [](std::int64_t) { FAIL(); });
+}
+
+TEST(ParallelTasks, AreBegunInTheirOrder) {
+  std::mutex mutex;
+  std::vector<std::int64_t> begun;
+  constexpr int kThreads = 3;
+  for_each_task(200, kThreads, nullptr, [&](std::int64_t i) {
+    const std::lock_guard lock(mutex);
+    begun.push_back(i);
+  });
+  // A ticket is taken before the lock: no task can be farther ahead than there are threads.
+  for (std::size_t at = 0; at < begun.size(); ++at) {
+    EXPECT_LT(begun[at], static_cast<std::int64_t>(at) + kThreads);
+  }
+}
+
+TEST(ParallelTasks, NoFurtherOneIsBegunOnceStopped) {
+  std::atomic<bool> stop = false;
+  std::atomic<std::int64_t> done = 0;
+  for_each_task(1000000, 2, &stop, [&](std::int64_t) {
+    if (++done == 10) stop = true;
+  });
+  EXPECT_GE(done, 10);
+  EXPECT_LT(done, 1000);
+}
+
+TEST(ParallelTasks, ThrowTheExceptionOfTheLowestTask) {
+  std::atomic<std::int64_t> done = 0;
+  try {
+    for_each_task(1000000, 3, nullptr, [&](std::int64_t i) {
+      ++done;
+      if (i >= 5) throw std::runtime_error(std::to_string(i));
+    });
+    FAIL() << "nothing was thrown";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()), "5");
+  }
+  EXPECT_LT(done, 1000);
+}
+
+TEST(ParallelTasks, ZeroThreadsAreOneForEachProcessor) {
+  EXPECT_GE(thread_count(0), 1);
+  EXPECT_EQ(thread_count(7), 7);
+}
+
+}  // namespace
+}  // namespace credence
