@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "montecarlo/cpu_dispatch.h"
+#include "core/cpu_dispatch.h"
 
 /// @file
 /// What the compiled kernels of simulate_linear read: plain arrays, since the kernels are compiled for more

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "montecarlo/cpu_dispatch.h"
+#include "core/cpu_dispatch.h"
 
 /// @file
 /// Random numbers as a pure function of what they are for: no state, no order of drawing, no worker.

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "montecarlo/cpu_dispatch.h"
+#include "core/cpu_dispatch.h"
 
 /// @file
 /// The compiled kernels behind NoiseSource, one for each instruction set. Internal: use montecarlo/noise.h.

@@ -1,4 +1,4 @@
-#include "montecarlo/cpu_dispatch.h"
+#include "core/cpu_dispatch.h"
 
 namespace credence {
 
