@@ -1,0 +1,76 @@
+#include "bench/ratio_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <ostream>
+
+#include "core/cpu_dispatch.h"
+
+namespace credence {
+namespace {
+
+std::string full_name(std::string name) {
+  static constexpr std::string_view kSet = "{set}";
+  if (const auto at = name.find(kSet); at != std::string::npos) {
+    name.replace(at, kSet.size(), instruction_set_name(best_instruction_set()));
+  }
+  return name;
+}
+
+/// The quantity in every repetition; nothing when the benchmark or its counter is missing.
+std::optional<std::vector<double>> read(std::span<const BenchmarkTimes> times,
+                                        const BenchmarkQuantity& quantity) {
+  const std::string name = full_name(quantity.benchmark);
+  const auto found = std::ranges::find(times, name, &BenchmarkTimes::name);
+  if (found == times.end() || found->seconds.empty()) return std::nullopt;
+  std::vector<double> values = found->seconds;
+  if (quantity.per.empty()) return values;
+  const auto count = std::ranges::find(found->counts, quantity.per, &std::pair<std::string, double>::first);
+  if (count == found->counts.end() || !(count->second > 0.0)) return std::nullopt;
+  for (double& value : values) value /= count->second;
+  return values;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+std::string duration(double seconds) {
+  if (seconds < 1e-6) return fmt::format("{:.3g} ns", 1e9 * seconds);
+  if (seconds < 1e-3) return fmt::format("{:.3g} µs", 1e6 * seconds);
+  return fmt::format("{:.3g} ms", 1e3 * seconds);
+}
+
+}  // namespace
+
+int write_ratio_table(std::ostream& out, std::span<const BenchmarkTimes> times) {
+  int missing = 0;
+  out << "| work | time | against | its time | ratio | over the repetitions | goal | |\n"
+         "|---|---|---|---|---|---|---|---|\n";
+  for (const RatioGoal& goal : ratio_goals()) {
+    const auto measured = read(times, goal.measured), reference = read(times, goal.reference);
+    if (!measured || !reference) {
+      ++missing;
+      continue;
+    }
+    const auto ratio = [&](double a, double b) { return goal.at_least ? b / a : a / b; };
+    const double a = median(*measured), b = median(*reference), middle = ratio(a, b);
+    std::vector<double> all;
+    for (std::size_t i = 0; i < std::min(measured->size(), reference->size()); ++i) {
+      all.push_back(ratio((*measured)[i], (*reference)[i]));
+    }
+    const auto [low, high] = std::ranges::minmax(all);
+    const bool met = goal.at_least ? middle >= goal.goal : middle <= goal.goal;
+    out << fmt::format("| {} | {} | {} | {} | {:.3g} | {:.3g} … {:.3g} | {} {:g} | {} |\n", goal.work,
+                       duration(a), goal.limit, duration(b), middle, low, high, goal.at_least ? "≥" : "≤",
+                       goal.goal, met ? "met" : "MISSED");
+  }
+  return missing;
+}
+
+}  // namespace credence
