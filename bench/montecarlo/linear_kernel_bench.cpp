@@ -5,12 +5,12 @@
 
 #include <benchmark/benchmark.h>
 
-#include <Eigen/Dense>
 #include <random>
 #include <vector>
 
 #include "core/linear_filter.h"
 #include "core/psd_root.h"
+#include "montecarlo/plain_monobot.h"
 
 namespace credence {
 namespace {
@@ -71,51 +71,18 @@ void noise_alone(benchmark::State& state, InstructionSet set) {
 BENCHMARK_CAPTURE(noise_alone, avx2, InstructionSet::avx2)->Arg(1)->Arg(2)->Arg(20);
 BENCHMARK_CAPTURE(noise_alone, avx512, InstructionSet::avx512)->Arg(1)->Arg(2)->Arg(20);
 
-/// The textbook: a Kalman filter with fixed sizes in every run (paper eqs (3)-(10), Joseph form), its NEES
-/// and NIS by Cholesky solves.
-template <int kLandmarks>
+/// The textbook loop; the argument is N.
 void plain_loop(benchmark::State& state) {
-  constexpr int n = kLandmarks + 1, m = kLandmarks;
-  using State = Eigen::Matrix<double, n, 1>;
-  using Covariance = Eigen::Matrix<double, n, n>;
-  using Measurement = Eigen::Matrix<double, m, 1>;
-  const double q = 0.1, r = 0.1;
-  Eigen::Matrix<double, m, n> H = Eigen::Matrix<double, m, n>::Zero();
-  H.col(0).setConstant(-1.0);
-  H.template rightCols<m>().setIdentity();
-  const Eigen::Matrix<double, m, m> R = r * Eigen::Matrix<double, m, m>::Identity();
   std::mt19937_64 generator(1);
-  std::normal_distribution<double> normal;
   std::vector<Moments> nees(kSteps), nis(kSteps);
   for (auto _ : state) {
-    State x = State::Ones(), estimate = x;
-    x[0] = -1.0;
-    for (int i = 0; i < n; ++i) estimate[i] = x[i] - normal(generator);
-    Covariance P = Covariance::Identity();
-    for (std::size_t k = 0; k < kSteps; ++k) {
-      x[0] += std::sqrt(q) * normal(generator);
-      Measurement z = H * x;
-      for (int i = 0; i < m; ++i) z[i] += std::sqrt(r) * normal(generator);
-      P(0, 0) += q;
-      const Measurement nu = z - H * estimate;
-      const Eigen::Matrix<double, m, m> S = H * P * H.transpose() + R;
-      const Eigen::LLT<Eigen::Matrix<double, m, m>> llt(S);
-      const Eigen::Matrix<double, n, m> K = llt.solve(H * P).transpose();
-      estimate += K * nu;
-      const Covariance A = Covariance::Identity() - K * H;
-      P = A * P * A.transpose() + K * R * K.transpose();
-      const State e = x - estimate;
-      nees[k].add(e.dot(P.llt().solve(e)));
-      nis[k].add(nu.dot(llt.solve(nu)));
-    }
+    run_plain_monobot(state.range(0), 1, generator, nees, nis);
     benchmark::DoNotOptimize(nees.data());
     benchmark::DoNotOptimize(nis.data());
   }
   state.SetItemsProcessed(state.iterations() * kSteps);
 }
-BENCHMARK(plain_loop<1>);
-BENCHMARK(plain_loop<2>);
-BENCHMARK(plain_loop<5>);
+BENCHMARK(plain_loop)->Arg(1)->Arg(2)->Arg(5);
 
 }  // namespace
 }  // namespace credence
