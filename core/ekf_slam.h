@@ -7,6 +7,8 @@
 
 #include "core/block_layout.h"
 #include "core/inflation_rule.h"
+#include "core/matrix_buffer.h"
+#include "core/mirror.h"
 #include "core/sequential_update.h"
 #include "core/slam_model.h"
 #include "core/types.h"
@@ -64,11 +66,17 @@ class EkfSlam {
       slot.anchored = true;
       slot.position = anchor.position;
     }
-    reset(PoseVector::Zero(), PoseMatrix::Zero());
+    know({});
+    x_.setZero(kPose);
+    P_.setZero(kPose, kPose);
   }
 
   /// Starts with a pose of covariance P and an empty map.
-  void reset(const PoseVector& pose, const PoseMatrix& P) { reset(pose, P, {}); }
+  void reset(const PoseVector& pose, const PoseMatrix& P) {
+    know({});
+    x_ = pose;
+    P_ = P;
+  }
 
   /// Starts with a pose and the landmarks `ids` in the state already: x is n, P n×n.
   ///
@@ -78,14 +86,9 @@ class EkfSlam {
     if (x.size() != n || P.rows() != n || P.cols() != n) {
       throw std::invalid_argument("EkfSlam::reset: x and P must have the size of the pose and the landmarks");
     }
-    for (Slot& slot : slots_) slot.offset = -1;
-    ids_.assign(ids.begin(), ids.end());
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-      slot_of(ids_[i]).offset = kPose + kLandmark * static_cast<Index>(i);
-    }
+    know(ids);
     x_ = x;
     P_ = P;
-    min_trace_ = {};
   }
 
   /// Time update: x_r ← f(x_r, u), P_rr ← F P_rr Fᵀ + G Q Gᵀ, P_rf ← F P_rf.
@@ -113,7 +116,7 @@ class EkfSlam {
     }
     result.trace_prior = P_.trace();
     linearise(observations);
-    result.dof = nu_.size();
+    result.dof = kMeasurement * static_cast<Index>(rows_.size());
     if (result.dof > 0 && !correct(result)) {
       result.ok = false;
       return result;
@@ -134,9 +137,9 @@ class EkfSlam {
     return {.vehicle = kPose, .landmark = kLandmark, .landmarks = static_cast<Index>(ids_.size())};
   }
   Model& model() { return model_; }
-  const Vector& innovation() const { return nu_; }            ///< ν of the last update
-  const Matrix& innovation_covariance() const { return S_; }  ///< its S
-  const Matrix& gain() const { return K_; }                   ///< its K, n×dim ν
+  VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last update
+  MatrixRef innovation_covariance() const { return S_.matrix(); }  ///< its S
+  MatrixRef gain() const { return K_.matrix(); }                   ///< its K, n×dim ν
 
   /// Where landmark `id` starts in the state, −1 if it is not there.
   Index offset_of(int id) const {
@@ -163,10 +166,20 @@ class EkfSlam {
     return slots_[i];
   }
 
+  /// The landmarks of the state are `ids`.
+  void know(std::span<const int> ids) {
+    for (Slot& slot : slots_) slot.offset = -1;
+    ids_.assign(ids.begin(), ids.end());
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      slot_of(ids_[i]).offset = kPose + kLandmark * static_cast<Index>(i);
+    }
+    min_trace_ = {};
+  }
+
   /// Innovations and Jacobians of what is known, at the current estimate.
   void linearise(std::span<const Observation<Model>> observations) {
     rows_.clear();
-    nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
+    auto nu = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
     const PoseVector x_r = pose();
     for (const Observation<Model>& o : observations) {
       const Slot& slot = slot_of(o.landmark);
@@ -174,18 +187,18 @@ class EkfSlam {
       const LandmarkVector l =
           slot.anchored ? slot.position : LandmarkVector(x_.template segment<kLandmark>(slot.offset));
       const auto predicted = model_.predict(x_r, l);
-      nu_.template segment<kMeasurement>(kMeasurement * static_cast<Index>(rows_.size())) =
+      nu.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) =
           model_.innovation(o.z, predicted.z);
       rows_.push_back({slot.anchored ? -1 : slot.offset, predicted.H_r, predicted.H_l});
     }
-    nu_.conservativeResize(kMeasurement * static_cast<Index>(rows_.size()));
+    nu_.resize(kMeasurement * static_cast<Index>(rows_.size()));  // leaves the first of them as they are
   }
 
   /// out = A Hᵀ for a symmetric or general n×n A.
-  void times_observation_transposed(const Matrix& A, Matrix& out) const {
-    out.resize(A.rows(), nu_.size());
+  void times_observation_transposed(const Matrix& A, MatrixBuffer& out) const {
+    auto AHt = out.resize(A.rows(), kMeasurement * static_cast<Index>(rows_.size()));
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      auto columns = out.template middleCols<kMeasurement>(kMeasurement * static_cast<Index>(i));
+      auto columns = AHt.template middleCols<kMeasurement>(kMeasurement * static_cast<Index>(i));
       columns.noalias() = A.template leftCols<kPose>() * rows_[i].H_r.transpose();
       if (rows_[i].offset < 0) continue;
       columns.noalias() += A.template middleCols<kLandmark>(rows_[i].offset) * rows_[i].H_l.transpose();
@@ -194,31 +207,38 @@ class EkfSlam {
 
   void compute_innovation_covariance() {
     times_observation_transposed(P_, PHt_);
-    S_.resize(nu_.size(), nu_.size());
+    const auto PHt = PHt_.matrix();
+    auto S = S_.resize(PHt.cols(), PHt.cols());
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      auto block = S_.template middleRows<kMeasurement>(kMeasurement * static_cast<Index>(i));
-      block.noalias() = rows_[i].H_r * PHt_.template topRows<kPose>();
+      auto block = S.template middleRows<kMeasurement>(kMeasurement * static_cast<Index>(i));
+      block.noalias() = rows_[i].H_r * PHt.template topRows<kPose>();
       if (rows_[i].offset >= 0) {
-        block.noalias() += rows_[i].H_l * PHt_.template middleRows<kLandmark>(rows_[i].offset);
+        block.noalias() += rows_[i].H_l * PHt.template middleRows<kLandmark>(rows_[i].offset);
       }
       block.template middleCols<kMeasurement>(kMeasurement * static_cast<Index>(i)) += R_;
     }
-    S_ = (0.5 * (S_ + S_.transpose())).eval();
+    symmetrise(S);
   }
 
   bool correct(UpdateResult& result) {
     compute_innovation_covariance();
-    llt_.compute(S_);
-    if (llt_.info() != Eigen::Success || !S_.allFinite()) return false;
-    whitened_ = nu_;
-    llt_.matrixL().solveInPlace(whitened_);
-    result.nis = whitened_.squaredNorm();
+    const auto nu = nu_.vector();
+    auto S_root = S_root_.resize(nu.size(), nu.size());
+    S_root = S_.matrix();
+    const Eigen::LLT<Eigen::Ref<Matrix>> llt(S_root);
+    if (llt.info() != Eigen::Success || !S_.matrix().allFinite()) return false;
+    whitened_.resize(nu.size());
+    auto whitened = whitened_.vector();
+    whitened = nu;
+    llt.matrixL().solveInPlace(whitened);
+    result.nis = whitened.squaredNorm();
+    auto K = K_.resize(x_.size(), nu.size());
     if (rule_.is_sequential()) {
-      if (!sequential_correct()) return false;
+      if (!sequential_correct(K)) return false;
     } else {
-      joseph_correct();
+      joseph_correct(llt, K);
     }
-    x_.noalias() += K_ * nu_;
+    x_.noalias() += K * nu;
     PoseVector x_r = pose();
     model_.wrap_pose(x_r);
     x_.template head<kPose>() = x_r;
@@ -226,30 +246,35 @@ class EkfSlam {
   }
 
   /// P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ, as A = P − K H P and P ← A − (A Hᵀ − K R) Kᵀ.
-  void joseph_correct() {
-    K_t_ = PHt_.transpose();
-    llt_.solveInPlace(K_t_);
-    K_ = K_t_.transpose();
-    P_.noalias() -= K_ * PHt_.transpose();
+  void joseph_correct(const Eigen::LLT<Eigen::Ref<Matrix>>& llt, Eigen::Map<Matrix>& K) {
+    const auto PHt = PHt_.matrix();
+    auto K_t = K_t_.resize(PHt.cols(), PHt.rows());
+    K_t = PHt.transpose();
+    llt.solveInPlace(K_t);
+    K = K_t.transpose();
+    P_.noalias() -= K * PHt.transpose();
     times_observation_transposed(P_, AHt_);
+    auto AHt = AHt_.matrix();
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Index c = kMeasurement * static_cast<Index>(i);
-      AHt_.template middleCols<kMeasurement>(c).noalias() -= K_.template middleCols<kMeasurement>(c) * R_;
+      AHt.template middleCols<kMeasurement>(c).noalias() -= K.template middleCols<kMeasurement>(c) * R_;
     }
-    P_.noalias() -= AHt_ * K_.transpose();
-    P_ = (0.5 * (P_ + P_.transpose())).eval();
+    P_.noalias() -= AHt * K.transpose();
+    symmetrise(P_);
   }
 
-  bool sequential_correct() {
-    Matrix H = Matrix::Zero(nu_.size(), x_.size());
-    Vector r(nu_.size());
+  bool sequential_correct(Eigen::Map<Matrix>& K) {
+    const Index m = K.cols();
+    auto H = H_.resize(m, x_.size());
+    H.setZero();
+    auto r = r_.resize(m);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Index c = kMeasurement * static_cast<Index>(i);
       H.template block<kMeasurement, kPose>(c, 0) = rows_[i].H_r;
       if (rows_[i].offset >= 0) H.template block<kMeasurement, kLandmark>(c, rows_[i].offset) = rows_[i].H_l;
-      r.template segment<kMeasurement>(c) = R_.diagonal();
+      r.template block<kMeasurement, 1>(c, 0) = R_.diagonal();
     }
-    return sequential_update(P_, layout(), H, r, K_);
+    return sequential_update(P_, layout(), H, r.col(0), K, sequential_);
   }
 
   /// New landmarks with their full cross-covariances: P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.
@@ -288,9 +313,9 @@ class EkfSlam {
 
   // Of the last update; kept to be read and so that a step allocates nothing.
   std::vector<Row> rows_;
-  Vector nu_, whitened_;
-  Matrix S_, K_, K_t_, PHt_, AHt_;
-  Eigen::LLT<Matrix> llt_;
+  MatrixBuffer nu_, S_, K_;
+  MatrixBuffer whitened_, S_root_, K_t_, PHt_, AHt_, H_, r_;
+  SequentialWorkspace sequential_;
 };
 
 extern template class EkfSlam<PlanarModel>;

@@ -3,12 +3,11 @@
 #include <Eigen/Cholesky>
 #include <stdexcept>
 
+#include "core/mirror.h"
 #include "core/sequential_update.h"
 
 namespace credence {
 namespace {
-
-void symmetrise(Matrix& P) { P = (0.5 * (P + P.transpose())).eval(); }
 
 /// Gain and Joseph-form update; false when S is not positive definite.
 bool joseph_update(const LinearModel& model, LinearFilterStep& step) {
@@ -31,6 +30,7 @@ std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, co
   }
   const Matrix GQG = assumed.G * assumed.Q * assumed.G.transpose();
   MinTraceState warm_start;
+  SequentialWorkspace workspace;
   Matrix P = assumed.P0;
   std::vector<LinearFilterStep> result;
   result.reserve(static_cast<std::size_t>(steps));
@@ -49,7 +49,8 @@ std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, co
     symmetrise(step.S);
     if (rule.is_sequential()) {
       step.P = step.P_prior;
-      step.ok = sequential_update(step.P, assumed.layout, assumed.H, assumed.R.diagonal(), step.K);
+      step.K.resize(step.P.rows(), assumed.H.rows());
+      step.ok = sequential_update(step.P, assumed.layout, assumed.H, assumed.R.diagonal(), step.K, workspace);
     } else {
       step.ok = joseph_update(assumed, step);
     }

@@ -8,14 +8,14 @@ namespace credence {
 namespace {
 
 /// Takes l lᵀ from P, and inflates the map blocks so that they stay uncorrelated.
-void reduce(Matrix& P, const BlockLayout& layout, VectorRef l) {
+void reduce(Matrix& P, const BlockLayout& layout, const VectorRef& l, MatrixBuffer& buffer) {
   const Index nr = layout.vehicle, nf = P.rows() - nr, d = layout.landmark;
-  P.topLeftCorner(nr, nr) -= l.head(nr) * l.head(nr).transpose();
-  P.topRightCorner(nr, nf) -= l.head(nr) * l.tail(nf).transpose();
+  P.topLeftCorner(nr, nr).noalias() -= l.head(nr) * l.head(nr).transpose();
+  P.topRightCorner(nr, nf).noalias() -= l.head(nr) * l.tail(nf).transpose();
   P.bottomLeftCorner(nf, nr) = P.topRightCorner(nr, nf).transpose();
 
   const ReductionBound bound = rank_one_bound(l.tail(nf), d);
-  Matrix blocks(d, nf);
+  auto blocks = buffer.resize(d, nf);
   for (Index j = 0; j < nf; j += d) blocks.middleCols(j, d) = P.block(nr + j, nr + j, d, d);
   reduce_and_inflate(bound, l.tail(nf), d, blocks);
   for (Index j = 0; j < nf; j += d) P.block(nr + j, nr + j, d, d) = blocks.middleCols(j, d);
@@ -23,10 +23,12 @@ void reduce(Matrix& P, const BlockLayout& layout, VectorRef l) {
 
 }  // namespace
 
-bool sequential_update(Matrix& P, const BlockLayout& layout, MatrixRef H, VectorRef r, Matrix& K) {
-  K.setZero(P.rows(), H.rows());
-  Vector ph(P.rows());
-  Eigen::RowVectorXd combination(H.rows());
+bool sequential_update(Matrix& P, const BlockLayout& layout, const MatrixRef& H, const VectorRef& r,
+                       Eigen::Ref<Matrix> K, SequentialWorkspace& workspace) {
+  K.setZero();
+  workspace.reduction.resize(P.rows());
+  auto ph = workspace.reduction.vector();
+  auto combination = workspace.combination.resize(1, H.rows()).row(0);
   for (Index i = 0; i < H.rows(); ++i) {
     ph.noalias() = P * H.row(i).transpose();
     const double s = H.row(i).dot(ph) + r[i];
@@ -35,7 +37,8 @@ bool sequential_update(Matrix& P, const BlockLayout& layout, MatrixRef H, Vector
     combination.noalias() = -H.row(i) * K;
     combination[i] += 1.0;
     K.noalias() += ph / s * combination;
-    reduce(P, layout, ph / std::sqrt(s));
+    ph /= std::sqrt(s);
+    reduce(P, layout, ph, workspace.blocks);
   }
   return true;
 }

@@ -286,7 +286,7 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
 }
 
 ReplayGain ReplayFilter::gain_of_rows(Index row) const {
-  const Matrix& K = filter_.gain();
+  const MatrixRef K = filter_.gain();
   ReplayGain gain;
   // Landmarks that this very update added have no rows in its gain.
   if (filter_.innovation().size() == 0 || row + 2 > K.rows()) return gain;
