@@ -1,8 +1,8 @@
 #include "analysis/planar_path.h"
 
 #include <cmath>
+#include <optional>
 
-#include "core/angle.h"
 #include "core/nan.h"
 #include "montecarlo/filter_setup.h"
 #include "montecarlo/path_length.h"
@@ -14,58 +14,10 @@ namespace {
 
 using PlanarFilter = EkfSlam<PlanarModel>;
 
-/// The true vehicle and what its sensor says, with or without noise.
-class Drive {
- public:
-  Drive(const PlanarWorld& world, const Scenario& scenario, bool noisy)
-      : world_(world),
-        noise_(PlanarNoise::of(scenario)),
-        source_(scenario.study.seed, noise_group(scenario)),
-        noisy_(noisy),
-        pose_(world.start),
-        measurement_noise_(2 * world.landmarks.size(), 0.0) {}
-
-  const Pose& pose() const { return pose_; }
-
-  Pose initial_error() const {
-    Pose error = Pose::Zero();
-    if (noisy_) source_.normals(0, 0, NoisePurpose::initial, {error.data(), 3});
-    return error.cwiseProduct(noise_.initial_std);
-  }
-
-  Eigen::Matrix3d initial_covariance() const { return noise_.initial_std.cwiseAbs2().asDiagonal(); }
-
-  void move(Index step, const Control& nominal) {
-    Control noise = Control::Zero();
-    if (noisy_) source_.normals(0, step, NoisePurpose::process, {noise.data(), 2});
-    pose_ = world_.vehicle.moved(pose_, nominal + noise.cwiseProduct(noise_.control_std), world_.dt_s);
-  }
-
-  std::vector<Observation<PlanarModel>> observe(Index step) {
-    if (noisy_) source_.normals(0, step, NoisePurpose::measurement, measurement_noise_);
-    std::vector<Observation<PlanarModel>> seen;
-    for (std::size_t i = 0; i < world_.landmarks.size(); ++i) {
-      if (!world_.sees(pose_, world_.landmarks[i])) continue;
-      RangeBearing z = measure_range_bearing(pose_, world_.landmarks[i]);
-      z[0] += noise_.measurement_std[0] * measurement_noise_[2 * i];
-      z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * measurement_noise_[2 * i + 1]);
-      seen.push_back({static_cast<int>(i), z});
-    }
-    return seen;
-  }
-
- private:
-  const PlanarWorld& world_;
-  PlanarNoise noise_;
-  NoiseSource source_;
-  bool noisy_;
-  Pose pose_;
-  std::vector<double> measurement_noise_;
-};
+using Seen = std::span<const Observation<PlanarModel>>;
 
 /// H of what is known of `seen`, at the filter's estimate, in the filter's own order.
-Matrix measurement_jacobian(const PlanarFilter& filter, const PlanarWorld& world,
-                            const std::vector<Observation<PlanarModel>>& seen) {
+Matrix measurement_jacobian(const PlanarFilter& filter, const PlanarWorld& world, Seen seen) {
   Matrix H = Matrix::Zero(2 * static_cast<Index>(seen.size()), filter.state().size());
   Index rows = 0;
   for (const Observation<PlanarModel>& o : seen) {
@@ -107,7 +59,7 @@ class Recorder {
     loop_.process.back().topLeftCorner<3, 3>() = motion.G * Q_ * motion.G.transpose();
   }
 
-  void before_update(const PlanarFilter& filter, const std::vector<Observation<PlanarModel>>& seen) {
+  void before_update(const PlanarFilter& filter, Seen seen) {
     loop_.H.push_back(measurement_jacobian(filter, world_, seen));
     Matrix inflated = filter.covariance();
     if (!rule_.is_sequential()) inflate(inflated, filter.layout(), rule_.inflation, rule_.solution, state_);
@@ -116,7 +68,7 @@ class Recorder {
 
   void after_update(const PlanarFilter& filter) {
     const bool none = loop_.H.back().rows() == 0;
-    loop_.K.push_back(none ? Matrix(filter.state().size(), 0) : filter.gain());
+    loop_.K.push_back(none ? Matrix(filter.state().size(), 0) : Matrix(filter.gain()));
   }
 
  private:
@@ -141,11 +93,12 @@ PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearis
   longer.study.steps = steps;
   PlanarPathRun run;
   run.world = make_planar_world(longer);
-  Drive drive(run.world, longer, at == Linearisation::estimate);
+  const PlanarNoise noise = PlanarNoise::of(longer);
+  std::optional<NoiseSource> source;
+  if (at == Linearisation::estimate) source.emplace(longer.study.seed, noise_group(longer));
+  PlanarDrive drive(run.world, noise, source);
   PlanarFilter filter = make_planar_filter(longer, run.world);
-  Pose initial = drive.pose() + drive.initial_error();
-  PlanarModel::wrap_pose(initial);
-  filter.reset(initial, drive.initial_covariance());
+  filter.reset(drive.start(0), noise.initial_covariance());
   Recorder recorder(longer, run.world, run.loop);
   StateError error;
   double nees = 0.0, trace = 0.0;
@@ -155,8 +108,8 @@ PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearis
     const bool all_known = static_cast<Index>(filter.landmarks().size()) == run.world.states();
     if (k == before_last + 1 && all_known) recorder.begin(filter);
     const bool recording = k > before_last && !run.loop.H.empty();
-    drive.move(k, u);
-    const std::vector<Observation<PlanarModel>> seen = drive.observe(k);
+    drive.move(static_cast<std::size_t>(k));
+    const Seen seen = drive.observe(static_cast<std::size_t>(k));
     if (recording) recorder.before_predict(filter, u);
     filter.predict(u);
     if (recording) recorder.before_update(filter, seen);

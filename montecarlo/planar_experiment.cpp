@@ -4,17 +4,6 @@
 
 namespace credence {
 
-PlanarNoise PlanarNoise::of(const Scenario& scenario) {
-  const NoiseSettings& n = scenario.noise;
-  const double turn_std = scenario.world.vehicle == VehicleKind::unicycle
-                              ? n.turn_rate_std
-                              : n.steering_std_deg * kRadiansPerDegree;
-  const InitialSettings& i = scenario.initial;
-  return {.control_std = {n.speed_std, turn_std},
-          .measurement_std = {n.range_std, n.bearing_std_deg * kRadiansPerDegree},
-          .initial_std = {i.position_std, i.position_std, i.heading_std_deg * kRadiansPerDegree}};
-}
-
 EkfSlam<PlanarModel> make_planar_filter(const Scenario& scenario, const PlanarWorld& world) {
   const PlanarNoise noise = PlanarNoise::of(scenario);
   const Eigen::Matrix2d Q = (scenario.filter.process_scale * noise.control_std.cwiseAbs2()).asDiagonal();

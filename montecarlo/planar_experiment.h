@@ -2,23 +2,12 @@
 
 #include <functional>
 
-#include "core/angle.h"
 #include "montecarlo/experiment.h"
-#include "montecarlo/noise.h"
-#include "montecarlo/planar_world.h"
+#include "montecarlo/planar_drive.h"
 #include "montecarlo/slam_filter.h"
 #include "montecarlo/state_error.h"
 
 namespace credence {
-
-/// Standard deviations of the true noise of a planar world.
-struct PlanarNoise {
-  Control control_std;           ///< in the units of the vehicle's control
-  RangeBearing measurement_std;  ///< m, rad
-  Pose initial_std;              ///< m, m, rad
-
-  static PlanarNoise of(const Scenario& scenario);
-};
 
 /// Many runs of one filter in one planar world.
 ///
@@ -88,32 +77,22 @@ class PlanarExperiment final : public Experiment {
   class Run {
    public:
     Run(const PlanarExperiment& experiment, F& filter)
-        : e_(experiment), filter_(filter), measurement_noise_(2 * e_.world_.landmarks.size()) {
-      observations_.reserve(e_.world_.landmarks.size());
-    }
+        : e_(experiment), filter_(filter), drive_(e_.world_, e_.noise_, e_.source_) {}
 
     void start(std::int64_t run) {
-      run_ = run;
-      truth_ = e_.world_.start;
-      Pose initial;
-      e_.source_.normals(run, 0, NoisePurpose::initial, {initial.data(), 3});
-      Pose estimate = truth_ + initial.cwiseProduct(e_.noise_.initial_std);
-      estimate[2] = wrap_angle(estimate[2]);
-      filter_.reset(estimate, Eigen::Matrix3d(e_.noise_.initial_std.cwiseAbs2().asDiagonal()));
+      filter_.reset(drive_.start(run), e_.noise_.initial_covariance());
       update_ = {};
       error_.nees = 0.0;
       error_.dof = 0;
     }
 
     Outcome step(std::size_t k) {
-      const Control& nominal = e_.world_.controls[k - 1];
-      move_truth(k, nominal);
-      observe(k);
-      filter_.predict(nominal);
-      update_ = filter_.update(observations_);
+      drive_.move(k);
+      filter_.predict(e_.world_.controls[k - 1]);
+      update_ = filter_.update(drive_.observe(k));
       if (!filter_.state().allFinite()) return Outcome::diverged;
       if (!update_.ok) return Outcome::not_positive_definite;
-      return error_.compute(truth_, e_.world_.landmarks, filter_.state(), filter_.covariance(),
+      return error_.compute(drive_.pose(), e_.world_.landmarks, filter_.state(), filter_.covariance(),
                             filter_.landmarks());
     }
 
@@ -123,13 +102,11 @@ class PlanarExperiment final : public Experiment {
       if (update_.dof > 0) s[Quantity::nis].add(update_.nis);
       s.nis_dof += update_.dof;
       s[Quantity::vehicle_nees].add(error_.vehicle_nees);
-      const Matrix& P = filter_.covariance();
-      const double vehicle = P(0, 0) + P(1, 1);
-      const double trace = P.trace();
+      const PlanarTraces traces = planar_traces(filter_.covariance());
       s[Quantity::trace_prior].add(update_.trace_prior);
-      s[Quantity::trace].add(trace);
-      s[Quantity::trace_vehicle].add(vehicle);
-      s[Quantity::trace_landmarks].add(trace - vehicle - P(2, 2));
+      s[Quantity::trace].add(traces.all);
+      s[Quantity::trace_vehicle].add(traces.position);
+      s[Quantity::trace_landmarks].add(traces.landmarks);
       s[Quantity::position_error_squared].add(error_.error.head<2>().squaredNorm());
       s[Quantity::heading_error_squared].add(error_.error[2] * error_.error[2]);
       const Index n = error_.error.size();
@@ -142,8 +119,8 @@ class PlanarExperiment final : public Experiment {
     TraceStep trace_step() const {
       TraceStep step;
       step.estimate = filter_.state();
-      step.truth = true_state(truth_, e_.world_.landmarks, filter_.landmarks());
-      step.P = filter_.covariance();
+      step.truth = true_state(drive_.pose(), e_.world_.landmarks, filter_.landmarks());
+      step.P = dense_covariance(filter_.covariance());
       step.nees = error_.nees;
       step.nees_dof = error_.dof;
       step.nis = update_.nis;
@@ -158,32 +135,9 @@ class PlanarExperiment final : public Experiment {
     }
 
    private:
-    void move_truth(std::size_t k, const Control& nominal) {
-      Control noise;
-      e_.source_.normals(run_, static_cast<std::int64_t>(k), NoisePurpose::process, {noise.data(), 2});
-      const Control u = nominal + noise.cwiseProduct(e_.noise_.control_std);
-      truth_ = e_.world_.vehicle.moved(truth_, u, e_.world_.dt_s);
-    }
-
-    void observe(std::size_t k) {
-      e_.source_.normals(run_, static_cast<std::int64_t>(k), NoisePurpose::measurement, measurement_noise_);
-      observations_.clear();
-      for (std::size_t i = 0; i < e_.world_.landmarks.size(); ++i) {
-        const Point& landmark = e_.world_.landmarks[i];
-        if (!e_.world_.sees(truth_, landmark)) continue;
-        RangeBearing z = measure_range_bearing(truth_, landmark);
-        z[0] += e_.noise_.measurement_std[0] * measurement_noise_[2 * i];
-        z[1] = wrap_angle(z[1] + e_.noise_.measurement_std[1] * measurement_noise_[2 * i + 1]);
-        observations_.push_back({static_cast<int>(i), z});
-      }
-    }
-
     const PlanarExperiment& e_;
     F& filter_;
-    std::vector<double> measurement_noise_;
-    std::vector<Observation<PlanarModel>> observations_;
-    std::int64_t run_ = 0;
-    Pose truth_ = Pose::Zero();
+    PlanarDrive drive_;
     UpdateResult update_;
     StateError error_;
   };

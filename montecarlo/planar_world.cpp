@@ -75,8 +75,7 @@ std::vector<Control> nominal_controls(const Scenario& scenario, const Vehicle& v
 
 }  // namespace
 
-bool PlanarWorld::sees(const Pose& pose, const Point& point) const {
-  const RangeBearing z = measure_range_bearing(pose, point);
+bool PlanarWorld::sees(const RangeBearing& z) const {
   return z[0] >= sensor_min_range_m && z[0] <= sensor_range_m && std::abs(z[1]) <= half_field_of_view_rad;
 }
 

@@ -28,8 +28,8 @@ struct PlanarWorld {
 
   Index states() const { return static_cast<Index>(landmarks.size()) - anchors; }
 
-  /// Whether the sensor sees a point from a pose: within range and field of view.
-  bool sees(const Pose& pose, const Point& point) const;
+  /// Whether the sensor sees what is at z: within range and field of view.
+  bool sees(const RangeBearing& z) const;
 };
 
 /// Throws std::invalid_argument for a vehicle that cannot turn as tightly as the path asks.

@@ -2,8 +2,10 @@
 
 #include <concepts>
 #include <span>
+#include <type_traits>
 
 #include "core/ekf_slam.h"
+#include "montecarlo/covariance_statistics.h"
 
 namespace credence {
 
@@ -11,7 +13,8 @@ namespace credence {
 ///
 /// reset(pose, P) starts a run with an empty map; predict(u) moves by one step of the scenario's dt with the
 /// control u; update(z) takes what is seen there. state() is [pose; landmarks in the order of landmarks()],
-/// covariance() its P. A factorisation that fails is UpdateResult::ok = false, never an exception.
+/// covariance() its P, dense or any other PlanarCovariance. A factorisation that fails is UpdateResult::ok =
+/// false, never an exception.
 template <class F>
 concept PlanarSlamFilter = requires(F filter, const F& constant, const Pose& pose, const Eigen::Matrix3d& P,
                                     const Control& u, std::span<const Observation<PlanarModel>> z) {
@@ -19,11 +22,11 @@ concept PlanarSlamFilter = requires(F filter, const F& constant, const Pose& pos
   filter.predict(u);
   { filter.update(z) } -> std::convertible_to<UpdateResult>;
   { constant.state() } -> std::convertible_to<const Vector&>;
-  { constant.covariance() } -> std::convertible_to<const Matrix&>;
+  requires PlanarCovariance<std::remove_cvref_t<decltype(constant.covariance())>>;
   { constant.landmarks() } -> std::convertible_to<std::span<const int>>;
-  { constant.innovation() } -> std::convertible_to<const Vector&>;
-  { constant.innovation_covariance() } -> std::convertible_to<const Matrix&>;
-  { constant.gain() } -> std::convertible_to<const Matrix&>;
+  { constant.innovation() } -> std::convertible_to<VectorRef>;
+  { constant.innovation_covariance() } -> std::convertible_to<MatrixRef>;
+  { constant.gain() } -> std::convertible_to<MatrixRef>;
 };
 
 }  // namespace credence

@@ -1,0 +1,68 @@
+#include "montecarlo/planar_drive.h"
+
+#include <algorithm>
+
+#include "core/angle.h"
+
+namespace credence {
+
+PlanarNoise PlanarNoise::of(const Scenario& scenario) {
+  const NoiseSettings& n = scenario.noise;
+  const double turn_std = scenario.world.vehicle == VehicleKind::unicycle
+                              ? n.turn_rate_std
+                              : n.steering_std_deg * kRadiansPerDegree;
+  const InitialSettings& i = scenario.initial;
+  return {.control_std = {n.speed_std, turn_std},
+          .measurement_std = {n.range_std, n.bearing_std_deg * kRadiansPerDegree},
+          .initial_std = {i.position_std, i.position_std, i.heading_std_deg * kRadiansPerDegree}};
+}
+
+PlanarDrive::PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise,
+                         std::optional<NoiseSource> source)
+    : world_(world),
+      noise_(noise),
+      source_(source),
+      pose_(world.start),
+      measurement_noise_(2 * world.landmarks.size()) {
+  observations_.reserve(world.landmarks.size());
+}
+
+void PlanarDrive::draw(std::int64_t step, NoisePurpose purpose, std::span<double> normals) const {
+  if (source_) {
+    source_->normals(run_, step, purpose, normals);
+  } else {
+    std::ranges::fill(normals, 0.0);
+  }
+}
+
+Pose PlanarDrive::start(std::int64_t run) {
+  run_ = run;
+  pose_ = world_.start;
+  Pose error;
+  draw(0, NoisePurpose::initial, {error.data(), 3});
+  Pose estimate = pose_ + error.cwiseProduct(noise_.initial_std);
+  estimate[2] = wrap_angle(estimate[2]);
+  return estimate;
+}
+
+void PlanarDrive::move(std::size_t k) {
+  Control noise;
+  draw(static_cast<std::int64_t>(k), NoisePurpose::process, {noise.data(), 2});
+  const Control u = world_.controls[k - 1] + noise.cwiseProduct(noise_.control_std);
+  pose_ = world_.vehicle.moved(pose_, u, world_.dt_s);
+}
+
+std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
+  draw(static_cast<std::int64_t>(k), NoisePurpose::measurement, measurement_noise_);
+  observations_.clear();
+  for (std::size_t i = 0; i < world_.landmarks.size(); ++i) {
+    RangeBearing z = measure_range_bearing(pose_, world_.landmarks[i]);
+    if (!world_.sees(z)) continue;
+    z[0] += noise_.measurement_std[0] * measurement_noise_[2 * i];
+    z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * measurement_noise_[2 * i + 1]);
+    observations_.push_back({static_cast<int>(i), z});
+  }
+  return observations_;
+}
+
+}  // namespace credence

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/ekf_slam.h"
+#include "montecarlo/noise.h"
+#include "montecarlo/planar_world.h"
+
+namespace credence {
+
+/// Standard deviations of the true noise of a planar world.
+struct PlanarNoise {
+  Control control_std;           ///< in the units of the vehicle's control
+  RangeBearing measurement_std;  ///< m, rad
+  Pose initial_std;              ///< m, m, rad
+
+  static PlanarNoise of(const Scenario& scenario);
+
+  /// Of the start: diag(initial_std²).
+  Eigen::Matrix3d initial_covariance() const { return initial_std.cwiseAbs2().asDiagonal(); }
+};
+
+/// What happens in one run of a planar world, whatever filter watches it: where the vehicle really drives and
+/// what its sensor says. A run is started, then each step is moved and observed, in order.
+///
+/// The vehicle drives its nominal controls plus noise, from the nominal start. Nothing is allocated after the
+/// construction. `world` must live as long.
+class PlanarDrive {
+ public:
+  /// Without a source of noise the nominal path is driven and the sensor exact.
+  PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise, std::optional<NoiseSource> source);
+
+  /// Starts a run; returns where a filter believes it to start: the truth plus an error of the initial
+  /// covariance.
+  Pose start(std::int64_t run);
+
+  /// The vehicle moves by step k, from 1 on.
+  void move(std::size_t k);
+
+  /// What is seen at step k from where the vehicle is; good until the next call.
+  std::span<const Observation<PlanarModel>> observe(std::size_t k);
+
+  const Pose& pose() const { return pose_; }  ///< the true one
+
+ private:
+  void draw(std::int64_t step, NoisePurpose purpose, std::span<double> normals) const;
+
+  const PlanarWorld& world_;
+  PlanarNoise noise_;
+  std::optional<NoiseSource> source_;
+  std::int64_t run_ = 0;
+  Pose pose_;
+  std::vector<double> measurement_noise_;
+  std::vector<Observation<PlanarModel>> observations_;
+};
+
+}  // namespace credence
