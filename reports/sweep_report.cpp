@@ -241,15 +241,11 @@ std::vector<std::string> write_sweep_report(const std::filesystem::path& directo
   page.section(map ? "The map of ranks" : "Verdicts");
   for (const ReportTable& table : sweep_tables(sweep)) page.table(table);
   page.link("every configuration as CSV", "sweep.csv");
-  std::vector<std::string> problems;
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    page.figure(figures[i], drawings[i], directory);
-    if (!drawings[i].problem.empty()) problems.push_back(drawings[i].problem);
-  }
+  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
   page.section("Settings");
   page.verbatim(canonical_toml(sweep.plan));
   page.write(directory / "index.html");
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

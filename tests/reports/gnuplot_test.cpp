@@ -230,6 +230,15 @@ TEST(Gnuplot, AMissingProgramIsNamed) {
   EXPECT_EQ(drawings[0].svg, "");
 }
 
+TEST(Gnuplot, ProblemsAreThoseOfTheFiguresThatWereNotDrawn) {
+  const std::vector<Drawing> drawings{{.svg = "<svg/>", .problem = {}, .pdf = {}},
+                                      {.svg = {}, .problem = "first", .pdf = {}},
+                                      {.svg = "<svg/>", .problem = {}, .pdf = {}},
+                                      {.svg = {}, .problem = "second", .pdf = {}}};
+  EXPECT_EQ(problems_of(drawings), (std::vector<std::string>{"first", "second"}));
+  EXPECT_TRUE(problems_of({}).empty());
+}
+
 TEST(Gnuplot, AFailingProgramIsReported) {
   const TemporaryFolder folder;
   const std::string fails = fake_gnuplot(folder, "echo 'line 3: no such terminal' >&2\nexit 1\n").string();
