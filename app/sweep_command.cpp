@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "analysis/sweep_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
@@ -71,14 +72,15 @@ int sweep(SweepOptions& options) {
     failed = failed || !analyses.back().statistics.failures.empty();
     consistent = consistent && overall_verdict(analyses.back()) == Verdict::consistent;
   }
+  const SweepAnalysis analysis = analyse_sweep(plan, std::move(analyses));
   if (options.format == "json") {
-    fmt::print("{}\n", sweep_json(plan, analyses));
+    fmt::print("{}\n", sweep_json(analysis));
   } else {
-    for (const ReportTable& table : sweep_tables(plan, analyses)) {
+    for (const ReportTable& table : sweep_tables(analysis)) {
       fmt::print("{}", text_table(table, isatty(STDOUT_FILENO) == 1));
     }
   }
-  for (const std::string& problem : write_sweep_report(options.out, plan, analyses)) {
+  for (const std::string& problem : write_sweep_report(options.out, analysis)) {
     fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
   }
   if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());

@@ -297,10 +297,7 @@ std::vector<std::string> write_carpark_study_report(const std::filesystem::path&
     page.figure(figures[i], drawings[i], directory);
   }
   page.write(directory / "index.html");
-  std::vector<std::string> problems;
-  for (const Drawing& drawing : drawings)
-    if (!drawing.problem.empty()) problems.push_back(drawing.problem);
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

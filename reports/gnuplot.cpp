@@ -94,4 +94,12 @@ std::vector<Drawing> draw_all(std::span<const Figure> figures, const std::filesy
   return drawings;
 }
 
+std::vector<std::string> problems_of(std::span<const Drawing> drawings) {
+  std::vector<std::string> problems;
+  for (const Drawing& drawing : drawings) {
+    if (!drawing.problem.empty()) problems.push_back(drawing.problem);
+  }
+  return problems;
+}
+
 }  // namespace credence

@@ -44,4 +44,7 @@ struct Drawing {
 std::vector<Drawing> draw_all(std::span<const Figure> figures, const std::filesystem::path& pdf_folder = {},
                               const Gnuplot& gnuplot = {});
 
+/// Why figures could not be drawn, one reason for each of them; empty when all were.
+std::vector<std::string> problems_of(std::span<const Drawing> drawings);
+
 }  // namespace credence

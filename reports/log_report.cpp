@@ -144,15 +144,11 @@ std::vector<std::string> write_log_report(const std::filesystem::path& directory
   if (a.nis.count > 0) page.paragraph(verdict_sentence("NIS", a.nis));
   add_rejected(page, a.statistics);
   page.section("Figures");
-  std::vector<std::string> problems;
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    page.figure(figures[i], drawings[i], directory);
-    if (!drawings[i].problem.empty()) problems.push_back(drawings[i].problem);
-  }
+  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
   write_steps(directory / (name + ".csv"), a);
   page.link("every step as CSV", name + ".csv");
   page.write(directory / "index.html");
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

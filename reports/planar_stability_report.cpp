@@ -218,16 +218,14 @@ std::vector<std::string> write_planar_stability_report(const std::filesystem::pa
   page.table(planar_growth_table(scenario, a));
   page.section("Ranks");
   page.table(planar_rank_table(a));
-  std::vector<std::string> problems;
   for (std::size_t i = 0; i < figures.size(); ++i) {
     page.section("Figure");
     page.figure(figures[i], drawings[i], directory);
-    if (!drawings[i].problem.empty()) problems.push_back(drawings[i].problem);
   }
   page.section("Settings");
   page.verbatim(canonical_toml(scenario));
   page.write(directory / "index.html");
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

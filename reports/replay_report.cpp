@@ -82,10 +82,7 @@ std::vector<std::string> write_replay_report(const std::filesystem::path& direct
     page.facts(facts);
   }
   page.write(directory / "index.html");
-  std::vector<std::string> problems;
-  for (const Drawing& drawing : drawings)
-    if (!drawing.problem.empty()) problems.push_back(drawing.problem);
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

@@ -298,11 +298,7 @@ std::vector<std::string> write_selftest_report(const std::filesystem::path& dire
   page.figure(figures[1], drawings[1], directory);
   page.table(tables[3]);
   page.write(directory / "index.html");
-  std::vector<std::string> problems;
-  for (const Drawing& drawing : drawings) {
-    if (!drawing.problem.empty()) problems.push_back(drawing.problem);
-  }
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

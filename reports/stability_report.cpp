@@ -312,11 +312,7 @@ std::vector<std::string> write_stability_report(const std::filesystem::path& dir
   page.verbatim(canonical_toml(scenario));
   page.write(directory / "index.html");
 
-  std::vector<std::string> problems;
-  for (const Drawing& drawing : drawings) {
-    if (!drawing.problem.empty()) problems.push_back(drawing.problem);
-  }
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

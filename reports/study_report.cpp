@@ -124,11 +124,7 @@ std::vector<std::string> write_study_report(const std::filesystem::path& directo
   }
   page.write(directory / "index.html");
 
-  std::vector<std::string> problems;
-  for (const Drawing& drawing : drawings) {
-    if (!drawing.problem.empty()) problems.push_back(drawing.problem);
-  }
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

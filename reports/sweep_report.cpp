@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 
-#include "analysis/sweep_verdicts.h"
 #include "montecarlo/scenario_text.h"
 #include "reports/atomic_file.h"
 #include "reports/csv.h"
@@ -24,13 +23,6 @@ std::string plain_text(const ScalarValue& value) {
   return text != nullptr ? *text : value_text(value);
 }
 
-/// The point of the plan that an analysis belongs to.
-const SweepPoint& point_of(const SweepPlan& plan, const StudyAnalysis& analysis) {
-  const std::string id = configuration_id(analysis.scenario);
-  return *std::find_if(plan.points.begin(), plan.points.end(),
-                       [&](const SweepPoint& p) { return p.id == id; });
-}
-
 /// The number of a swept value, NaN for a word.
 double number_of(const ScalarValue& value) {
   if (const auto* i = std::get_if<std::int64_t>(&value)) return static_cast<double>(*i);
@@ -39,7 +31,8 @@ double number_of(const ScalarValue& value) {
 }
 
 /// Mean NEES over expected along the numeric axis with most values, one curve for each setting of the others.
-std::vector<Figure> sweep_figures(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
+  const SweepPlan& plan = sweep.plan;
   std::size_t axis = plan.axes.size(), longest = 1;
   for (std::size_t a = 0; a < plan.axes.size(); ++a) {
     const std::size_t size = plan.axes[a].values.size();
@@ -54,8 +47,9 @@ std::vector<Figure> sweep_figures(const SweepPlan& plan, std::span<const StudyAn
     FigureData x, nees, lower, upper, nis;
   };
   std::map<std::string, Curve> curves;
-  for (const StudyAnalysis& a : analyses) {
-    const SweepPoint& point = point_of(plan, a);
+  for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
+    const StudyAnalysis& a = sweep.studies[n];
+    const SweepPoint& point = sweep.point(n);
     std::string label;
     for (std::size_t i = 0; i < plan.axes.size(); ++i) {
       if (i != axis) label += (label.empty() ? "" : ", ") + plain_text(point.values[i]);
@@ -90,16 +84,15 @@ std::vector<Figure> sweep_figures(const SweepPlan& plan, std::span<const StudyAn
   return {figure};
 }
 
-void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
-                     std::span<const StudyAnalysis> analyses, std::span<const RankMapCell> cells) {
+void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& sweep) {
   std::vector<std::string> columns = {"configuration"};
-  for (const SweepAxis& axis : plan.axes) columns.push_back(axis.path);
+  for (const SweepAxis& axis : sweep.plan.axes) columns.push_back(axis.path);
   for (const char* name : {"runs", "failed", "nees_mean", "nees_expected", "nees_lower", "nees_upper",
                            "nees_p_value", "nees_verdict", "nis_mean", "nis_expected", "nis_lower",
                            "nis_upper", "nis_p_value", "nis_verdict", "trace_last"}) {
     columns.emplace_back(name);
   }
-  if (!cells.empty()) {
+  if (!sweep.rank_map.empty()) {
     for (const char* name : {"rank_inflation", "rank_observability", "measured_bounded", "growth_exponent",
                              "growth_per_step", "predicted_bounded", "paper_condition_holds"}) {
       columns.emplace_back(name);
@@ -107,9 +100,9 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
   }
   CsvWriter csv(target, columns);
   const auto number = [](double v) { return std::isfinite(v) ? CsvField(v) : CsvField(""); };
-  for (std::size_t i = 0; i < analyses.size(); ++i) {
-    const StudyAnalysis& a = analyses[i];
-    const SweepPoint& point = point_of(plan, a);
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const StudyAnalysis& a = sweep.studies[i];
+    const SweepPoint& point = sweep.point(i);
     std::vector<CsvField> row = {point.id};
     for (const ScalarValue& value : point.values) row.emplace_back(plain_text(value));
     row.emplace_back(a.statistics.runs);
@@ -121,8 +114,8 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
       row.emplace_back(std::string(to_string(v->verdict)));
     }
     row.push_back(a.covariance.trace.empty() ? CsvField("") : number(a.covariance.trace.back()));
-    if (!cells.empty()) {
-      const RankMapCell& c = cells[i];
+    if (!sweep.rank_map.empty()) {
+      const RankMapCell& c = sweep.rank_map[i];
       row.insert(row.end(), {c.inflation_rank, c.observability_rank, c.bounded ? 1 : 0, c.growth_exponent,
                              c.growth_per_step, c.predicted ? 1 : 0, c.paper ? 1 : 0});
     }
@@ -131,27 +124,31 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepPlan& plan,
   csv.commit();
 }
 
+/// The level of the tests of all configurations together.
+double confidence_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
+
 bool stands(const StudyAnalysis& analysis, double sweep_p_value) {
   return is_inconsistent(overall_verdict(analysis)) &&
          sweep_p_value <= 1.0 - analysis.scenario.study.confidence;
 }
 
-std::string family_note(std::span<const StudyAnalysis> analyses, std::span<const double> p_values) {
+std::string family_note(const SweepAnalysis& sweep) {
   std::size_t alone = 0, together = 0;
-  for (std::size_t i = 0; i < analyses.size(); ++i) {
-    alone += is_inconsistent(overall_verdict(analyses[i])) ? 1 : 0;
-    together += stands(analyses[i], p_values[i]) ? 1 : 0;
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    alone += is_inconsistent(overall_verdict(sweep.studies[i])) ? 1 : 0;
+    together += stands(sweep.studies[i], sweep.p_values[i]) ? 1 : 0;
   }
-  const double percent = 100.0 * (1.0 - analyses.front().scenario.study.confidence);
+  const double percent = 100.0 * (1.0 - confidence_of(sweep));
   return fmt::format(
       "{} of {} configurations are inconsistent when each is judged alone, {} when all are judged together: "
       "of "
       "these at most {:g} % are expected to be false (Benjamini-Yekutieli).",
-      alone, analyses.size(), together, percent);
+      alone, sweep.studies.size(), together, percent);
 }
 
-ReportTable configuration_table(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+ReportTable configuration_table(const SweepAnalysis& sweep) {
   using enum ColumnAlign;
+  const SweepPlan& plan = sweep.plan;
   ReportTable table{.title = fmt::format("{}: {} configurations", plan.name, plan.points.size()),
                     .columns = {},
                     .rows = {},
@@ -166,68 +163,49 @@ ReportTable configuration_table(const SweepPlan& plan, std::span<const StudyAnal
   table.columns.push_back({"together", words});
   table.columns.push_back({"last tr P"});
   table.columns.push_back({"failed runs"});
-  const std::vector<double> together = sweep_p_values(analyses);
-  for (std::size_t i = 0; i < analyses.size(); ++i) {
-    const StudyAnalysis& a = analyses[i];
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const StudyAnalysis& a = sweep.studies[i];
     std::vector<TableCell> row;
-    for (const ScalarValue& value : point_of(plan, a).values) row.emplace_back(plain_text(value));
+    for (const ScalarValue& value : sweep.point(i).values) row.emplace_back(plain_text(value));
     row.insert(row.end(),
                {a.statistics.runs, a.nees.mean, a.nees.expected, verdict_cell(a.nees.verdict), a.nis.mean,
                 a.nis.expected, verdict_cell(a.nis.verdict),
-                stands(a, together[i]) ? TableCell("inconsistent", CellTone::alarm) : TableCell(""),
+                stands(a, sweep.p_values[i]) ? TableCell("inconsistent", CellTone::alarm) : TableCell(""),
                 a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
                 a.statistics.failures.size()});
     table.add(std::move(row));
   }
-  if (!analyses.empty()) table.notes.push_back(family_note(analyses, together));
-  if (analyses.size() < plan.points.size()) {
+  if (!sweep.studies.empty()) table.notes.push_back(family_note(sweep));
+  if (sweep.studies.size() < plan.points.size()) {
     table.notes.push_back(
-        fmt::format("{} of {} configurations have results", analyses.size(), plan.points.size()));
+        fmt::format("{} of {} configurations have results", sweep.studies.size(), plan.points.size()));
   }
   if (plan.skipped > 0)
     table.notes.push_back(fmt::format("{} impossible configurations left out", plan.skipped));
   return table;
 }
 
-/// The cells of a map of ranks; none if a configuration is not one.
-std::vector<RankMapCell> rank_map_cells(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
-  const bool is_map = std::all_of(plan.points.begin(), plan.points.end(),
-                                  [](const SweepPoint& point) { return is_rank_map_cell(point.scenario); });
-  std::vector<RankMapCell> cells;
-  if (!is_map) return cells;
-  for (const StudyAnalysis& analysis : analyses) cells.push_back(rank_map_cell(analysis));
-  return cells;
-}
-
-/// The level of the tests of all cells together.
-double confidence_of(std::span<const StudyAnalysis> analyses) {
-  return analyses.front().scenario.study.confidence;
-}
-
 }  // namespace
 
-std::vector<ReportTable> sweep_tables(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
-  const std::vector<RankMapCell> cells = rank_map_cells(plan, analyses);
-  if (cells.empty()) return {configuration_table(plan, analyses)};
-  return {rank_map_table(cells, confidence_of(analyses)), rank_map_disagreements(cells)};
+std::vector<ReportTable> sweep_tables(const SweepAnalysis& sweep) {
+  if (sweep.rank_map.empty()) return {configuration_table(sweep)};
+  return {rank_map_table(sweep.rank_map, confidence_of(sweep)), rank_map_disagreements(sweep.rank_map)};
 }
 
-std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> analyses) {
+std::string sweep_json(const SweepAnalysis& sweep) {
+  const SweepPlan& plan = sweep.plan;
   Json document;
   document["schema"] = kSchema;
   document["name"] = plan.name;
   document["points"] = plan.points.size();
   document["skipped_impossible"] = plan.skipped;
-  const std::vector<RankMapCell> cells = rank_map_cells(plan, analyses);
-  if (!cells.empty()) {
-    document["rank_map"] = rank_map_json(cells, confidence_of(analyses));
+  if (!sweep.rank_map.empty()) {
+    document["rank_map"] = rank_map_json(sweep.rank_map, confidence_of(sweep));
     return document.dump(1);
   }
   Json configurations = Json::array();
-  const std::vector<double> together = sweep_p_values(analyses);
-  for (std::size_t n = 0; n < analyses.size(); ++n) {
-    const StudyAnalysis& a = analyses[n];
-    const SweepPoint& point = point_of(plan, a);
+  for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
+    const SweepPoint& point = sweep.point(n);
     Json values;
     for (std::size_t i = 0; i < plan.axes.size(); ++i) {
       values[plan.axes[i].path] = std::visit(
@@ -240,38 +218,34 @@ std::string sweep_json(const SweepPlan& plan, std::span<const StudyAnalysis> ana
           },
           point.values[i]);
     }
-    Json j = Json::parse(study_json(a));
+    Json j = Json::parse(study_json(sweep.studies[n]));
     j["swept"] = std::move(values);
-    j["sweep_p_value"] = json_number(together[n]);
+    j["sweep_p_value"] = json_number(sweep.p_values[n]);
     configurations.push_back(std::move(j));
   }
   document["configurations"] = std::move(configurations);
   return document.dump(1);
 }
 
-std::vector<std::string> write_sweep_report(const std::filesystem::path& directory, const SweepPlan& plan,
-                                            std::span<const StudyAnalysis> analyses) {
+std::vector<std::string> write_sweep_report(const std::filesystem::path& directory,
+                                            const SweepAnalysis& sweep) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
-  const std::vector<RankMapCell> cells = rank_map_cells(plan, analyses);
+  const bool map = !sweep.rank_map.empty();
   const std::vector<Figure> figures =
-      cells.empty() ? sweep_figures(plan, analyses) : std::vector<Figure>{rank_map_figure(cells)};
+      map ? std::vector<Figure>{rank_map_figure(sweep.rank_map)} : sweep_figures(sweep);
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
-  write_sweep_csv(directory / "sweep.csv", plan, analyses, cells);
+  write_sweep_csv(directory / "sweep.csv", sweep);
 
-  HtmlPage page(plan.name, "A sweep of configurations, by Credence");
-  page.section(cells.empty() ? "Verdicts" : "The map of ranks");
-  for (const ReportTable& table : sweep_tables(plan, analyses)) page.table(table);
+  HtmlPage page(sweep.plan.name, "A sweep of configurations, by Credence");
+  page.section(map ? "The map of ranks" : "Verdicts");
+  for (const ReportTable& table : sweep_tables(sweep)) page.table(table);
   page.link("every configuration as CSV", "sweep.csv");
-  std::vector<std::string> problems;
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    page.figure(figures[i], drawings[i], directory);
-    if (!drawings[i].problem.empty()) problems.push_back(drawings[i].problem);
-  }
+  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
   page.section("Settings");
-  page.verbatim(canonical_toml(plan));
+  page.verbatim(canonical_toml(sweep.plan));
   page.write(directory / "index.html");
-  return problems;
+  return problems_of(drawings);
 }
 
 }  // namespace credence

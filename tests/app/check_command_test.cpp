@@ -1,84 +1,25 @@
 // `credence run --log` and `credence check` as a user types them: the built binary, its documents, its exit
 // codes.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
+
+#include "tests/app/command.h"
 
 namespace credence {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
-struct Finished {
-  int code = -1;
-  std::string out, err;
-};
-
-class CheckCommand : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("credence-check-" + std::to_string(getpid()) + "-" +
-                                           testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-  }
-
-  std::string read(const fs::path& name) const {
-    std::ifstream in(folder_ / name, std::ios::binary);
-    std::stringstream text;
-    text << in.rdbuf();
-    return text.str();
-  }
-
-  pid_t start(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), CREDENCE_BINARY);
-    const pid_t child = fork();
-    if (child == 0) {
-      std::vector<char*> argv;
-      for (std::string& a : arguments) argv.push_back(a.data());
-      argv.push_back(nullptr);
-      dup2(open((folder_ / "stdout").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
-      dup2(open((folder_ / "stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
-      if (chdir(folder_.c_str()) == 0) execv(CREDENCE_BINARY, argv.data());
-      _exit(127);
-    }
-    return child;
-  }
-
-  Finished finish(pid_t child) const {
-    int status = 0;
-    waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read("stdout"), read("stderr")};
-  }
-
-  Finished run(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
-
-  Json json(const std::vector<std::string>& arguments, int code = 0) const {
-    const Finished f = run(arguments);
-    EXPECT_EQ(f.code, code) << f.err;
-    return Json::parse(f.out);
-  }
-
-  fs::path folder_;
-};
+class CheckCommand : public CommandTest {};
 
 // 150 runs: three chunks.
 const std::string kLine =

@@ -1,80 +1,24 @@
 // The commands as a user types them: the built binary, its output, its exit codes.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "tests/app/command.h"
 
 namespace credence {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
-struct Finished {
-  int code = -1;
-  std::string out, err;
-};
-
-std::string read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
-class CommandLine : public testing::Test {
+class CommandLine : public CommandTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("credence-app-" + std::to_string(getpid()) + "-" +
-                                           testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
-  }
-
-  /// Starts the binary in the test's folder.
-  pid_t start(const std::vector<std::string>& arguments) const {
-    const pid_t child = fork();
-    if (child == 0) {
-      std::vector<char*> argv = {const_cast<char*>(CREDENCE_BINARY)};
-      for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
-      argv.push_back(nullptr);
-      const auto to_file = [&](const char* name, int descriptor) {
-        dup2(open((folder_ / name).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), descriptor);
-      };
-      to_file("stdout", STDOUT_FILENO);
-      to_file("stderr", STDERR_FILENO);
-      if (chdir(folder_.c_str()) == 0) execv(CREDENCE_BINARY, argv.data());
-      _exit(127);
-    }
-    return child;
-  }
-
-  Finished finish(pid_t child) const {
-    int status = 0;
-    waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(folder_ / "stdout"),
-            read_file(folder_ / "stderr")};
-  }
-
-  Finished run(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
-
   /// Until chunks have been written to the store of this folder.
   static void wait_for_chunks(const fs::path& folder) {
     const auto written = [&] {
@@ -84,8 +28,6 @@ class CommandLine : public testing::Test {
     };
     for (int i = 0; i < 30000 && !written(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-
-  fs::path folder_;
 };
 
 const std::string kMonobot = "[world]\nmodel = \"monobot\"\nlandmarks = 2\n[study]\nruns = 300\nsteps = 30\n";
@@ -232,11 +174,11 @@ TEST_F(CommandLine, AChangedScenarioIsRefusedWithTheDifference) {
   write("a.toml", kMonobot);
   ASSERT_EQ(run({"run", "a.toml", "--out", "out"}).code, 0);
   EXPECT_EQ(run({"run", "a.toml", "--out", "out", "--runs", "500"}).code, 0) << "more runs extend a study";
-  const std::string before = read_file(folder_ / "out" / "a.csv");
+  const std::string before = read("out/a.csv");
   const Finished f = run({"run", "a.toml", "--out", "out", "--set", "noise.process_variance=0.2"});
   EXPECT_EQ(f.code, 2);
   EXPECT_NE(f.err.find("process_variance"), std::string::npos) << f.err;
-  EXPECT_EQ(read_file(folder_ / "out" / "a.csv"), before);
+  EXPECT_EQ(read("out/a.csv"), before);
   EXPECT_EQ(run({"run", "a.toml", "--out", "out", "--fresh", "--set", "noise.process_variance=0.2"}).code, 0);
 }
 
@@ -244,7 +186,7 @@ TEST_F(CommandLine, ReportsAreCompleteAndFiguresAreThere) {
   write("a.toml", kMonobot);
   const Finished f = run({"run", "a.toml", "--out", "out"});
   ASSERT_EQ(f.code, 0) << f.err;
-  const std::string page = read_file(folder_ / "out" / "index.html");
+  const std::string page = read("out/index.html");
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_EQ(page.find("src=\"http"), std::string::npos);
   EXPECT_TRUE(fs::exists(folder_ / "out" / "a.csv"));
@@ -302,7 +244,7 @@ TEST_F(CommandLine, SelftestGivesARateForEveryTest) {
     EXPECT_GT(filter["power"].size(), 30U) << filter["filter"];
   }
   EXPECT_GT(j["naive"][0]["measured"], 0.4);
-  EXPECT_NE(read_file(folder_ / "st" / "index.html").find("<svg"), std::string::npos);
+  EXPECT_NE(read("st/index.html").find("<svg"), std::string::npos);
 }
 
 TEST_F(CommandLine, SelftestInterruptedProvesNothing) {
@@ -390,7 +332,7 @@ TEST_F(CommandLine, AnOutputThatCannotBeWrittenIsAnErrorThatNamesIt) {
   const Finished f = run({"run", "a.toml", "--out", "file/out"});
   EXPECT_EQ(f.code, 2);
   EXPECT_NE(f.err.find("file/out"), std::string::npos) << f.err;
-  EXPECT_EQ(read_file(folder_ / "file"), "not a folder");
+  EXPECT_EQ(read("file"), "not a folder");
 }
 
 }  // namespace

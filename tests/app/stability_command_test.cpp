@@ -1,71 +1,23 @@
 // `credence stability` as a user types it: the built binary, its documents, its exit codes.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
-#include <vector>
+
+#include "tests/app/command.h"
 
 namespace credence {
 namespace {
 
-namespace fs = std::filesystem;
-using Json = nlohmann::json;
-
-struct Finished {
-  int code = -1;
-  std::string out, err;
-};
-
-class StabilityCommand : public testing::Test {
+class StabilityCommand : public CommandTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("credence-stability-" + std::to_string(getpid()) + "-" +
-                                           testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   static std::string scenario(const std::string& name) {
     return std::string(CREDENCE_SOURCE_DIR) + "/scenarios/" + name + ".toml";
   }
-
-  std::string read(const fs::path& name) const {
-    std::ifstream in(folder_ / name, std::ios::binary);
-    std::stringstream text;
-    text << in.rdbuf();
-    return text.str();
-  }
-
-  Finished run(std::vector<std::string> arguments, const char* command = "stability") const {
-    arguments.insert(arguments.begin(), {CREDENCE_BINARY, command});
-    const pid_t child = fork();
-    if (child == 0) {
-      std::vector<char*> argv;
-      for (std::string& a : arguments) argv.push_back(a.data());
-      argv.push_back(nullptr);
-      dup2(open((folder_ / "stdout").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
-      dup2(open((folder_ / "stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
-      if (chdir(folder_.c_str()) == 0) execv(CREDENCE_BINARY, argv.data());
-      _exit(127);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read("stdout"), read("stderr")};
-  }
-
-  fs::path folder_;
 };
 
 TEST_F(StabilityCommand, GivesTheDocumentOfTheContract) {
-  const Finished f = run({scenario("figure2_two_landmarks"), "--format", "json"});
+  const Finished f = run({"stability", scenario("figure2_two_landmarks"), "--format", "json"});
   ASSERT_EQ(f.code, 0) << f.err;
   EXPECT_EQ(f.err, "");
   const Json j = Json::parse(f.out);
@@ -89,7 +41,7 @@ TEST_F(StabilityCommand, GivesTheDocumentOfTheContract) {
 }
 
 TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
-  const Finished f = run({scenario("figure3_two_landmarks"), "--out", "page"});
+  const Finished f = run({"stability", scenario("figure3_two_landmarks"), "--out", "page"});
   ASSERT_EQ(f.code, 0) << f.err;
   EXPECT_NE(f.out.find("common translation"), std::string::npos) << f.out;
   EXPECT_NE(f.out.find("bounded"), std::string::npos);
@@ -98,8 +50,8 @@ TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
 }
 
 TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
-  const Finished f = run({scenario("planar_stability"), "--set", "world.landmarks=4", "--loops", "6",
-                          "--format", "json", "--out", "plane", "--quiet"});
+  const Finished f = run({"stability", scenario("planar_stability"), "--set", "world.landmarks=4", "--loops",
+                          "6", "--format", "json", "--out", "plane", "--quiet"});
   ASSERT_EQ(f.code, 0) << f.err;
   const Json j = Json::parse(f.out);
   EXPECT_EQ(j["state_dim"], 11);
@@ -116,25 +68,25 @@ TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
 }
 
 TEST_F(StabilityCommand, RefusesAConstantInflationInThePlane) {
-  const Finished f = run({scenario("planar_stability"), "--set", "filter.inflation=rank"});
+  const Finished f = run({"stability", scenario("planar_stability"), "--set", "filter.inflation=rank"});
   EXPECT_EQ(f.code, 2);
   EXPECT_EQ(f.out, "");
   EXPECT_NE(f.err.find("filter.inflation"), std::string::npos) << f.err;
 }
 
 TEST_F(StabilityCommand, BadInputIsTwo) {
-  EXPECT_EQ(run({"missing.toml"}).code, 2);
-  EXPECT_EQ(run({}).code, 2);
-  EXPECT_EQ(run({scenario("figure3_two_landmarks"), "--horizon", "0"}).code, 2);
-  EXPECT_EQ(run({scenario("planar_stability"), "--loops", "1"}).code, 2);
-  EXPECT_EQ(run({scenario("figure3_two_landmarks"), "--set", "noise.measurement_variance=0"}).code, 2);
-  EXPECT_EQ(run({"--help"}).code, 0);
+  EXPECT_EQ(run({"stability", "missing.toml"}).code, 2);
+  EXPECT_EQ(run({"stability"}).code, 2);
+  EXPECT_EQ(run({"stability", scenario("figure3_two_landmarks"), "--horizon", "0"}).code, 2);
+  EXPECT_EQ(run({"stability", scenario("planar_stability"), "--loops", "1"}).code, 2);
+  EXPECT_EQ(
+      run({"stability", scenario("figure3_two_landmarks"), "--set", "noise.measurement_variance=0"}).code, 2);
+  EXPECT_EQ(run({"stability", "--help"}).code, 0);
 }
 
 TEST_F(StabilityCommand, SweepDrawsTheMapOfRanks) {
-  const Finished f = run({scenario("rank_map"), "--set", "sweep.world.landmarks=1:3", "--set",
-                          "sweep.study.seed=1", "--out", "map", "--format", "json", "--quiet"},
-                         "sweep");
+  const Finished f = run({"sweep", scenario("rank_map"), "--set", "sweep.world.landmarks=1:3", "--set",
+                          "sweep.study.seed=1", "--out", "map", "--format", "json", "--quiet"});
   ASSERT_EQ(f.code, 0) << f.err;
   const Json map = Json::parse(f.out)["rank_map"];
   ASSERT_EQ(map["groups"].size(), 8U);

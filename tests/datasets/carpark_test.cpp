@@ -15,8 +15,8 @@ namespace credence {
 namespace {
 
 using ::testing::AllOf;
+using testing::copy_data;
 using ::testing::HasSubstr;
-using testing::TemporaryFolder;
 
 using Arrays = std::map<std::string, Matrix>;
 
@@ -134,7 +134,7 @@ TEST(Carpark, EveryCutOfTheRealFilesIsAnError) {
   CREDENCE_DATA_OR_SKIP(data, "carpark");
   for (const char* name : {"data_set.mat", "beac_juan3.mat"}) {
     const TemporaryFolder folder;
-    folder.fill_from(data);
+    copy_data(data, folder);
     std::uintmax_t size = std::filesystem::file_size(folder.path() / name);
     for (int cut = 0; size > 0 && cut < 200; ++cut) {
       size -= std::min(size, cut < 50 ? 1 + size / 5000 : 1 + size / 20);
@@ -153,7 +153,7 @@ TEST(Carpark, EveryCutOfTheRealFilesIsAnError) {
 TEST(Carpark, FlippedBytesOfTheRealFileAreAnErrorOrNumbers) {
   CREDENCE_DATA_OR_SKIP(data, "carpark");
   const TemporaryFolder folder;
-  folder.fill_from(data);
+  copy_data(data, folder);
   const auto file = folder.path() / "data_set.mat";
   const auto size = static_cast<std::uint32_t>(std::filesystem::file_size(file));
   std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);

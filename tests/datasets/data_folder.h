@@ -4,8 +4,9 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
+
+#include "tests/temporary_folder.h"
 
 namespace credence::testing {
 
@@ -19,38 +20,14 @@ inline std::filesystem::path data_folder(const std::string& name) {
   return std::filesystem::is_directory(root / name) ? root / name : std::filesystem::path();
 }
 
-/// A folder of its own for one test, removed with it.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            (std::string("credence_") + test->test_suite_name() + "_" + test->name());
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
+/// Copies every file of a data set into a test's folder, writable.
+inline void copy_data(const std::filesystem::path& data, const TemporaryFolder& folder) {
+  for (const auto& entry : std::filesystem::directory_iterator(data)) {
+    const std::filesystem::path copy = folder / entry.path().filename();
+    std::filesystem::copy_file(entry.path(), copy);
+    std::filesystem::permissions(copy, std::filesystem::perms::owner_all);
   }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
-  std::filesystem::path write(const std::string& name, const std::string& content) const {
-    std::ofstream(path_ / name, std::ios::binary) << content;
-    return path_ / name;
-  }
-
-  /// Copies every file of another folder here, writable.
-  void fill_from(const std::filesystem::path& other) const {
-    for (const auto& entry : std::filesystem::directory_iterator(other)) {
-      std::filesystem::copy_file(entry.path(), path_ / entry.path().filename());
-      std::filesystem::permissions(path_ / entry.path().filename(), std::filesystem::perms::owner_all);
-    }
-  }
-
- private:
-  std::filesystem::path path_;
-};
+}
 
 }  // namespace credence::testing
 

@@ -13,8 +13,6 @@
 namespace credence {
 namespace {
 
-using testing::TemporaryFolder;
-
 const std::string kHeader =
     "step,estimate.x,estimate.heading:angle,truth.x,truth.heading,P.1.1,P.1.2,P.2.2,innovation.1,S.1.1\n";
 

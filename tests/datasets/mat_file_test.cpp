@@ -16,7 +16,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::TemporaryFolder;
 
 /// A MAT-file of version 5 with one variable of each kind that a test needs.
 class Writer {

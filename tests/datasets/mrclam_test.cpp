@@ -19,7 +19,6 @@ namespace credence {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::TemporaryFolder;
 
 using Texts = std::map<std::string, std::string>;
 

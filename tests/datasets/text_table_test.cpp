@@ -12,7 +12,6 @@ namespace credence {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::TemporaryFolder;
 
 std::string error_of(const std::filesystem::path& file, Index columns) {
   try {

@@ -18,7 +18,6 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-using testing::TemporaryFolder;
 
 /// R of a rotation vector.
 Quaterniond rotation_exp(const Vector3d& v) {

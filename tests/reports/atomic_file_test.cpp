@@ -5,7 +5,7 @@
 #include <signal.h>
 #include <sys/resource.h>
 
-#include "tests/reports/temp_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace credence {
 namespace {
@@ -23,27 +23,27 @@ std::string message_of_writing(const std::filesystem::path& path) {
 }
 
 TEST(AtomicFile, WritesAndReplaces) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   write_file(folder / "a.txt", "first");
   write_file(folder / "a.txt", "second");
-  EXPECT_EQ(content_of(folder / "a.txt"), "second");
+  EXPECT_EQ(folder.read("a.txt"), "second");
   EXPECT_EQ(folder.entries(), 1);
 }
 
 TEST(AtomicFile, WithoutCommitTheTargetKeepsWhatItHad) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   write_file(folder / "a.txt", "first");
   {
     AtomicFile file(folder / "a.txt");
     file.write("half");
-    EXPECT_EQ(content_of(folder / "a.txt"), "first");
+    EXPECT_EQ(folder.read("a.txt"), "first");
   }
-  EXPECT_EQ(content_of(folder / "a.txt"), "first");
+  EXPECT_EQ(folder.read("a.txt"), "first");
   EXPECT_EQ(folder.entries(), 1) << "a temporary file was left";
 }
 
 TEST(AtomicFile, NamesThePathThatCannotBeWritten) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   write_file(folder / "file", "x");
   EXPECT_THAT(message_of_writing(folder / "missing/a.html"),
               AllOf(HasSubstr("missing/a.html"), HasSubstr("No such")));
@@ -60,17 +60,17 @@ TEST(AtomicFile, RefusesDevicesInsteadOfReplacingThem) {
 }
 
 TEST(AtomicFile, WritesThroughALink) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   write_file(folder / "a.txt", "first");
   std::filesystem::create_symlink(folder / "a.txt", folder / "link");
   write_file(folder / "link", "second");
-  EXPECT_EQ(content_of(folder / "a.txt"), "second");
+  EXPECT_EQ(folder.read("a.txt"), "second");
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
 }
 
 // A limit on the size of files stands for a full disk.
 TEST(AtomicFile, AFailedWriteLeavesTheOldFile) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   write_file(folder / "a.txt", "first");
   rlimit old_limit{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old_limit), 0);
@@ -81,7 +81,7 @@ TEST(AtomicFile, AFailedWriteLeavesTheOldFile) {
   EXPECT_THROW(write_file(folder / "a.txt", std::string(5000, 'x')), OutputError);
   setrlimit(RLIMIT_FSIZE, &old_limit);
   signal(SIGXFSZ, old_handler);
-  EXPECT_EQ(content_of(folder / "a.txt"), "first");
+  EXPECT_EQ(folder.read("a.txt"), "first");
   EXPECT_EQ(folder.entries(), 1);
 }
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "tests/reports/temp_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace credence {
 namespace {
@@ -33,16 +33,16 @@ TEST(Csv, DoublesAreShortAndReadBackExactly) {
 }
 
 TEST(Csv, WritesHeaderAndRecords) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   CsvWriter writer(folder / "a.csv", {"step", "nees"});
   writer.add({1, 2.5});
   EXPECT_FALSE(std::filesystem::exists(folder / "a.csv")) << "the file must not appear before it is whole";
   writer.commit();
-  EXPECT_EQ(content_of(folder / "a.csv"), "step,nees\r\n1,2.5\r\n");
+  EXPECT_EQ(folder.read("a.csv"), "step,nees\r\n1,2.5\r\n");
 }
 
 TEST(Csv, WritesMoreThanOneBlock) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   CsvWriter writer(folder / "a.csv", {"i"});
   std::string expected = "i\r\n";
   for (int i = 0; i < 20000; ++i) {
@@ -50,11 +50,11 @@ TEST(Csv, WritesMoreThanOneBlock) {
     expected += std::to_string(i) + "\r\n";
   }
   writer.commit();
-  EXPECT_EQ(content_of(folder / "a.csv"), expected);
+  EXPECT_EQ(folder.read("a.csv"), expected);
 }
 
 TEST(Csv, RefusesARecordOfAnotherLength) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   CsvWriter writer(folder / "a.csv", {"a", "b"});
   EXPECT_THROW(writer.add({1}), std::invalid_argument);
 }

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "tests/reports/temp_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace credence {
 namespace {
@@ -51,7 +51,7 @@ TEST(Process, ReportsSignals) {
 }
 
 TEST(Process, KillsWhatTakesTooLongWithItsChildren) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const std::string late = (folder / "late").string();
   const auto start = std::chrono::steady_clock::now();
   const ProcessResult result =

@@ -10,7 +10,7 @@
 #include "reports/atomic_file.h"
 #include "reports/gnuplot_script.h"
 #include "tests/reports/markup_check.h"
-#include "tests/reports/temp_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace credence {
 namespace {
@@ -45,7 +45,7 @@ class PathOverride {
 };
 
 // A program that stands for gnuplot.
-std::filesystem::path fake_gnuplot(const TempFolder& folder, const std::string& script) {
+std::filesystem::path fake_gnuplot(const TemporaryFolder& folder, const std::string& script) {
   const auto path = folder / "gnuplot";
   write_file(path, "#!/bin/sh\n" + script);
   std::filesystem::permissions(path, std::filesystem::perms::owner_all);
@@ -141,7 +141,7 @@ TEST(Gnuplot, MarkupIsAskedForAndElseLiteral) {
 }
 
 TEST(Gnuplot, HostileTextStaysText) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const std::string touch = "touch " + (folder / "pwned").string();
   const std::vector<std::string> texts{
       "`" + touch + "`",
@@ -207,7 +207,7 @@ TEST(Gnuplot, DrawsPdf) {
 }
 
 TEST(Gnuplot, DrawsManyFigures) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   std::vector<Figure> figures;
   for (int i = 0; i < 5; ++i) figures.push_back(figure_of({simple_line()}, "figure-" + std::to_string(i)));
   const auto drawings = draw_all(figures, folder.path());
@@ -215,7 +215,7 @@ TEST(Gnuplot, DrawsManyFigures) {
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(drawings[i].problem, "");
     EXPECT_EQ(drawings[i].svg, render_svg(figures[i])) << "drawing together changes nothing";
-    EXPECT_TRUE(content_of(folder / ("figure-" + std::to_string(i) + ".pdf")).starts_with("%PDF-"));
+    EXPECT_TRUE(folder.read("figure-" + std::to_string(i) + ".pdf").starts_with("%PDF-"));
   }
   EXPECT_EQ(folder.entries(), 5);
   EXPECT_TRUE(draw_all({}).empty());
@@ -230,25 +230,34 @@ TEST(Gnuplot, AMissingProgramIsNamed) {
   EXPECT_EQ(drawings[0].svg, "");
 }
 
+TEST(Gnuplot, ProblemsAreThoseOfTheFiguresThatWereNotDrawn) {
+  const std::vector<Drawing> drawings{{.svg = "<svg/>", .problem = {}, .pdf = {}},
+                                      {.svg = {}, .problem = "first", .pdf = {}},
+                                      {.svg = "<svg/>", .problem = {}, .pdf = {}},
+                                      {.svg = {}, .problem = "second", .pdf = {}}};
+  EXPECT_EQ(problems_of(drawings), (std::vector<std::string>{"first", "second"}));
+  EXPECT_TRUE(problems_of({}).empty());
+}
+
 TEST(Gnuplot, AFailingProgramIsReported) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const std::string fails = fake_gnuplot(folder, "echo 'line 3: no such terminal' >&2\nexit 1\n").string();
   EXPECT_THAT(error_of({.program = fails}), HasSubstr("failed with status 1: line 3: no such terminal"));
 }
 
 TEST(Gnuplot, ASlowProgramIsStopped) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const std::string sleeps = fake_gnuplot(folder, "sleep 30\n").string();
   EXPECT_THAT(error_of({.program = sleeps, .timeout = std::chrono::milliseconds(100)}),
               HasSubstr("did not finish within 0.1 s"));
 }
 
 TEST(Gnuplot, HalfAnAnswerIsAProblemAndWritesNothing) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const std::string half =
       fake_gnuplot(folder, "cat >/dev/null\necho '<svg viewBox=\"0 0 1 1\">'\n").string();
   EXPECT_THAT(error_of({.program = half}), HasSubstr("not complete"));
-  const TempFolder output;
+  const TemporaryFolder output;
   const std::vector<Figure> figures{figure_of({simple_line()})};
   EXPECT_NE(draw_all(figures, output.path(), {.program = half})[0].problem, "");
   EXPECT_EQ(output.entries(), 0);

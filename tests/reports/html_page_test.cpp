@@ -5,7 +5,7 @@
 
 #include "reports/atomic_file.h"
 #include "tests/reports/markup_check.h"
-#include "tests/reports/temp_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace credence {
 namespace {
@@ -135,10 +135,10 @@ TEST(HtmlPage, AnchorsAreUnique) {
 }
 
 TEST(HtmlPage, IsWrittenWholeOrNotAtAll) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const HtmlPage page("Study");
   page.write(folder / "index.html");
-  EXPECT_EQ(content_of(folder / "index.html"), page.str());
+  EXPECT_EQ(folder.read("index.html"), page.str());
   try {
     page.write(folder / "missing/index.html");
     FAIL() << "expected an error";

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/temporary_folder.h"
+
+namespace credence {
+
+/// How a call of the binary ended; a code above 128 is a signal.
+struct Finished {
+  int code = -1;
+  std::string out, err;
+};
+
+/// Calls the built binary as a user does, in a folder of its own for each test.
+class CommandTest : public ::testing::Test {
+ protected:
+  using Json = nlohmann::json;
+
+  /// Starts the binary with its output in files. No data set is named by the environment.
+  pid_t start(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), CREDENCE_BINARY);
+    const pid_t child = fork();
+    if (child != 0) return child;
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    unsetenv("CREDENCE_DATA");
+    redirect(STDOUT_FILENO, "stdout");
+    redirect(STDERR_FILENO, "stderr");
+    if (chdir(folder_.path().c_str()) == 0) execv(CREDENCE_BINARY, argv.data());
+    _exit(127);
+  }
+
+  Finished finish(pid_t child) const {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read("stdout"), read("stderr")};
+  }
+
+  Finished run(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
+
+  /// The document of a call that ends with this code.
+  Json json(const std::vector<std::string>& arguments, int code = 0) const {
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, code) << f.err;
+    return Json::parse(f.out);
+  }
+
+  std::filesystem::path write(const std::filesystem::path& name, const std::string& text) const {
+    return folder_.write(name, text);
+  }
+  std::string read(const std::filesystem::path& name) const { return folder_.read(name); }
+
+  TemporaryFolder folder_;
+
+ private:
+  void redirect(int descriptor, const char* name) const {
+    dup2(open((folder_ / name).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), descriptor);
+  }
+};
+
+}  // namespace credence
