@@ -1,0 +1,261 @@
+#include "analysis/filter_timing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include "core/ekf_slam.h"
+#include "core/parallel_tasks.h"
+#include "montecarlo/engine.h"
+#include "montecarlo/noise.h"
+#include "montecarlo/plain_monobot.h"
+
+namespace credence {
+namespace {
+
+const Eigen::Matrix2d kControlNoise = Eigen::Vector2d(0.01, 0.0025).asDiagonal();
+const Eigen::Matrix2d kMeasurementNoise = Eigen::Vector2d(0.01, 0.0003).asDiagonal();
+const Eigen::Matrix3d kPoseCovariance = 0.01 * Eigen::Matrix3d::Identity();
+
+/// Bytes of the heap in use.
+std::optional<double> heap_in_use() {
+#if defined(__GLIBC__)
+  const auto info = mallinfo2();
+  if (info.uordblks > 0) return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
+#endif
+  return std::nullopt;  // also where a sanitizer keeps the heap
+}
+
+/// A ring of landmarks around the vehicle, which stands still; each step sees the next few, at no innovation.
+template <class Filter>
+class Ring {
+ public:
+  Ring(Filter filter, Index landmarks, Index observed)
+      : filter_(std::move(filter)), landmarks_(landmarks), seen_(static_cast<std::size_t>(observed)) {}
+
+  void steps(std::int64_t count) {
+    for (std::int64_t k = 0; k < count; ++k) {
+      filter_.predict(Control::Zero());
+      for (Observation<PlanarModel>& z : seen_) {
+        z.landmark = static_cast<int>(next_);
+        next_ = next_ + 1 == landmarks_ ? 0 : next_ + 1;
+        z.z = measure_range_bearing(filter_.pose(),
+                                    filter_.state().template segment<2>(filter_.offset_of(z.landmark)));
+      }
+      if (!filter_.update(seen_).ok) throw std::runtime_error("a timed filter lost its covariance");
+    }
+  }
+
+ private:
+  Filter filter_;
+  Index landmarks_, next_ = 0;
+  std::vector<Observation<PlanarModel>> seen_;
+};
+
+RangeBearing first_sight(Index i, Index landmarks) {
+  const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(landmarks);
+  return {10.0, wrap_angle(angle)};
+}
+
+/// A filter that holds the whole ring, with the covariance that its first sight gives.
+template <class Filter>
+Ring<Filter> dense_ring(Index landmarks, Index observed) {
+  const Index n = 3 + 2 * landmarks;
+  Vector x = Vector::Zero(n);
+  Matrix J = Matrix::Zero(n, 3);
+  J.topRows<3>().setIdentity();
+  std::vector<int> ids;
+  std::vector<Eigen::Matrix2d> own;
+  for (Index i = 0; i < landmarks; ++i) {
+    const PlacedLandmark placed = PlanarModel::place(Pose::Zero(), first_sight(i, landmarks));
+    x.segment<2>(3 + 2 * i) = placed.position;
+    J.middleRows<2>(3 + 2 * i) = placed.J_r;
+    own.push_back(placed.J_z * kMeasurementNoise * placed.J_z.transpose());
+    ids.push_back(static_cast<int>(i));
+  }
+  Matrix P = J * kPoseCovariance * J.transpose();
+  for (Index i = 0; i < landmarks; ++i) {
+    P.block<2, 2>(3 + 2 * i, 3 + 2 * i) += own[static_cast<std::size_t>(i)];
+  }
+  Filter filter({.vehicle = {}, .dt_s = 0.1}, kControlNoise, kMeasurementNoise);
+  filter.reset(x, P, ids);
+  return Ring<Filter>(std::move(filter), landmarks, observed);
+}
+
+/// Work, and what it holds.
+struct RingWork {
+  std::function<void(std::int64_t)> steps;
+  std::optional<double> bytes;
+};
+
+template <class MakeRing>
+RingWork ring_work(MakeRing make) {
+  const std::optional<double> before = heap_in_use();
+  const auto ring = std::make_shared<decltype(make())>(make());
+  ring->steps(1);
+  const std::optional<double> after = heap_in_use();
+  RingWork work{.steps = [ring](std::int64_t count) { ring->steps(count); }, .bytes = {}};
+  if (before && after) work.bytes = *after - *before;
+  return work;
+}
+
+RingWork make_ring_work(TimedFilter filter, Index landmarks, Index observed) {
+  switch (filter) {
+    case TimedFilter::naive:
+      return ring_work([&] { return dense_ring<EkfSlam<PlanarModel>>(landmarks, observed); });
+    default:
+      throw std::logic_error("unknown filter");
+  }
+}
+
+void require_valid(const FilterTimingPlan& plan) {
+  for (const auto* numbers : {&plan.landmarks, &plan.observed}) {
+    if (numbers->empty() || *std::ranges::min_element(*numbers) < 1) {
+      throw std::invalid_argument("timing needs numbers of landmarks, and of landmarks observed, from 1 on");
+    }
+  }
+  if (*std::ranges::max_element(plan.landmarks) < *std::ranges::min_element(plan.observed)) {
+    throw std::invalid_argument("no map is as large as what is to be observed of it");
+  }
+}
+
+/// `runs` runs of a scenario by the engine, the same each time.
+TimedWork engine_work(Scenario scenario, std::int64_t runs, int threads, double items) {
+  scenario.study.runs = runs;
+  const std::shared_ptr<const Experiment> experiment = make_experiment(scenario);
+  return {.work =
+              [experiment, runs, threads](std::int64_t times) {
+                const StudyTask task{"", experiment.get(), runs};
+                for (std::int64_t i = 0; i < times; ++i) run_studies({&task, 1}, {.threads = threads});
+              },
+          .items = items};
+}
+
+/// One step of one run, one normal, and one step of the plain loop, in the order of MonteCarloTimes.
+std::vector<TimedWork> monte_carlo_works() {
+  constexpr std::int64_t kRuns = 6400, kPlainRuns = 16, kNormalSteps = 32;
+  constexpr std::size_t kSteps = 100;
+  Scenario monobot = default_scenario(WorldModel::monobot);
+  monobot.world.landmarks = 1;
+  monobot.study.steps = kSteps;
+  const auto normals = std::make_shared<std::vector<double>>(2 * kNormalSteps * NoiseSource::kLanes);
+  TimedWork draw{
+      .work =
+          [normals, source = NoiseSource(1, 0), step = std::int64_t{1}](std::int64_t times) mutable {
+            for (std::int64_t i = 0; i < times; ++i) {
+              source.normals_of_runs(0, step, kNormalSteps, NoisePurpose::process, 2, *normals);
+              step = (step + kNormalSteps) % (1 << 20);
+            }
+          },
+      .items = static_cast<double>(normals->size())};
+  TimedWork plain{.work =
+                      [generator = std::mt19937_64(1)](std::int64_t times) mutable {
+                        std::vector<Moments> nees(kSteps), nis(kSteps);
+                        run_plain_monobot(1, times * kPlainRuns, generator, nees, nis);
+                      },
+                  .items = static_cast<double>(kPlainRuns * kSteps)};
+  return {engine_work(monobot, kRuns, 1, static_cast<double>(kRuns * kSteps)), draw, plain};
+}
+
+Scenario planar_ten() {
+  Scenario scenario = default_scenario(WorldModel::planar);
+  scenario.world.landmarks = 10;
+  return scenario;
+}
+
+/// One and all processors, and the powers of two between.
+std::vector<int> thread_numbers() {
+  std::vector<int> threads;
+  for (int t = 1; t < thread_count(0); t *= 2) threads.push_back(t);
+  threads.push_back(thread_count(0));
+  return threads;
+}
+
+/// Everything that is timed, in the order of the result.
+struct Works {
+  std::vector<TimedWork> all;
+  std::vector<FilterTime> filters;  ///< without their times; the first of `all` are theirs
+  std::vector<int> threads;         ///< the last of `all` are theirs
+};
+
+Works make_works(const FilterTimingPlan& plan) {
+  Works works;
+  for (const Index observed : plan.observed) {
+    for (const TimedFilter filter : {TimedFilter::full, TimedFilter::naive, TimedFilter::map}) {
+      for (const Index landmarks : plan.landmarks) {
+        if (landmarks < observed || landmarks > largest_map(filter)) continue;
+        RingWork ring = make_ring_work(filter, landmarks, observed);
+        works.all.push_back({.work = std::move(ring.steps)});
+        works.filters.push_back({filter, landmarks, observed, {}, ring.bytes});
+      }
+    }
+  }
+  const std::vector<TimedWork> monte_carlo = monte_carlo_works();
+  works.all.insert(works.all.end(), monte_carlo.begin(), monte_carlo.end());
+  works.threads = thread_numbers();
+  for (const int threads : works.threads) {
+    const std::int64_t runs = 64 * threads;
+    works.all.push_back(engine_work(planar_ten(), runs, threads, static_cast<double>(runs)));
+  }
+  return works;
+}
+
+}  // namespace
+
+std::string_view to_string(TimedFilter filter) {
+  switch (filter) {
+    case TimedFilter::full:
+      return "full";
+    case TimedFilter::naive:
+      return "naive";
+    case TimedFilter::map:
+      return "map";
+  }
+  return "";
+}
+
+Index largest_map(TimedFilter filter) {
+  switch (filter) {
+    case TimedFilter::full:
+      return 3000;
+    case TimedFilter::naive:
+      return 1000;
+    case TimedFilter::map:
+      return 1'000'000;
+  }
+  return 0;
+}
+
+TimingResult time_filters(const FilterTimingPlan& plan, const std::atomic<bool>* stop,
+                          const std::function<void(std::int64_t done, std::int64_t total)>& progress) {
+  require_valid(plan);
+  TimingResult result;
+  result.machine = describe_machine();
+  result.plan = plan.timing;
+  Works works = make_works(plan);
+  const std::vector<MeasuredTime> times = time_interleaved(works.all, plan.timing, stop, progress);
+  if (times.empty()) return result;
+  result.filters = std::move(works.filters);
+  std::size_t next = 0;
+  for (FilterTime& filter : result.filters) filter.step = times[next++];
+  for (MeasuredTime* time :
+       {&result.monte_carlo.step, &result.monte_carlo.normal, &result.monte_carlo.reference_step}) {
+    *time = times[next++];
+  }
+  for (const int threads : works.threads) result.scaling.push_back({threads, times[next++]});
+  result.growth = fit_growth(result.filters);
+  result.crossovers = find_crossovers(result.filters);
+  result.complete = static_cast<int>(times.front().repetitions.size()) == plan.timing.repetitions;
+  return result;
+}
+
+}  // namespace credence

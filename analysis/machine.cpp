@@ -1,0 +1,35 @@
+#include "analysis/machine.h"
+
+#include <cstdlib>
+#include <fstream>
+
+#include "core/cpu_dispatch.h"
+#include "core/nan.h"
+#include "core/parallel_tasks.h"
+
+namespace credence {
+namespace {
+
+std::string processor_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (!line.starts_with("model name")) continue;
+    const auto at = line.find(": ");
+    if (at != std::string::npos) return line.substr(at + 2);
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+MachineDescription describe_machine() {
+  double load = kNaN;
+  if (getloadavg(&load, 1) != 1) load = kNaN;
+  return {.processor = processor_name(),
+          .processors = thread_count(0),
+          .instruction_set = instruction_set_name(best_instruction_set()),
+          .compiler = __VERSION__,
+          .load = load};
+}
+
+}  // namespace credence
