@@ -123,8 +123,8 @@ class EkfSlam {
     }
     result.initialised = initialise(observations);
     if (result.initialised > 0 && rule_.is_sequential()) {
-      result.converged =
-          inflate(P_, layout(), rule_.inflation, InflationSolution::min_trace, min_trace_).converged;
+      // The correlations of one new landmark are a star, for which the pairwise sum is the least trace.
+      inflate(P_, layout(), rule_.inflation, InflationSolution::pairwise);
     }
     return result;
   }
