@@ -6,8 +6,6 @@
 namespace credence {
 namespace {
 
-constexpr int kLogSchema = 1;
-
 Json reasoned(Json j, std::string_view reason) {
   if (!reason.empty()) j["reason"] = reason;
   return j;
@@ -73,7 +71,7 @@ std::string log_json(const CheckedLogs& logs) {
   const LogAnalysis& a = logs.analysis;
   const LogStatistics& s = a.statistics;
   Json j;
-  j["schema"] = kLogSchema;
+  j["schema"] = kSchema;
   j["files"] = logs.files;
   j["rows"] = s.rows;
   j["rejected_rows"] = s.rejected_rows();

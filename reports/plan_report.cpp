@@ -84,7 +84,8 @@ std::string detectable_note(const char* name, const VerdictPlan& plan, const Stu
 
 std::string plan_json(const SweepPlan& sweep, std::span<const StudyPlan> plans) {
   const PlanQuestion& question = plans.front().question;
-  Json j{{"schema", 1}, {"scenario", sweep.name}, {"factor", question.factor}, {"power", question.power}};
+  Json j{
+      {"schema", kSchema}, {"scenario", sweep.name}, {"factor", question.factor}, {"power", question.power}};
   if (sweep.points.size() == 1) {
     j.update(study_plan_json(plans.front()));
     return j.dump(1);

@@ -11,6 +11,7 @@
 #include "reports/html_page.h"
 #include "reports/json_numbers.h"
 #include "reports/number_text.h"
+#include "reports/stability_json.h"
 #include "reports/study_table.h"
 
 namespace credence {
@@ -42,13 +43,7 @@ std::string solution_text(const Scenario& scenario, InflationSolution solution) 
 }
 
 Json ranks_json(const PlanarRanks& ranks) {
-  const RankDecision& d = ranks.observability.decision;
-  Json j;
-  j["rank"] = d.rank;
-  j["gap"] = json_number(d.gap);
-  if (std::isinf(d.gap)) j["gap_null_reason"] = "infinite: no other singular value than zero was left out";
-  j["singular_values"] =
-      json_numbers(std::vector<double>(d.singular_values.begin(), d.singular_values.end()));
+  Json j = rank_json(ranks.observability.decision);
   j["unobservable"] = ranks.unobservable;
   return j;
 }
@@ -67,8 +62,7 @@ Json followed_json(const PlanarFollowed& f) {
     j["predicted_bounded"] = f.exact->bounded();
     j["prediction_reason"] = to_string(f.exact->reason);
     j["accumulated_noise_rank"] = f.exact->noise.rank;
-    j["accumulated_noise_singular_values"] = json_numbers(
-        std::vector<double>(f.exact->noise.singular_values.begin(), f.exact->noise.singular_values.end()));
+    j["accumulated_noise_singular_values"] = rank_json(f.exact->noise)["singular_values"];
   } else {
     j["predicted_bounded"] = nullptr;
     j["prediction_reason"] = "a sequential rule inflates within the update";
@@ -185,10 +179,7 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
   j["rank_details"] = {{"observability", ranks_json(a.truth)},
                        {"observability_at_estimate", ranks_json(a.estimate)}};
   j["unobservable"] = a.truth.unobservable;
-  j["closed_loop_eigenvalues"] = Json::array();
-  for (const std::complex<double>& z : own.closed_loop_eigenvalues) {
-    j["closed_loop_eigenvalues"].push_back({json_number(z.real()), json_number(z.imag())});
-  }
+  j["closed_loop_eigenvalues"] = eigenvalues_json(own.closed_loop_eigenvalues);
   j["spectral_radius"] = json_number(own.spectral_radius);
   j["riccati"] = {{"bounded", own.growth.verdict == LongRun::bounded},
                   {"growth_exponent", json_number(own.growth.exponent)},

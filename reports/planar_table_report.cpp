@@ -9,14 +9,10 @@
 #include "reports/json_numbers.h"
 #include "reports/number_text.h"
 #include "reports/planar_stability_report.h"
+#include "reports/swept_values.h"
 
 namespace credence {
 namespace {
-
-std::string value_words(const ScalarValue& value) {
-  const auto* text = std::get_if<std::string>(&value);
-  return text != nullptr ? *text : value_text(value);
-}
 
 /// "n − 2", as the theory writes it.
 std::string rank_words(const PlanarRanks& ranks, Index n) {
@@ -39,18 +35,6 @@ const PlanarFollowed* find(const PlanarStability& a, Linearisation at, Inflation
   return nullptr;
 }
 
-Json scalar_json(const ScalarValue& value) {
-  return std::visit(
-      [](const auto& v) -> Json {
-        if constexpr (std::is_same_v<std::decay_t<decltype(v)>, OtherValue>) {
-          return nullptr;
-        } else {
-          return v;
-        }
-      },
-      value);
-}
-
 }  // namespace
 
 ReportTable planar_stability_table(const SweepPlan& plan, std::span<const PlanarStability> analyses) {
@@ -71,7 +55,7 @@ ReportTable planar_stability_table(const SweepPlan& plan, std::span<const Planar
       if (truth.at != Linearisation::truth) continue;
       const PlanarFollowed* ekf = find(a, Linearisation::estimate, truth.solution);
       std::vector<TableCell> row;
-      for (const ScalarValue& value : plan.points[i].values) row.emplace_back(value_words(value));
+      for (const ScalarValue& value : plan.points[i].values) row.emplace_back(swept_text(value));
       const bool none = plan.points[i].scenario.filter.inflation == FilterInflation::none;
       row.insert(
           row.end(),
@@ -99,9 +83,7 @@ std::string planar_stability_table_json(const SweepPlan& plan, std::span<const P
   Json configurations = Json::array();
   for (std::size_t i = 0; i < analyses.size(); ++i) {
     Json j = Json::parse(planar_stability_json(plan.points[i].scenario, analyses[i]));
-    for (std::size_t axis = 0; axis < plan.axes.size(); ++axis) {
-      j["swept"][plan.axes[axis].path] = scalar_json(plan.points[i].values[axis]);
-    }
+    j["swept"] = swept_json(plan, plan.points[i]);
     configurations.push_back(std::move(j));
   }
   return Json{{"schema", kSchema}, {"name", plan.name}, {"configurations", std::move(configurations)}}.dump(

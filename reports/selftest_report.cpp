@@ -212,7 +212,7 @@ std::vector<Figure> selftest_figures(const SelftestResult& result) {
 }  // namespace
 
 std::string selftest_json(const SelftestResult& result) {
-  Json j{{"schema", 1},
+  Json j{{"schema", kSchema},
          {"ok", result.ok},
          {"seed", result.seed},
          {"studies", result.studies},

@@ -13,6 +13,7 @@
 #include "reports/html_page.h"
 #include "reports/json_numbers.h"
 #include "reports/number_text.h"
+#include "reports/stability_json.h"
 #include "reports/study_table.h"
 
 namespace credence {
@@ -108,22 +109,6 @@ std::vector<std::string> notes(const StabilityAnalysis& a) {
         "An exact minimal trace did not reach its tolerance at some step; that imitates slow growth.");
   }
   return all;
-}
-
-Json rank_details(const RankDecision& r) {
-  Json j;
-  j["rank"] = r.rank;
-  j["gap"] = json_number(r.gap);
-  if (std::isinf(r.gap)) j["gap_null_reason"] = "infinite: no other singular value than zero was left out";
-  j["singular_values"] =
-      json_numbers(std::vector<double>(r.singular_values.begin(), r.singular_values.end()));
-  return j;
-}
-
-Json eigenvalues_json(const Eigen::VectorXcd& values) {
-  Json j = Json::array();
-  for (const std::complex<double>& z : values) j.push_back({json_number(z.real()), json_number(z.imag())});
-  return j;
 }
 
 Json riccati_json(const RiccatiSolution& r) {
@@ -268,10 +253,10 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
                {"observability", a.observability.rank},
                {"inflation", a.inflation.rank},
                {"noise_total", a.noise_total.rank}};
-  j["rank_details"] = {{"controllability", rank_details(a.controllability)},
-                       {"observability", rank_details(a.observability)},
-                       {"inflation", rank_details(a.inflation)},
-                       {"noise_total", rank_details(a.noise_total)}};
+  j["rank_details"] = {{"controllability", rank_json(a.controllability)},
+                       {"observability", rank_json(a.observability)},
+                       {"inflation", rank_json(a.inflation)},
+                       {"noise_total", rank_json(a.noise_total)}};
   j["unobservable"] = a.unobservable;
   j["gain"] = json_matrix(a.K);
   j["closed_loop_eigenvalues"] = eigenvalues_json(a.closed_loop_eigenvalues);

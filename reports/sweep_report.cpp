@@ -14,14 +14,10 @@
 #include "reports/rank_map_report.h"
 #include "reports/study_json.h"
 #include "reports/study_table.h"
+#include "reports/swept_values.h"
 
 namespace credence {
 namespace {
-
-std::string plain_text(const ScalarValue& value) {
-  const auto* text = std::get_if<std::string>(&value);
-  return text != nullptr ? *text : value_text(value);
-}
 
 /// The number of a swept value, NaN for a word.
 double number_of(const ScalarValue& value) {
@@ -52,7 +48,7 @@ std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
     const SweepPoint& point = sweep.point(n);
     std::string label;
     for (std::size_t i = 0; i < plan.axes.size(); ++i) {
-      if (i != axis) label += (label.empty() ? "" : ", ") + plain_text(point.values[i]);
+      if (i != axis) label += (label.empty() ? "" : ", ") + swept_text(point.values[i]);
     }
     Curve& c = curves[label];
     c.x.push_back(number_of(point.values[axis]));
@@ -104,7 +100,7 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& s
     const StudyAnalysis& a = sweep.studies[i];
     const SweepPoint& point = sweep.point(i);
     std::vector<CsvField> row = {point.id};
-    for (const ScalarValue& value : point.values) row.emplace_back(plain_text(value));
+    for (const ScalarValue& value : point.values) row.emplace_back(swept_text(value));
     row.emplace_back(a.statistics.runs);
     row.emplace_back(a.statistics.failures.size());
     for (const ConsistencyVerdict* v : {&a.nees, &a.nis}) {
@@ -166,7 +162,7 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const StudyAnalysis& a = sweep.studies[i];
     std::vector<TableCell> row;
-    for (const ScalarValue& value : sweep.point(i).values) row.emplace_back(plain_text(value));
+    for (const ScalarValue& value : sweep.point(i).values) row.emplace_back(swept_text(value));
     row.insert(row.end(),
                {a.statistics.runs, a.nees.mean, a.nees.expected, verdict_cell(a.nees.verdict), a.nis.mean,
                 a.nis.expected, verdict_cell(a.nis.verdict),
@@ -205,21 +201,8 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   }
   Json configurations = Json::array();
   for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
-    const SweepPoint& point = sweep.point(n);
-    Json values;
-    for (std::size_t i = 0; i < plan.axes.size(); ++i) {
-      values[plan.axes[i].path] = std::visit(
-          [](const auto& v) -> Json {
-            if constexpr (std::is_same_v<std::decay_t<decltype(v)>, OtherValue>) {
-              return nullptr;
-            } else {
-              return v;
-            }
-          },
-          point.values[i]);
-    }
     Json j = Json::parse(study_json(sweep.studies[n]));
-    j["swept"] = std::move(values);
+    j["swept"] = swept_json(plan, sweep.point(n));
     j["sweep_p_value"] = json_number(sweep.p_values[n]);
     configurations.push_back(std::move(j));
   }
