@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <concepts>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -13,7 +13,9 @@
 #include <malloc.h>
 #endif
 
+#include "core/block_map_ekf_slam.h"
 #include "core/ekf_slam.h"
+#include "core/fast_ekf_slam.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/engine.h"
 #include "montecarlo/noise.h"
@@ -48,73 +50,112 @@ class Ring {
       for (Observation<PlanarModel>& z : seen_) {
         z.landmark = static_cast<int>(next_);
         next_ = next_ + 1 == landmarks_ ? 0 : next_ + 1;
-        z.z = measure_range_bearing(filter_.pose(),
-                                    filter_.state().template segment<2>(filter_.offset_of(z.landmark)));
+        z.z = measure_range_bearing(filter_.pose(), position(filter_.offset_of(z.landmark)));
       }
       if (!filter_.update(seen_).ok) throw std::runtime_error("a timed filter lost its covariance");
     }
   }
 
  private:
+  /// The O(N) filter brings its whole state up to date when that is asked for.
+  Point position(Index offset) const {
+    if constexpr (std::same_as<Filter, BlockMapEkfSlam<PlanarModel>>) {
+      return filter_.position(offset);
+    } else {
+      return filter_.state().template segment<2>(offset);
+    }
+  }
+
   Filter filter_;
   Index landmarks_, next_ = 0;
   std::vector<Observation<PlanarModel>> seen_;
 };
 
-RangeBearing first_sight(Index i, Index landmarks) {
-  const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(landmarks);
-  return {10.0, wrap_angle(angle)};
-}
+/// What the first sight of the ring from a pose of covariance kPoseCovariance tells.
+struct FirstSight {
+  explicit FirstSight(Index landmarks) : x(Vector::Zero(3 + 2 * landmarks)) {
+    for (Index i = 0; i < landmarks; ++i) {
+      const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(landmarks);
+      placed.push_back(PlanarModel::place(Pose::Zero(), {10.0, wrap_angle(angle)}));
+      x.segment<2>(3 + 2 * i) = placed.back().position;
+      ids.push_back(static_cast<int>(i));
+    }
+  }
 
-/// A filter that holds the whole ring, with the covariance that its first sight gives.
+  Eigen::Matrix2d own(Index i) const {
+    const Eigen::Matrix2d& J_z = placed[static_cast<std::size_t>(i)].J_z;
+    return J_z * kMeasurementNoise * J_z.transpose();
+  }
+
+  Vector x;
+  std::vector<int> ids;
+  std::vector<PlacedLandmark> placed;
+};
+
 template <class Filter>
 Ring<Filter> dense_ring(Index landmarks, Index observed) {
-  const Index n = 3 + 2 * landmarks;
-  Vector x = Vector::Zero(n);
-  Matrix J = Matrix::Zero(n, 3);
+  const FirstSight sight(landmarks);
+  Matrix J = Matrix::Zero(3 + 2 * landmarks, 3);
   J.topRows<3>().setIdentity();
-  std::vector<int> ids;
-  std::vector<Eigen::Matrix2d> own;
   for (Index i = 0; i < landmarks; ++i) {
-    const PlacedLandmark placed = PlanarModel::place(Pose::Zero(), first_sight(i, landmarks));
-    x.segment<2>(3 + 2 * i) = placed.position;
-    J.middleRows<2>(3 + 2 * i) = placed.J_r;
-    own.push_back(placed.J_z * kMeasurementNoise * placed.J_z.transpose());
-    ids.push_back(static_cast<int>(i));
+    J.middleRows<2>(3 + 2 * i) = sight.placed[static_cast<std::size_t>(i)].J_r;
   }
   Matrix P = J * kPoseCovariance * J.transpose();
-  for (Index i = 0; i < landmarks; ++i) {
-    P.block<2, 2>(3 + 2 * i, 3 + 2 * i) += own[static_cast<std::size_t>(i)];
-  }
+  for (Index i = 0; i < landmarks; ++i) P.block<2, 2>(3 + 2 * i, 3 + 2 * i) += sight.own(i);
   Filter filter({.vehicle = {}, .dt_s = 0.1}, kControlNoise, kMeasurementNoise);
-  filter.reset(x, P, ids);
+  filter.reset(sight.x, P, sight.ids);
   return Ring<Filter>(std::move(filter), landmarks, observed);
+}
+
+/// With N times what the landmarks share of the pose's variance, which is no less than all their
+/// correlations.
+Ring<BlockMapEkfSlam<PlanarModel>> block_ring(Index landmarks, Index observed) {
+  const FirstSight sight(landmarks);
+  ArrowCovariance P(3, 2);
+  P.set_vehicle(kPoseCovariance);
+  P.reserve(landmarks);
+  for (Index i = 0; i < landmarks; ++i) {
+    const auto& J_r = sight.placed[static_cast<std::size_t>(i)].J_r;
+    const Eigen::Matrix2d shared = J_r * kPoseCovariance * J_r.transpose();
+    P.append(kPoseCovariance * J_r.transpose(), sight.own(i) + static_cast<double>(landmarks) * shared);
+  }
+  BlockMapEkfSlam<PlanarModel> filter({.vehicle = {}, .dt_s = 0.1}, kControlNoise, kMeasurementNoise);
+  filter.reset(sight.x, std::move(P), sight.ids);
+  return {std::move(filter), landmarks, observed};
 }
 
 /// Work, and what it holds.
 struct RingWork {
-  std::function<void(std::int64_t)> steps;
+  TimedWork steps;
   std::optional<double> bytes;
 };
 
 template <class MakeRing>
-RingWork ring_work(MakeRing make) {
+RingWork ring_work(std::int64_t period, MakeRing make) {
   const std::optional<double> before = heap_in_use();
   const auto ring = std::make_shared<decltype(make())>(make());
   ring->steps(1);
   const std::optional<double> after = heap_in_use();
-  RingWork work{.steps = [ring](std::int64_t count) { ring->steps(count); }, .bytes = {}};
+  RingWork work{.steps = {.work = [ring](std::int64_t count) { ring->steps(count); }, .period = period},
+                .bytes = {}};
   if (before && after) work.bytes = *after - *before;
   return work;
 }
 
+/// The O(N) filter brings its map together after a dozen landmarks; over so many steps that evens out.
+constexpr std::int64_t kBlockPeriod = 64;
+
 RingWork make_ring_work(TimedFilter filter, Index landmarks, Index observed) {
   switch (filter) {
+    case TimedFilter::full:
+      return ring_work(FastEkfSlamOptions{}.flush_steps,
+                       [&] { return dense_ring<FastEkfSlam<PlanarModel>>(landmarks, observed); });
     case TimedFilter::naive:
-      return ring_work([&] { return dense_ring<EkfSlam<PlanarModel>>(landmarks, observed); });
-    default:
-      throw std::logic_error("unknown filter");
+      return ring_work(1, [&] { return dense_ring<EkfSlam<PlanarModel>>(landmarks, observed); });
+    case TimedFilter::map:
+      return ring_work(kBlockPeriod, [&] { return block_ring(landmarks, observed); });
   }
+  return {};
 }
 
 void require_valid(const FilterTimingPlan& plan) {
@@ -137,7 +178,8 @@ TimedWork engine_work(Scenario scenario, std::int64_t runs, int threads, double 
                 const StudyTask task{"", experiment.get(), runs};
                 for (std::int64_t i = 0; i < times; ++i) run_studies({&task, 1}, {.threads = threads});
               },
-          .items = items};
+          .items = items,
+          .clock = TimedClock::wall};
 }
 
 /// One step of one run, one normal, and one step of the plain loop, in the order of MonteCarloTimes.
@@ -163,7 +205,9 @@ std::vector<TimedWork> monte_carlo_works() {
                         run_plain_monobot(1, times * kPlainRuns, generator, nees, nis);
                       },
                   .items = static_cast<double>(kPlainRuns * kSteps)};
-  return {engine_work(monobot, kRuns, 1, static_cast<double>(kRuns * kSteps)), draw, plain};
+  TimedWork engine = engine_work(monobot, kRuns, 1, static_cast<double>(kRuns * kSteps));
+  engine.clock = TimedClock::thread;
+  return {engine, draw, plain};
 }
 
 Scenario planar_ten() {
@@ -194,7 +238,7 @@ Works make_works(const FilterTimingPlan& plan) {
       for (const Index landmarks : plan.landmarks) {
         if (landmarks < observed || landmarks > largest_map(filter)) continue;
         RingWork ring = make_ring_work(filter, landmarks, observed);
-        works.all.push_back({.work = std::move(ring.steps)});
+        works.all.push_back(std::move(ring.steps));
         works.filters.push_back({filter, landmarks, observed, {}, ring.bytes});
       }
     }

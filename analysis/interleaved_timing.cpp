@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <numeric>
 #include <random>
 #include <stdexcept>
@@ -11,10 +11,20 @@
 namespace credence {
 namespace {
 
+double now_s(TimedClock clock) {
+  timespec now{};
+  clock_gettime(clock == TimedClock::thread ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 double seconds_of(const TimedWork& work, std::int64_t times) {
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = now_s(work.clock);
   work.work(times);
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return now_s(work.clock) - begin;
+}
+
+std::int64_t whole_periods(const TimedWork& work, double times) {
+  return work.period * std::llround(std::ceil(times / static_cast<double>(work.period)));
 }
 
 /// How often the work is to be done for it to take so many seconds.
@@ -22,9 +32,11 @@ std::int64_t calibrate(const TimedWork& work, double seconds) {
   constexpr double kMost = 1e12;  // of work that takes no time
   double times = 1.0;
   while (true) {
-    const double taken = seconds_of(work, static_cast<std::int64_t>(times));
-    if (taken >= 0.5 * seconds || times >= kMost) return std::llround(std::max(1.0, times * seconds / taken));
-    times = std::ceil(std::min(10.0 * times, std::max(2.0 * times, times * seconds / taken)));
+    const std::int64_t whole = whole_periods(work, times);
+    const double taken = seconds_of(work, whole);
+    times = static_cast<double>(whole);
+    if (taken >= 0.5 * seconds || times >= kMost) return whole_periods(work, times * seconds / taken);
+    times = std::min(10.0 * times, std::max(2.0 * times, times * seconds / taken));
   }
 }
 

@@ -12,10 +12,19 @@
 
 namespace credence {
 
+/// Which time is meant.
+enum class TimedClock {
+  thread,  ///< what the calling thread computed, whoever else uses the machine
+  wall,    ///< for work that is shared over threads
+};
+
 /// Something to be timed: `work(n)` does it n times.
 struct TimedWork {
   std::function<void(std::int64_t)> work;
   double items = 1.0;  ///< of one time; times are per item
+  /// Costs recur with this period: a multiple of it is what a repetition does.
+  std::int64_t period = 1;
+  TimedClock clock = TimedClock::thread;
 };
 
 struct TimingPlan {

@@ -64,6 +64,14 @@ TEST(TimeInterleaved, RepeatsShortWorkUntilItCanBeTimed) {
   EXPECT_GT(most, 1000);
 }
 
+TEST(TimeInterleaved, TimesWholePeriods) {
+  std::vector<std::int64_t> calls;
+  const TimedWork work{.work = [&](std::int64_t n) { calls.push_back(n); }, .period = 8};
+  time_interleaved({&work, 1}, {.repetitions = 3, .seconds = 1e-9});
+  for (const std::int64_t n : calls) EXPECT_TRUE(n == 1 || n % 8 == 0) << n;
+  EXPECT_EQ(std::ranges::count(calls, 1), 3);  // to warm up
+}
+
 TEST(TimeInterleaved, StopsBetweenRoundsAndKeepsWhatIsMeasured) {
   std::atomic<bool> stop = false;
   const TimedWork work{[](std::int64_t) {}};
