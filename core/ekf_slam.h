@@ -74,8 +74,10 @@ class EkfSlam {
   /// Starts with a pose of covariance P and an empty map.
   void reset(const PoseVector& pose, const PoseMatrix& P) {
     know({});
-    x_ = pose;
-    P_ = P;
+    x_.resize(kPose);
+    x_.template head<kPose>() = pose;
+    P_.resize(kPose, kPose);
+    P_.template topLeftCorner<kPose, kPose>() = P;
   }
 
   /// Starts with a pose and the landmarks `ids` in the state already: x is n, P n×n.
