@@ -39,10 +39,10 @@ Matrix measurement_jacobian(const PlanarFilter& filter, const PlanarWorld& world
 class Recorder {
  public:
   Recorder(const Scenario& scenario, const PlanarWorld& world, PlanarLoopRecord& loop)
-      : rule_(make_inflation_rule(scenario)), world_(world), loop_(loop) {
-    const PlanarNoise noise = PlanarNoise::of(scenario);
-    Q_ = (scenario.filter.process_scale * noise.control_std.cwiseAbs2()).asDiagonal();
-  }
+      : rule_(make_inflation_rule(scenario)),
+        world_(world),
+        loop_(loop),
+        Q_(AssumedPlanarNoise::of(scenario).Q) {}
 
   void begin(const PlanarFilter& filter) {
     loop_.layout = filter.layout();

@@ -3,6 +3,7 @@
 #include "montecarlo/filter_setup.h"
 #include "montecarlo/linear_experiment.h"
 #include "montecarlo/planar_experiment.h"
+#include "montecarlo/planar_lanes_experiment.h"
 #include "montecarlo/scenario_text.h"
 
 namespace credence {
@@ -21,6 +22,12 @@ std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
                                               make_inflation_rule(scenario), scenario.study.steps, source);
   }
   PlanarWorld world = make_planar_world(scenario);
+  if (scenario.filter.inflation == FilterInflation::none &&
+      scenario.world.landmarks <= PlanarLanesExperiment::kMaxLandmarks) {
+    const AssumedPlanarNoise assumed = AssumedPlanarNoise::of(scenario);
+    return std::make_unique<PlanarLanesExperiment>(std::move(world), PlanarNoise::of(scenario), source,
+                                                   assumed.Q, assumed.measurement_variance);
+  }
   auto make_filter = [filter = make_planar_filter(scenario, world)] { return filter; };
   return std::make_unique<PlanarExperiment<EkfSlam<PlanarModel>>>(std::move(world), PlanarNoise::of(scenario),
                                                                   source, std::move(make_filter));

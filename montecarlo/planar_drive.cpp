@@ -65,4 +65,19 @@ std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
   return observations_;
 }
 
+RunTrace describe_planar_world(const PlanarWorld& world) {
+  RunTrace trace{.vehicle_dim = 3, .landmark_dim = 2};
+  trace.landmark_positions.resize(2, world.states());
+  trace.anchor_positions.resize(2, world.anchors);
+  for (Index i = 0; i < world.states() + world.anchors; ++i) {
+    const Point& p = world.landmarks[static_cast<std::size_t>(i)];
+    if (i < world.states()) {
+      trace.landmark_positions.col(i) = p;
+    } else {
+      trace.anchor_positions.col(i - world.states()) = p;
+    }
+  }
+  return trace;
+}
+
 }  // namespace credence

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/ekf_slam.h"
+#include "montecarlo/experiment.h"
 #include "montecarlo/noise.h"
 #include "montecarlo/planar_world.h"
 
@@ -56,5 +57,8 @@ class PlanarDrive {
   std::vector<double> measurement_noise_;
   std::vector<Observation<PlanarModel>> observations_;
 };
+
+/// What a trace says of a planar world.
+RunTrace describe_planar_world(const PlanarWorld& world);
 
 }  // namespace credence

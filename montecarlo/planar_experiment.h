@@ -4,6 +4,7 @@
 
 #include "montecarlo/experiment.h"
 #include "montecarlo/planar_drive.h"
+#include "montecarlo/planar_step.h"
 #include "montecarlo/slam_filter.h"
 #include "montecarlo/state_error.h"
 
@@ -35,7 +36,7 @@ class PlanarExperiment final : public Experiment {
           statistics.failures.push_back({r, static_cast<std::int64_t>(k), outcome});
           break;
         }
-        run.add_to(statistics.steps[k - 1]);
+        run.result().add_to(statistics.steps[k - 1]);
       }
     }
     return statistics;
@@ -57,20 +58,7 @@ class PlanarExperiment final : public Experiment {
     return outcome;
   }
 
-  RunTrace describe_world() const override {
-    RunTrace trace{.vehicle_dim = 3, .landmark_dim = 2};
-    trace.landmark_positions.resize(2, world_.states());
-    trace.anchor_positions.resize(2, world_.anchors);
-    for (Index i = 0; i < world_.states() + world_.anchors; ++i) {
-      const Point& p = world_.landmarks[static_cast<std::size_t>(i)];
-      if (i < world_.states()) {
-        trace.landmark_positions.col(i) = p;
-      } else {
-        trace.anchor_positions.col(i - world_.states()) = p;
-      }
-    }
-    return trace;
-  }
+  RunTrace describe_world() const override { return describe_planar_world(world_); }
 
  private:
   /// The state of a run, its buffers kept from run to run.
@@ -81,52 +69,37 @@ class PlanarExperiment final : public Experiment {
 
     void start(std::int64_t run) {
       filter_.reset(drive_.start(run), e_.noise_.initial_covariance());
-      update_ = {};
-      error_.nees = 0.0;
-      error_.dof = 0;
+      step_ = {};
     }
 
     Outcome step(std::size_t k) {
       drive_.move(k);
       filter_.predict(e_.world_.controls[k - 1]);
-      update_ = filter_.update(drive_.observe(k));
+      step_.update = filter_.update(drive_.observe(k));
       if (!filter_.state().allFinite()) return Outcome::diverged;
-      if (!update_.ok) return Outcome::not_positive_definite;
-      return error_.compute(drive_.pose(), e_.world_.landmarks, filter_.state(), filter_.covariance(),
-                            filter_.landmarks());
+      if (!step_.update.ok) return Outcome::not_positive_definite;
+      const Outcome outcome = error_.compute(drive_.pose(), e_.world_.landmarks, filter_.state(),
+                                             filter_.covariance(), filter_.landmarks());
+      if (outcome == Outcome::ok) {
+        error_.put_into(step_);
+        step_.traces = planar_traces(filter_.covariance());
+      }
+      return outcome;
     }
 
-    void add_to(StepStatistics& s) const {
-      s[Quantity::nees].add(error_.nees);
-      s.nees_dof += error_.dof;
-      if (update_.dof > 0) s[Quantity::nis].add(update_.nis);
-      s.nis_dof += update_.dof;
-      s[Quantity::vehicle_nees].add(error_.vehicle_nees);
-      const PlanarTraces traces = planar_traces(filter_.covariance());
-      s[Quantity::trace_prior].add(update_.trace_prior);
-      s[Quantity::trace].add(traces.all);
-      s[Quantity::trace_vehicle].add(traces.position);
-      s[Quantity::trace_landmarks].add(traces.landmarks);
-      s[Quantity::position_error_squared].add(error_.error.head<2>().squaredNorm());
-      s[Quantity::heading_error_squared].add(error_.error[2] * error_.error[2]);
-      const Index n = error_.error.size();
-      if (n > 3) {
-        s[Quantity::landmark_error_squared].add(2.0 * error_.error.tail(n - 3).squaredNorm() /
-                                                static_cast<double>(n - 3));
-      }
-    }
+    const PlanarStep& result() const { return step_; }
 
     TraceStep trace_step() const {
       TraceStep step;
       step.estimate = filter_.state();
       step.truth = true_state(drive_.pose(), e_.world_.landmarks, filter_.landmarks());
       step.P = dense_covariance(filter_.covariance());
-      step.nees = error_.nees;
-      step.nees_dof = error_.dof;
-      step.nis = update_.nis;
-      step.nis_dof = update_.dof;
+      step.nees = step_.nees;
+      step.nees_dof = step_.nees_dof;
+      step.nis = step_.update.nis;
+      step.nis_dof = step_.update.dof;
       step.landmarks.assign(filter_.landmarks().begin(), filter_.landmarks().end());
-      if (update_.dof > 0) {
+      if (step_.update.dof > 0) {
         step.innovation = filter_.innovation();
         step.S = filter_.innovation_covariance();
         step.K = filter_.gain();
@@ -138,7 +111,7 @@ class PlanarExperiment final : public Experiment {
     const PlanarExperiment& e_;
     F& filter_;
     PlanarDrive drive_;
-    UpdateResult update_;
+    PlanarStep step_;
     StateError error_;
   };
 
@@ -146,6 +119,14 @@ class PlanarExperiment final : public Experiment {
   PlanarNoise noise_;
   NoiseSource source_;
   std::function<F()> make_filter_;
+};
+
+/// The covariances of the noise that the filter of a planar scenario assumes.
+struct AssumedPlanarNoise {
+  Eigen::Matrix2d Q;                  ///< on the control
+  RangeBearing measurement_variance;  ///< m², rad²
+
+  static AssumedPlanarNoise of(const Scenario& scenario);
 };
 
 /// The EKF-SLAM that a planar scenario describes, as its filter assumes the noise to be.

@@ -3,11 +3,6 @@
 #include "core/angle.h"
 
 namespace credence {
-namespace {
-
-constexpr double kDivergedError_m = 1e4;
-
-}  // namespace
 
 Vector true_state(const Pose& pose, std::span<const Point> landmarks, std::span<const int> order) {
   Vector x(3 + 2 * static_cast<Index>(order.size()));
@@ -28,6 +23,16 @@ bool StateError::set_error(const Pose& pose, std::span<const Point> landmarks, c
     error.segment<2>(j) = x.segment<2>(j) - landmarks[static_cast<std::size_t>(order[i])];
   }
   return error.cwiseAbs().maxCoeff() < kDivergedError_m;
+}
+
+void StateError::put_into(PlanarStep& step) const {
+  step.nees = nees;
+  step.nees_dof = dof;
+  step.vehicle_nees = vehicle_nees;
+  step.position_error_squared = error.head<2>().squaredNorm();
+  step.heading_error_squared = error[2] * error[2];
+  step.map_error_squared = error.tail(error.size() - 3).squaredNorm();
+  step.landmarks = (error.size() - 3) / 2;
 }
 
 Outcome StateError::set_nees(const NeesValue& whole, const NeesValue& vehicle) {

@@ -4,7 +4,7 @@
 
 #include "core/range_bearing.h"
 #include "montecarlo/covariance_statistics.h"
-#include "montecarlo/study_statistics.h"
+#include "montecarlo/planar_step.h"
 
 namespace credence {
 
@@ -26,6 +26,9 @@ struct StateError {
     if (!set_error(pose, landmarks, x, order)) return Outcome::diverged;
     return set_nees(joint_nees(error, P, solver_), pose_nees(error, P, pose_solver_));
   }
+
+  /// The numbers that the statistics take.
+  void put_into(PlanarStep& step) const;
 
  private:
   bool set_error(const Pose& pose, std::span<const Point> landmarks, const Vector& x,

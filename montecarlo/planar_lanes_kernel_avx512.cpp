@@ -1,0 +1,39 @@
+#include "montecarlo/planar_lanes_kernel.h"
+
+// Compiled with the flags of its instruction set: only intrinsics and plain headers here, everything in an
+// anonymous namespace, or the linker could take an inline function of this file for the portable program.
+
+#if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
+
+#if !defined(__clang__)
+// g++ 12 warns of its own header (GCC bug 105593)
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+#include <immintrin.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace credence {
+namespace {
+
+#include "montecarlo/normal_kernel_pack_avx512.inc"
+//
+#include "montecarlo/planar_lanes_kernel_body.inc"
+
+}  // namespace
+
+const PlanarLanesKernel* planar_lanes_kernel_avx512() { return &kPlanarLanesKernel; }
+
+}  // namespace credence
+
+#else
+
+namespace credence {
+
+const PlanarLanesKernel* planar_lanes_kernel_avx512() { return nullptr; }
+
+}  // namespace credence
+
+#endif
