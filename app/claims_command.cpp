@@ -7,6 +7,7 @@
 #include "analysis/claims.h"
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "datasets/carpark.h"
@@ -34,9 +35,7 @@ std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
              .statement = "the car park's run: covariance, map and path with each kind of decorrelation",
              .measured = "needs the data: --data DIR or CREDENCE_DATA (docs/datasets.md)"}};
   }
-  const std::filesystem::path nested = std::filesystem::path(options.data) / "carpark";
-  const CarparkLog log =
-      read_carpark(std::filesystem::is_directory(nested) ? nested : std::filesystem::path(options.data));
+  const CarparkLog log = read_carpark(data_set_folder(options.data, "carpark"));
   ProgressDisplay display("car park", options.quiet, "replays");
   CarparkStudyOptions study;
   study.stop = &catch_interrupt();

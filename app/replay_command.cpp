@@ -9,6 +9,7 @@
 
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "datasets/carpark_replay.h"
@@ -32,17 +33,13 @@ struct ReplayOptions : CommonOptions {
   bool variants = false;
 };
 
-/// Each DIR itself or, where it has one, its subfolder of the data set.
-std::vector<fs::path> data_folders(const ReplayOptions& options, const char* subfolder) {
+std::vector<fs::path> data_folders(const ReplayOptions& options, const char* name) {
   if (options.data.empty()) {
     throw std::invalid_argument(
         "--data: name the folder with the data set, or set CREDENCE_DATA (docs/datasets.md)");
   }
   std::vector<fs::path> folders;
-  for (const std::string& data : options.data) {
-    const fs::path nested = fs::path(data) / subfolder;
-    folders.push_back(fs::is_directory(nested) ? nested : fs::path(data));
-  }
+  for (const std::string& data : options.data) folders.push_back(data_set_folder(data, name));
   return folders;
 }
 

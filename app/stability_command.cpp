@@ -17,7 +17,6 @@
 #include "core/parallel_tasks.h"
 #include "montecarlo/filter_setup.h"
 #include "montecarlo/scenario_help.h"
-#include "montecarlo/scenario_io.h"
 #include "montecarlo/sweep_plan.h"
 #include "reports/planar_stability_report.h"
 #include "reports/planar_table_report.h"
@@ -110,7 +109,7 @@ int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
 int stability(const StabilityOptions& options) {
   const SweepPlan plan = load_sweep(options.scenario, options.overrides());
   if (!plan.axes.empty()) return stability_of_sweep(plan, options);
-  const Scenario scenario = load_scenario(options.scenario, options.overrides());
+  const Scenario& scenario = plan.points.front().scenario;
   const bool planar = scenario.world.model == WorldModel::planar;
   if (planar) require_planar_inflation(scenario, options.scenario);
   const StabilityOutput output = planar ? planar_output(scenario, options) : linear_output(scenario, options);
