@@ -3,11 +3,13 @@
 #include <Eigen/Cholesky>
 #include <span>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "core/ekf_slam.h"
 #include "core/joseph_update.h"
 #include "core/landmark_table.h"
+#include "core/matrix_buffer.h"
 #include "core/panel_covariance.h"
 
 namespace credence {
@@ -73,7 +75,7 @@ class FastEkfSlam {
     x_ = x;
     P_.reset(P);
     nu_.clear();
-    S_.clear();
+    S_.resize(0, 0);
     corrected_ = false;
     joseph_updates_ = 0;
   }
@@ -116,12 +118,9 @@ class FastEkfSlam {
     return {.vehicle = kPose, .landmark = kLandmark, .landmarks = std::ssize(table_.ids())};
   }
   Model& model() { return model_; }
-  /// ν of the last update; a view that the next update ends.
-  Eigen::Map<const Vector> innovation() const { return {nu_.data(), std::ssize(nu_)}; }
-  /// Its S, likewise.
-  Eigen::Map<const Matrix> innovation_covariance() const {
-    return {S_.data(), std::ssize(nu_), std::ssize(nu_)};
-  }
+  /// ν of the last update.
+  VectorRef innovation() const { return Eigen::Map<const Vector>(nu_.data(), std::ssize(nu_)); }
+  MatrixRef innovation_covariance() const { return S_.matrix(); }  ///< its S
   /// Its K, n×dim ν with the n before initialisation, or n×0 if it corrected nothing; O(n dim² ν), allocates.
   Matrix gain() const { return corrected_ ? solve_gain() : Matrix(x_.size(), 0); }
   Index joseph_updates() const { return joseph_updates_; }  ///< since the reset
@@ -155,7 +154,7 @@ class FastEkfSlam {
     if (R_llt_.info() != Eigen::Success) return true;
     double sum = 0.0;
     for (Index i = 0; i < std::ssize(nu_); i += kMeasurement) {
-      const MeasurementMatrix S = innovation_covariance().template block<kMeasurement, kMeasurement>(i, i);
+      const MeasurementMatrix S = S_.matrix().template block<kMeasurement, kMeasurement>(i, i);
       sum += R_llt_.solve(S).trace();
     }
     return !(sum <= kMostCancellation);
@@ -164,22 +163,20 @@ class FastEkfSlam {
   /// S and its Cholesky factor; false if S is not positive definite.
   bool factorise() {
     const Index dof = std::ssize(nu_);
-    S_.resize(nu_.size() * nu_.size());
-    Eigen::Map<Matrix> S(S_.data(), dof, dof);
+    auto S = S_.resize(dof, dof);
     P_.project(batch_, S);
     for (Index i = 0; i < dof; i += kMeasurement) S.template block<kMeasurement, kMeasurement>(i, i) += R_;
-    L_ = S_;
-    Eigen::Map<Matrix> L(L_.data(), dof, dof);
-    const Eigen::LLT<Eigen::Ref<Matrix>> in_place(L);
+    auto root = S_root_.resize(dof, dof);
+    root = S;
+    const Eigen::LLT<Eigen::Ref<Matrix>> in_place(root);
     return in_place.info() == Eigen::Success && S.allFinite();
   }
 
   bool correct(UpdateResult& result) {
     if (!factorise()) return false;
-    const Index dof = std::ssize(nu_);
-    const Eigen::Map<const Matrix> L(L_.data(), dof, dof);
-    whitened_ = nu_;
-    Eigen::Map<Vector> whitened(whitened_.data(), dof);
+    const auto L = std::as_const(S_root_).matrix();
+    auto whitened = whitened_.resize(L.rows()).col(0);
+    whitened = innovation();
     L.template triangularView<Eigen::Lower>().solveInPlace(whitened);
     const bool positive = P_.whiten(L, whitened);
     if (positive && !cancels()) {
@@ -207,8 +204,7 @@ class FastEkfSlam {
   /// K = W L⁻¹.
   Matrix solve_gain() const {
     Matrix K = P_.whitened_columns();
-    const Eigen::Map<const Matrix> L(L_.data(), K.cols(), K.cols());
-    L.template triangularView<Eigen::Lower>().template solveInPlace<Eigen::OnTheRight>(K);
+    S_root_.matrix().template triangularView<Eigen::Lower>().template solveInPlace<Eigen::OnTheRight>(K);
     return K;
   }
 
@@ -242,7 +238,8 @@ class FastEkfSlam {
 
   // Of the last update; kept to be read and so that a step allocates nothing.
   ObservationBatch batch_;
-  std::vector<double> nu_, whitened_, S_, L_;
+  std::vector<double> nu_;
+  MatrixBuffer S_, S_root_, whitened_;
   bool corrected_ = false;
 };
 

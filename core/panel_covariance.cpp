@@ -16,10 +16,7 @@ Index panels_for(Index map_size) { return (map_size + kPanelRows - 1) / kPanelRo
 
 std::size_t to_size(Index i) { return static_cast<std::size_t>(i); }
 
-/// Where element (row, column), column <= the end of row's panel, lies in the packed triangle.
-std::size_t packed_index(Index row, Index column) {
-  return to_size(panel_offset(row / kPanelRows) + kPanelRows * column + row % kPanelRows);
-}
+std::size_t packed_at(Index row, Index column) { return to_size(packed_index(row, column)); }
 
 void require(bool ok, const char* what, Index value) {
   if (!ok) throw std::invalid_argument(std::string("PanelCovariance: ") + what + std::to_string(value));
@@ -58,8 +55,8 @@ void PanelCovariance::replace(MatrixRef P) {
     }
     diagonal_[to_size(i)] = P(row, row);
     for (Index j = 0; j <= i; ++j) {
-      triangle_[packed_index(i, j)] = P(row, vehicle_ + j);
-      if (j / kPanelRows == i / kPanelRows) triangle_[packed_index(j, i)] = P(row, vehicle_ + j);
+      triangle_[packed_at(i, j)] = P(row, vehicle_ + j);
+      if (j / kPanelRows == i / kPanelRows) triangle_[packed_at(j, i)] = P(row, vehicle_ + j);
     }
   }
 }
@@ -92,9 +89,7 @@ PanelStorage PanelCovariance::storage() {
 }
 
 double PanelCovariance::trace() const {
-  double sum = P_rr_.trace();
-  for (Index i = 0; i < map_size_; ++i) sum += diagonal_[to_size(i)];
-  return sum;
+  return P_rr_.trace() + Eigen::Map<const Vector>(diagonal_.data(), map_size_).sum();
 }
 
 void PanelCovariance::predict(MatrixRef F, MatrixRef Q_r) {
@@ -123,7 +118,7 @@ double PanelCovariance::vehicle_map(Index r, Index column) const {
 
 double PanelCovariance::map_element(Index row, Index column) const {
   if (column > row) std::swap(row, column);
-  double x = triangle_[packed_index(row, column)];
+  double x = triangle_[packed_at(row, column)];
   for (Index k = 0; k < pending_; ++k)
     x = std::fma(-W_[column_index(row, k)], W_[column_index(column, k)], x);
   return x;
@@ -344,12 +339,12 @@ void PanelCovariance::append(MatrixRef J_r, MatrixRef own) {
     for (Index j = 0; j < old; ++j) {
       double x = 0.0;
       for (Index r = 0; r < vehicle_; ++r) x += J_r(a, r) * vehicle_map(r, j);
-      triangle_[packed_index(i, j)] = x;
-      if (j / kPanelRows == i / kPanelRows) triangle_[packed_index(j, i)] = x;
+      triangle_[packed_at(i, j)] = x;
+      if (j / kPanelRows == i / kPanelRows) triangle_[packed_at(j, i)] = x;
     }
     for (Index b = 0; b <= a; ++b) {
-      triangle_[packed_index(i, old + b)] = own(a, b);
-      if ((old + b) / kPanelRows == i / kPanelRows) triangle_[packed_index(old + b, i)] = own(a, b);
+      triangle_[packed_at(i, old + b)] = own(a, b);
+      if ((old + b) / kPanelRows == i / kPanelRows) triangle_[packed_at(old + b, i)] = own(a, b);
     }
     diagonal_[to_size(i)] = own(a, a);
     for (Index r = 0; r < vehicle_; ++r) {

@@ -10,8 +10,8 @@
 /// the portable machine.
 ///
 /// Rows of the map come in panels of eight. A "panel array" of k columns holds element (8 p + i, j) at
-/// p stride + 8 j + i. The lower triangle of the symmetric map covariance is packed panel by panel: panel p
-/// is a panel array of its 8 (p + 1) columns up to and including its diagonal block, which is stored whole.
+/// p stride + 8 j + i. The lower triangle of the symmetric map covariance is packed panel by panel, panel p
+/// as its p + 1 blocks of 8×8, row-major, up to and including the diagonal one, which is stored whole.
 ///
 /// Arithmetic, the same at every width: every sum takes its terms one by one, in the order in which this
 /// header writes them, by fused multiply-adds.
@@ -22,6 +22,12 @@ inline constexpr std::int64_t kPanelRows = 8;
 
 /// Where panel `p` of a packed triangle starts, in doubles.
 constexpr std::int64_t panel_offset(std::int64_t p) { return kPanelRows * kPanelRows * p * (p + 1) / 2; }
+
+/// Where element (row, column) lies in a packed triangle; column / 8 <= row / 8.
+constexpr std::int64_t packed_index(std::int64_t row, std::int64_t column) {
+  return panel_offset(row / kPanelRows) + kPanelRows * kPanelRows * (column / kPanelRows) +
+         kPanelRows * (row % kPanelRows) + column % kPanelRows;
+}
 
 /// One observation of a batch: its measurements share a landmark.
 struct PanelObservation {

@@ -247,7 +247,7 @@ TEST(PanelKernel, the_triangle_is_the_same_at_every_width_also_where_it_is_cut) 
     for (double& x : *v) x = std::ldexp(static_cast<double>(generator() >> 11), -53) - 0.5;
   }
   const auto element = [&](std::int64_t row, std::int64_t column) {
-    double x = P[static_cast<std::size_t>(panel_offset(row / 8) + 8 * column + row % 8)];
+    double x = P[static_cast<std::size_t>(packed_index(row, column))];
     for (std::int64_t k = 0; k < kColumns; ++k) {
       const auto at = [&](std::int64_t i) {
         return W[static_cast<std::size_t>(i / 8 * kStride + 8 * k + i % 8)];
@@ -261,8 +261,7 @@ TEST(PanelKernel, the_triangle_is_the_same_at_every_width_also_where_it_is_cut) 
     panel_kernel(set).downdate(got.data(), kPanels, W.data(), kStride, kColumns);
     for (const std::int64_t row : {0, 7, 8, 100, 327, 328, 500, 719}) {
       for (std::int64_t column = 0; column <= row; column += 1 + row / 40) {
-        ASSERT_EQ(got[static_cast<std::size_t>(panel_offset(row / 8) + 8 * column + row % 8)],
-                  element(row, column))
+        ASSERT_EQ(got[static_cast<std::size_t>(packed_index(row, column))], element(row, column))
             << instruction_set_name(set) << " " << row << " " << column;
       }
     }
