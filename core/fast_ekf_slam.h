@@ -90,7 +90,7 @@ class FastEkfSlam {
 
   /// Measurement update with all known landmarks and anchors in one batch, and initialisation of the
   /// landmarks seen for the first time. A landmark must not appear twice in one batch. Allocates nothing once
-  /// the map is known and the batches have had their largest size.
+  /// the map is known and as many measurements have come together as ever will.
   UpdateResult update(std::span<const Observation<Model>> observations) {
     UpdateResult result;
     result.trace_prior = P_.trace();
