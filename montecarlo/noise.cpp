@@ -55,6 +55,15 @@ void NoiseSource::normals(std::int64_t run, std::int64_t step, NoisePurpose purp
                  static_cast<std::uint32_t>(first_slot), out.data(), count);
 }
 
+void NoiseSource::normals_of_four_steps(std::int64_t run, std::int64_t first_step, NoisePurpose purpose,
+                                        std::int64_t slots, std::span<double> out) const {
+  check_key(run, first_step, 0, slots);
+  require_in_range(first_step % 4 == 1 && first_step < kSteps - 3, "first of four steps", first_step);
+  require_in_range(slots >= 0, "number of slots", slots);
+  require_in_range(std::ssize(out) == 4 * slots, "size of the output", std::ssize(out));
+  kernel_->steps(block_key(key_, run, (first_step + 3) / 4, purpose), 0, out.data(), slots);
+}
+
 double NoiseSource::normal(std::int64_t run, std::int64_t step, NoisePurpose purpose,
                            std::int64_t slot) const {
   double value;

@@ -55,6 +55,11 @@ class NoiseSource {
   void normals(std::int64_t run, std::int64_t step, NoisePurpose purpose, std::span<double> out,
                std::int64_t first_slot = 0) const;
 
+  /// Four steps at once, for little more than one: out[(step − first_step) · slots + slot], from slot 0 on.
+  /// Throws std::invalid_argument unless first_step mod 4 = 1 and `out` has 4 · slots entries.
+  void normals_of_four_steps(std::int64_t run, std::int64_t first_step, NoisePurpose purpose,
+                             std::int64_t slots, std::span<double> out) const;
+
   /// The standard normal of one slot. Several slots are cheaper together.
   double normal(std::int64_t run, std::int64_t step, NoisePurpose purpose, std::int64_t slot) const;
 

@@ -29,6 +29,8 @@ struct NormalKernel {
   /// out[i] = normal `quarter` (0 … 3) of the block of slot first_slot + i, 0 <= i < count.
   void (*slots)(const NoiseBlockKey&, unsigned quarter, std::uint32_t first_slot, double* out,
                 std::int64_t count);
+  /// All four: out[quarter count + i].
+  void (*steps)(const NoiseBlockKey&, std::uint32_t first_slot, double* out, std::int64_t count);
   /// Normals of the slots 0 … slots − 1 of kNoiseLanes runs:
   /// out[((slot groups + g) 4 + quarter) kNoiseLanes + lane] = normal of run `run` + lane, word 1 `word1` +
   /// g.

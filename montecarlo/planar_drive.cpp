@@ -1,7 +1,5 @@
 #include "montecarlo/planar_drive.h"
 
-#include <algorithm>
-
 #include "core/angle.h"
 
 namespace credence {
@@ -23,43 +21,47 @@ PlanarDrive::PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise,
       noise_(noise),
       source_(source),
       pose_(world.start),
-      measurement_noise_(2 * world.landmarks.size()) {
+      measurement_{NoisePurpose::measurement, 2 * std::ssize(world.landmarks)} {
   observations_.reserve(world.landmarks.size());
+  process_.normals.resize(8);
+  measurement_.normals.resize(8 * world.landmarks.size());
 }
 
-void PlanarDrive::draw(std::int64_t step, NoisePurpose purpose, std::span<double> normals) const {
-  if (source_) {
-    source_->normals(run_, step, purpose, normals);
-  } else {
-    std::ranges::fill(normals, 0.0);
+const double* PlanarDrive::draw(std::size_t k, Draws& draws) const {
+  const std::size_t first = k - (k - 1) % 4;
+  if (source_ && draws.first_step != first) {
+    source_->normals_of_four_steps(run_, static_cast<std::int64_t>(first), draws.purpose, draws.slots,
+                                   draws.normals);
+    draws.first_step = first;
   }
+  return draws.normals.data() + (k - first) * static_cast<std::size_t>(draws.slots);
 }
 
 Pose PlanarDrive::start(std::int64_t run) {
   run_ = run;
   pose_ = world_.start;
-  Pose error;
-  draw(0, NoisePurpose::initial, {error.data(), 3});
+  process_.first_step = measurement_.first_step = 0;
+  Pose error = Pose::Zero();
+  if (source_) source_->normals(run, 0, NoisePurpose::initial, {error.data(), 3});
   Pose estimate = pose_ + error.cwiseProduct(noise_.initial_std);
   estimate[2] = wrap_angle(estimate[2]);
   return estimate;
 }
 
 void PlanarDrive::move(std::size_t k) {
-  Control noise;
-  draw(static_cast<std::int64_t>(k), NoisePurpose::process, {noise.data(), 2});
+  const Control noise(draw(k, process_));
   const Control u = world_.controls[k - 1] + noise.cwiseProduct(noise_.control_std);
   pose_ = world_.vehicle.moved(pose_, u, world_.dt_s);
 }
 
 std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
-  draw(static_cast<std::int64_t>(k), NoisePurpose::measurement, measurement_noise_);
+  const double* noise = draw(k, measurement_);
   observations_.clear();
   for (std::size_t i = 0; i < world_.landmarks.size(); ++i) {
     RangeBearing z = measure_range_bearing(pose_, world_.landmarks[i]);
     if (!world_.sees(z)) continue;
-    z[0] += noise_.measurement_std[0] * measurement_noise_[2 * i];
-    z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * measurement_noise_[2 * i + 1]);
+    z[0] += noise_.measurement_std[0] * noise[2 * i];
+    z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * noise[2 * i + 1]);
     observations_.push_back({static_cast<int>(i), z});
   }
   return observations_;

@@ -47,14 +47,22 @@ class PlanarDrive {
   const Pose& pose() const { return pose_; }  ///< the true one
 
  private:
-  void draw(std::int64_t step, NoisePurpose purpose, std::span<double> normals) const;
+  /// Standard normals of a purpose at step k, zeros without a source; drawn for four steps at a time.
+  struct Draws {
+    NoisePurpose purpose;
+    std::int64_t slots;
+    std::vector<double> normals{};
+    std::size_t first_step = 0;  ///< of those in `normals`; 0: none
+  };
+  const double* draw(std::size_t k, Draws& draws) const;
 
   const PlanarWorld& world_;
   PlanarNoise noise_;
   std::optional<NoiseSource> source_;
   std::int64_t run_ = 0;
   Pose pose_;
-  std::vector<double> measurement_noise_;
+  Draws process_{NoisePurpose::process, 2};
+  Draws measurement_;
   std::vector<Observation<PlanarModel>> observations_;
 };
 

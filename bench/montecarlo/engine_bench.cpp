@@ -4,6 +4,13 @@
 
 #include <benchmark/benchmark.h>
 
+#include <array>
+#include <vector>
+
+#include "montecarlo/planar_experiment.h"
+#include "montecarlo/planar_lanes_experiment.h"
+#include "montecarlo/scenario_text.h"
+
 namespace credence {
 namespace {
 
@@ -23,13 +30,96 @@ void monobot_runs(benchmark::State& state) {
 }
 BENCHMARK(monobot_runs)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
 
-void planar_runs(benchmark::State& state) {
+Scenario planar_scenario() {
   Scenario scenario = default_scenario(WorldModel::planar);
   scenario.world.landmarks = 10;
   scenario.study.runs = 512;
-  run_engine(state, scenario);
+  return scenario;
 }
+
+void planar_runs(benchmark::State& state) { run_engine(state, planar_scenario()); }
 BENCHMARK(planar_runs)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+/// The same with one EkfSlam after the other, as it is done for the filters that inflate.
+void planar_runs_by_matrices(benchmark::State& state) {
+  const Scenario scenario = planar_scenario();
+  PlanarWorld world = make_planar_world(scenario);
+  auto make_filter = [filter = make_planar_filter(scenario, world)] { return filter; };
+  const PlanarExperiment<EkfSlam<PlanarModel>> experiment(std::move(world), PlanarNoise::of(scenario),
+                                                          NoiseSource(1, noise_group(scenario)), make_filter);
+  for (auto _ : state) benchmark::DoNotOptimize(experiment.run_chunk(0, kChunkRuns));
+  state.SetItemsProcessed(state.iterations() * kChunkRuns);
+}
+BENCHMARK(planar_runs_by_matrices)->Unit(benchmark::kMillisecond);
+
+/// What the world of eight runs does and shows, written down.
+class RecordedBatch {
+ public:
+  explicit RecordedBatch(const Scenario& scenario)
+      : noise_(PlanarNoise::of(scenario)), world_(make_planar_world(scenario)) {
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      PlanarDrive drive(world_, noise_, NoiseSource(1, noise_group(scenario)));
+      starts_.push_back(drive.start(lane));
+      for (std::size_t k = 1; k <= steps(); ++k) {
+        drive.move(k);
+        const auto z = drive.observe(k);
+        seen_.emplace_back(z.begin(), z.end());
+      }
+    }
+  }
+
+  std::size_t steps() const { return world_.controls.size(); }
+  const PlanarWorld& world() const { return world_; }
+
+  void filter(PlanarLanes& lanes) const {
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      lanes.reset(lane, starts_[static_cast<std::size_t>(lane)], noise_.initial_covariance());
+    }
+    for (std::size_t k = 0; k < steps(); ++k) {
+      std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
+      for (std::size_t lane = 0; lane < seen.size(); ++lane) seen[lane] = seen_[lane * steps() + k];
+      lanes.predict(world_.controls[k]);
+      lanes.update(seen);
+    }
+  }
+
+ private:
+  PlanarNoise noise_;
+  PlanarWorld world_;
+  std::vector<Pose> starts_;
+  std::vector<std::vector<Observation<PlanarModel>>> seen_;
+};
+
+/// Of the same runs the filter alone, without world, noise, errors and statistics.
+void planar_filter_alone(benchmark::State& state) {
+  const Scenario scenario = planar_scenario();
+  const RecordedBatch batch(scenario);
+  const AssumedPlanarNoise assumed = AssumedPlanarNoise::of(scenario);
+  PlanarLanes lanes(batch.world(), assumed.Q, assumed.measurement_variance);
+  for (auto _ : state) {
+    batch.filter(lanes);
+    benchmark::DoNotOptimize(lanes.step(0));
+  }
+  state.SetItemsProcessed(state.iterations() * PlanarLanes::kLanes);
+}
+BENCHMARK(planar_filter_alone);
+
+/// Of the same runs the world alone: where the vehicle drives and what it sees, noise included.
+void planar_world_alone(benchmark::State& state) {
+  const Scenario scenario = planar_scenario();
+  const PlanarWorld world = make_planar_world(scenario);
+  PlanarDrive drive(world, PlanarNoise::of(scenario), NoiseSource(1, noise_group(scenario)));
+  std::int64_t run = 0;
+  for (auto _ : state) {
+    drive.start(run++);
+    for (std::size_t k = 1; k <= world.controls.size(); ++k) {
+      drive.move(k);
+      benchmark::DoNotOptimize(drive.observe(k).data());
+    }
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(planar_world_alone);
 
 }  // namespace
 }  // namespace credence

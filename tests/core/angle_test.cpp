@@ -24,6 +24,17 @@ TEST(WrapAngle, DiffersByWholeTurns) {
   }
 }
 
+TEST(Angle, WithinATurnTheWrappedAngleIsTheExactRemainder) {
+  for (double angle = -9.5; angle < 9.5; angle += 0.00713) {
+    const double remainder = std::remainder(angle, 2.0 * kPi);
+    EXPECT_EQ(wrap_angle(angle), remainder) << angle;
+  }
+  for (const double angle : {std::nextafter(kPi, 4.0), std::nextafter(3.0 * kPi, 0.0)}) {
+    EXPECT_EQ(wrap_angle(angle), std::remainder(angle, 2.0 * kPi));
+    EXPECT_EQ(wrap_angle(-angle), std::remainder(-angle, 2.0 * kPi));
+  }
+}
+
 TEST(WrapAngle, LeavesNonFiniteNotFinite) {
   EXPECT_TRUE(std::isnan(wrap_angle(std::numeric_limits<double>::quiet_NaN())));
   EXPECT_TRUE(std::isnan(wrap_angle(std::numeric_limits<double>::infinity())));

@@ -191,6 +191,27 @@ TEST(Noise, lanes_over_runs_are_the_same_numbers) {
 
 // What this program gave when the definition of montecarlo/noise.h was fixed: a change of these numbers
 // changes every stored result.
+TEST(Noise, four_steps_at_once_are_the_same_numbers) {
+  for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2, InstructionSet::avx512}) {
+    if (!is_supported(set)) continue;
+    const NoiseSource source(5, 6, set);
+    for (const std::int64_t slots : {0, 1, 2, 3, 8, 21}) {
+      std::vector<double> four(static_cast<std::size_t>(4 * slots)), one(static_cast<std::size_t>(slots));
+      source.normals_of_four_steps(7, 9, NoisePurpose::measurement, slots, four);
+      for (std::int64_t k = 0; k < 4; ++k) {
+        source.normals(7, 9 + k, NoisePurpose::measurement, one);
+        for (std::int64_t i = 0; i < slots; ++i) {
+          EXPECT_EQ(four[static_cast<std::size_t>(k * slots + i)], one[static_cast<std::size_t>(i)]);
+        }
+      }
+    }
+  }
+  std::vector<double> out(8);
+  const NoiseSource source(5, 6);
+  EXPECT_THROW(source.normals_of_four_steps(0, 2, NoisePurpose::process, 2, out), std::invalid_argument);
+  EXPECT_THROW(source.normals_of_four_steps(0, 1, NoisePurpose::process, 3, out), std::invalid_argument);
+}
+
 TEST(Noise, numbers_stay_what_they_are) {
   const NoiseSource source(1, 0);
   EXPECT_EQ(source.key(), 6791897765849424158u);

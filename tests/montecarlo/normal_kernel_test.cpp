@@ -8,6 +8,7 @@
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 #include <utility>
@@ -215,6 +216,28 @@ TEST(NormalKernel, pairs_are_finite_and_reach_beyond_8_sigma) {
   EXPECT_NEAR(pair_of(tail, 3).second, -8.571674348652905, 1e-14);
   EXPECT_GT(largest, 8.0);
   EXPECT_LT(smallest, -6.0);
+}
+
+// Beyond 6 and 7 sigma there is one normal in 5e8 and in 4e11. A radius that reaches so far has a u that
+// begins with 20 or 33 zero bits; given these, the tail has a share that a test can count.
+TEST(NormalKernel, tails_beyond_6_sigma_have_the_share_of_the_normal_law) {
+  std::mt19937_64 generator(7);
+  std::vector<std::uint64_t> bits(1 << 19);
+  for (const auto& [sigma, zeros] : {std::pair{6.0, 20}, std::pair{6.5, 20}, std::pair{7.0, 33}}) {
+    for (std::uint64_t& b : bits) b = generator() >> zeros;
+    ASSERT_LT(std::exp(-0.5 * sigma * sigma), std::ldexp(1.0, -zeros));
+    const double one_side = 0.5 * std::erfc(sigma / std::numbers::sqrt2);
+    const double expected = std::ldexp(one_side, zeros) * 2.0 * static_cast<double>(bits.size());
+    ASSERT_GT(expected, 20.0);
+    const double bound = 5.0 * std::sqrt(expected);
+    double above = 0.0, below = 0.0;
+    for (const double x : pairs(best_instruction_set(), bits)) {
+      above += x > sigma ? 1.0 : 0.0;
+      below += x < -sigma ? 1.0 : 0.0;
+    }
+    EXPECT_NEAR(above, expected, bound) << sigma;
+    EXPECT_NEAR(below, expected, bound) << sigma;
+  }
 }
 
 TEST(NormalKernel, refuses_an_instruction_set_that_is_not_there) {
