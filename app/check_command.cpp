@@ -157,8 +157,8 @@ void add_check_command(CLI::App& app) {
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
       "credence run scenarios/figure1_two_landmarks.toml --log out/logs && credence check out/logs",
-      "credence check my_filter.csv --out out/check", "credence check runs/*.csv --sensitivity --format json",
-      "credence check estimate.txt --input openvins --truth groundtruth.csv --align yaw"};
+      "credence check out/logs --out out/check", "credence check out/logs/*.csv --sensitivity --format json",
+      "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{check(*options)}; });
 }

@@ -77,7 +77,7 @@ void add_claims_command(CLI::App& app) {
                    "folder of the car-park data, for Figures 5 to 8; default: CREDENCE_DATA")
       ->envname("CREDENCE_DATA");
   static constexpr const char* kExamples[] = {"credence claims", "credence claims --format json",
-                                              "credence claims --data ../data --out out/claims"};
+                                              "credence claims --data DIR --out out/claims"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{claims(*options)}; });
 }

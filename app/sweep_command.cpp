@@ -126,6 +126,8 @@ void add_merge_command(CLI::App& app) {
   command->add_option("directories", options->directories, "folders of shards")->required();
   command->add_option("--out", options->out, "folder for the joined results")->required();
   static constexpr const char* kExamples[] = {
+      "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
+      "credence sweep scenarios/mistuned_sweep.toml --shard 2/2 --out out/part2",
       "credence merge out/part1 out/part2 --out out/joined",
       "credence sweep scenarios/mistuned_sweep.toml --out out/joined    # reports what was joined"};
   command->footer(examples(kExamples));
