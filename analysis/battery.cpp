@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/effective_steps.h"
 #include "analysis/multiple_tests.h"
 #include "analysis/sample_size.h"
+#include "analysis/settling_power.h"
 #include "core/nan.h"
 
 namespace credence {
 namespace {
 
-constexpr double kPower = 0.9;  // with which the runs that settle a case would settle it
 constexpr const char* kNisBody = "NIS against its law, body";
 constexpr const char* kNisTails = "NIS against its law, tails";
 constexpr const char* kWhiteness = "whiteness of the innovation";
@@ -38,15 +39,9 @@ CoverageVerdict judge_region(const CoverageStatistics::Region& region, double co
 /// NaN unless there are enough whole runs of one length for a correlation in time.
 double effective_steps_of(const RunStatistics& runs, std::size_t steps) {
   constexpr std::size_t kEnough = 50;
-  if (runs.nees.size() < kEnough || steps < 2) return kNaN;
-  Matrix nees(static_cast<Index>(runs.nees.size()), static_cast<Index>(steps));
-  for (std::size_t r = 0; r < runs.nees.size(); ++r) {
-    if (runs.nees[r].size() != steps) return kNaN;
-    for (std::size_t k = 0; k < steps; ++k) {
-      nees(static_cast<Index>(r), static_cast<Index>(k)) = runs.nees[r][k];
-    }
-  }
-  return empirical_nees_time_law(nees).effective_steps;
+  const auto whole = [steps](const std::vector<double>& run) { return run.size() == steps; };
+  if (runs.nees.size() < kEnough || steps < 2 || !std::ranges::all_of(runs.nees, whole)) return kNaN;
+  return measured_effective_steps(runs.nees);
 }
 
 VerdictDesign design_of(const ConsistencyVerdict& verdict, bool white, double effective_steps) {
@@ -62,7 +57,7 @@ VerdictDesign design_of(const ConsistencyVerdict& verdict, bool white, double ef
 SettlingRuns settle(const ConsistencyVerdict& verdict, bool white, double effective_steps) {
   if (verdict.steps_tested == 0) return {.detectable = {}, .reason = "no data"};
   const double runs = static_cast<double>(verdict.count) / static_cast<double>(verdict.steps_tested);
-  return runs_to_settle(verdict, design_of(verdict, white, effective_steps), runs, kPower);
+  return runs_to_settle(verdict, design_of(verdict, white, effective_steps), runs, kSettlingPower);
 }
 
 void judge_scales(const BatteryStatistics& s, const ConsistencyVerdict& nis, Battery& battery) {

@@ -1,25 +1,19 @@
 #include <algorithm>
 #include <mutex>
-#include <numbers>
 
 #include "analysis/battery.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/engine.h"
 #include "montecarlo/filter_setup.h"
+#include "montecarlo/planar_drive.h"
 
 namespace credence {
 namespace {
 
+/// Of one landmark's measurement, as the filter believes it to be.
 Vector assumed_measurement_variances(const Scenario& scenario) {
-  const NoiseSettings& noise = scenario.noise;
-  Vector variances(scenario.world.model == WorldModel::monobot ? 1 : 2);
-  if (scenario.world.model == WorldModel::monobot) {
-    variances << noise.measurement_variance;
-  } else {
-    const double bearing_rad = noise.bearing_std_deg * std::numbers::pi / 180.0;
-    variances << noise.range_std * noise.range_std, bearing_rad * bearing_rad;
-  }
-  return scenario.filter.measurement_scale * variances;
+  if (scenario.world.model == WorldModel::monobot) return make_assumed_model(scenario).R.diagonal().head(1);
+  return scenario.filter.measurement_scale * PlanarNoise::of(scenario).measurement_std.cwiseAbs2();
 }
 
 BatteryShape shape_of(const Scenario& scenario) {

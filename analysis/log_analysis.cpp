@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/consistency_judge.h"
+#include "analysis/study_dofs.h"
 
 namespace credence {
 namespace {
@@ -156,11 +157,8 @@ LogAnalysis analyse_logs(LogStatistics statistics, double confidence, bool sensi
   a.statistics = std::move(statistics);
   a.confidence = confidence;
   const StudyStatistics& s = a.statistics.study;
-  StepSeries nees, nis;
-  for (const StepStatistics& step : s.steps) {
-    nees.add(step[Quantity::nees], static_cast<double>(step.nees_dof));
-    nis.add(step[Quantity::nis], static_cast<double>(step.nis_dof));
-  }
+  const StepSeries nees{s.series(Quantity::nees), study_dofs(s, Quantity::nees)};
+  const StepSeries nis{s.series(Quantity::nis), study_dofs(s, Quantity::nis)};
   const bool joint = a.statistics.joint_covariance || a.statistics.blocks.size() < 2;
   const VerdictLaws separate = separate_block_laws(std::max<std::size_t>(1, a.statistics.blocks.size()));
   const auto judge = [&](const StepSeries& series) {
@@ -196,8 +194,7 @@ LogAnalysis analyse_logs(LogStatistics statistics, double confidence, bool sensi
 Verdict overall_verdict(const LogAnalysis& a) {
   const bool has_nis = a.nis.count > 0;
   if (!a.statistics.has_truth) return a.nis.verdict;
-  const bool nees_rejects = a.nees.verdict == Verdict::optimistic || a.nees.verdict == Verdict::pessimistic;
-  if (nees_rejects || !has_nis) return a.nees.verdict;
+  if (is_inconsistent(a.nees.verdict) || !has_nis) return a.nees.verdict;
   if (a.nis.verdict != Verdict::consistent) return a.nis.verdict;
   return a.nees.verdict;
 }

@@ -58,7 +58,7 @@ Verdict direction(std::span<const Moments> per_step, std::span<const double> dof
 Verdict last_look(const StudyPrefix& prefix, double alpha) {
   const double share = prefix.nis.empty() ? 1.0 : 0.5;
   const Verdict nees = judge_nees(prefix.nees, prefix.nees_dof, 1.0 - share * alpha).verdict;
-  if (prefix.nis.empty() || (nees != Verdict::consistent && nees != Verdict::undecided)) return nees;
+  if (prefix.nis.empty() || is_inconsistent(nees)) return nees;
   const Verdict nis = judge_nis(prefix.nis, prefix.nis_dof, 1.0 - share * alpha).verdict;
   return nis == Verdict::undecided ? nees : nis;
 }

@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "analysis/study_dofs.h"
+
 namespace credence {
 namespace {
 
@@ -11,13 +13,6 @@ StopRule rule_of(const Scenario& scenario) {
           .on_verdict = stop.verdict != StopVerdict::none,
           .consistent_within = stop.verdict == StopVerdict::either ? stop.consistent_within : 0.0,
           .precision = stop.precision};
-}
-
-std::vector<double> dofs(const StudyStatistics& statistics, std::int64_t StepStatistics::*dof) {
-  std::vector<double> result;
-  result.reserve(statistics.steps.size());
-  for (const StepStatistics& step : statistics.steps) result.push_back(static_cast<double>(step.*dof));
-  return result;
 }
 
 /// Mean NEES over the runs and steps of a chunk.
@@ -37,8 +32,8 @@ bool SequentialStudy::look(const StudyStatistics& chunk, const StudyStatistics& 
     if (const Moments average = average_of(chunk); average.count > 0) chunk_averages_.add(average.mean);
   }
   const std::vector<Moments> nees = prefix.series(Quantity::nees), nis = prefix.series(Quantity::nis);
-  const std::vector<double> nees_dof = dofs(prefix, &StepStatistics::nees_dof);
-  const std::vector<double> nis_dof = dofs(prefix, &StepStatistics::nis_dof);
+  const std::vector<double> nees_dof = study_dofs(prefix, Quantity::nees);
+  const std::vector<double> nis_dof = study_dofs(prefix, Quantity::nis);
   decision_ = credence::look(rule_, {.nees = nees,
                                      .nees_dof = nees_dof,
                                      .nis = nis,

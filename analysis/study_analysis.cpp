@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "analysis/study_dofs.h"
 #include "montecarlo/linear_experiment.h"
 
 namespace credence {
@@ -64,14 +65,10 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   analysis.timed_out = result.timed_out;
   analysis.stop = stop;
   analysis.state_dim = block_layout(scenario).state_dim();
-  std::vector<double> nees_dof, nis_dof;
-  for (const StepStatistics& step : analysis.statistics.steps) {
-    nees_dof.push_back(static_cast<double>(step.nees_dof));
-    nis_dof.push_back(static_cast<double>(step.nis_dof));
-  }
+  const StudyStatistics& s = analysis.statistics;
   const double confidence = scenario.study.confidence;
-  analysis.nees = judge_nees(analysis.statistics.series(Quantity::nees), nees_dof, confidence);
-  analysis.nis = judge_nis(analysis.statistics.series(Quantity::nis), nis_dof, confidence);
+  analysis.nees = judge_nees(s.series(Quantity::nees), study_dofs(s, Quantity::nees), confidence);
+  analysis.nis = judge_nis(s.series(Quantity::nis), study_dofs(s, Quantity::nis), confidence);
   if (const auto* linear = dynamic_cast<const LinearExperiment*>(&experiment)) {
     analyse_linear(*linear, analysis);
   } else {
@@ -88,9 +85,7 @@ void add_battery(StudyAnalysis& analysis, const Experiment& experiment, const En
 
 Verdict overall_verdict(const StudyAnalysis& analysis) {
   if (analysis.stop) return analysis.stop->verdict;
-  if (analysis.nees.verdict != Verdict::consistent && analysis.nees.verdict != Verdict::undecided) {
-    return analysis.nees.verdict;
-  }
+  if (is_inconsistent(analysis.nees.verdict)) return analysis.nees.verdict;
   if (analysis.nis.verdict != Verdict::consistent) return analysis.nis.verdict;
   return analysis.nees.verdict;
 }

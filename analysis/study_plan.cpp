@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "analysis/effective_sample.h"
+#include "analysis/effective_steps.h"
+#include "analysis/study_dofs.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/engine.h"
 #include "montecarlo/linear_experiment.h"
@@ -74,7 +76,7 @@ std::optional<double> exact_effective_steps(const Experiment& experiment) {
 }
 
 // T_eff measured on runs played alone; none if there is time for too few of them.
-std::optional<double> measured_effective_steps(const Experiment& experiment, std::int64_t steps) {
+std::optional<double> pilot_effective_steps(const Experiment& experiment, std::int64_t steps) {
   constexpr Index kMostRuns = 128, kFewestRuns = 40;
   constexpr double kMostSeconds = 5.0;
   std::vector<std::vector<double>> runs;
@@ -90,24 +92,20 @@ std::optional<double> measured_effective_steps(const Experiment& experiment, std
     runs.push_back(std::move(nees));
   }
   if (static_cast<Index>(runs.size()) < kFewestRuns) return std::nullopt;
-  Matrix nees(static_cast<Index>(runs.size()), static_cast<Index>(steps));
-  for (std::size_t run = 0; run < runs.size(); ++run) {
-    nees.row(static_cast<Index>(run)) =
-        Eigen::Map<const Vector>(runs[run].data(), static_cast<Index>(steps)).transpose();
-  }
-  return empirical_nees_time_law(nees).effective_steps;
+  return measured_effective_steps(runs);
 }
 
 // T and the mean dof of a step with data.
 VerdictDesign observed_design(const StudyStatistics& statistics, Quantity quantity, double confidence) {
   VerdictDesign design{.steps = 0.0, .dof_per_step = 0.0, .confidence = confidence};
   double dof = 0.0, values = 0.0;
-  for (const StepStatistics& step : statistics.steps) {
-    const double step_dof = static_cast<double>(quantity == Quantity::nees ? step.nees_dof : step.nis_dof);
-    if (step[quantity].count == 0 || step_dof == 0.0) continue;
+  const std::vector<double> dofs = study_dofs(statistics, quantity);
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    const std::int64_t count = statistics.steps[k][quantity].count;
+    if (count == 0 || dofs[k] == 0.0) continue;
     design.steps += 1.0;
-    dof += step_dof;
-    values += static_cast<double>(step[quantity].count);
+    dof += dofs[k];
+    values += static_cast<double>(count);
   }
   if (values == 0.0) throw std::invalid_argument("no run of the pilot reached a step that can be judged");
   design.dof_per_step = dof / values;
@@ -149,7 +147,7 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
   if (const auto exact = exact_effective_steps(experiment)) {
     plan.correlation = CorrelationSource::exact_law;
     plan.nees.design.effective_steps = *exact;
-  } else if (const auto measured = measured_effective_steps(experiment, scenario.study.steps)) {
+  } else if (const auto measured = pilot_effective_steps(experiment, scenario.study.steps)) {
     plan.correlation = CorrelationSource::pilot;
     plan.nees.design.effective_steps = *measured;
   }

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -12,9 +11,10 @@
 #include "app/log_judge.h"
 #include "app/progress.h"
 #include "app/study_runner.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
 #include "app/trajectory_judge.h"
 #include "reports/log_report.h"
-#include "reports/text_table.h"
 
 namespace credence {
 namespace {
@@ -105,19 +105,14 @@ int check(const CheckOptions& options) {
   if (options.format == "json") {
     fmt::print("{}\n", log_json(logs));
   } else {
-    fmt::print("{}", text_table(log_table(logs), isatty(STDOUT_FILENO) == 1));
+    fmt::print("{}", terminal_text(log_table(logs)));
   }
   const std::int64_t rows = logs.analysis.statistics.rows;
   if (!options.quiet) {
     fmt::print(stderr, "{} rows in {:.2f} s, {:.0f} rows/s\n", rows, elapsed.count(),
                static_cast<double>(rows) / elapsed.count());
   }
-  if (!options.out.empty()) {
-    for (const std::string& problem : write_log_report(options.out, logs)) {
-      fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-    }
-    if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());
-  }
+  if (!options.out.empty()) tell_report(options, write_log_report(options.out, logs));
   const LogStatistics& s = logs.analysis.statistics;
   return study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
                          overall_verdict(logs.analysis) == Verdict::consistent, options);
@@ -157,16 +152,13 @@ void add_check_command(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--sensitivity", options->sensitivity,
                     "also the verdicts without gross outliers (beyond the upper 1e-6 quantile)");
-  command->add_option("--threads", options->threads, "worker threads; 0: one for each processor")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
-  command->add_flag("--fail-on-inconsistent", options->fail_on_inconsistent,
-                    "exit with 1 when the verdict is not \"consistent\"");
+  add_threads_option(*command, options->threads);
+  add_fail_option(*command, *options);
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
       "credence run scenarios/figure1_two_landmarks.toml --log out/logs && credence check out/logs",
-      "credence check my_filter.csv --out out/check", "credence check runs/*.csv --sensitivity --format json",
-      "credence check estimate.txt --input openvins --truth groundtruth.csv --align yaw"};
+      "credence check out/logs --out out/check", "credence check out/logs/*.csv --sensitivity --format json",
+      "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{check(*options)}; });
 }

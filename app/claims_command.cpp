@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 
 #include "analysis/claims.h"
@@ -10,6 +9,7 @@
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/tell_report.h"
 #include "datasets/carpark.h"
 #include "datasets/carpark_findings.h"
 #include "datasets/carpark_study.h"
@@ -62,9 +62,7 @@ int claims(const ClaimsOptions& options) {
   fmt::print("{}", options.format == "json" ? claims_json(all) + "\n" : claims_text(all));
   if (options.out.empty()) return kDone;
   write_claims_report(options.out, all);
-  if (!options.quiet) {
-    fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
-  }
+  tell_report(options);
   return kDone;
 }
 
@@ -79,7 +77,7 @@ void add_claims_command(CLI::App& app) {
                    "folder of the car-park data, for Figures 5 to 8; default: CREDENCE_DATA")
       ->envname("CREDENCE_DATA");
   static constexpr const char* kExamples[] = {"credence claims", "credence claims --format json",
-                                              "credence claims --data ../data --out out/claims"};
+                                              "credence claims --data DIR --out out/claims"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{claims(*options)}; });
 }

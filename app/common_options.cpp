@@ -16,24 +16,40 @@ std::vector<std::string> CommonOptions::overrides() const {
 
 void add_output_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--out", options.out, "folder for report, figures and stored results");
+  add_print_options(command, options);
+}
+
+void add_print_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--format", options.format, "what is printed on stdout")
       ->check(CLI::IsMember({"text", "json"}))
       ->capture_default_str();
   command.add_flag("--quiet", options.quiet, "no progress on stderr");
 }
 
-void add_common_options(CLI::App& command, CommonOptions& options) {
+void add_setting_option(CLI::App& command, CommonOptions& options) {
   command.add_option("--set", options.settings, "override a setting: section.key=value (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+}
+
+void add_threads_option(CLI::App& command, int& threads) {
+  command.add_option("--threads", threads, "worker threads; 0: one for each processor")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+}
+
+void add_fail_option(CLI::App& command, CommonOptions& options) {
+  command.add_flag("--fail-on-inconsistent", options.fail_on_inconsistent,
+                   "exit with 1 when a verdict is not \"consistent\"");
+}
+
+void add_common_options(CLI::App& command, CommonOptions& options) {
+  add_setting_option(command, options);
   command.add_option("--runs", options.runs, "number of Monte Carlo runs, instead of study.runs");
   command.add_option("--steps", options.steps, "steps of each run, instead of study.steps");
   command.add_option("--seed", options.seed, "seed, instead of study.seed");
-  command.add_option("--threads", options.threads, "worker threads; 0: one for each processor")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
-  command.add_flag("--fail-on-inconsistent", options.fail_on_inconsistent,
-                   "exit with 1 when a verdict is not \"consistent\"");
+  add_threads_option(command, options.threads);
+  add_fail_option(command, options);
   add_output_options(command, options);
 }
 

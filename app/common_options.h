@@ -36,6 +36,18 @@ void add_common_options(CLI::App& command, CommonOptions& options);
 /// Declares --out, --format and --quiet alone.
 void add_output_options(CLI::App& command, CommonOptions& options);
 
+/// Declares --format and --quiet, of a command that writes no report.
+void add_print_options(CLI::App& command, CommonOptions& options);
+
+/// Declares --set.
+void add_setting_option(CLI::App& command, CommonOptions& options);
+
+/// Declares --threads.
+void add_threads_option(CLI::App& command, int& threads);
+
+/// Declares --fail-on-inconsistent.
+void add_fail_option(CLI::App& command, CommonOptions& options);
+
 /// `Examples:` for the end of a command's help.
 std::string examples(std::span<const char* const> lines);
 

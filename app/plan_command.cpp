@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -11,9 +10,9 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/terminal_text.h"
 #include "montecarlo/sweep_plan.h"
 #include "reports/plan_report.h"
-#include "reports/text_table.h"
 
 namespace credence {
 namespace {
@@ -52,7 +51,7 @@ int plan(PlanCommand& command) {
     fmt::print("{}\n", plan_json(sweep, plans));
   } else {
     const ReportTable table = sweep.points.size() == 1 ? plan_table(plans.front()) : plan_table(sweep, plans);
-    fmt::print("{}", text_table(table, isatty(STDOUT_FILENO) == 1));
+    fmt::print("{}", terminal_text(table));
   }
   return kDone;
 }
@@ -74,16 +73,9 @@ void add_plan_command(CLI::App& app) {
   command
       ->add_option("--precision", options->question.precision, "relative half-width wanted of the mean NEES")
       ->capture_default_str();
-  command->add_option("--set", options->settings, "override a setting: section.key=value (repeatable)")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  command->add_option("--threads", options->threads, "worker threads; 0: one for each processor")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
-  command->add_option("--format", options->format, "what is printed on stdout")
-      ->check(CLI::IsMember({"text", "json"}))
-      ->capture_default_str();
-  command->add_flag("--quiet", options->quiet, "no progress on stderr");
+  add_setting_option(*command, *options);
+  add_threads_option(*command, options->threads);
+  add_print_options(*command, *options);
   static constexpr const char* kExamples[] = {
       "credence plan scenarios/figure1_two_landmarks.toml",
       "credence plan scenarios/planar_loop.toml --factor 1.5 --power 0.95",

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -12,6 +11,8 @@
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
 #include "datasets/carpark_replay.h"
 #include "datasets/carpark_study.h"
 #include "datasets/mrclam_replay.h"
@@ -19,7 +20,6 @@
 #include "reports/replay_json.h"
 #include "reports/replay_report.h"
 #include "reports/replay_tables.h"
-#include "reports/text_table.h"
 
 namespace credence {
 namespace {
@@ -100,15 +100,8 @@ void print_replays(const ReplayOptions& options, const std::vector<ReportedRepla
     fmt::print("{}\n", replay_json(replays, judgement));
     return;
   }
-  const bool colour = isatty(STDOUT_FILENO) == 1;
   const ReportTable runs = replays.size() == 1 ? replay_table(replays.front()) : replays_table(replays);
-  fmt::print("{}\n{}", text_table(runs, colour), text_table(judgement_table(replays, judgement), colour));
-}
-
-/// Where the report is, and what of it could not be drawn.
-void tell_report(const ReplayOptions& options, const std::vector<std::string>& problems) {
-  for (const std::string& problem : problems) fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-  if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());
+  fmt::print("{}\n{}", terminal_text(runs), terminal_text(judgement_table(replays, judgement)));
 }
 
 /// All variants of the car park run; nothing is printed of a study that was interrupted.
@@ -128,8 +121,7 @@ int study_variants(const ReplayOptions& options) {
   if (options.format == "json") {
     fmt::print("{}\n", carpark_study_json(study));
   } else {
-    for (const ReportTable& table : carpark_study_tables(study))
-      fmt::print("{}\n", text_table(table, isatty(STDOUT_FILENO) == 1));
+    for (const ReportTable& table : carpark_study_tables(study)) fmt::print("{}\n", terminal_text(table));
   }
   if (!options.out.empty()) tell_report(options, write_carpark_study_report(options.out, study));
   return kDone;
@@ -164,9 +156,7 @@ void add_replay_command(CLI::App& app) {
       ->delimiter(',')
       ->check(CLI::Range(1, 5))
       ->capture_default_str();
-  command->add_option("--set", options->settings, "override a setting: section.key=value (repeatable)")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
+  add_setting_option(*command, *options);
   command->add_flag("--variants", options->variants,
                     "carpark: Figures 5 to 8, all their variants, independence of P0 and the long horizon");
   add_output_options(*command, *options);

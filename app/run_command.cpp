@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -12,6 +11,8 @@
 #include "app/logged_experiment.h"
 #include "app/progress.h"
 #include "app/study_runner.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
 #include "montecarlo/scenario_help.h"
 #include "montecarlo/scenario_io.h"
 #include "montecarlo/scenario_text.h"
@@ -94,7 +95,7 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
   if (options.format == "json") {
     fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));
   } else {
-    fmt::print("{}", text_table(verdict_table(analyses), isatty(STDOUT_FILENO) == 1));
+    fmt::print("{}", terminal_text(verdict_table(analyses)));
     for (const StudyAnalysis& a : analyses) {
       if (a.stop) fmt::print("{}: {}\n", a.scenario.name, stop_sentence(a));
     }
@@ -106,10 +107,7 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
 void write_report(const RunOptions& options, const std::vector<ReportedStudy>& studies) {
   const std::string title =
       studies.size() == 1 ? studies.front().analysis.scenario.name : "Can these covariances be trusted?";
-  for (const std::string& problem : write_study_report(options.out, title, studies)) {
-    fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-  }
-  if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());
+  tell_report(options, write_study_report(options.out, title, studies));
 }
 
 int run(const RunOptions& options) {

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 
 #include "analysis/selftest.h"
@@ -10,8 +8,9 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
 #include "reports/selftest_report.h"
-#include "reports/text_table.h"
 
 namespace credence {
 namespace {
@@ -26,7 +25,7 @@ void print_selftest(const SelftestCommand& command, const SelftestResult& result
     return;
   }
   for (const ReportTable& table : selftest_tables(result)) {
-    fmt::print("{}\n", text_table(table, isatty(STDOUT_FILENO) == 1));
+    fmt::print("{}\n", terminal_text(table));
   }
 }
 
@@ -42,14 +41,7 @@ int selftest(SelftestCommand& command) {
     return kInterrupted;
   }
   print_selftest(command, result);
-  if (!command.out.empty()) {
-    for (const std::string& problem : write_selftest_report(command.out, result)) {
-      fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-    }
-    if (!command.quiet) {
-      fmt::print(stderr, "Report: {}\n", (std::filesystem::path(command.out) / "index.html").string());
-    }
-  }
+  if (!command.out.empty()) tell_report(command, write_selftest_report(command.out, result));
   for (const std::string& failure : selftest_failures(result)) {
     fmt::print(stderr, "credence: SELFTEST FAILED: {}\n", failure);
   }
@@ -66,9 +58,7 @@ void add_selftest_command(CLI::App& app) {
       ->check(CLI::Range(100, 100'000'000))
       ->capture_default_str();
   command->add_option("--seed", options->test.seed, "seed of all studies")->capture_default_str();
-  command->add_option("--threads", options->test.threads, "worker threads; 0: one for each processor")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
+  add_threads_option(*command, options->test.threads);
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {"credence selftest", "credence selftest --out out/selftest",
                                               "credence selftest --studies 20000 --seed 2 --format json"};

@@ -1,10 +1,8 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
-#include <filesystem>
 #include <memory>
 #include <mutex>
 
@@ -14,6 +12,8 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/filter_setup.h"
 #include "montecarlo/scenario_help.h"
@@ -21,7 +21,6 @@
 #include "reports/planar_stability_report.h"
 #include "reports/planar_table_report.h"
 #include "reports/stability_report.h"
-#include "reports/text_table.h"
 
 namespace credence {
 namespace {
@@ -97,12 +96,11 @@ int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
   if (options.format == "json") {
     fmt::print("{}\n", planar_stability_table_json(plan, analyses));
   } else {
-    fmt::print("{}", text_table(planar_stability_table(plan, analyses), isatty(STDOUT_FILENO) == 1));
+    fmt::print("{}", terminal_text(planar_stability_table(plan, analyses)));
   }
-  if (!options.out.empty()) write_planar_stability_table(options.out, plan, analyses);
-  if (!options.out.empty() && !options.quiet) {
-    fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
-  }
+  if (options.out.empty()) return kDone;
+  write_planar_stability_table(options.out, plan, analyses);
+  tell_report(options);
   return kDone;
 }
 
@@ -117,15 +115,10 @@ int stability(const StabilityOptions& options) {
     fmt::print("{}\n", output.json);
   } else {
     for (const ReportTable& table : output.tables) {
-      fmt::print("{}\n", text_table(table, isatty(STDOUT_FILENO) == 1));
+      fmt::print("{}\n", terminal_text(table));
     }
   }
-  for (const std::string& problem : output.problems) {
-    fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-  }
-  if (!options.out.empty() && !options.quiet) {
-    fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
-  }
+  if (!options.out.empty()) tell_report(options, output.problems);
   return kDone;
 }
 

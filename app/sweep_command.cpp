@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -12,11 +11,12 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/study_runner.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
 #include "montecarlo/scenario_hash.h"
 #include "montecarlo/scenario_help.h"
 #include "montecarlo/sweep_plan.h"
 #include "reports/sweep_report.h"
-#include "reports/text_table.h"
 
 namespace credence {
 namespace {
@@ -77,13 +77,10 @@ int sweep(SweepOptions& options) {
     fmt::print("{}\n", sweep_json(analysis));
   } else {
     for (const ReportTable& table : sweep_tables(analysis)) {
-      fmt::print("{}", text_table(table, isatty(STDOUT_FILENO) == 1));
+      fmt::print("{}", terminal_text(table));
     }
   }
-  for (const std::string& problem : write_sweep_report(options.out, analysis)) {
-    fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-  }
-  if (!options.quiet) fmt::print(stderr, "Report: {}\n", (fs::path(options.out) / "index.html").string());
+  tell_report(options, write_sweep_report(options.out, analysis));
   return study_exit_code(complete, failed, consistent, options);
 }
 
@@ -129,6 +126,8 @@ void add_merge_command(CLI::App& app) {
   command->add_option("directories", options->directories, "folders of shards")->required();
   command->add_option("--out", options->out, "folder for the joined results")->required();
   static constexpr const char* kExamples[] = {
+      "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
+      "credence sweep scenarios/mistuned_sweep.toml --shard 2/2 --out out/part2",
       "credence merge out/part1 out/part2 --out out/joined",
       "credence sweep scenarios/mistuned_sweep.toml --out out/joined    # reports what was joined"};
   command->footer(examples(kExamples));

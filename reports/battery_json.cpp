@@ -1,5 +1,7 @@
 #include "reports/battery_json.h"
 
+#include "analysis/settling_power.h"
+
 namespace credence {
 namespace {
 
@@ -85,7 +87,8 @@ Json battery_json(const Battery& b) {
   j["scale"] = {{"covariance", scale_json(b.scale_covariance)},
                 {"innovation", scale_json(b.scale_innovation)},
                 {"measurement_noise", scale_json(b.scale_measurement_noise)}};
-  j["settle"] = {{"power", 0.9}, {"nees", settle_json(b.settle_nees)}, {"nis", settle_json(b.settle_nis)}};
+  j["settle"] = {
+      {"power", kSettlingPower}, {"nees", settle_json(b.settle_nees)}, {"nis", settle_json(b.settle_nis)}};
   j["coverage"] = coverage_json(b);
   j["autocorrelation"] = json_numbers(b.whiteness.autocorrelation);
   j["credibility"] = {{"noncredibility_db", json_number(b.credibility.noncredibility)},

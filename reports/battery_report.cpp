@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/settling_power.h"
 #include "core/nan.h"
 #include "reports/number_text.h"
 
@@ -20,8 +21,8 @@ void advise_settling(const char* what, const SettlingRuns& settle, std::vector<s
   if (settle.runs == 0) return;
   sentences.push_back(
       fmt::format("{} is consistent with these runs; should its factor of {} be real, {} runs would show it "
-                  "with a power of 90 %. What these runs could have shown: factors below {} and above {}.",
-                  what, number_text(settle.observed_factor, 4), settle.runs,
+                  "with a power of {:g} %. What these runs could have shown: factors below {} and above {}.",
+                  what, number_text(settle.observed_factor, 4), settle.runs, 100.0 * kSettlingPower,
                   number_text(settle.detectable.below, 3), number_text(settle.detectable.above, 3)));
 }
 

@@ -70,6 +70,7 @@ TEST(StudyStatistics, CountsOutcomes) {
   EXPECT_EQ(s.count(Outcome::diverged), 2);
   EXPECT_EQ(s.count(Outcome::not_positive_definite), 0);
   EXPECT_EQ(s.steps[0].nees_dof, 60);
+  EXPECT_EQ(s.steps[0].nis_dof, 30);
   StudyStatistics other;
   EXPECT_THROW(s.merge(other), std::invalid_argument);
 }

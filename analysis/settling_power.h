@@ -1,0 +1,8 @@
+#pragma once
+
+namespace credence {
+
+/// The power with which the runs that settle a case would settle it (settle_nees and settle_nis of Battery).
+inline constexpr double kSettlingPower = 0.9;
+
+}  // namespace credence
