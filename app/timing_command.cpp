@@ -1,8 +1,6 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 
 #include "analysis/filter_timing.h"
@@ -10,7 +8,8 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
-#include "reports/text_table.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
 #include "reports/timing_report.h"
 
 namespace credence {
@@ -27,7 +26,7 @@ void print_timing(const TimingCommand& command, const TimingResult& result) {
   }
   fmt::print("{}, {} kernels\n\n", result.machine.processor, result.machine.instruction_set);
   for (const ReportTable& table : timing_tables(result)) {
-    fmt::print("{}\n", text_table(table, isatty(STDOUT_FILENO) == 1));
+    fmt::print("{}\n", terminal_text(table));
   }
 }
 
@@ -42,14 +41,7 @@ int timing(TimingCommand& command) {
     return kInterrupted;
   }
   print_timing(command, result);
-  if (!command.out.empty()) {
-    for (const std::string& problem : write_timing_report(command.out, result)) {
-      fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
-    }
-    if (!command.quiet) {
-      fmt::print(stderr, "Report: {}\n", (std::filesystem::path(command.out) / "index.html").string());
-    }
-  }
+  if (!command.out.empty()) tell_report(command, write_timing_report(command.out, result));
   return result.complete ? kDone : kInterrupted;
 }
 

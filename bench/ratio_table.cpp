@@ -53,7 +53,11 @@ int write_ratio_table(std::ostream& out, std::span<const BenchmarkTimes> times) 
   out << "| work | time | against | its time | ratio | over the repetitions | goal | |\n"
          "|---|---|---|---|---|---|---|---|\n";
   for (const RatioGoal& goal : ratio_goals()) {
-    const auto measured = read(times, goal.measured), reference = read(times, goal.reference);
+    const auto measured = read(times, goal.measured);
+    auto reference = read(times, goal.reference);
+    if (measured && goal.reference_seconds > 0.0) {
+      reference = std::vector<double>(measured->size(), goal.reference_seconds);
+    }
     if (!measured || !reference) {
       ++missing;
       continue;

@@ -13,11 +13,12 @@ struct BenchmarkQuantity {
   std::string per{};      ///< "": seconds per iteration; "items": per item; else per one of a user counter
 };
 
-/// A goal: the ratio of two times measured in one run.
+/// A goal: the ratio of two times measured in one run, or of one to a time that is given.
 struct RatioGoal {
   std::string work;   ///< what is measured
   std::string limit;  ///< what it is measured against
-  BenchmarkQuantity measured, reference;
+  BenchmarkQuantity measured, reference{};
+  double reference_seconds = 0.0;  ///< > 0: takes the place of `reference`
   double goal = 1.0;
   bool at_least =
       false;  ///< reference / measured >= goal (so many times faster), else measured / reference <= goal
