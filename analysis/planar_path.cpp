@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "core/nan.h"
 #include "montecarlo/filter_setup.h"
@@ -12,20 +13,20 @@
 namespace credence {
 namespace {
 
-using PlanarFilter = EkfSlam<PlanarModel>;
-
 using Seen = std::span<const Observation<PlanarModel>>;
 
 /// H of what is known of `seen`, at the filter's estimate, in the filter's own order.
-Matrix measurement_jacobian(const PlanarFilter& filter, const PlanarWorld& world, Seen seen) {
-  Matrix H = Matrix::Zero(2 * static_cast<Index>(seen.size()), filter.state().size());
+template <PlanarSlamFilter F>
+Matrix measurement_jacobian(const F& filter, const PlanarWorld& world, Seen seen) {
+  const Vector& x = filter.state();
+  Matrix H = Matrix::Zero(2 * static_cast<Index>(seen.size()), x.size());
   Index rows = 0;
   for (const Observation<PlanarModel>& o : seen) {
     const bool anchored = o.landmark >= world.states();
     const Index offset = anchored ? -1 : filter.offset_of(o.landmark);
     if (!anchored && offset < 0) continue;
-    const Point landmark = anchored ? world.landmarks[static_cast<std::size_t>(o.landmark)]
-                                    : Point(filter.state().segment<2>(offset));
+    const Point landmark =
+        anchored ? world.landmarks[static_cast<std::size_t>(o.landmark)] : Point(x.segment<2>(offset));
     const PredictedRangeBearing predicted = predict_range_bearing(filter.pose(), landmark);
     H.block<2, 3>(rows, 0) = predicted.H_r;
     if (!anchored) H.block<2, 2>(rows, offset) = predicted.H_l;
@@ -44,13 +45,16 @@ class Recorder {
         loop_(loop),
         Q_(AssumedPlanarNoise::of(scenario).Q) {}
 
-  void begin(const PlanarFilter& filter) {
+  template <PlanarSlamFilter F>
+  void begin(F& filter) {
+    if constexpr (requires { filter.keep_gain(true); }) filter.keep_gain(true);
     loop_.layout = filter.layout();
     loop_.start = filter.state();
     loop_.H.emplace_back(0, filter.state().size());
   }
 
-  void before_predict(const PlanarFilter& filter, const Control& u) {
+  template <PlanarSlamFilter F>
+  void before_predict(const F& filter, const Control& u) {
     const Index n = filter.state().size();
     const Motion motion = world_.vehicle.move(filter.pose(), u, world_.dt_s);
     loop_.F.push_back(Matrix::Identity(n, n));
@@ -59,14 +63,20 @@ class Recorder {
     loop_.process.back().topLeftCorner<3, 3>() = motion.G * Q_ * motion.G.transpose();
   }
 
-  void before_update(const PlanarFilter& filter, Seen seen) {
+  template <PlanarSlamFilter F>
+  void before_update(const F& filter, Seen seen) {
     loop_.H.push_back(measurement_jacobian(filter, world_, seen));
-    Matrix inflated = filter.covariance();
-    if (!rule_.is_sequential()) inflate(inflated, filter.layout(), rule_.inflation, rule_.solution, state_);
-    loop_.inflation.push_back(inflated - filter.covariance());
+    const Index n = filter.state().size();
+    loop_.inflation.push_back(Matrix::Zero(n, n));
+    if (rule_.is_sequential()) return;
+    const Matrix P = dense_covariance(filter.covariance());
+    Matrix inflated = P;
+    inflate(inflated, filter.layout(), rule_.inflation, rule_.solution, state_);
+    loop_.inflation.back() = inflated - P;
   }
 
-  void after_update(const PlanarFilter& filter) {
+  template <PlanarSlamFilter F>
+  void after_update(const F& filter) {
     const bool none = loop_.H.back().rows() == 0;
     loop_.K.push_back(none ? Matrix(filter.state().size(), 0) : Matrix(filter.gain()));
   }
@@ -79,25 +89,15 @@ class Recorder {
   MinTraceState state_;
 };
 
-}  // namespace
-
-Index planar_steps_per_loop(const Scenario& scenario) {
-  const WorldSettings& w = scenario.world;
-  return static_cast<Index>(std::ceil(loop_length_m(w.path, w.path_radius) / (w.speed * w.dt) - 1e-9));
-}
-
-PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearisation at) {
-  const Index per_loop = planar_steps_per_loop(scenario), steps = loops * per_loop;
-  const Index before_last = steps - per_loop;
-  Scenario longer = scenario;
-  longer.study.steps = steps;
+template <PlanarSlamFilter F>
+PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index per_loop, Linearisation at) {
+  const Index steps = longer.study.steps, before_last = steps - per_loop;
   PlanarPathRun run;
-  run.world = make_planar_world(longer);
+  run.world = std::move(world);
   const PlanarNoise noise = PlanarNoise::of(longer);
   std::optional<NoiseSource> source;
   if (at == Linearisation::estimate) source.emplace(longer.study.seed, noise_group(longer));
   PlanarDrive drive(run.world, noise, source);
-  PlanarFilter filter = make_planar_filter(longer, run.world);
   filter.reset(drive.start(0), noise.initial_covariance());
   Recorder recorder(longer, run.world, run.loop);
   StateError error;
@@ -121,7 +121,7 @@ PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearis
     if (recording) recorder.after_update(filter);
     run.not_converged += update.converged ? 0 : 1;
     if (k > second_half) nees += error.vehicle_nees / 3.0;
-    trace += filter.covariance().trace();
+    trace += planar_traces(filter.covariance()).all;
     if (k % per_loop == 0) {
       run.traces.push_back(trace / static_cast<double>(per_loop));
       trace = 0.0;
@@ -129,6 +129,26 @@ PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearis
   }
   run.pose_nees = at == Linearisation::truth ? kNaN : nees / static_cast<double>(steps - second_half);
   return run;
+}
+
+}  // namespace
+
+Index planar_steps_per_loop(const Scenario& scenario) {
+  const WorldSettings& w = scenario.world;
+  return static_cast<Index>(std::ceil(loop_length_m(w.path, w.path_radius) / (w.speed * w.dt) - 1e-9));
+}
+
+PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearisation at) {
+  const Index per_loop = planar_steps_per_loop(scenario);
+  Scenario longer = scenario;
+  longer.study.steps = loops * per_loop;
+  PlanarWorld world = make_planar_world(longer);
+  if (has_block_map(longer)) {
+    BlockMapEkfSlam<PlanarModel> filter = make_block_map_filter(longer, world);
+    return follow(std::move(filter), std::move(world), longer, per_loop, at);
+  }
+  EkfSlam<PlanarModel> filter = make_planar_filter(longer, world);
+  return follow(std::move(filter), std::move(world), longer, per_loop, at);
 }
 
 }  // namespace credence

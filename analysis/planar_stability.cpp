@@ -63,7 +63,8 @@ PlanarFollowed followed(const PlanarPathRun& run, Linearisation at, InflationSol
   f.spectral_radius = kNaN;
   if (run.loop.F.empty()) return f;
   f.inflation_rank = psd_rank(run.loop.inflation.back(), kAccumulatedTolerance).rank;
-  if (solution != InflationSolution::sequential) f.exact = accumulated(run.loop, ranks.observability);
+  if (solution == InflationSolution::pairwise || solution == InflationSolution::min_trace)
+    f.exact = accumulated(run.loop, ranks.observability);
   f.closed_loop_eigenvalues = loop_eigenvalues(run.loop);
   if (f.closed_loop_eigenvalues.size() > 0) f.spectral_radius = std::abs(f.closed_loop_eigenvalues[0]);
   return f;
@@ -73,7 +74,7 @@ std::vector<InflationSolution> solutions_of(const Scenario& scenario) {
   using enum InflationSolution;
   switch (scenario.filter.inflation) {
     case FilterInflation::map:
-      return {pairwise, min_trace, sequential};
+      return {pairwise, min_trace, sequential, drop};
     case FilterInflation::full:
       return {pairwise, min_trace};
     default:

@@ -8,6 +8,7 @@
 #include "core/arrow_covariance.h"
 #include "core/block_map_state.h"
 #include "core/ekf_slam.h"
+#include "core/matrix_buffer.h"
 #include "core/slam_model.h"
 
 namespace credence {
@@ -87,7 +88,7 @@ class BlockMapEkfSlam {
     result.trace_prior = map_.trace();
     if (map_.measured_count() > kMostMeasured) map_.flush();
     linearise(observations);
-    result.dof = nu_.size();
+    result.dof = kMeasurement * static_cast<Index>(rows_.size());
     if (result.dof > 0) {
       result.ok = judge(result) && map_.correct(scalars_, bound_, keep_gain_ ? &K_ : nullptr);
       if (!result.ok) return result;
@@ -117,8 +118,8 @@ class BlockMapEkfSlam {
     return {.vehicle = kPose, .landmark = kLandmark, .landmarks = static_cast<Index>(ids_.size())};
   }
   Model& model() { return model_; }
-  const Vector& innovation() const { return nu_; }            ///< ν of the last update
-  const Matrix& innovation_covariance() const { return S_; }  ///< its S
+  VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last update
+  MatrixRef innovation_covariance() const { return S_.matrix(); }  ///< its S
   /// Asks updates to write down K, which costs them O(N m²).
   void keep_gain(bool keep) { keep_gain_ = keep; }
   const Matrix& gain() const { return K_; }  ///< K of the last update, n×dim ν; empty if it is not kept
@@ -161,7 +162,7 @@ class BlockMapEkfSlam {
   void linearise(std::span<const Observation<Model>> observations) {
     rows_.clear();
     scalars_.clear();
-    nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
+    auto nus = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
     const PoseVector x_r = pose();
     for (const Observation<Model>& o : observations) {
       const Slot& slot = slot_of(o.landmark);
@@ -169,14 +170,14 @@ class BlockMapEkfSlam {
       const LandmarkVector l = slot.anchored ? slot.position : map_.position(slot.j);
       const auto predicted = model_.predict(x_r, l);
       const Eigen::Matrix<double, kMeasurement, 1> nu = model_.innovation(o.z, predicted.z);
-      nu_.template segment<kMeasurement>(kMeasurement * static_cast<Index>(rows_.size())) = nu;
+      nus.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) = nu;
       Row& row = rows_.emplace_back();
       row.measured = slot.anchored ? -1 : map_.measure(slot.j);
       row.H_r = predicted.H_r;
       row.H_l = predicted.H_l;
       append_scalars(row, nu);
     }
-    nu_.conservativeResize(kMeasurement * static_cast<Index>(rows_.size()));
+    nu_.resize(kMeasurement * static_cast<Index>(rows_.size()));  // leaves the first of them as they are
   }
 
   void append_scalars(const Row& row, Eigen::Matrix<double, kMeasurement, 1> nu) {
@@ -196,24 +197,28 @@ class BlockMapEkfSlam {
 
   /// S of the batch at the prior, and its NIS.
   bool judge(UpdateResult& result) {
-    S_.resize(nu_.size(), nu_.size());
+    const auto nu = nu_.vector();
+    auto S = S_.resize(nu.size(), nu.size());
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       Row& row = rows_[i];
       row.column = map_.vehicle_covariance() * row.H_r.transpose();
       if (row.measured >= 0) row.column += map_.measured(row.measured).cross * row.H_l.transpose();
-      for (std::size_t k = 0; k <= i; ++k) set_innovation_block(i, k);
+      for (std::size_t k = 0; k <= i; ++k) set_innovation_block(S, i, k);
     }
-    llt_.compute(S_);
-    if (llt_.info() != Eigen::Success || !S_.allFinite()) return false;
-    whitened_ = nu_;
-    llt_.matrixL().solveInPlace(whitened_);
-    result.nis = whitened_.squaredNorm();
+    auto root = S_root_.resize(nu.size(), nu.size());
+    root = S;
+    const Eigen::LLT<Eigen::Ref<Matrix>> llt(root);
+    if (llt.info() != Eigen::Success || !S.allFinite()) return false;
+    whitened_.resize(nu.size());
+    auto whitened = whitened_.vector();
+    whitened = nu;
+    llt.matrixL().solveInPlace(whitened);
+    result.nis = whitened.squaredNorm();
     return true;
   }
 
-  void set_innovation_block(std::size_t i, std::size_t k) {
-    const Row& row = rows_[i];
-    const Row& other = rows_[k];
+  void set_innovation_block(Eigen::Map<Matrix>& S, std::size_t i, std::size_t k) const {
+    const Row &row = rows_[i], &other = rows_[k];
     MeasurementMatrix block = row.H_r * other.column;
     if (row.measured >= 0) {
       const auto& landmark = map_.measured(row.measured);
@@ -222,8 +227,8 @@ class BlockMapEkfSlam {
     }
     if (i == k) block = (0.5 * (block + block.transpose()) + R_).eval();
     const Index a = kMeasurement * static_cast<Index>(i), b = kMeasurement * static_cast<Index>(k);
-    S_.template block<kMeasurement, kMeasurement>(a, b) = block;
-    S_.template block<kMeasurement, kMeasurement>(b, a) = block.transpose();
+    S.template block<kMeasurement, kMeasurement>(a, b) = block;
+    S.template block<kMeasurement, kMeasurement>(b, a) = block.transpose();
   }
 
   /// K is of whitened innovations L⁻¹ν: from the right by L⁻¹.
@@ -262,9 +267,8 @@ class BlockMapEkfSlam {
   // Of the last update; kept to be read and so that a step allocates nothing.
   std::vector<Row> rows_;
   std::vector<Scalar> scalars_;
-  Vector nu_, whitened_;
-  Matrix S_, K_;
-  Eigen::LLT<Matrix> llt_;
+  MatrixBuffer nu_, S_, S_root_, whitened_;
+  Matrix K_;
 };
 
 extern template class BlockMapEkfSlam<PlanarModel>;

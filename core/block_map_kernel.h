@@ -32,11 +32,10 @@ struct BlockMapDirections {
   int count = 0;
 };
 
-/// The norms σ_j = ‖l_j‖ of one direction over a map: the largest, where it is, and the sum of all others.
+/// The norms σ_j = ‖l_j‖ of one direction over a map: the largest, and the sum of all others.
 struct BlockMapNorms {
   double largest = 0.0;
   double others = 0.0;
-  std::int64_t at = -1;  ///< −1 where all are zero
 };
 
 /// One instruction set's passes for one n_r and d.

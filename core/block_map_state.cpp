@@ -155,6 +155,13 @@ void BlockMapState<kVehicle, kLandmark>::inflate_blocks(std::span<Step> steps) {
   if (any) map_trace_ = kernel_->inflate(P_.arrays(), directions_, excess, reciprocals_.data());
 }
 
+/// The landmark of the largest norm in direction i.
+template <int kVehicle, int kLandmark>
+Index BlockMapState<kVehicle, kLandmark>::largest_of_map(int i) const {
+  const auto first = reciprocals_.begin() + i * P_.stride();
+  return std::min_element(first, first + landmarks()) - first;
+}
+
 /// The exact bound of step i, for the landmarks measured at once and for the others as an excess.
 template <int kVehicle, int kLandmark>
 void BlockMapState<kVehicle, kLandmark>::settle_bound(const Scalar& scalar, std::span<Step> steps, int i) {
@@ -168,7 +175,7 @@ void BlockMapState<kVehicle, kLandmark>::settle_bound(const Scalar& scalar, std:
   if (largest.measured < 0) {
     // A landmark of the map's arrays keeps a share of its reduction: it is treated as a measured one.
     inflate_blocks(steps);
-    measure(norms_[i].at);
+    measure(largest_of_map(i));
     compute_norms();
     prepare(scalar, step);
     return settle_bound(scalar, steps, i);

@@ -7,15 +7,10 @@
 
 #include "core/arrow_covariance.h"
 #include "core/block_map_kernel.h"
+#include "core/rank_one_bound.h"
 #include "core/types.h"
 
 namespace credence {
-
-/// What is done with the part of a measurement's information that would correlate landmarks.
-enum class MapBound {
-  least_trace,  ///< rank_one_bound: the inflation of least trace, exact (`sequential`)
-  drop,         ///< no landmark's variance ever falls; the vehicle and its correlations are as above
-};
 
 /// State and covariance of the O(N) filter: scalar updates whose inflation keeps the map block diagonal
 /// (theory: sections 4 and 5), as sequential_update does it with a dense P.
@@ -104,6 +99,7 @@ class BlockMapState {
   void set_direction(int i, const VehicleVector& g);
   void compute_norms() { kernel_->norms(P_.arrays(), directions_, reciprocals_.data(), norms_); }
   void inflate_blocks(std::span<Step> steps);
+  Index largest_of_map(int i) const;
   void settle_bound(const Scalar& scalar, std::span<Step> steps, int i);
   void apply(const Scalar& scalar, const Step& step, int i);
   void add_to_gain(const Scalar& scalar, const Step& step, int i, Index row, Matrix& gain) const;

@@ -276,7 +276,7 @@ class EkfSlam {
       if (rows_[i].offset >= 0) H.template block<kMeasurement, kLandmark>(c, rows_[i].offset) = rows_[i].H_l;
       r.template block<kMeasurement, 1>(c, 0) = R_.diagonal();
     }
-    return sequential_update(P_, layout(), H, r.col(0), K, sequential_);
+    return sequential_update(P_, layout(), H, r.col(0), K, sequential_, *rule_.map_bound());
   }
 
   /// New landmarks with their full cross-covariances: P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <optional>
+
 #include "core/inflation.h"
+#include "core/rank_one_bound.h"
 #include "core/types.h"
 
 namespace credence {
@@ -12,8 +15,13 @@ struct InflationRule {
   Matrix constant;  ///< n×n added at every step; empty for none
 
   /// Inflation within the update and not before it.
-  bool is_sequential() const {
-    return inflation != Inflation::none && solution == InflationSolution::sequential;
+  bool is_sequential() const { return inflation != Inflation::none && map_bound().has_value(); }
+
+  /// The bound of a sequential solution.
+  std::optional<MapBound> map_bound() const {
+    if (solution == InflationSolution::sequential) return MapBound::least_trace;
+    if (solution == InflationSolution::drop) return MapBound::drop;
+    return std::nullopt;
   }
 };
 

@@ -50,7 +50,8 @@ std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, co
     if (rule.is_sequential()) {
       step.P = step.P_prior;
       step.K.resize(step.P.rows(), assumed.H.rows());
-      step.ok = sequential_update(step.P, assumed.layout, assumed.H, assumed.R.diagonal(), step.K, workspace);
+      step.ok = sequential_update(step.P, assumed.layout, assumed.H, assumed.R.diagonal(), step.K, workspace,
+                                  *rule.map_bound());
     } else {
       step.ok = joseph_update(assumed, step);
     }

@@ -30,6 +30,12 @@ struct ReductionBound {
   }
 };
 
+/// What is done with the part of a scalar measurement's information that would correlate landmarks.
+enum class MapBound {
+  least_trace,  ///< rank_one_bound: the inflation of least trace, exact
+  drop,         ///< drop_bound: no landmark's variance ever falls
+};
+
 /// The exact minimal-trace bound of D − l lᵀ (theory: section 4): i the largest a_j = ‖l_j‖, L = Σ_{j≠i} a_j;
 /// if a_i ≤ L then e_j = a_j², else e_i = a_i L and e_j = a_j² + a_j (a_i − L). The trace kept is (a_i − L)².
 ///

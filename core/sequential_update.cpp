@@ -8,12 +8,13 @@ namespace credence {
 namespace {
 
 /// Takes l lᵀ from P, and inflates the map blocks so that they stay uncorrelated.
-void reduce(Matrix& P, const BlockLayout& layout, const VectorRef& l, MatrixBuffer& buffer) {
+void reduce(Matrix& P, const BlockLayout& layout, const VectorRef& l, MapBound which, MatrixBuffer& buffer) {
   const Index nr = layout.vehicle, nf = P.rows() - nr, d = layout.landmark;
   P.topLeftCorner(nr, nr).noalias() -= l.head(nr) * l.head(nr).transpose();
   P.topRightCorner(nr, nf).noalias() -= l.head(nr) * l.tail(nf).transpose();
   P.bottomLeftCorner(nf, nr) = P.topRightCorner(nr, nf).transpose();
 
+  if (which == MapBound::drop) return;
   const ReductionBound bound = rank_one_bound(l.tail(nf), d);
   auto blocks = buffer.resize(d, nf);
   for (Index j = 0; j < nf; j += d) blocks.middleCols(j, d) = P.block(nr + j, nr + j, d, d);
@@ -24,7 +25,7 @@ void reduce(Matrix& P, const BlockLayout& layout, const VectorRef& l, MatrixBuff
 }  // namespace
 
 bool sequential_update(Matrix& P, const BlockLayout& layout, const MatrixRef& H, const VectorRef& r,
-                       Eigen::Ref<Matrix> K, SequentialWorkspace& workspace) {
+                       Eigen::Ref<Matrix> K, SequentialWorkspace& workspace, MapBound bound) {
   K.setZero();
   workspace.reduction.resize(P.rows());
   auto ph = workspace.reduction.vector();
@@ -38,7 +39,7 @@ bool sequential_update(Matrix& P, const BlockLayout& layout, const MatrixRef& H,
     combination[i] += 1.0;
     K.noalias() += ph / s * combination;
     ph /= std::sqrt(s);
-    reduce(P, layout, ph, workspace.blocks);
+    reduce(P, layout, ph, bound, workspace.blocks);
   }
   return true;
 }

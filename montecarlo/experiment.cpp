@@ -7,6 +7,17 @@
 #include "montecarlo/scenario_text.h"
 
 namespace credence {
+namespace {
+
+template <PlanarSlamFilter F>
+std::unique_ptr<Experiment> planar_experiment(F filter, PlanarWorld world, const Scenario& scenario,
+                                              const NoiseSource& source) {
+  auto make_filter = [filter = std::move(filter)] { return filter; };
+  return std::make_unique<PlanarExperiment<F>>(std::move(world), PlanarNoise::of(scenario), source,
+                                               std::move(make_filter));
+}
+
+}  // namespace
 
 RunTrace Experiment::trace(std::int64_t run) const {
   RunTrace trace = describe_world();
@@ -28,9 +39,12 @@ std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
     return std::make_unique<PlanarLanesExperiment>(std::move(world), PlanarNoise::of(scenario), source,
                                                    assumed.Q, assumed.measurement_variance);
   }
-  auto make_filter = [filter = make_planar_filter(scenario, world)] { return filter; };
-  return std::make_unique<PlanarExperiment<EkfSlam<PlanarModel>>>(std::move(world), PlanarNoise::of(scenario),
-                                                                  source, std::move(make_filter));
+  if (has_block_map(scenario)) {
+    BlockMapEkfSlam<PlanarModel> filter = make_block_map_filter(scenario, world);
+    return planar_experiment(std::move(filter), std::move(world), scenario, source);
+  }
+  EkfSlam<PlanarModel> filter = make_planar_filter(scenario, world);
+  return planar_experiment(std::move(filter), std::move(world), scenario, source);
 }
 
 }  // namespace credence

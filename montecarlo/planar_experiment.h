@@ -2,6 +2,8 @@
 
 #include <functional>
 
+#include "core/block_map_ekf_slam.h"
+#include "montecarlo/arrow_statistics.h"
 #include "montecarlo/experiment.h"
 #include "montecarlo/planar_drive.h"
 #include "montecarlo/planar_step.h"
@@ -44,6 +46,7 @@ class PlanarExperiment final : public Experiment {
 
   Outcome visit(std::int64_t r, const StepVisitor& take) const override {
     F filter = make_filter_();
+    if constexpr (requires { filter.keep_gain(true); }) filter.keep_gain(true);
     Run run(*this, filter);
     run.start(r);
     take(run.trace_step());
@@ -131,5 +134,11 @@ struct AssumedPlanarNoise {
 
 /// The EKF-SLAM that a planar scenario describes, as its filter assumes the noise to be.
 EkfSlam<PlanarModel> make_planar_filter(const Scenario& scenario, const PlanarWorld& world);
+
+/// True if the scenario's filter keeps its map block diagonal by a sequential rule, so that it is O(N).
+bool has_block_map(const Scenario& scenario);
+
+/// The same filter in its O(N) form. Throws std::invalid_argument unless has_block_map(scenario).
+BlockMapEkfSlam<PlanarModel> make_block_map_filter(const Scenario& scenario, const PlanarWorld& world);
 
 }  // namespace credence

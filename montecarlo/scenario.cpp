@@ -80,6 +80,8 @@ std::string_view to_string(InflationSolution value) {
       return "min-trace";
     case InflationSolution::sequential:
       return "sequential";
+    case InflationSolution::drop:
+      return "drop";
   }
   return "";
 }

@@ -91,7 +91,8 @@ void check_sensor(const Resolution& r) {
 
 void check_filter(const Resolution& r) {
   const FilterSettings& filter = r.scenario.filter;
-  if (filter.inflation == FilterInflation::full && filter.solution == InflationSolution::sequential) {
+  if (filter.inflation == FilterInflation::full &&
+      (filter.solution == InflationSolution::sequential || filter.solution == InflationSolution::drop)) {
     r.impossible("filter", "solution",
                  "needs filter.inflation = \"map\", it is \"full\"; with \"full\" accepted are \"pairwise\", "
                  "\"min-trace\"");

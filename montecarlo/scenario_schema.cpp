@@ -135,9 +135,10 @@ std::vector<ScenarioKey> filter_keys() {
        "what is decorrelated: nothing, vehicle and map, the map only; rank: a constant covariance is added",
        choice<kFilter, &F::inflation>(FilterInflation::rank), always, "", always},
       {"filter", "solution", "",
-       "bound that decorrelates: sum over pairs, exact least trace, or exact after each scalar measurement "
-       "(map only); of no effect with inflation = \"none\" or \"rank\"",
-       choice<kFilter, &F::solution>(InflationSolution::sequential), always, "", is_decorrelating},
+       "bound that decorrelates: sum over pairs, exact least trace, exact after each scalar measurement (map "
+       "only, O(N)), or the same without any gain for the map; of no effect with inflation = \"none\" or "
+       "\"rank\"",
+       choice<kFilter, &F::solution>(InflationSolution::drop), always, "", is_decorrelating},
       {"filter", "process_scale", "", "process variance the filter assumes, over the true one",
        real<kFilter, &F::process_scale>(kPositive), always, "", always},
       {"filter", "measurement_scale", "", "measurement variance the filter assumes, over the true one",

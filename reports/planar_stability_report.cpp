@@ -39,7 +39,15 @@ TableCell prediction_of(const PlanarFollowed& f) {
 
 std::string solution_text(const Scenario& scenario, InflationSolution solution) {
   if (scenario.filter.inflation == FilterInflation::none) return "no inflation";
-  return std::string(to_string(solution));
+  const std::string name(to_string(solution));
+  const bool by_block_map = solution == InflationSolution::sequential || solution == InflationSolution::drop;
+  return by_block_map ? name + ", O(N) filter" : name;
+}
+
+/// Mean of tr P over loop `number`, from 1 on.
+TableCell trace_cell(const PlanarFollowed& f, std::size_t number) {
+  if (number < 1 || number > f.traces.size()) return {"–", CellTone::muted};
+  return f.traces[number - 1];
 }
 
 Json ranks_json(const PlanarRanks& ranks) {
@@ -130,7 +138,9 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                     .columns = {{"solution", ColumnAlign::words},
                                 {"Jacobians at", ColumnAlign::words},
                                 {"tr P", ColumnAlign::words},
-                                {"over the last loop"},
+                                {"over loop 1"},
+                                {"loop 10"},
+                                {"the last loop"},
                                 {"exponent"},
                                 {"growth a loop"},
                                 {"accumulated noise says", ColumnAlign::words},
@@ -142,10 +152,9 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                     .notes = {}};
   for (const PlanarFollowed& f : a.followed) {
     const bool truth = f.at == Linearisation::truth;
-    table.add({solution_text(scenario, f.solution), place_text(f.at), verdict_of(f),
-               f.traces.empty() ? TableCell("–") : TableCell(f.traces.back()),
-               TableCell(f.growth.exponent, 3), TableCell(f.growth.per_sample, 3), prediction_of(f),
-               f.inflation_rank, f.not_converged,
+    table.add({solution_text(scenario, f.solution), place_text(f.at), verdict_of(f), trace_cell(f, 1),
+               trace_cell(f, 10), trace_cell(f, f.traces.size()), TableCell(f.growth.exponent, 3),
+               TableCell(f.growth.per_sample, 3), prediction_of(f), f.inflation_rank, f.not_converged,
                truth ? TableCell(fmt::format("× {}", number_text(f.initial_effect, 3))) : TableCell("–"),
                truth ? TableCell("–") : TableCell(f.pose_nees, 3)});
   }

@@ -84,7 +84,12 @@ TEST(PlanarStability, TheBoundThatIsUsedDecides) {
   EXPECT_LT(exact.traces.back(), 0.1 * pairwise.traces.back());
   const PlanarFollowed& sequential = find(a, Linearisation::truth, InflationSolution::sequential);
   EXPECT_EQ(sequential.growth.verdict, LongRun::bounded) << sequential.growth.exponent;
+  EXPECT_NEAR(sequential.growth.exponent, 0.0, 0.005);
   EXPECT_FALSE(sequential.exact.has_value());
+  EXPECT_LT(sequential.spectral_radius, 1.001);
+  const PlanarFollowed& drop = find(a, Linearisation::truth, InflationSolution::drop);
+  EXPECT_EQ(drop.growth.verdict, LongRun::bounded) << drop.growth.exponent;
+  EXPECT_FALSE(drop.exact.has_value());
 }
 
 TEST(PlanarStability, TwoAnchorsForgetTheStart) {
