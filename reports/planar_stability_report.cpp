@@ -41,7 +41,7 @@ std::string solution_text(const Scenario& scenario, InflationSolution solution) 
   if (scenario.filter.inflation == FilterInflation::none) return "no inflation";
   const std::string name(to_string(solution));
   const bool by_block_map = solution == InflationSolution::sequential || solution == InflationSolution::drop;
-  return by_block_map ? name + ", O(N) filter" : name;
+  return by_block_map ? name + ", O(N)" : name;
 }
 
 /// Mean of tr P over loop `number`, from 1 on.
@@ -138,15 +138,15 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                     .columns = {{"solution", ColumnAlign::words},
                                 {"Jacobians at", ColumnAlign::words},
                                 {"tr P", ColumnAlign::words},
-                                {"over loop 1"},
+                                {"loop 1"},
                                 {"loop 10"},
-                                {"the last loop"},
+                                {"last"},
                                 {"exponent"},
                                 {"growth a loop"},
                                 {"accumulated noise says", ColumnAlign::words},
                                 {"rank ΔP"},
-                                {"steps above the gap"},
-                                {"P0 × 100 gives"},
+                                {"above gap"},
+                                {"P0 × 100"},
                                 {"pose NEES / 3"}},
                     .rows = {},
                     .notes = {}};
@@ -165,7 +165,8 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
       "accumulated noise says: the condition on the noise of the last loop, an argument and no proof; it "
       "asks "
       "for a kernel that no step ever touches.",
-      "steps above the gap: where the exact minimal trace missed its duality gap of 1e-9; an inexact "
+      "loop 1, loop 10, last: mean of tr P over the loop. O(N): followed with the arrow covariance itself.",
+      "above gap: steps where the exact minimal trace missed its duality gap of 1e-9; an inexact "
       "solution "
       "imitates slow growth.",
       "pose NEES / 3: mean over the last half of one noisy run; 1 is consistent, above is optimistic."};

@@ -84,7 +84,7 @@ TEST(PlanarStability, TheBoundThatIsUsedDecides) {
   EXPECT_LT(exact.traces.back(), 0.1 * pairwise.traces.back());
   const PlanarFollowed& sequential = find(a, Linearisation::truth, InflationSolution::sequential);
   EXPECT_EQ(sequential.growth.verdict, LongRun::bounded) << sequential.growth.exponent;
-  EXPECT_NEAR(sequential.growth.exponent, 0.0, 0.005);
+  EXPECT_LT(sequential.growth.exponent, 0.002);  // it may fall
   EXPECT_FALSE(sequential.exact.has_value());
   EXPECT_LT(sequential.spectral_radius, 1.001);
   const PlanarFollowed& drop = find(a, Linearisation::truth, InflationSolution::drop);

@@ -169,7 +169,7 @@ TEST(BlockMapEkfSlam, TheMonobotIsTheSameFilterToo) {
   const std::vector<Anchor<MonobotModel>> anchors = {{9, Scalar(4.0)}};
   EkfSlam<MonobotModel> dense({}, Scalar(0.1), Scalar(0.2), rule, anchors);
   BlockMapEkfSlam<MonobotModel> filter({}, Scalar(0.1), Scalar(0.2), MapBound::least_trace, anchors);
-  dense.reset(Scalar(0.0), Scalar(1.0));
+  dense.reset(Vector::Zero(1), Matrix::Identity(1, 1), {});
   filter.reset(Scalar(0.0), Scalar(1.0));
   for (int k = 0; k < 200; ++k) {
     std::vector<Observation<MonobotModel>> seen;
