@@ -46,6 +46,17 @@ std::span<const RatioGoal> ratio_goals() {
        .measured = {"fast_step/1000/10/8", "multiply_adds"},
        .reference = {"multiply_adds/{set}", "items"},
        .goal = 1.7},
+      {.work = "planar, N = 10, the engine with two threads",
+       .limit = "with one",
+       .measured = {"planar_runs/2/real_time", "items"},
+       .reference = {"planar_runs/1/real_time", "items"},
+       .goal = 1.9,
+       .at_least = true},
+      {.work = "planar, N = 10, engine and statistics included",
+       .limit = "world and filter alone",
+       .measured = {"planar_runs/1/real_time", "items"},
+       .reference = {"planar_runs_without_statistics", "items"},
+       .goal = 1.1},
   };
   return goals;
 }
