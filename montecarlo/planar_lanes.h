@@ -62,7 +62,7 @@ class PlanarLanes {
   using Numbers = std::vector<Lanes>;
   using LaneSet = std::uint8_t;  ///< bit i: lane i
 
-  static double* data(Numbers& numbers) { return numbers.data()->of; }
+  static double* data(Numbers& numbers) { return numbers.empty() ? nullptr : numbers.data()->of; }
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   Lanes& covariance_at(Index i, Index j) {
     return i >= j ? P_[at(j * padded_ + i)] : P_[at(i * padded_ + j)];

@@ -104,6 +104,35 @@ void planar_filter_alone(benchmark::State& state) {
 }
 BENCHMARK(planar_filter_alone);
 
+/// The same runs without statistics: world, noise and filter.
+void planar_runs_without_statistics(benchmark::State& state) {
+  const Scenario scenario = planar_scenario();
+  const PlanarWorld world = make_planar_world(scenario);
+  const PlanarNoise noise = PlanarNoise::of(scenario);
+  const AssumedPlanarNoise assumed = AssumedPlanarNoise::of(scenario);
+  std::vector<PlanarDrive> drives(PlanarLanes::kLanes,
+                                  PlanarDrive(world, noise, NoiseSource(1, noise_group(scenario))));
+  PlanarLanes lanes(world, assumed.Q, assumed.measurement_variance);
+  std::int64_t run = 0;
+  for (auto _ : state) {
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      lanes.reset(lane, drives[static_cast<std::size_t>(lane)].start(run++), noise.initial_covariance());
+    }
+    for (std::size_t k = 1; k <= world.controls.size(); ++k) {
+      std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
+      for (std::size_t lane = 0; lane < seen.size(); ++lane) {
+        drives[lane].move(k);
+        seen[lane] = drives[lane].observe(k);
+      }
+      lanes.predict(world.controls[k - 1]);
+      lanes.update(seen);
+    }
+    benchmark::DoNotOptimize(lanes.step(0));
+  }
+  state.SetItemsProcessed(state.iterations() * PlanarLanes::kLanes);
+}
+BENCHMARK(planar_runs_without_statistics);
+
 /// Of the same runs the world alone: where the vehicle drives and what it sees, noise included.
 void planar_world_alone(benchmark::State& state) {
   const Scenario scenario = planar_scenario();
