@@ -121,6 +121,7 @@ TEST(FastEkfSlam, IsTheDenseFilterStepByStep) {
           EXPECT_LT((fast.innovation() - dense.innovation()).cwiseAbs().maxCoeff(), 1e-12);
           EXPECT_LT((fast.innovation_covariance() - dense.innovation_covariance()).cwiseAbs().maxCoeff(),
                     1e-12 * dense.innovation_covariance().cwiseAbs().maxCoeff());
+          ASSERT_EQ(fast.gain().cols(), dense.gain().cols());
           EXPECT_LT((fast.gain() - dense.gain()).cwiseAbs().maxCoeff(),
                     1e-10 * (1.0 + dense.gain().cwiseAbs().maxCoeff()));
         }
