@@ -86,7 +86,7 @@ class BlockMapEkfSlam {
   UpdateResult update(std::span<const Observation<Model>> observations) {
     UpdateResult result;
     result.trace_prior = map_.trace();
-    if (map_.measured_count() > kMostMeasured) map_.flush();
+    map_.flush_if_crowded();
     linearise(observations);
     result.dof = kMeasurement * static_cast<Index>(rows_.size());
     if (result.dof > 0) {
@@ -148,9 +148,6 @@ class BlockMapEkfSlam {
     Eigen::Matrix<double, kMeasurement, kLandmark> H_l;
     Eigen::Matrix<double, kPose, kMeasurement> column;  ///< vehicle rows of P Hᵀ
   };
-
-  /// Landmarks measured cost a little at every scalar, a flush a pass over the map.
-  static constexpr Index kMostMeasured = 12;
 
   Slot& slot_of(int id) {
     if (id < 0) throw std::invalid_argument("BlockMapEkfSlam: a landmark's number must not be negative");
