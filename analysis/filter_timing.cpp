@@ -142,8 +142,9 @@ RingWork ring_work(std::int64_t period, MakeRing make) {
   return work;
 }
 
-/// The O(N) filter brings its map together after a dozen landmarks; over so many steps that evens out.
-constexpr std::int64_t kBlockPeriod = 64;
+/// The O(N) filter brings its map together now and then, at √(N/14) landmarks measured: over so many steps
+/// that evens out.
+constexpr std::int64_t kBlockPeriod = 512;
 
 RingWork make_ring_work(TimedFilter filter, Index landmarks, Index observed) {
   switch (filter) {

@@ -273,16 +273,10 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth) {
                 .check = check_.of});
   for (int lane = 0; lane < kLanes; ++lane) {
     PlanarStep& s = steps_[static_cast<std::size_t>(lane)];
-    s.outcome = Outcome::ok;
-    if (!(finite[lane] == 0.0)) {
-      s.outcome = Outcome::diverged;
-    } else if (!s.update.ok) {
-      s.outcome = Outcome::not_positive_definite;
-    } else if (!(largest[lane] < kDivergedError_m)) {
-      s.outcome = Outcome::diverged;
-    } else if (!(check_[lane] == 0.0)) {
-      s.outcome = Outcome::not_positive_definite;
-    }
+    // An update that failed says nothing of how large the error is.
+    const bool diverged = !(finite[lane] == 0.0) || (s.update.ok && !(largest[lane] < kDivergedError_m));
+    const bool indefinite = !s.update.ok || !(check_[lane] == 0.0);
+    s.outcome = diverged ? Outcome::diverged : indefinite ? Outcome::not_positive_definite : Outcome::ok;
     if (s.outcome != Outcome::ok) continue;
     s.nees = nees_[lane];
     s.nees_dof = static_cast<Index>(dof[lane]);
