@@ -20,6 +20,14 @@ std::string processor_name() {
   return "unknown";
 }
 
+std::string compiler_name() {
+#if defined(__clang__)
+  return __VERSION__;  // "Clang ..." or the like
+#else
+  return std::string("g++ ") + __VERSION__;
+#endif
+}
+
 }  // namespace
 
 MachineDescription describe_machine() {
@@ -28,7 +36,7 @@ MachineDescription describe_machine() {
   return {.processor = processor_name(),
           .processors = thread_count(0),
           .instruction_set = instruction_set_name(best_instruction_set()),
-          .compiler = __VERSION__,
+          .compiler = compiler_name(),
           .load = load};
 }
 

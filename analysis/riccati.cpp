@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "analysis/riccati_map.h"
 #include "analysis/riccati_marginal.h"
 #include "analysis/riccati_newton.h"
 #include "analysis/riccati_scaling.h"
@@ -38,9 +37,8 @@ class StallDetector {
 };
 
 /// Structured doubling, then Newton. False when there is no certificate of a stabilising solution.
-template <typename Scalar>
 bool solve_regular(const RiccatiProblem& problem, RiccatiSolution& solution) {
-  BasicRiccatiMap<Scalar> map(problem);
+  RiccatiMap map(problem);
   StallDetector detector;
   while (map.doublings() < kMaxRegularDoublings) {
     const double trace_before = map.Theta().trace();
@@ -49,16 +47,15 @@ bool solve_regular(const RiccatiProblem& problem, RiccatiSolution& solution) {
     if (norm > kHopeless || detector.stalled(norm)) return false;
     const double change = map.last_change();
     if (norm > kSmallTransition || change > kStopAfterNextChange) continue;
-    const Matrix Theta = map.Theta().template cast<double>();
-    Matrix P = change > kStopChange ? Matrix(map.next_Theta().template cast<double>()) : Theta;
+    Matrix P = change > kStopChange ? map.next_Theta() : map.Theta();
     RiccatiResidual residual;
     if (!newton_refine(problem, P, residual)) continue;
     // The certificate: a stable closed loop, next to where doubling from P = 0 was going. Then every P0 goes
     // there.
-    if (!((P - Theta).norm() <= 0.01 * P.norm())) continue;
+    if (!((P - map.Theta()).norm() <= 0.01 * P.norm())) continue;
     solution.kind = RiccatiKind::stabilising;
     solution.residual = residual.relative;
-    solution.growth_exponent = trace_before > 0.0 ? std::log2(P.trace() / Theta.trace()) : 0.0;
+    solution.growth_exponent = trace_before > 0.0 ? std::log2(P.trace() / map.Theta().trace()) : 0.0;
     solution.steps = std::exp2(map.doublings());
     solution.P = std::move(P);
     return true;
@@ -83,8 +80,7 @@ void describe_closed_loop(const ScaledRiccati& scaled, const Matrix& P, RiccatiS
 RiccatiSolution solve_scaled(const RiccatiProblem& problem, const ScaledRiccati& scaled,
                              const RiccatiOptions& options) {
   RiccatiSolution solution;
-  // Single precision is twice as fast; what it lacks, Newton corrections with residuals in double mend.
-  if (!solve_regular<float>(scaled.problem, solution) && !solve_regular<double>(scaled.problem, solution)) {
+  if (!solve_regular(scaled.problem, solution)) {
     solution = solve_marginal_riccati(scaled.problem, scaled.P0);
   }
   if (options.closed_loop_eigenvalues) {

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "analysis/riccati_problem.h"
+#include "analysis/riccati_doubling.h"
 
 /// @file
 /// What the covariance of a filter tends to (theory: section 3).

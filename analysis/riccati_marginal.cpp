@@ -9,7 +9,6 @@
 
 #include "analysis/dense_svd.h"
 #include "analysis/marginal_modes.h"
-#include "analysis/riccati_doubling.h"
 #include "analysis/riccati_newton.h"
 
 namespace credence {

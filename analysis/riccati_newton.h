@@ -1,6 +1,6 @@
 #pragma once
 
-#include "analysis/riccati_problem.h"
+#include "analysis/riccati_doubling.h"
 
 /// @file
 /// The last digits of a stabilising Riccati solution (theory: section 3, "accuracy, regular case").

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "analysis/riccati_problem.h"
+#include "analysis/riccati_doubling.h"
 
 /// @file
 /// Units that a Riccati problem is best solved in.

@@ -4,7 +4,6 @@
 #include <random>
 
 #include "analysis/riccati.h"
-#include "analysis/riccati_map.h"
 #include "analysis/riccati_newton.h"
 #include "bench/analysis/riccati_problems.h"
 #include "core/linear_model.h"

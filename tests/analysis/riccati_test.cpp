@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "analysis/riccati_map.h"
 #include "analysis/riccati_newton.h"
 #include "tests/analysis/stability_problems.h"
 
