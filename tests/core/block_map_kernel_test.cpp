@@ -133,7 +133,8 @@ TEST(BlockMapKernel, TransformsTheMap) {
 }
 
 bool same_bits(const AlignedVector& a, const AlignedVector& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
 }
 
 class BlockMapKernelBits : public testing::TestWithParam<InstructionSet> {};
