@@ -8,6 +8,7 @@
 #include "core/arrow_covariance.h"
 #include "core/block_map_state.h"
 #include "core/ekf_slam.h"
+#include "core/landmark_table.h"
 #include "core/matrix_buffer.h"
 #include "core/slam_model.h"
 
@@ -35,7 +36,7 @@ class BlockMapEkfSlam {
   /// and R positive definite where it is not diagonal.
   BlockMapEkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R,
                   MapBound bound = MapBound::least_trace, std::span<const Anchor<Model>> anchors = {})
-      : model_(std::move(model)), Q_(Q), R_(R), bound_(bound) {
+      : model_(std::move(model)), Q_(Q), R_(R), bound_(bound), table_(anchors) {
     if (!R_.isDiagonal(0.0)) {
       const Eigen::LLT<MeasurementMatrix> llt(R_);
       if (llt.info() != Eigen::Success) {
@@ -43,11 +44,6 @@ class BlockMapEkfSlam {
       }
       root_ = llt.matrixL();
       whiten_ = true;
-    }
-    for (const Anchor<Model>& anchor : anchors) {
-      Slot& slot = slot_of(anchor.landmark);
-      slot.anchored = true;
-      slot.position = anchor.position;
     }
     reset(PoseVector::Zero(), PoseMatrix::Zero());
   }
@@ -68,9 +64,7 @@ class BlockMapEkfSlam {
       throw std::invalid_argument(
           "BlockMapEkfSlam::reset: x and P must have the size of the pose and the landmarks");
     }
-    for (Slot& slot : slots_) slot.j = -1;
-    ids_.assign(ids.begin(), ids.end());
-    for (std::size_t i = 0; i < ids_.size(); ++i) slot_of(ids_[i]).j = static_cast<Index>(i);
+    table_.reset(ids);
     map_.reset(x, std::move(P));
   }
 
@@ -109,13 +103,15 @@ class BlockMapEkfSlam {
     map_.flush();
     return map_.covariance();
   }
-  std::span<const int> landmarks() const { return ids_; }  ///< their numbers, in the order of the state
+  std::span<const int> landmarks() const {
+    return table_.ids();
+  }  ///< their numbers, in the order of the state
   PoseVector pose() const { return map_.pose(); }
   const PoseMatrix& pose_covariance() const { return map_.vehicle_covariance(); }
   /// Where the landmark at `offset` of the state is; O(1), unlike state().
   LandmarkVector position(Index offset) const { return map_.position((offset - kPose) / kLandmark); }
   BlockLayout layout() const {
-    return {.vehicle = kPose, .landmark = kLandmark, .landmarks = static_cast<Index>(ids_.size())};
+    return {.vehicle = kPose, .landmark = kLandmark, .landmarks = std::ssize(table_.ids())};
   }
   Model& model() { return model_; }
   VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last update
@@ -125,23 +121,13 @@ class BlockMapEkfSlam {
   const Matrix& gain() const { return K_; }  ///< K of the last update, n×dim ν; empty if it is not kept
 
   /// Memory that grows with the map.
-  std::size_t bytes() const {
-    return map_.bytes() + sizeof(int) * ids_.capacity() + sizeof(Slot) * slots_.capacity();
-  }
+  std::size_t bytes() const { return map_.bytes() + table_.bytes(); }
 
   /// Where landmark `id` starts in the state, −1 if it is not there.
-  Index offset_of(int id) const {
-    const auto i = static_cast<std::size_t>(id);
-    return i < slots_.size() && slots_[i].j >= 0 ? kPose + kLandmark * slots_[i].j : -1;
-  }
+  Index offset_of(int id) const { return table_.offset_of(id); }
 
  private:
   using Scalar = typename BlockMapState<kPose, kLandmark>::Scalar;
-  struct Slot {
-    Index j = -1;  ///< number in the state
-    bool anchored = false;
-    LandmarkVector position = LandmarkVector::Zero();  ///< of an anchor
-  };
   struct Row {  ///< Jacobian of one measurement
     Index measured = -1;
     Eigen::Matrix<double, kMeasurement, kPose> H_r;
@@ -149,27 +135,22 @@ class BlockMapEkfSlam {
     Eigen::Matrix<double, kPose, kMeasurement> column;  ///< vehicle rows of P Hᵀ
   };
 
-  Slot& slot_of(int id) {
-    if (id < 0) throw std::invalid_argument("BlockMapEkfSlam: a landmark's number must not be negative");
-    const auto i = static_cast<std::size_t>(id);
-    if (i >= slots_.size()) slots_.resize(i + 1);
-    return slots_[i];
-  }
-
   void linearise(std::span<const Observation<Model>> observations) {
     rows_.clear();
     scalars_.clear();
     auto nus = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
     const PoseVector x_r = pose();
     for (const Observation<Model>& o : observations) {
-      const Slot& slot = slot_of(o.landmark);
-      if (!slot.anchored && slot.j < 0) continue;
-      const LandmarkVector l = slot.anchored ? slot.position : map_.position(slot.j);
+      const LandmarkVector* anchor = table_.anchor(o.landmark);
+      const Index column = anchor ? -1 : table_.column_of(o.landmark);
+      if (!anchor && column < 0) continue;
+      const Index j = column / kLandmark;  // its number in the state
+      const LandmarkVector l = anchor ? *anchor : map_.position(j);
       const auto predicted = model_.predict(x_r, l);
       const Eigen::Matrix<double, kMeasurement, 1> nu = model_.innovation(o.z, predicted.z);
       nus.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) = nu;
       Row& row = rows_.emplace_back();
-      row.measured = slot.anchored ? -1 : map_.measure(slot.j);
+      row.measured = anchor ? -1 : map_.measure(j);
       row.H_r = predicted.H_r;
       row.H_l = predicted.H_l;
       append_scalars(row, nu);
@@ -239,11 +220,9 @@ class BlockMapEkfSlam {
   Index initialise(std::span<const Observation<Model>> observations) {
     Index count = 0;
     for (const Observation<Model>& o : observations) {
-      Slot& slot = slot_of(o.landmark);
-      if (slot.anchored || slot.j >= 0) continue;
+      if (table_.is_known(o.landmark)) continue;
       const auto placed = model_.place(pose(), o.z);
-      slot.j = static_cast<Index>(ids_.size());
-      ids_.push_back(o.landmark);
+      table_.append(o.landmark);
       map_.append(placed.position, placed.J_r,
                   placed.J_r * map_.vehicle_covariance() * placed.J_r.transpose() +
                       placed.J_z * R_ * placed.J_z.transpose());
@@ -257,9 +236,8 @@ class BlockMapEkfSlam {
   MeasurementMatrix R_, root_ = MeasurementMatrix::Zero();  ///< R = root rootᵀ, if it is not diagonal
   bool whiten_ = false, keep_gain_ = false;
   MapBound bound_;
+  LandmarkTable<Model> table_;
   mutable BlockMapState<kPose, kLandmark> map_;  ///< reading it applies what is pending
-  std::vector<int> ids_;
-  std::vector<Slot> slots_;  ///< by landmark number
 
   // Of the last update; kept to be read and so that a step allocates nothing.
   std::vector<Row> rows_;

@@ -7,6 +7,7 @@
 
 #include "core/block_layout.h"
 #include "core/inflation_rule.h"
+#include "core/landmark_table.h"
 #include "core/matrix_buffer.h"
 #include "core/mirror.h"
 #include "core/sequential_update.h"
@@ -20,13 +21,6 @@ template <class Model>
 struct Observation {
   int landmark = 0;  ///< the world's number of the landmark, >= 0
   Eigen::Matrix<double, Model::kMeasurement, 1> z;
-};
-
-/// A landmark at a known place, which is no state.
-template <class Model>
-struct Anchor {
-  int landmark = 0;
-  Eigen::Matrix<double, Model::kLandmark, 1> position;
 };
 
 /// What an update did.
@@ -60,15 +54,8 @@ class EkfSlam {
   /// `Q` is the covariance of the noise on the control, `R` that of one measurement; both symmetric psd.
   EkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R, InflationRule rule = {},
           std::span<const Anchor<Model>> anchors = {})
-      : model_(std::move(model)), Q_(Q), R_(R), rule_(std::move(rule)) {
-    for (const Anchor<Model>& anchor : anchors) {
-      Slot& slot = slot_of(anchor.landmark);
-      slot.anchored = true;
-      slot.position = anchor.position;
-    }
-    know({});
-    x_.setZero(kPose);
-    P_.setZero(kPose, kPose);
+      : model_(std::move(model)), Q_(Q), R_(R), rule_(std::move(rule)), table_(anchors) {
+    reset(PoseVector::Zero(), PoseMatrix::Zero());
   }
 
   /// Starts with a pose of covariance P and an empty map.
@@ -133,10 +120,12 @@ class EkfSlam {
 
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_; }
-  std::span<const int> landmarks() const { return ids_; }  ///< their numbers, in the order of the state
+  std::span<const int> landmarks() const {
+    return table_.ids();
+  }  ///< their numbers, in the order of the state
   PoseVector pose() const { return x_.template head<kPose>(); }
   BlockLayout layout() const {
-    return {.vehicle = kPose, .landmark = kLandmark, .landmarks = static_cast<Index>(ids_.size())};
+    return {.vehicle = kPose, .landmark = kLandmark, .landmarks = std::ssize(table_.ids())};
   }
   Model& model() { return model_; }
   VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last update
@@ -144,37 +133,18 @@ class EkfSlam {
   MatrixRef gain() const { return K_.matrix(); }                   ///< its K, n×dim ν
 
   /// Where landmark `id` starts in the state, −1 if it is not there.
-  Index offset_of(int id) const {
-    const auto i = static_cast<std::size_t>(id);
-    return i < slots_.size() ? slots_[i].offset : -1;
-  }
+  Index offset_of(int id) const { return table_.offset_of(id); }
 
  private:
-  struct Slot {
-    Index offset = -1;  ///< in the state
-    bool anchored = false;
-    LandmarkVector position = LandmarkVector::Zero();  ///< of an anchor
-  };
   struct Row {  ///< Jacobian of one measurement: the vehicle's columns and those of its landmark
     Index offset = -1;
     Eigen::Matrix<double, kMeasurement, kPose> H_r;
     Eigen::Matrix<double, kMeasurement, kLandmark> H_l;
   };
 
-  Slot& slot_of(int id) {
-    if (id < 0) throw std::invalid_argument("EkfSlam: a landmark's number must not be negative");
-    const auto i = static_cast<std::size_t>(id);
-    if (i >= slots_.size()) slots_.resize(i + 1);
-    return slots_[i];
-  }
-
   /// The landmarks of the state are `ids`.
   void know(std::span<const int> ids) {
-    for (Slot& slot : slots_) slot.offset = -1;
-    ids_.assign(ids.begin(), ids.end());
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-      slot_of(ids_[i]).offset = kPose + kLandmark * static_cast<Index>(i);
-    }
+    table_.reset(ids);
     min_trace_ = {};
   }
 
@@ -184,14 +154,14 @@ class EkfSlam {
     auto nu = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
     const PoseVector x_r = pose();
     for (const Observation<Model>& o : observations) {
-      const Slot& slot = slot_of(o.landmark);
-      if (!slot.anchored && slot.offset < 0) continue;
-      const LandmarkVector l =
-          slot.anchored ? slot.position : LandmarkVector(x_.template segment<kLandmark>(slot.offset));
+      const LandmarkVector* anchor = table_.anchor(o.landmark);
+      const Index offset = anchor ? -1 : table_.offset_of(o.landmark);
+      if (!anchor && offset < 0) continue;
+      const LandmarkVector l = anchor ? *anchor : LandmarkVector(x_.template segment<kLandmark>(offset));
       const auto predicted = model_.predict(x_r, l);
       nu.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) =
           model_.innovation(o.z, predicted.z);
-      rows_.push_back({slot.anchored ? -1 : slot.offset, predicted.H_r, predicted.H_l});
+      rows_.push_back({offset, predicted.H_r, predicted.H_l});
     }
     nu_.resize(kMeasurement * static_cast<Index>(rows_.size()));  // leaves the first of them as they are
   }
@@ -283,12 +253,10 @@ class EkfSlam {
   Index initialise(std::span<const Observation<Model>> observations) {
     Index count = 0;
     for (const Observation<Model>& o : observations) {
-      Slot& slot = slot_of(o.landmark);
-      if (slot.anchored || slot.offset >= 0) continue;
+      if (table_.is_known(o.landmark)) continue;
       const auto placed = model_.place(pose(), o.z);
       const Index n = x_.size();
-      slot.offset = n;
-      ids_.push_back(o.landmark);
+      table_.append(o.landmark);
       x_.conservativeResize(n + kLandmark);
       x_.template tail<kLandmark>() = placed.position;
       P_.conservativeResize(n + kLandmark, n + kLandmark);
@@ -307,10 +275,9 @@ class EkfSlam {
   ControlMatrix Q_;
   MeasurementMatrix R_;
   InflationRule rule_;
+  LandmarkTable<Model> table_;
   Vector x_;
   Matrix P_;
-  std::vector<int> ids_;
-  std::vector<Slot> slots_;  ///< by landmark number
   MinTraceState min_trace_;
 
   // Of the last update; kept to be read and so that a step allocates nothing.

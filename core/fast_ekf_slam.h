@@ -127,10 +127,7 @@ class FastEkfSlam {
   Index joseph_updates() const { return joseph_updates_; }  ///< since the reset
 
   /// Where landmark `id` starts in the state, −1 if it is not there.
-  Index offset_of(int id) const {
-    const Index column = id < 0 ? -1 : table_.column_of(id);
-    return column < 0 ? -1 : kPose + column;
-  }
+  Index offset_of(int id) const { return table_.offset_of(id); }
 
  private:
   /// Innovations and Jacobians of what is known, at the current estimate.
@@ -213,7 +210,7 @@ class FastEkfSlam {
   Index initialise(std::span<const Observation<Model>> observations) {
     Index count = 0;
     for (const Observation<Model>& o : observations) {
-      if (table_.anchor(o.landmark) || table_.column_of(o.landmark) >= 0) continue;
+      if (table_.is_known(o.landmark)) continue;
       const auto placed = model_.place(pose(), o.z);
       const PoseMatrix P_rr = P_.block(0, 0, kPose, kPose);
       const Eigen::Matrix<double, kLandmark, kLandmark> own =

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/mirror.h"
+
 namespace credence {
 namespace {
 
@@ -56,7 +58,7 @@ void joseph_update(Matrix& P, const ObservationBatch& batch, const Matrix& K, co
   // A Tᵀ + K R Kᵀ: likewise in the measured columns
   P = A - (A(Eigen::all, states) * H.transpose() - KR) * K.transpose();
   P(Eigen::all, states) = A(Eigen::all, states) * T.transpose() + KR * K(states, Eigen::all).transpose();
-  P = (0.5 * (P + P.transpose())).eval();
+  symmetrise(P);
 }
 
 }  // namespace credence

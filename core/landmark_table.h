@@ -4,10 +4,16 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/ekf_slam.h"
 #include "core/types.h"
 
 namespace credence {
+
+/// A landmark at a known place, which is no state.
+template <class Model>
+struct Anchor {
+  int landmark = 0;
+  Eigen::Matrix<double, Model::kLandmark, 1> position;
+};
 
 /// Which landmarks an estimator knows: those in its state, by the order of first sight, and its anchors.
 template <class Model>
@@ -51,7 +57,20 @@ class LandmarkTable {
     return i < slots_.size() && slots_[i].anchored ? &slots_[i].position : nullptr;
   }
 
+  /// True for an anchor and for a landmark of the state.
+  bool is_known(int id) const { return anchor(id) != nullptr || column_of(id) >= 0; }
+
+  /// Where landmark `id` starts in a state that begins with the pose, −1 if it is not there.
+  Index offset_of(int id) const {
+    const Index column = id < 0 ? -1 : column_of(id);
+    return column < 0 ? -1 : Model::kPose + column;
+  }
+
+  /// Numbers of the landmarks in the state, in its order.
   const std::vector<int>& ids() const { return ids_; }
+
+  /// Memory that grows with the map.
+  std::size_t bytes() const { return sizeof(int) * ids_.capacity() + sizeof(Slot) * slots_.capacity(); }
 
  private:
   struct Slot {
