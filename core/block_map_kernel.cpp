@@ -4,25 +4,18 @@
 
 #include <stdexcept>
 
+#include "core/kernel_choice.h"
+
 namespace credence {
 
 const BlockMapKernel* block_map_kernel(InstructionSet set, int vehicle, int landmark) {
-  if (!is_supported(set)) return nullptr;
-  switch (set) {
-    case InstructionSet::scalar:
-      return block_map_kernel_scalar(vehicle, landmark);
-    case InstructionSet::avx2:
-      return block_map_kernel_avx2(vehicle, landmark);
-    case InstructionSet::avx512:
-      return block_map_kernel_avx512(vehicle, landmark);
-  }
-  return nullptr;
+  return find_kernel(set, block_map_kernel_scalar, block_map_kernel_avx2, block_map_kernel_avx512, vehicle,
+                     landmark);
 }
 
 const BlockMapKernel& block_map_kernel(int vehicle, int landmark) {
-  for (const InstructionSet set : {InstructionSet::avx512, InstructionSet::avx2, InstructionSet::scalar}) {
-    if (const BlockMapKernel* kernel = block_map_kernel(set, vehicle, landmark)) return *kernel;
-  }
+  if (const BlockMapKernel* kernel = block_map_kernel(best_instruction_set(), vehicle, landmark))
+    return *kernel;
   throw std::invalid_argument(
       fmt::format("no map kernel for a vehicle of {} and landmarks of {}", vehicle, landmark));
 }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/kernel_choice.h"
 #include "montecarlo/linear_kernel_storage.h"
 #include "montecarlo/normal_kernel.h"
 
@@ -65,10 +66,7 @@ class Workspace {
 };
 
 const LinearKernel& linear_kernel(InstructionSet set) {
-  const LinearKernel* kernel = set == InstructionSet::avx512 ? linear_kernel_avx512()
-                               : set == InstructionSet::avx2 ? linear_kernel_avx2()
-                                                             : linear_kernel_scalar();
-  return *kernel;  // a NoiseSource of that set exists, so the binary has it
+  return require_kernel(set, linear_kernel_scalar, linear_kernel_avx2, linear_kernel_avx512);
 }
 
 }  // namespace

@@ -1,22 +1,11 @@
 #include "montecarlo/normal_kernel.h"
 
-#include <stdexcept>
-#include <string>
+#include "core/kernel_choice.h"
 
 namespace credence {
 
 const NormalKernel& normal_kernel(InstructionSet set) {
-  const NormalKernel* kernel = nullptr;
-  if (is_supported(set)) {
-    kernel = set == InstructionSet::avx512 ? normal_kernel_avx512()
-             : set == InstructionSet::avx2 ? normal_kernel_avx2()
-                                           : normal_kernel_scalar();
-  }
-  if (!kernel) {
-    throw std::invalid_argument(std::string("this machine does not support the instruction set ") +
-                                instruction_set_name(set));
-  }
-  return *kernel;
+  return require_kernel(set, normal_kernel_scalar, normal_kernel_avx2, normal_kernel_avx512);
 }
 
 }  // namespace credence

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/angle.h"
+#include "core/kernel_choice.h"
 
 namespace credence {
 namespace {
@@ -18,17 +19,8 @@ std::uint8_t without(unsigned lanes, int lane) { return static_cast<std::uint8_t
 }  // namespace
 
 const PlanarLanesKernel& planar_lanes_kernel(InstructionSet set) {
-  const PlanarLanesKernel* kernel = nullptr;
-  if (is_supported(set)) {
-    kernel = set == InstructionSet::avx512 ? planar_lanes_kernel_avx512()
-             : set == InstructionSet::avx2 ? planar_lanes_kernel_avx2()
-                                           : planar_lanes_kernel_scalar();
-  }
-  if (!kernel) {
-    throw std::invalid_argument(std::string("this machine does not support the instruction set ") +
-                                instruction_set_name(set));
-  }
-  return *kernel;
+  return require_kernel(set, planar_lanes_kernel_scalar, planar_lanes_kernel_avx2,
+                        planar_lanes_kernel_avx512);
 }
 
 PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,
