@@ -18,12 +18,13 @@ Vector assumed_measurement_variances(const Scenario& scenario) {
 
 BatteryShape shape_of(const Scenario& scenario) {
   const BlockLayout layout = block_layout(scenario);
-  const bool linear = scenario.world.model == WorldModel::monobot;
+  const bool all_seen =
+      scenario.world.model == WorldModel::monobot && scenario.noise.detection_probability == 1.0;
   return {.steps = static_cast<std::size_t>(scenario.study.steps),
           .vehicle_dim = layout.vehicle,
           .landmark_dim = layout.landmark,
           .landmarks = layout.landmarks,
-          .innovation_dim = linear ? make_true_model(scenario).measurement_dim() : 0,
+          .innovation_dim = all_seen ? make_true_model(scenario).measurement_dim() : 0,
           .measurement_variances = assumed_measurement_variances(scenario)};
 }
 

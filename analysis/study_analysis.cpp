@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "analysis/study_dofs.h"
+#include "montecarlo/intermittent_experiment.h"
 #include "montecarlo/linear_experiment.h"
 
 namespace credence {
@@ -38,12 +39,28 @@ void analyse_linear(const LinearExperiment& experiment, StudyAnalysis& analysis)
   }
 }
 
+CovarianceCurves mean_curves(const StudyStatistics& s) {
+  return {.trace_prior = means(s, Quantity::trace_prior),
+          .trace = means(s, Quantity::trace),
+          .vehicle = means(s, Quantity::trace_vehicle),
+          .landmarks = means(s, Quantity::trace_landmarks)};
+}
+
+/// Every run has a covariance of its own. Given what it sees, an optimal filter has E[NEES] = n and E[NIS] =
+/// the number of measurements; of another only the runs together are known.
+void analyse_intermittent(const IntermittentExperiment& experiment, StudyAnalysis& analysis) {
+  analysis.covariance = mean_curves(analysis.statistics);
+  if (!experiment.is_optimal()) return;
+  const IntermittentProblem& p = experiment.problem();
+  ExactMoments exact;
+  exact.nees = static_cast<double>(p.truth.state_dim());
+  exact.nis = p.detection_probability * static_cast<double>(p.truth.measurement_dim());
+  analysis.exact.assign(analysis.statistics.steps.size(), exact);
+}
+
 void analyse_planar(StudyAnalysis& analysis) {
   const StudyStatistics& s = analysis.statistics;
-  analysis.covariance = {.trace_prior = means(s, Quantity::trace_prior),
-                         .trace = means(s, Quantity::trace),
-                         .vehicle = means(s, Quantity::trace_vehicle),
-                         .landmarks = means(s, Quantity::trace_landmarks)};
+  analysis.covariance = mean_curves(s);
   analysis.errors = {.position_m = root_means(s, Quantity::position_error_squared),
                      .heading_rad = root_means(s, Quantity::heading_error_squared),
                      .landmark_m = root_means(s, Quantity::landmark_error_squared)};
@@ -71,6 +88,8 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   analysis.nis = judge_nis(s.series(Quantity::nis), study_dofs(s, Quantity::nis), confidence);
   if (const auto* linear = dynamic_cast<const LinearExperiment*>(&experiment)) {
     analyse_linear(*linear, analysis);
+  } else if (const auto* missing = dynamic_cast<const IntermittentExperiment*>(&experiment)) {
+    analyse_intermittent(*missing, analysis);
   } else {
     analyse_planar(analysis);
   }

@@ -56,6 +56,15 @@ StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& 
   return output;
 }
 
+/// Throws ScenarioError for what no recursion of a single covariance can answer.
+void require_one_covariance(const Scenario& scenario, const std::string& file) {
+  if (scenario.noise.detection_probability == 1.0) return;
+  throw ScenarioError(fmt::format(
+      "{}: noise.detection_probability = {}: where measurements are missed at random every run has a "
+      "covariance of its own; stability accepts 1, and `credence run` shows the mean covariance",
+      file, scenario.noise.detection_probability));
+}
+
 void require_planar_inflation(const Scenario& scenario, const std::string& file) {
   if (scenario.filter.inflation != FilterInflation::rank) return;
   throw ScenarioError(fmt::format(
@@ -72,6 +81,7 @@ std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const Stabili
                       "compares linear ones",
                       options.scenario));
     }
+    require_one_covariance(point.scenario, options.scenario);
     require_planar_inflation(point.scenario, options.scenario);
   }
   std::vector<PlanarStability> analyses(plan.points.size());
@@ -109,6 +119,7 @@ int stability(const StabilityOptions& options) {
   if (!plan.axes.empty()) return stability_of_sweep(plan, options);
   const Scenario& scenario = plan.points.front().scenario;
   const bool planar = scenario.world.model == WorldModel::planar;
+  require_one_covariance(scenario, options.scenario);
   if (planar) require_planar_inflation(scenario, options.scenario);
   const StabilityOutput output = planar ? planar_output(scenario, options) : linear_output(scenario, options);
   if (options.format == "json") {

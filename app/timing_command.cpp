@@ -68,9 +68,9 @@ void add_timing_command(CLI::App& app) {
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
   add_output_options(*command, *options);
-  static constexpr const char* kExamples[] = {"credence timing", "credence timing --out out/timing",
-                                              "credence timing --landmarks 10,100,1000 --observed 1 "
-                                              "--format json"};
+  static constexpr const char* kExamples[] = {
+      "credence timing", "credence timing --out out/timing",
+      "credence timing --landmarks 10,100,1000 --observed 1 --format json"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{timing(*options)}; });
 }

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/inflation_rule.h"
 #include "core/linear_model.h"
+#include "core/sequential_update.h"
 
 namespace credence {
 
@@ -16,6 +18,33 @@ struct LinearFilterStep {
   Matrix inflation;       ///< ΔP of this step before the update, n×n; zero for a sequential rule
   bool converged = true;  ///< the exact minimal trace was reached to its tolerance
   bool ok = true;         ///< false: S was not positive definite, K and P are not to be used
+};
+
+/// What a linear filter believes, step by step (paper eqs (3)-(10)), where it does not have every
+/// measurement at every step.
+class LinearFilter {
+ public:
+  /// `assumed` is the model with the noise that the filter assumes; R must be diagonal. Throws
+  /// std::invalid_argument where it is not.
+  LinearFilter(LinearModel assumed, InflationRule rule);
+
+  /// Back to P0.
+  void reset();
+
+  /// One step with the measurements `rows` (row numbers of H, ascending) alone; K has a column and S a row
+  /// for each of them. Good until the next call. After a step that is not ok the filter must be reset.
+  const LinearFilterStep& step(std::span<const Index> rows);
+
+  /// What `step` returned last; before the first one only P is good, which is P0.
+  const LinearFilterStep& last() const { return step_; }
+
+ private:
+  LinearModel assumed_, seen_;
+  InflationRule rule_;
+  Matrix GQG_;
+  MinTraceState warm_start_;
+  SequentialWorkspace workspace_;
+  LinearFilterStep step_;
 };
 
 /// What a linear filter believes at steps 1 … `steps`: its covariances and gains depend on no data, so they

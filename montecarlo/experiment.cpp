@@ -1,6 +1,7 @@
 #include "montecarlo/experiment.h"
 
 #include "montecarlo/filter_setup.h"
+#include "montecarlo/intermittent_experiment.h"
 #include "montecarlo/linear_experiment.h"
 #include "montecarlo/planar_experiment.h"
 #include "montecarlo/planar_lanes_experiment.h"
@@ -28,6 +29,12 @@ RunTrace Experiment::trace(std::int64_t run) const {
 
 std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
   const NoiseSource source(scenario.study.seed, noise_group(scenario));
+  if (scenario.world.model == WorldModel::monobot && scenario.noise.detection_probability < 1.0) {
+    return std::make_unique<IntermittentExperiment>(
+        IntermittentProblem{make_true_model(scenario), make_assumed_model(scenario),
+                            make_inflation_rule(scenario), scenario.noise.detection_probability},
+        scenario.study.steps, source);
+  }
   if (scenario.world.model == WorldModel::monobot) {
     return std::make_unique<LinearExperiment>(make_true_model(scenario), make_assumed_model(scenario),
                                               make_inflation_rule(scenario), scenario.study.steps, source);

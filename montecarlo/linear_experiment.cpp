@@ -1,8 +1,7 @@
 #include "montecarlo/linear_experiment.h"
 
-#include <numeric>
-
 #include "core/psd_root.h"
+#include "montecarlo/linear_world.h"
 
 namespace credence {
 namespace {
@@ -21,16 +20,6 @@ LinearErrorSystem make_error_system(const LinearModel& truth, const std::vector<
                             .error_whitening = psd_whitening(step.P)});
   }
   return system;
-}
-
-/// Vehicle at −1 m, landmarks around +1 m (theory: section 2).
-Vector initial_truth(const BlockLayout& layout) {
-  Vector x = Vector::Constant(layout.state_dim(), 1.0);
-  x[0] = -1.0;
-  for (Index i = 0; i < layout.landmarks; ++i) {
-    x[1 + i] += 0.5 * (static_cast<double>(i) - 0.5 * static_cast<double>(layout.landmarks - 1));
-  }
-  return x;
 }
 
 }  // namespace
@@ -68,19 +57,12 @@ StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t
   return statistics;
 }
 
-RunTrace LinearExperiment::describe_world() const {
-  const BlockLayout& layout = truth_.layout;
-  return {.vehicle_dim = layout.vehicle,
-          .landmark_dim = layout.landmark,
-          .landmark_positions = initial_truth(layout).tail(layout.landmarks).transpose(),
-          .anchor_positions = Matrix::Zero(1, truth_.measurement_dim() - layout.landmarks)};
-}
+RunTrace LinearExperiment::describe_world() const { return describe_linear_world(truth_); }
 
 Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const {
   const LinearRunTrace errors = trace_linear(system_, source_, run);
-  std::vector<int> landmarks(static_cast<std::size_t>(truth_.layout.landmarks));
-  std::iota(landmarks.begin(), landmarks.end(), 0);
-  Vector x = initial_truth(truth_.layout);
+  const std::vector<int> landmarks = linear_landmarks(truth_.layout);
+  Vector x = linear_start(truth_.layout);
   take({.truth = x, .estimate = x - errors.initial_error, .P = truth_.P0, .landmarks = landmarks});
   for (std::size_t k = 0; k < system_.steps.size(); ++k) {
     const LinearFilterStep& filter = filter_steps_[k];

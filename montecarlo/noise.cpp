@@ -1,5 +1,7 @@
 #include "montecarlo/noise.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -10,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kSlots = std::int64_t{1} << 24;
 constexpr std::int64_t kSteps = (std::int64_t{1} << 32) - 3;
-constexpr std::uint32_t kUniform = std::uint32_t{1} << 31;
+constexpr std::uint32_t kEvent = std::uint32_t{1} << 30, kUniform = std::uint32_t{1} << 31;
 
 static_assert(NoiseSource::kLanes == kNoiseLanes);
 
@@ -35,11 +37,42 @@ void check_key(std::int64_t run, std::int64_t step, std::int64_t slot, std::int6
 }
 
 NoiseBlockKey block_key(std::uint64_t key, std::int64_t run, std::int64_t word1, NoisePurpose purpose) {
-  require_in_range(static_cast<std::uint32_t>(purpose) < 128, "purpose", static_cast<std::int64_t>(purpose));
+  require_in_range(static_cast<std::uint32_t>(purpose) < 64, "purpose", static_cast<std::int64_t>(purpose));
   return {.key = key,
           .run = static_cast<std::uint64_t>(run),
           .word1 = static_cast<std::uint32_t>(word1),
           .purpose = static_cast<std::uint32_t>(purpose) << 24};
+}
+
+void check_four_steps(std::int64_t run, std::int64_t first_step, std::int64_t slots,
+                      std::span<const double> out) {
+  check_key(run, first_step, 0, slots);
+  require_in_range(first_step % 4 == 1 && first_step < kSteps - 3, "first of four steps", first_step);
+  require_in_range(slots >= 0, "number of slots", slots);
+  require_in_range(std::ssize(out) == 4 * slots, "size of the output", std::ssize(out));
+}
+
+void check_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t steps, std::int64_t slots,
+                std::span<const double> out) {
+  check_key(first_run, first_step, 0, slots);
+  require_in_range(first_run <= INT64_MAX - kNoiseLanes, "run", first_run);
+  require_in_range(first_step % 4 == 1, "first of four steps", first_step);
+  require_in_range(steps >= 0 && steps % 4 == 0 && steps < kSteps - first_step, "number of steps", steps);
+  require_in_range(slots >= 0, "number of slots", slots);
+  require_in_range(std::ssize(out) == slots * steps * kNoiseLanes, "size of the output", std::ssize(out));
+}
+
+/// The number below which a word of 32 bits means an event.
+std::uint64_t threshold_of(double probability) {
+  if (!(probability >= 0.0 && probability <= 1.0)) {
+    throw std::invalid_argument("noise: probability out of range: " + std::to_string(probability));
+  }
+  return static_cast<std::uint64_t>(std::ceil(probability * 0x1p32));
+}
+
+/// 1 if the word is below the threshold, else 0.
+double event(std::uint64_t word, std::uint64_t threshold) {
+  return static_cast<double>(static_cast<std::int32_t>((word - threshold) >> 63));
 }
 
 }  // namespace
@@ -57,10 +90,7 @@ void NoiseSource::normals(std::int64_t run, std::int64_t step, NoisePurpose purp
 
 void NoiseSource::normals_of_four_steps(std::int64_t run, std::int64_t first_step, NoisePurpose purpose,
                                         std::int64_t slots, std::span<double> out) const {
-  check_key(run, first_step, 0, slots);
-  require_in_range(first_step % 4 == 1 && first_step < kSteps - 3, "first of four steps", first_step);
-  require_in_range(slots >= 0, "number of slots", slots);
-  require_in_range(std::ssize(out) == 4 * slots, "size of the output", std::ssize(out));
+  check_four_steps(run, first_step, slots, out);
   kernel_->steps(block_key(key_, run, (first_step + 3) / 4, purpose), 0, out.data(), slots);
 }
 
@@ -73,13 +103,55 @@ double NoiseSource::normal(std::int64_t run, std::int64_t step, NoisePurpose pur
 
 void NoiseSource::normals_of_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t steps,
                                   NoisePurpose purpose, std::int64_t slots, std::span<double> out) const {
-  check_key(first_run, first_step, 0, slots);
-  require_in_range(first_run <= INT64_MAX - kLanes, "run", first_run);
-  require_in_range(first_step % 4 == 1, "first of four steps", first_step);
-  require_in_range(steps >= 0 && steps % 4 == 0 && steps < kSteps - first_step, "number of steps", steps);
-  require_in_range(slots >= 0, "number of slots", slots);
-  require_in_range(std::ssize(out) == slots * steps * kLanes, "size of the output", std::ssize(out));
+  check_runs(first_run, first_step, steps, slots, out);
   kernel_->runs(block_key(key_, first_run, (first_step + 3) / 4, purpose), steps / 4, slots, out.data());
+}
+
+void NoiseSource::events_of_four_steps(std::int64_t run, std::int64_t first_step, NoisePurpose purpose,
+                                       double probability, std::int64_t slots, std::span<double> out) const {
+  check_four_steps(run, first_step, slots, out);
+  const std::uint64_t threshold = threshold_of(probability);
+  NoiseBlockKey block = block_key(key_, run, (first_step + 3) / 4, purpose);
+  block.purpose += kEvent;
+  constexpr std::int64_t kAtOnce = 32;
+  std::uint64_t bits[2 * kAtOnce];
+  for (std::int64_t first = 0; first < slots; first += kAtOnce) {
+    const std::int64_t count = std::min(kAtOnce, slots - first);
+    kernel_->bits(block, static_cast<std::uint32_t>(first), bits, count);
+    for (std::int64_t i = 0; i < count; ++i) {
+      for (std::int64_t quarter = 0; quarter < 4; ++quarter) {
+        const std::uint64_t pair = bits[2 * i + quarter / 2];
+        const std::uint64_t word = quarter % 2 == 0 ? pair >> 32 : pair & 0xffffffffU;
+        out[static_cast<std::size_t>(quarter * slots + first + i)] = event(word, threshold);
+      }
+    }
+  }
+}
+
+void NoiseSource::events_of_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t steps,
+                                 NoisePurpose purpose, double probability, std::int64_t slots,
+                                 std::span<double> out) const {
+  check_runs(first_run, first_step, steps, slots, out);
+  const std::uint64_t threshold = threshold_of(probability);
+  NoiseBlockKey block = block_key(key_, first_run, (first_step + 3) / 4, purpose);
+  block.purpose += kEvent;
+  constexpr std::int64_t kAtOnce = 8;
+  std::uint64_t bits[2 * kAtOnce * kLanes];
+  double* to = out.data();
+  for (std::int64_t slot = 0; slot < slots; ++slot, ++block.purpose) {
+    NoiseBlockKey at = block;
+    for (std::int64_t left = steps / 4; left > 0; left -= kAtOnce, at.word1 += kAtOnce) {
+      const std::int64_t groups = std::min(kAtOnce, left);
+      kernel_->run_bits(at, groups, bits);
+      for (std::int64_t pair = 0; pair < 2 * groups; ++pair, to += 2 * kLanes) {
+        const std::uint64_t* words = bits + pair * kLanes;
+        for (int lane = 0; lane < kLanes; ++lane) to[lane] = event(words[lane] >> 32, threshold);
+        for (int lane = 0; lane < kLanes; ++lane) {
+          to[kLanes + lane] = event(words[lane] & 0xffffffffU, threshold);
+        }
+      }
+    }
+  }
 }
 
 double NoiseSource::uniform(std::int64_t run, std::int64_t step, NoisePurpose purpose,

@@ -14,8 +14,8 @@
 ///   key      64 bits: splitmix64(splitmix64(seed) ^ group), low word first, where splitmix64 is the output
 ///            function of Steele et al. (2014), a bijection: no two groups of one seed share a key
 ///   counter  word 0  run, low 32 bits
-///            word 1  (step + 3) / 4 for normals, step for uniforms
-///            word 2  slot (bits 0-23), purpose (bits 24-30), 1 for uniforms (bit 31)
+///            word 1  (step + 3) / 4 for normals and events, step for uniforms
+///            word 2  slot (bits 0-23), purpose (bits 24-29), 1 for events (bit 30), 1 for uniforms (bit 31)
 ///            word 3  run, high 32 bits
 ///
 /// One block of 128 bits gives two Box–Muller pairs: the normals of the steps 4t − 3 … 4t of one slot. (Pairs
@@ -23,6 +23,9 @@
 /// with the bytes B7 … B0 the radius takes B7 B6 … as a binary fraction of 52 bits, the angle the low half of
 /// B0, then B1 B2 …, 52 bits too; bits 7 and 6 of B0 are a sign and the order of the pair. Radius and angle
 /// so share only bits that are worth less than 2^−28 in at least one of them.
+///
+/// The events of the steps 4t − 3 … 4t of one slot are the words 0 … 3 of a block: an event of probability p
+/// happens where its word is below p 2^32, rounded up.
 ///
 /// Logarithm, sine and cosine are polynomials with explicit fused multiply-adds, no library function: a
 /// number has the same bits on every machine and at every SIMD width. The normals are within 4 ulp of the
@@ -32,13 +35,14 @@ namespace credence {
 
 struct NormalKernel;
 
-/// What a random number is for; part of its key. At most 128 purposes.
+/// What a random number is for; part of its key. At most 64 purposes.
 enum class NoisePurpose : std::uint32_t {
   initial = 0,      ///< error of the initial state, step 0
   process = 1,      ///< process noise of the step that ends at `step`
   measurement = 2,  ///< measurement noise at `step`
   world = 3,        ///< layout of the world: landmarks, paths
   decision = 4,     ///< what a study decides at random: resampling, permutations
+  detection = 5,    ///< whether the sensor sees what it could see at `step`
 };
 
 /// Standard normals, and uniforms, as a pure function of (seed, noise group, run, step, purpose, slot).
@@ -72,6 +76,17 @@ class NoiseSource {
   /// first_step mod 4 = 1, `steps` is a multiple of 4 and `out` has slots · steps · kLanes entries.
   void normals_of_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t steps,
                        NoisePurpose purpose, std::int64_t slots, std::span<double> out) const;
+
+  /// Events of probability `probability` in [0, 1], laid out as normals_of_four_steps does: 1 where one
+  /// happens, 0 elsewhere. Independent of all normals and uniforms. Throws as that does, and for another
+  /// probability.
+  void events_of_four_steps(std::int64_t run, std::int64_t first_step, NoisePurpose purpose,
+                            double probability, std::int64_t slots, std::span<double> out) const;
+
+  /// The same events laid out, and with the errors, as normals_of_runs.
+  void events_of_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t steps,
+                      NoisePurpose purpose, double probability, std::int64_t slots,
+                      std::span<double> out) const;
 
   /// A uniform number in [0, 1), a multiple of 2^−53; independent of the normal that has the same key.
   double uniform(std::int64_t run, std::int64_t step, NoisePurpose purpose, std::int64_t slot) const;

@@ -35,6 +35,9 @@ struct NormalKernel {
   /// out[((slot groups + g) 4 + quarter) kNoiseLanes + lane] = normal of run `run` + lane, word 1 `word1` +
   /// g.
   void (*runs)(const NoiseBlockKey&, std::int64_t groups, std::int64_t slots, double* out);
+  /// The blocks of one slot (word 2 is `purpose`) of kNoiseLanes runs, in the pairs of `bits`:
+  /// out[(2 g + half) kNoiseLanes + lane] = run `run` + lane, word 1 `word1` + g, 0 <= g < groups.
+  void (*run_bits)(const NoiseBlockKey&, std::int64_t groups, std::uint64_t* out);
   /// The pairs of normals of given bits: out[(2 h + i) kNoiseLanes + lane], i = 0, 1, of
   /// bits[h kNoiseLanes + lane], 0 <= h < halves.
   void (*pairs)(const std::uint64_t* bits, std::int64_t halves, double* out);

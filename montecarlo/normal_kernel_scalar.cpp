@@ -14,8 +14,8 @@ namespace {
 }  // namespace
 
 const NormalKernel* normal_kernel_scalar() {
-  static constexpr NormalKernel kernel{&bits_of_slots, &normals_of_slots, &normals_of_four_steps,
-                                       &normals_of_runs, &normals_of_blocks};
+  static constexpr NormalKernel kernel{&bits_of_slots,   &normals_of_slots, &normals_of_four_steps,
+                                       &normals_of_runs, &bits_of_runs,     &normals_of_blocks};
   return &kernel;
 }
 

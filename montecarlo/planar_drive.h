@@ -14,9 +14,10 @@ namespace credence {
 
 /// Standard deviations of the true noise of a planar world.
 struct PlanarNoise {
-  Control control_std;           ///< in the units of the vehicle's control
-  RangeBearing measurement_std;  ///< m, rad
-  Pose initial_std;              ///< m, m, rad
+  Control control_std;                 ///< in the units of the vehicle's control
+  RangeBearing measurement_std;        ///< m, rad
+  Pose initial_std;                    ///< m, m, rad
+  double detection_probability = 1.0;  ///< of a landmark in view
 
   static PlanarNoise of(const Scenario& scenario);
 
@@ -47,22 +48,25 @@ class PlanarDrive {
   const Pose& pose() const { return pose_; }  ///< the true one
 
  private:
-  /// Standard normals of a purpose at step k, zeros without a source; drawn for four steps at a time.
+  /// Random numbers of a purpose, drawn for four steps at a time.
   struct Draws {
     NoisePurpose purpose;
     std::int64_t slots;
-    std::vector<double> normals{};
-    std::size_t first_step = 0;  ///< of those in `normals`; 0: none
+    std::vector<double> values;
+    std::size_t first_step = 0;  ///< of those in `values`; 0: none
   };
+  /// Standard normals at step k, zeros without a source.
   const double* draw(std::size_t k, Draws& draws) const;
+  /// For each landmark 1 where the sensor does not miss it at step k, else 0.
+  const double* draw_detections(std::size_t k);
 
   const PlanarWorld& world_;
   PlanarNoise noise_;
   std::optional<NoiseSource> source_;
   std::int64_t run_ = 0;
   Pose pose_;
-  Draws process_{NoisePurpose::process, 2};
-  Draws measurement_;
+  Draws process_;
+  Draws measurement_, detection_;
   std::vector<Observation<PlanarModel>> observations_;
 };
 

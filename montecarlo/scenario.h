@@ -46,14 +46,15 @@ struct WorldSettings {
 };
 
 struct NoiseSettings {
-  double process_variance = 0.1;      ///< m² a step, monobot
-  double measurement_variance = 0.1;  ///< m², monobot
-  double initial_variance = 1.0;      ///< m², of every state, monobot
-  double speed_std = 0.1;             ///< m/s, planar
-  double turn_rate_std = 0.05;        ///< rad/s, planar unicycle
-  double steering_std_deg = 3.0;      ///< planar bicycle and car
-  double range_std = 0.1;             ///< m, planar
-  double bearing_std_deg = 1.0;       ///< planar
+  double process_variance = 0.1;       ///< m² a step, monobot
+  double measurement_variance = 0.1;   ///< m², monobot
+  double initial_variance = 1.0;       ///< m², of every state, monobot
+  double speed_std = 0.1;              ///< m/s, planar
+  double turn_rate_std = 0.05;         ///< rad/s, planar unicycle
+  double steering_std_deg = 3.0;       ///< planar bicycle and car
+  double range_std = 0.1;              ///< m, planar
+  double bearing_std_deg = 1.0;        ///< planar
+  double detection_probability = 1.0;  ///< of every landmark in view at every step, independently
 
   bool operator==(const NoiseSettings&) const = default;
 };

@@ -52,6 +52,7 @@ bool is_of_rank(const Scenario& s) { return s.filter.inflation == FilterInflatio
 bool is_decorrelating(const Scenario& s) {
   return s.filter.inflation == FilterInflation::full || s.filter.inflation == FilterInflation::map;
 }
+bool misses(const Scenario& s) { return s.noise.detection_probability < 1.0; }
 bool stops_by_verdict(const Scenario& s) { return s.stop.verdict != StopVerdict::none; }
 bool may_stop_as_consistent(const Scenario& s) { return s.stop.verdict == StopVerdict::either; }
 
@@ -120,6 +121,9 @@ std::vector<ScenarioKey> noise_keys() {
        real<kNoise, &N::range_std>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
       {"noise", "bearing_std_deg", "deg", "standard deviation of a measured bearing",
        real<kNoise, &N::bearing_std_deg>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
+      {"noise", "detection_probability", "",
+       "chance that a landmark in view is measured at a step; the others are missed",
+       real<kNoise, &N::detection_probability>({0.0, 1.0, true, false}), always, "", misses},
       {"initial", "position_std", "m", "standard deviation of each coordinate of the vehicle at the start",
        real<kInitial, &I::position_std>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
       {"initial", "heading_std_deg", "deg", "standard deviation of the heading at the start",

@@ -63,12 +63,19 @@ Json study(const StudyAnalysis& a) {
   j["nis"] = verdict_json(a.nis);
   if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);
   const bool linear = a.scenario.world.model == WorldModel::monobot;
+  const bool misses = a.scenario.noise.detection_probability < 1.0;
   if (linear) j["exact"] = exact_json(a);
+  if (linear && a.exact.empty() && misses) {
+    j["exact_reason"] = "a filter that is not optimal and misses measurements: no exact mean is known";
+  }
   j["covariance"] = {{"trace_prior", json_numbers(a.covariance.trace_prior)},
                      {"trace", json_numbers(a.covariance.trace)},
                      {"vehicle", json_numbers(a.covariance.vehicle)},
                      {"landmarks", json_numbers(a.covariance.landmarks)}};
-  if (linear) {
+  if (linear && misses) {
+    j["gain"] = nullptr;
+    j["gain_reason"] = "measurements are missed at random: every run has gains of its own";
+  } else if (linear) {
     j["gain"] = json_matrix(a.gain);
   } else {
     j["rmse"] = {{"position_m", json_numbers(a.errors.position_m)},

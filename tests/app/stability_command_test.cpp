@@ -82,6 +82,10 @@ TEST_F(StabilityCommand, BadInputIsTwo) {
   EXPECT_EQ(
       run({"stability", scenario("figure3_two_landmarks"), "--set", "noise.measurement_variance=0"}).code, 2);
   EXPECT_EQ(run({"stability", "--help"}).code, 0);
+  const Finished missing =
+      run({"stability", scenario("figure3_two_landmarks"), "--set", "noise.detection_probability=0.5"});
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_NE(missing.err.find("noise.detection_probability"), std::string::npos) << missing.err;
 }
 
 TEST_F(StabilityCommand, SweepDrawsTheMapOfRanks) {

@@ -98,6 +98,48 @@ TEST(LinearFilter, SequentialGainOfTheBatchReproducesScalarUpdates) {
   }
 }
 
+TEST(LinearFilter, AStepWithEveryMeasurementIsThatOfTheSharedFilter) {
+  const LinearModel model = monobot_model(3, 1, 0.1, 0.2, 1.0);
+  const std::vector<Index> all = {0, 1, 2, 3};
+  for (const InflationSolution solution :
+       {InflationSolution::pairwise, InflationSolution::min_trace, InflationSolution::sequential}) {
+    InflationRule rule;
+    rule.inflation = Inflation::map;
+    rule.solution = solution;
+    LinearFilter filter(model, rule);
+    for (int pass = 0; pass < 2; ++pass, filter.reset()) {
+      for (const LinearFilterStep& shared : linear_filter_steps(model, rule, 20)) {
+        const LinearFilterStep& own = filter.step(all);
+        EXPECT_EQ(own.P, shared.P);
+        EXPECT_EQ(own.K, shared.K);
+        EXPECT_EQ(own.S, shared.S);
+      }
+    }
+  }
+}
+
+TEST(LinearFilter, AStepHasTheMeasurementsThatWereMade) {
+  const LinearModel model = monobot_model(2, 0, 0.1, 0.2, 1.0);
+  LinearFilter filter(model, {});
+  const Matrix none = filter.step({}).P;
+  EXPECT_EQ(none, Matrix(Vector{{1.1, 1.0, 1.0}}.asDiagonal()));
+  EXPECT_EQ(filter.last().K.cols(), 0);
+  EXPECT_EQ(filter.last().S.size(), 0);
+  const std::vector<Index> second = {1};
+  const LinearFilterStep& step = filter.step(second);
+  // r and f_2 of variances 1.2 and 1, seen with variance 0.2
+  EXPECT_NEAR(step.S(0, 0), 2.4, 1e-15);
+  EXPECT_NEAR(step.K(0, 0), -0.5, 1e-15);
+  EXPECT_EQ(step.K(1, 0), 0.0);
+  EXPECT_NEAR(step.P(2, 2), 1.0 - 1.0 / 2.4, 1e-15);
+}
+
+TEST(LinearFilter, AFilterThatMissesMeasurementsNeedsADiagonalR) {
+  LinearModel model = monobot_model(2, 0, 0.1, 0.2, 1.0);
+  model.R(0, 1) = model.R(1, 0) = 0.1;
+  EXPECT_THROW(LinearFilter(model, {}), std::invalid_argument);
+}
+
 TEST(LinearFilter, EndsAtAnInnovationCovarianceThatIsNotPositiveDefinite) {
   const auto steps = linear_filter_steps(monobot_model(1, 0, 0.0, 0.0, 0.0), {}, 10);
   ASSERT_EQ(steps.size(), 1U);

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "allocation_count.h"
 #include "montecarlo/planar_experiment.h"
 #include "montecarlo/scenario_text.h"
+#include "tests/montecarlo/allocation_count.h"
 
 namespace credence {
 namespace {

@@ -243,13 +243,71 @@ TEST(Noise, uniforms_are_uniform) {
   EXPECT_NEAR(chi2, 63.0, 5.0 * std::sqrt(126.0));
 }
 
+TEST(Noise, events_happen_with_their_probability_and_on_their_own) {
+  const NoiseSource source(5, 2);
+  constexpr std::int64_t kSlots = 1000, kRuns = 100;
+  for (const double p : {0.001, 0.25, 0.9}) {
+    double happened = 0.0, with_next = 0.0, with_step = 0.0;
+    std::vector<double> x(4 * kSlots);
+    for (std::int64_t run = 0; run < kRuns; ++run) {
+      source.events_of_four_steps(run, 5, Purpose::detection, p, kSlots, x);
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        ASSERT_TRUE(x[i] == 0.0 || x[i] == 1.0);
+        happened += x[i];
+        with_next += (x[i] - p) * (x[(i + 1) % x.size()] - p);
+        with_step += (x[i] - p) * (x[(i + kSlots) % x.size()] - p);
+      }
+    }
+    const double n = 4.0 * kSlots * kRuns, variance = p * (1.0 - p);
+    EXPECT_NEAR(happened, n * p, 5.0 * std::sqrt(n * variance)) << p;
+    EXPECT_NEAR(with_next, 0.0, 5.0 * std::sqrt(n) * variance) << p;
+    EXPECT_NEAR(with_step, 0.0, 5.0 * std::sqrt(n) * variance) << p;
+  }
+}
+
+TEST(Noise, events_in_lanes_are_the_same_events) {
+  for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2, InstructionSet::avx512}) {
+    if (!is_supported(set)) continue;
+    const NoiseSource lanes(5, 2, set), scalar(5, 2, InstructionSet::scalar);
+    constexpr std::int64_t kSlots = 3, kSteps = 40;
+    std::vector<double> of_runs(kSlots * kSteps * NoiseSource::kLanes), of_steps(4 * kSlots);
+    lanes.events_of_runs(100, 9, kSteps, Purpose::detection, 0.3, kSlots, of_runs);
+    for (const std::int64_t lane : {0, 1, 7, 31}) {
+      for (std::int64_t k = 0; k < kSteps; ++k) {
+        if (k % 4 == 0)
+          scalar.events_of_four_steps(100 + lane, 9 + k, Purpose::detection, 0.3, kSlots, of_steps);
+        for (std::int64_t slot = 0; slot < kSlots; ++slot) {
+          EXPECT_EQ(of_runs[static_cast<std::size_t>((slot * kSteps + k) * NoiseSource::kLanes + lane)],
+                    of_steps[static_cast<std::size_t>(k % 4 * kSlots + slot)])
+              << lane << ' ' << k << ' ' << slot;
+        }
+      }
+    }
+  }
+}
+
+TEST(Noise, what_is_certain_happens_and_what_is_impossible_does_not) {
+  const NoiseSource source(1, 0);
+  std::vector<double> x(4000);
+  source.events_of_four_steps(0, 1, Purpose::detection, 1.0, 1000, x);
+  EXPECT_EQ(std::count(x.begin(), x.end(), 1.0), 4000);
+  source.events_of_four_steps(0, 1, Purpose::detection, 0.0, 1000, x);
+  EXPECT_EQ(std::count(x.begin(), x.end(), 0.0), 4000);
+  for (const double wrong : {-0.1, 1.1, std::nan("")}) {
+    EXPECT_THROW(source.events_of_four_steps(0, 1, Purpose::detection, wrong, 1000, x),
+                 std::invalid_argument);
+  }
+  EXPECT_THROW(source.events_of_four_steps(0, 2, Purpose::detection, 0.5, 1000, x), std::invalid_argument);
+  EXPECT_THROW(source.events_of_runs(0, 1, 3, Purpose::detection, 0.5, 1, x), std::invalid_argument);
+}
+
 TEST(Noise, refuses_keys_that_do_not_exist) {
   const NoiseSource source(1, 1);
   std::vector<double> x(3);
   EXPECT_THROW(source.normals(-1, 0, Purpose::process, x), std::invalid_argument);
   EXPECT_THROW(source.normals(0, -1, Purpose::process, x), std::invalid_argument);
   EXPECT_THROW(source.normals(0, (std::int64_t{1} << 32) - 3, Purpose::process, x), std::invalid_argument);
-  EXPECT_THROW(source.normals(0, 0, static_cast<Purpose>(128), x), std::invalid_argument);
+  EXPECT_THROW(source.normals(0, 0, static_cast<Purpose>(64), x), std::invalid_argument);
   EXPECT_THROW(source.normals(0, 0, Purpose::process, x, -1), std::invalid_argument);
   EXPECT_THROW(source.normals(0, 0, Purpose::process, x, (1 << 24) - 2), std::invalid_argument);
   EXPECT_NO_THROW(source.normals(0, 0, Purpose::process, x, (1 << 24) - 3));

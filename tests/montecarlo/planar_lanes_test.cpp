@@ -6,10 +6,10 @@
 #include <cmath>
 #include <string>
 
-#include "allocation_count.h"
 #include "montecarlo/planar_experiment.h"
 #include "montecarlo/planar_lanes_experiment.h"
 #include "montecarlo/scenario_text.h"
+#include "tests/montecarlo/allocation_count.h"
 
 namespace credence {
 namespace {
@@ -88,8 +88,10 @@ std::vector<World> worlds() {
   Scenario mistuned = planar(2, 60);
   mistuned.filter.process_scale = 2.0;
   mistuned.filter.measurement_scale = 0.5;
-  return {{"all_in_view", planar(10)}, {"short_range", range}, {"half_a_view", view},
-          {"anchored", anchored},      {"mistuned", mistuned}, {"one", planar(1)}};
+  Scenario missed = planar(5, 120);
+  missed.noise.detection_probability = 0.4;
+  return {{"missed", missed},     {"all_in_view", planar(10)}, {"short_range", range}, {"half_a_view", view},
+          {"anchored", anchored}, {"mistuned", mistuned},      {"one", planar(1)}};
 }
 
 TEST(PlanarLanes, are_the_matrix_filter_to_rounding) {

@@ -237,11 +237,12 @@ TEST(Scenario, JsonHoldsTheResolvedValues) {
 // Two filters in one sweep see the same noise; more runs extend a configuration.
 TEST(Scenario, NoiseGroupAndIdentityDependOnWhatTheySay) {
   const Scenario base = load(kMonobot);
-  for (const char* same :
-       {"filter.inflation=full", "filter.process_scale=2", "study.runs=7", "study.seed=2"}) {
+  for (const char* same : {"filter.inflation=full", "filter.process_scale=2", "study.runs=7", "study.seed=2",
+                           "noise.detection_probability=1"}) {
     EXPECT_EQ(noise_group(load(kMonobot, {same})), noise_group(base)) << same;
   }
-  for (const char* other : {"world.landmarks=3", "noise.process_variance=0.2", "world.observability=full"}) {
+  for (const char* other : {"world.landmarks=3", "noise.process_variance=0.2", "world.observability=full",
+                            "noise.detection_probability=0.5"}) {
     EXPECT_NE(noise_group(load(kMonobot, {other})), noise_group(base)) << other;
   }
   for (const char* other : {"initial.position_std=0.1", "noise.range_std=0.2", "world.path=eight"}) {
