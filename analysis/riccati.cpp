@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kMaxRegularDoublings = 14;
 // Θ is in error by about the square of its last change, the next one by its fourth power; a Newton step then
-// squares the error again, but works in single precision.
+// squares the error again, up to the digits of its correction.
 constexpr double kStopAfterNextChange = 1e-2;
 constexpr double kStopChange = 1e-4;
 constexpr double kSmallTransition = 0.9;  // ‖A‖ of a marginal problem stays above 1

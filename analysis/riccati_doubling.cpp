@@ -128,7 +128,7 @@ void RiccatiMap::allocate() {
 
 void RiccatiMap::densify() {
   Gamma_ = Matrix::Zero(A_.rows(), A_.rows());
-  Gamma_.triangularView<Eigen::Lower>() += N_.transpose() * N_;
+  multiply_.add_lower(Gamma_, Factor::transposed(N_), N_);
   mirror_lower(Gamma_);
   dense_ = true;
 }
@@ -157,15 +157,15 @@ bool RiccatiMap::square_factored() {
   X_ = A_;
   X_.noalias() -= E.transpose() * next_N.bottomRows(r);
 
-  product_.noalias() = A_ * Theta_;
+  multiply_.set(product_, A_, Theta_);
   next_Theta_.setZero();
-  next_Theta_.triangularView<Eigen::Lower>() += product_ * A_.transpose();
+  multiply_.add_lower(next_Theta_, product_, Factor::transposed(A_));
   if (r > 0) {
     const Matrix EA = E * A_.transpose();
     next_Theta_.triangularView<Eigen::Lower>() -= EA.transpose() * EA;
   }
   const double change = add_to_Theta();
-  product_.noalias() = A_ * X_;
+  multiply_.set(product_, A_, X_);
   const double size = next_Theta_.norm();
   if (!std::isfinite(size) || !product_.allFinite() || !next_N.allFinite()) return false;
   A_.swap(product_);
@@ -178,7 +178,7 @@ bool RiccatiMap::square_factored() {
 }
 
 void RiccatiMap::factorise() {
-  W_.noalias() = Theta_ * Gamma_;
+  multiply_.set(W_, Theta_, Gamma_);
   W_.diagonal().array() += 1.0;
   lu_.compute(W_);
 }
@@ -195,18 +195,18 @@ double RiccatiMap::add_to_Theta() {
 bool RiccatiMap::square_dense() {
   factorise();
   X_ = lu_.solve(A_);
-  product_.noalias() = Gamma_ * X_;
+  multiply_.set(product_, Gamma_, X_);
   next_Gamma_ = Gamma_;
-  next_Gamma_.triangularView<Eigen::Lower>() += A_.transpose() * product_;
+  multiply_.add_lower(next_Gamma_, Factor::transposed(A_), product_);
   mirror_lower(next_Gamma_);
 
   W_ = lu_.transpose().solve(A_.transpose());
-  product_.noalias() = Theta_ * W_;
+  multiply_.set(product_, Theta_, W_);
   next_Theta_.setZero();
-  next_Theta_.triangularView<Eigen::Lower>() += A_ * product_;
+  multiply_.add_lower(next_Theta_, A_, product_);
   const double change = add_to_Theta();
 
-  product_.noalias() = A_ * X_;
+  multiply_.set(product_, A_, X_);
   const double size = next_Theta_.norm();
   if (!std::isfinite(size) || !product_.allFinite() || !next_Gamma_.allFinite()) return false;
   A_.swap(product_);
@@ -221,9 +221,9 @@ Matrix RiccatiMap::next_Theta() {
   if (!dense_) densify();
   factorise();
   W_ = lu_.transpose().solve(A_.transpose());
-  product_.noalias() = Theta_ * W_;
+  multiply_.set(product_, Theta_, W_);
   next_Theta_.setZero();
-  next_Theta_.triangularView<Eigen::Lower>() += A_ * product_;
+  multiply_.add_lower(next_Theta_, A_, product_);
   add_to_Theta();
   return next_Theta_;
 }

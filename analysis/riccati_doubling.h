@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <vector>
 
+#include "core/matrix_product.h"
 #include "core/types.h"
 
 /// @file
@@ -78,6 +79,7 @@ class RiccatiMap {
   double last_change_ = 1.0;
   Matrix W_, X_, product_, next_Gamma_, next_Theta_;
   Eigen::PartialPivLU<Matrix> lu_;
+  MatrixProduct multiply_;
 };
 
 /// tr P_{2^k} for k = 0, 1, …, from P0.

@@ -2,8 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <limits>
 
+#include "core/matrix_product.h"
 #include "core/mirror.h"
 
 namespace credence {
@@ -11,42 +11,31 @@ namespace {
 
 constexpr int kMaxNewtonSteps = 6;
 constexpr int kMaxSquarings = 40;
-constexpr double kRoundingFloor = 1e-13;  // below this a step that fails to improve is rounding, not failure
+constexpr double kEnough = 1e-9;          // digits of a correction: the next one has the rest
 constexpr double kAcceptable = 1e-8;      // a residual above it is no solution
 
 /// X = A X Aᵀ + C by X ← X + A X Aᵀ, A ← A². False when A is not stable: its powers do not fall to zero.
-template <typename Scalar>
-bool smith_doubling(const Matrix& closed_loop, const Matrix& C, Matrix& X) {
-  using M = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+bool smith_doubling(Matrix A, const Matrix& C, Matrix& X) {
   const double largest = C.cwiseAbs().maxCoeff();
   const double size = largest > 0.0 ? largest : 1.0;  // nothing to correct still asks whether A is stable
-  M A = closed_loop.cast<Scalar>();
-  M sum = (C / size).cast<Scalar>();
-  M product(A.rows(), A.cols());
-  const Scalar enough = std::numeric_limits<Scalar>::epsilon();
+  Matrix sum = C / size, product, added(A.rows(), A.cols());
+  MatrixProduct multiply;
   for (int k = 0; k < kMaxSquarings; ++k) {
-    product.noalias() = sum * A.transpose();
-    M added = M::Zero(A.rows(), A.cols());
-    added.template triangularView<Eigen::Lower>() += A * product;
+    multiply.set(product, sum, Factor::transposed(A));
+    added.setZero();
+    multiply.add_lower(added, A, product);
     mirror_lower(added);
     sum += added;
-    const Scalar norm = sum.norm();
-    if (!std::isfinite(norm)) return false;
-    product.noalias() = A * A;
+    if (!std::isfinite(sum.norm())) return false;
+    multiply.set(product, A, A);
     A.swap(product);
     // The rest of the sum is at most ‖A‖² of what there is, once ‖A‖ < 1.
-    if (A.squaredNorm() <= enough) {
-      X = size * sum.template cast<double>();
+    if (A.squaredNorm() <= kEnough) {
+      X = size * sum;
       return true;
     }
   }
   return false;
-}
-
-/// One correction; false when the closed loop is not stable.
-bool correction(const RiccatiResidual& residual, bool single_precision, Matrix& X) {
-  return single_precision ? smith_doubling<float>(residual.closed_loop, residual.defect, X)
-                          : smith_doubling<double>(residual.closed_loop, residual.defect, X);
 }
 
 }  // namespace
@@ -54,10 +43,11 @@ bool correction(const RiccatiResidual& residual, bool single_precision, Matrix& 
 RiccatiResidual riccati_residual(const RiccatiProblem& problem, const Matrix& P) {
   const Index n = problem.state_dim();
   RiccatiResidual result;
-  Matrix FP(n, n);
-  FP.noalias() = problem.F * P;
+  MatrixProduct multiply;
+  Matrix FP;
+  multiply.set(FP, problem.F, P);
   result.defect = problem.Qt - P;
-  result.defect.triangularView<Eigen::Lower>() += FP * problem.F.transpose();
+  multiply.add_lower(result.defect, FP, Factor::transposed(problem.F));
   result.closed_loop = problem.F;
   if (problem.H.rows() > 0) {
     const Matrix PHt = P * problem.H.transpose();
@@ -79,26 +69,17 @@ RiccatiResidual riccati_residual(const RiccatiProblem& problem, const Matrix& P)
 
 bool newton_refine(const RiccatiProblem& problem, Matrix& P, RiccatiResidual& residual, double target) {
   residual = riccati_residual(problem, P);
-  bool single_precision = true;
   for (int step = 0; step < kMaxNewtonSteps; ++step) {
     Matrix X;
-    if (!correction(residual, single_precision, X)) {
-      if (!single_precision) return false;
-      single_precision = false;
-      continue;
-    }
+    if (!smith_doubling(residual.closed_loop, residual.defect, X)) return false;
     const Matrix improved = P + X;
     RiccatiResidual after = riccati_residual(problem, improved);
-    const bool better = after.relative < residual.relative;
     const bool much_better = after.relative < 0.1 * residual.relative;
-    if (better) {
+    if (after.relative < residual.relative) {
       P = improved;
       residual = std::move(after);
     }
-    if (residual.relative <= target) return true;
-    if (much_better) continue;
-    if (residual.relative <= kRoundingFloor || !single_precision) break;
-    single_precision = false;
+    if (residual.relative <= target || !much_better) break;
   }
   return residual.relative <= kAcceptable;
 }

@@ -1,0 +1,56 @@
+#include "core/matrix_product.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "core/panel_kernel.h"
+
+namespace credence {
+namespace {
+
+/// Panels of eight rows, filled up with zeros.
+void pack(const Factor& M, AlignedVector& packed) {
+  const Index panels = (M.rows + kPanelRows - 1) / kPanelRows;
+  packed.resize(static_cast<std::size_t>(panels * kPanelRows * M.columns));
+  double* to = packed.data();
+  for (Index row = 0; row < M.rows; row += kPanelRows) {
+    const Index rows = std::min<Index>(kPanelRows, M.rows - row);
+    for (Index k = 0; k < M.columns; ++k, to += kPanelRows) {
+      const double* from = M.data + row * M.row_step + k * M.column_step;
+      for (Index i = 0; i < rows; ++i) to[i] = from[i * M.row_step];
+      std::fill(to + rows, to + kPanelRows, 0.0);
+    }
+  }
+}
+
+}  // namespace
+
+Factor Factor::transposed(const Matrix& M) {
+  Factor factor(M);
+  std::swap(factor.rows, factor.columns);
+  std::swap(factor.row_step, factor.column_step);
+  return factor;
+}
+
+void MatrixProduct::multiply(Matrix& C, const Factor& A, const Factor& B, bool add, bool lower) {
+  if (A.columns != B.rows || (add && (C.rows() != A.rows || C.cols() != B.columns))) {
+    throw std::invalid_argument("MatrixProduct: the shapes do not match");
+  }
+  if (!add) C.resize(A.rows, B.columns);
+  pack(A, A_);
+  Factor columns = B;
+  std::swap(columns.rows, columns.columns);
+  std::swap(columns.row_step, columns.column_step);
+  pack(columns, B_);
+  kernel_->multiply({.A = A_.data(),
+                     .B = B_.data(),
+                     .rows = A.rows,
+                     .columns = B.columns,
+                     .depth = A.columns,
+                     .C = C.data(),
+                     .stride = C.rows(),
+                     .add = add,
+                     .lower = lower});
+}
+
+}  // namespace credence
