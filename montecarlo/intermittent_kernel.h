@@ -34,7 +34,8 @@ enum IntermittentValue : int {
   kIntermittentValues,
 };
 
-/// Everything is [row][kNoiseLanes] and aligned to 64 bytes.
+/// What a lane remembers comes in packs of `lanes` lanes (IntermittentKernel), one after the other, each
+/// [row][lanes]; the others are [row][kNoiseLanes]. All is aligned to 64 bytes.
 struct IntermittentData {
   double* errors;             ///< e = x − x̂, n rows
   double* covariance;         ///< P, lower triangle by rows
@@ -42,14 +43,17 @@ struct IntermittentData {
   const double* measurement;  ///< of the steps of the first measurement, of the second, …
   const double* seen;         ///< likewise: 1 where there is that measurement, else 0
   std::int64_t drawn;         ///< steps from one measurement to the next in the two above
-  double* work;               ///< n (n + 1)/2 + 4 n rows
+  double* work;               ///< of one pack: n (n + 1)/2 + 3 n rows
   double* values;             ///< step by step kIntermittentValues rows
 };
 
-/// The function of one instruction set.
+/// The functions of one instruction set.
 struct IntermittentKernel {
   /// `count` steps of all lanes: e and P of the last one, values of each.
   void (*steps)(const IntermittentPlan&, std::int64_t count, const IntermittentData&);
+  /// Mean, and sum of squared deviations, of each of `rows` rows of kNoiseLanes values.
+  void (*moments)(const double* values, std::int64_t rows, double* mean, double* m2);
+  int lanes;  ///< of a pack
 };
 
 /// The kernel of one instruction set; throws std::invalid_argument if this machine does not support it.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 namespace credence {
@@ -21,20 +22,6 @@ bool is_monobot(const LinearModel& m) {
   if (m.state_dim() < 1 || m.measurement_dim() < 1 || anchors < 0 || m.Q.size() != 1) return false;
   const LinearModel like = monobot_model(m.state_dim() - 1, anchors, m.Q(0, 0), m.R(0, 0), m.P0(0, 0));
   return m.F == like.F && m.G == like.G && m.H == like.H && m.R == like.R && m.P0 == like.P0;
-}
-
-/// Of 32 values: as eight sums, so that lanes of any width add them.
-double sum_of(const double* x) {
-  double sums[8];
-  for (int i = 0; i < 8; ++i) sums[i] = (x[i] + x[i + 8]) + (x[i + 16] + x[i + 24]);
-  return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
-}
-
-Moments moments_of(const double* x) {
-  const double mean = sum_of(x) / kNoiseLanes;
-  double squares[kWidth];
-  for (std::size_t i = 0; i < kWidth; ++i) squares[i] = (x[i] - mean) * (x[i] - mean);
-  return {.count = kNoiseLanes, .mean = mean, .m2 = sum_of(squares)};
 }
 
 constexpr std::pair<Quantity, IntermittentValue> kQuantities[] = {
@@ -90,11 +77,13 @@ IntermittentLanes::IntermittentLanes(const IntermittentProblem& problem, const N
            .constant = constant_.size() > 0 ? constant_.data() : nullptr};
   errors_.resize(at(n) * kWidth);
   covariance_.resize(at(triangle) * kWidth);
-  work_.resize(at(triangle + 4 * n) * kWidth);
+  work_.resize(at(triangle + 3 * n) * kWidth);
   process_.resize(at(block_) * kWidth);
   measurement_.resize(at(block_ * measurements_) * kWidth);
   seen_.resize(at(block_ * measurements_) * kWidth);
   values_.resize(at(block_ * kIntermittentValues) * kWidth);
+  mean_.resize(at(block_ * kIntermittentValues));
+  m2_.resize(mean_.size());
 }
 
 void IntermittentLanes::start(std::int64_t first_run, int runs) {
@@ -102,16 +91,21 @@ void IntermittentLanes::start(std::int64_t first_run, int runs) {
   runs_ = runs;
   step_ = count_ = drawn_ = 0;
   ended_.fill({});
-  const std::size_t n = at(plan_.states);
-  for (std::size_t lane = 0; lane < kWidth; ++lane) {
+  failed_ = false;
+  const Index n = plan_.states, triangle = n * (n + 1) / 2;
+  for (int lane = 0; lane < kLanes; ++lane) {
     // into memory that is not used yet
-    source_.normals(first_run + static_cast<std::int64_t>(lane), 0, NoisePurpose::initial, {work_.data(), n});
-    for (std::size_t i = 0; i < n; ++i) errors_[i * kWidth + lane] = initial_std_ * work_[i];
+    source_.normals(first_run + lane, 0, NoisePurpose::initial, {work_.data(), at(n)});
+    for (Index i = 0; i < n; ++i) errors_[index(n, i, lane)] = initial_std_ * work_[at(i)];
+    for (Index i = 0, row = 0; i < n; ++i) {
+      for (Index j = 0; j <= i; ++j) covariance_[index(triangle, row++, lane)] = initial_(i, j);
+    }
   }
-  double* row = covariance_.data();
-  for (Index i = 0; i < plan_.states; ++i) {
-    for (Index j = 0; j <= i; ++j, row += kWidth) std::fill_n(row, kWidth, initial_(i, j));
-  }
+}
+
+std::size_t IntermittentLanes::index(Index rows, Index row, int lane) const {
+  const int width = kernel_->lanes;
+  return at((lane / width * rows + row) * width + lane % width);
 }
 
 void IntermittentLanes::draw() {
@@ -137,6 +131,7 @@ Index IntermittentLanes::advance(Index most) {
                   .work = work_.data(),
                   .values = values_.data()});
   step_ += count_;
+  kernel_->moments(values_.data(), count_ * kIntermittentValues, mean_.data(), m2_.data());
   find_failures();
   return count_;
 }
@@ -146,16 +141,22 @@ const double* IntermittentLanes::values(Index step, int value) const {
 }
 
 void IntermittentLanes::find_failures() {
-  for (Index k = 0; k < count_; ++k) {
+  const auto find = [&](Index k) {
     const double *check = values(k, kCheckValue), *nees = values(k, kNeesValue), *nis = values(k, kNisValue);
-    double wrong[kWidth];  // 0, or less than 0, or NaN
-    for (std::size_t i = 0; i < kWidth; ++i) wrong[i] = check[i] + ((nees[i] - nees[i]) + (nis[i] - nis[i]));
-    if (sum_of(wrong) == 0.0) continue;
     for (int lane = 0; lane < runs_; ++lane) {
       RunFailure& end = ended_[at(lane)];
-      if (wrong[lane] == 0.0 || end.outcome != Outcome::ok) continue;
+      const bool ok = check[lane] == 0.0 && std::isfinite(nees[lane]) && std::isfinite(nis[lane]);
+      if (ok || end.outcome != Outcome::ok) continue;
       end = {first_run_ + lane, step_ - count_ + k + 1, Outcome::not_positive_definite};
+      failed_ = true;
     }
+  };
+  for (Index k = 0; k < count_; ++k) {
+    // A sum of numbers of which none is positive, or of one that is not finite.
+    const auto finite = [&](int value) { return std::isfinite(mean_[at(k * kIntermittentValues + value)]); };
+    const bool ok =
+        mean_[at(k * kIntermittentValues + kCheckValue)] == 0.0 && finite(kNeesValue) && finite(kNisValue);
+    if (!ok) find(k);
   }
 }
 
@@ -165,32 +166,16 @@ bool IntermittentLanes::counts(int lane, Index step) const {
 }
 
 void IntermittentLanes::add_to(StudyStatistics& statistics) const {
-  const bool whole = runs_ == kLanes && std::ranges::all_of(ended_, [](const RunFailure& end) {
-                       return end.outcome == Outcome::ok;
-                     });
   const Index begin = step_ - count_;
   for (Index k = 0; k < count_; ++k) {
-    const Index step = begin + k + 1;
     StepStatistics& s = statistics.steps[at(begin + k)];
-    std::array<double, kWidth> kept;
-    for (int lane = 0; lane < kLanes; ++lane) kept[at(lane)] = lane < runs_ && counts(lane, step) ? 1.0 : 0.0;
-    for (const auto& [quantity, value] : kQuantities) {
-      const double* x = values(k, value);
-      if (whole) {
-        s[quantity].merge(moments_of(x));
-      } else {
-        for (std::size_t lane = 0; lane < kWidth; ++lane) {
-          if (kept[lane] != 0.0) s[quantity].add(x[lane]);
-        }
+    if (runs_ == kLanes && !failed_) {
+      add_all(k, s);
+    } else {
+      for (int lane = 0; lane < runs_; ++lane) {
+        if (counts(lane, begin + k + 1)) add_one(k, lane, s);
       }
     }
-    double seen[kWidth] = {};
-    const double* row = seen_.data() + at(begin + k - (drawn_ - block_)) * kWidth;
-    for (Index r = 0; r < measurements_; ++r, row += at(block_) * kWidth) {
-      for (std::size_t lane = 0; lane < kWidth; ++lane) seen[lane] += row[lane] * kept[lane];
-    }
-    s.nis_dof += static_cast<std::int64_t>(sum_of(seen));
-    s.nees_dof += plan_.states * static_cast<std::int64_t>(sum_of(kept.data()));
   }
   for (const RunFailure& end : ended_) {
     if (end.outcome != Outcome::ok && end.step > begin && end.step <= step_)
@@ -198,23 +183,44 @@ void IntermittentLanes::add_to(StudyStatistics& statistics) const {
   }
 }
 
+void IntermittentLanes::add_all(Index k, StepStatistics& s) const {
+  for (const auto& [quantity, value] : kQuantities) {
+    const std::size_t row = at(k * kIntermittentValues + value);
+    s[quantity].merge({.count = kLanes, .mean = mean_[row], .m2 = m2_[row]});
+  }
+  double seen[kWidth] = {};
+  for (Index r = 0; r < measurements_; ++r) {
+    const double* row = seen_of(r, k);
+    for (std::size_t lane = 0; lane < kWidth; ++lane) seen[lane] += row[lane];
+  }
+  s.nis_dof += static_cast<std::int64_t>(std::accumulate(seen, seen + kWidth, 0.0));
+  s.nees_dof += plan_.states * kLanes;
+}
+
+void IntermittentLanes::add_one(Index k, int lane, StepStatistics& s) const {
+  for (const auto& [quantity, value] : kQuantities) s[quantity].add(values(k, value)[lane]);
+  for (Index r = 0; r < measurements_; ++r) s.nis_dof += static_cast<std::int64_t>(seen_of(r, k)[lane]);
+  s.nees_dof += plan_.states;
+}
+
 Vector IntermittentLanes::error(int lane) const {
   Vector e(plan_.states);
-  for (Index i = 0; i < e.size(); ++i) e[i] = errors_[at(i) * kWidth + at(lane)];
+  for (Index i = 0; i < e.size(); ++i) e[i] = errors_[index(e.size(), i, lane)];
   return e;
 }
 
 Matrix IntermittentLanes::covariance(int lane) const {
-  Matrix P(plan_.states, plan_.states);
-  const double* row = covariance_.data() + lane;
-  for (Index i = 0; i < P.rows(); ++i) {
-    for (Index j = 0; j <= i; ++j, row += kWidth) P(i, j) = P(j, i) = *row;
+  const Index n = plan_.states, triangle = n * (n + 1) / 2;
+  Matrix P(n, n);
+  for (Index i = 0, row = 0; i < n; ++i) {
+    for (Index j = 0; j <= i; ++j) P(i, j) = P(j, i) = covariance_[index(triangle, row++, lane)];
   }
   return P;
 }
 
-bool IntermittentLanes::seen(Index row, int lane) const {
-  return seen_[at(row * block_ + step_ - 1 - (drawn_ - block_)) * kWidth + at(lane)] != 0.0;
+const double* IntermittentLanes::seen_of(Index row, Index k) const {
+  const Index in_block = step_ - count_ + k - (drawn_ - block_);
+  return seen_.data() + at(row * block_ + in_block) * kWidth;
 }
 
 }  // namespace credence

@@ -57,13 +57,18 @@ class IntermittentLanes {
   Vector error(int lane) const;
   Matrix covariance(int lane) const;
   double value(IntermittentValue value, int lane) const { return values(count_ - 1, value)[lane]; }
-  bool seen(Index row, int lane) const;
+  bool seen(Index row, int lane) const { return seen_of(row, count_ - 1)[lane] != 0.0; }
 
  private:
   const double* values(Index step, int value) const;
   void draw();
   void find_failures();
   bool counts(int lane, Index step) const;
+  void add_all(Index k, StepStatistics& s) const;
+  void add_one(Index k, int lane, StepStatistics& s) const;
+  const double* seen_of(Index row, Index k) const;
+  /// Of an element of errors_ or covariance_, which have `rows` rows.
+  std::size_t index(Index rows, Index row, int lane) const;
 
   double probability_, initial_std_;
   Matrix initial_;  ///< P0 as assumed
@@ -77,7 +82,8 @@ class IntermittentLanes {
   Index step_ = 0, count_ = 0;  ///< steps done, and those of the last call
   Index drawn_ = 0;             ///< steps whose noise has been drawn
   std::array<RunFailure, kLanes> ended_;
-  AlignedVector errors_, covariance_, process_, measurement_, seen_, work_, values_;
+  bool failed_ = false;  ///< any of them
+  AlignedVector errors_, covariance_, process_, measurement_, seen_, work_, values_, mean_, m2_;
 };
 
 }  // namespace credence

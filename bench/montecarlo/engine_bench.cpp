@@ -33,7 +33,7 @@ BENCHMARK(monobot_runs)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillise
 Scenario planar_scenario() {
   Scenario scenario = default_scenario(WorldModel::planar);
   scenario.world.landmarks = 10;
-  scenario.study.runs = 512;
+  scenario.study.runs = 2048;
   return scenario;
 }
 
