@@ -7,21 +7,6 @@
 namespace credence {
 namespace {
 
-/// The largest norm so far, where it is, and the sum of all others.
-struct LargestNorm {
-  double norm = 0.0, others = 0.0;
-  Index measured = -1;  ///< −1: of the map's arrays
-
-  void take(Index index, double other) {
-    others += std::min(norm, other);
-    if (other > norm) {
-      norm = other;
-      measured = index;
-    }
-  }
-  bool dominates() const { return norm > others; }
-};
-
 /// (C Cᵀ)^{1/2} and (Cᵀ C)^{1/2}.
 template <int d>
 void two_block_roots(const Eigen::Matrix<double, d, d>& C, Eigen::Matrix<double, d, d>& left,
@@ -172,7 +157,7 @@ void BlockMapState<kVehicle, kLandmark>::settle_bound(const Scalar& scalar, std:
     largest.take(static_cast<Index>(k), measured_[k].column.norm() / root);
   }
   if (!largest.dominates()) return;
-  if (largest.measured < 0) {
+  if (largest.at < 0) {
     // A landmark of the map's arrays keeps a share of its reduction: it is treated as a measured one.
     inflate_blocks(steps);
     measure(largest_of_map(i));
@@ -184,7 +169,7 @@ void BlockMapState<kVehicle, kLandmark>::settle_bound(const Scalar& scalar, std:
   for (std::size_t k = 0; k < measured_.size(); ++k) {
     Measured& m = measured_[k];
     const double norm = m.column.norm() / root;
-    const bool distinguished = static_cast<Index>(k) == largest.measured;
+    const bool distinguished = static_cast<Index>(k) == largest.at;
     if (!distinguished && norm == 0.0) continue;
     const double share = (distinguished ? kept : excess / norm) / step.variance;
     for (Index a = 0; a < kLandmark; ++a) {

@@ -54,26 +54,9 @@ void add_scaled_squares(const MatrixRef& L, Index d, Eigen::Ref<Matrix>& blocks,
   add_scaled_squares_of<kDynamic, kDynamic>(L, d, blocks, share);
 }
 
-/// The largest block norm, where it is, and the sum of all others.
-struct Largest {
-  Index at = -1;
-  double norm = 0.0, others = 0.0;
-
-  /// The largest so far stays out of the sum, which a subtraction at the end would spoil.
-  void take(Index j, double norm_j) {
-    if (norm_j > norm) {
-      others += norm;
-      norm = norm_j;
-      at = j;
-    } else {
-      others += norm_j;
-    }
-  }
-};
-
 template <int D>
-Largest largest_block(const VectorRef& l, Index d) {
-  Largest largest;
+LargestNorm largest_block(const VectorRef& l, Index d) {
+  LargestNorm largest;
   const Index landmarks = l.size() / d;
   for (Index j = 0; j < landmarks; ++j) largest.take(j, l.segment<D>(j * d, d).norm());
   return largest;
@@ -83,9 +66,9 @@ Largest largest_block(const VectorRef& l, Index d) {
 
 ReductionBound rank_one_bound(const VectorRef& l, Index d) {
   require_blocks(l.size(), d);
-  const Largest largest = d == 1   ? largest_block<1>(l, 1)
-                          : d == 2 ? largest_block<2>(l, 2)
-                                   : largest_block<Eigen::Dynamic>(l, d);
+  const LargestNorm largest = d == 1   ? largest_block<1>(l, 1)
+                              : d == 2 ? largest_block<2>(l, 2)
+                                       : largest_block<Eigen::Dynamic>(l, d);
   return least_trace(largest.at, largest.norm, largest.others);
 }
 

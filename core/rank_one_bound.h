@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "core/types.h"
@@ -28,6 +29,21 @@ struct ReductionBound {
   double weight(Index j, double a_j) const {
     return j == distinguished ? t * a_j * a_j : a_j * (a_j + excess);
   }
+};
+
+/// The largest of some norms, and the sum of the others, which a subtraction at the end would spoil.
+struct LargestNorm {
+  double norm = 0.0, others = 0.0;
+  Index at = -1;  ///< whose it is
+
+  void take(Index index, double other) {
+    others += std::min(norm, other);
+    if (other > norm) {
+      norm = other;
+      at = index;
+    }
+  }
+  bool dominates() const { return norm > others; }
 };
 
 /// What is done with the part of a scalar measurement's information that would correlate landmarks.

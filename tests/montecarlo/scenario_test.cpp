@@ -389,6 +389,8 @@ const std::vector<Hostile> kHostile = {
     {"[world]\nmodel = \"monobot\"\n[noise]\nprocess_variance = -inf\n", {"x.toml:4: [noise] process_variance = -inf", "finite number >= 0"}},
     {"[world]\nmodel = \"monobot\"\n[noise]\nprocess_variance = 1e999\n", {"x.toml:4: process_variance = 1e999", "broken TOML"}},
     {"[world]\nmodel = \"monobot\"\n[noise]\nprocess_variance = \"0.1\"\n", {"x.toml:4: [noise] process_variance = \"0.1\"", "finite number >= 0", "the string"}},
+    {"[world]\nmodel = \"monobot\"\n[noise]\ndetection_probability = 0\n", {"x.toml:4: [noise] detection_probability = 0", "> 0 and <= 1"}},
+    {"[world]\nmodel = \"planar\"\n[noise]\ndetection_probability = 1.1\n", {"x.toml:4: [noise] detection_probability = 1.1", "> 0 and <= 1"}},
     {"[world]\nmodel = \"monobot\"\n[noise]\nprocess_varience = 1\n", {"x.toml:4:", "did you mean process_variance?"}},
     {"[world]\nmodel = \"monobot\"\n[filter]\ninflation = \"maps\"\n", {"x.toml:4: [filter] inflation = \"maps\"", "\"none\", \"full\", \"map\", \"rank\"", "\"map\"?"}},
     {"[world]\nmodel = \"monobot\"\n[filter]\ninflation = \"full\"\nsolution = \"sequential\"\n", {"x.toml:5: [filter] solution", "map", "\"pairwise\", \"min-trace\""}},
