@@ -6,7 +6,9 @@
 #include <optional>
 #include <ostream>
 
+#include "analysis/interleaved_timing.h"
 #include "core/cpu_dispatch.h"
+#include "reports/number_text.h"
 
 namespace credence {
 namespace {
@@ -33,19 +35,6 @@ std::optional<std::vector<double>> read(std::span<const BenchmarkTimes> times,
   return values;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
-
-std::string duration(double seconds) {
-  if (seconds < 1e-6) return fmt::format("{:.3g} ns", 1e9 * seconds);
-  if (seconds < 1e-3) return fmt::format("{:.3g} µs", 1e6 * seconds);
-  return fmt::format("{:.3g} ms", 1e3 * seconds);
-}
-
 }  // namespace
 
 int write_ratio_table(std::ostream& out, std::span<const BenchmarkTimes> times) {
@@ -63,7 +52,8 @@ int write_ratio_table(std::ostream& out, std::span<const BenchmarkTimes> times) 
       continue;
     }
     const auto ratio = [&](double a, double b) { return goal.at_least ? b / a : a / b; };
-    const double a = median(*measured), b = median(*reference), middle = ratio(a, b);
+    const double a = summarise_times(*measured).median, b = summarise_times(*reference).median,
+                 middle = ratio(a, b);
     std::vector<double> all;
     for (std::size_t i = 0; i < std::min(measured->size(), reference->size()); ++i) {
       all.push_back(ratio((*measured)[i], (*reference)[i]));
@@ -71,8 +61,8 @@ int write_ratio_table(std::ostream& out, std::span<const BenchmarkTimes> times) 
     const auto [low, high] = std::ranges::minmax(all);
     const bool met = goal.at_least ? middle >= goal.goal : middle <= goal.goal;
     out << fmt::format("| {} | {} | {} | {} | {:.3g} | {:.3g} … {:.3g} | {} {:g} | {} |\n", goal.work,
-                       duration(a), goal.limit, duration(b), middle, low, high, goal.at_least ? "≥" : "≤",
-                       goal.goal, met ? "met" : "MISSED");
+                       duration_text(a), goal.limit, duration_text(b), middle, low, high,
+                       goal.at_least ? "≥" : "≤", goal.goal, met ? "met" : "MISSED");
   }
   return missing;
 }

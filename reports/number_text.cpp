@@ -41,4 +41,14 @@ std::string number_text(double value, int significant) {
   return value < 0.0 ? std::string(kMinus) + text : text;
 }
 
+std::string duration_text(double seconds, int significant) {
+  if (seconds == 0.0) return "0 s";
+  if (seconds < 1e-6) return number_text(1e9 * seconds, significant) + " ns";
+  if (seconds < 1e-3) return number_text(1e6 * seconds, significant) + " µs";
+  if (seconds < 1.0) return number_text(1e3 * seconds, significant) + " ms";
+  if (seconds < 120.0) return number_text(seconds, significant) + " s";
+  if (seconds < 7200.0) return number_text(seconds / 60.0, significant) + " min";
+  return number_text(seconds / 3600.0, significant) + " h";
+}
+
 }  // namespace credence

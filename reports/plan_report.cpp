@@ -10,12 +10,6 @@
 namespace credence {
 namespace {
 
-std::string time_text(double seconds) {
-  if (seconds < 120.0) return fmt::format("{} s", number_text(seconds, 2));
-  if (seconds < 7200.0) return fmt::format("{} min", number_text(seconds / 60.0, 2));
-  return fmt::format("{} h", number_text(seconds / 3600.0, 2));
-}
-
 Json verdict_plan_json(const VerdictPlan& plan) {
   Json json{{"steps", plan.design.steps}, {"dof_per_step", plan.design.dof_per_step}};
   json["detect"] = Json::array();
@@ -54,13 +48,13 @@ void add_detections(const char* name, const VerdictPlan& plan, ReportTable& tabl
                            detection.factor > 1.0 ? "optimistic at" : "pessimistic at",
                            number_text(detection.factor, 3)),
                detection.needed.runs, TableCell(100.0 * detection.needed.power, 3),
-               time_text(detection.seconds)});
+               duration_text(detection.seconds, 2)});
   }
 }
 
 std::string pilot_note(const PilotTiming& pilot) {
   return fmt::format("Times are expected ones, from a pilot of {} runs in {} on {} threads.", pilot.runs,
-                     time_text(pilot.seconds), pilot.threads);
+                     duration_text(pilot.seconds, 2), pilot.threads);
 }
 
 std::string design_note(const StudyPlan& plan) {
@@ -111,7 +105,7 @@ ReportTable plan_table(const StudyPlan& plan) {
   add_detections("NEES", plan.nees, table);
   add_detections("NIS", plan.nis, table);
   table.add({fmt::format("mean NEES to ±{:g} %", 100.0 * plan.question.precision), plan.runs_for_precision,
-             "", time_text(plan.pilot.seconds_for(plan.runs_for_precision))});
+             "", duration_text(plan.pilot.seconds_for(plan.runs_for_precision), 2)});
   table.notes = {
       "factor: true covariance / claimed, P for NEES and S for NIS, at every step. Power: at least this.",
       detectable_note("NEES", plan.nees, plan), detectable_note("NIS", plan.nis, plan), design_note(plan),
@@ -136,7 +130,7 @@ ReportTable plan_table(const SweepPlan& sweep, std::span<const StudyPlan> plans)
     const auto point = std::ranges::find(sweep.points, plan.scenario, &SweepPoint::scenario);
     table.add({point == sweep.points.end() ? plan.scenario.name : point_text(sweep, *point), most(plan.nees),
                most(plan.nis), plan.runs_for_precision,
-               time_text(plan.pilot.seconds_for(plan.runs_for_all))});
+               duration_text(plan.pilot.seconds_for(plan.runs_for_all), 2)});
   }
   const SweepCost cost = sweep_cost(plans, sweep.points.size());
   table.notes = {
@@ -147,8 +141,8 @@ ReportTable plan_table(const SweepPlan& sweep, std::span<const StudyPlan> plans)
           100.0 * question.precision),
       fmt::format(
           "The sweep of {} configurations with {} runs each: {}. With the {} runs of the scenario: {}.",
-          cost.configurations, cost.runs, time_text(cost.seconds), cost.scenario_runs,
-          time_text(cost.scenario_seconds)),
+          cost.configurations, cost.runs, duration_text(cost.seconds, 2), cost.scenario_runs,
+          duration_text(cost.scenario_seconds, 2)),
       fmt::format("Times are expected ones, from short pilots of {} of the configurations.", cost.planned)};
   return table;
 }

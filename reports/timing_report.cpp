@@ -27,13 +27,6 @@ const char* words_of(TimedFilter filter) {
   return "";
 }
 
-std::string duration_text(double seconds) {
-  if (seconds < 1e-6) return number_text(1e9 * seconds, 3) + " ns";
-  if (seconds < 1e-3) return number_text(1e6 * seconds, 3) + " µs";
-  if (seconds < 1.0) return number_text(1e3 * seconds, 3) + " ms";
-  return number_text(seconds, 3) + " s";
-}
-
 std::string between(const MeasuredTime& time) {
   return fmt::format("{} … {}", duration_text(time.lower), duration_text(time.upper));
 }
