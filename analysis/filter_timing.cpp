@@ -225,31 +225,40 @@ std::vector<int> thread_numbers() {
   return threads;
 }
 
-/// Everything that is timed, in the order of the result.
-struct Works {
-  std::vector<TimedWork> all;
-  std::vector<FilterTime> filters;  ///< without their times; the first of `all` are theirs
-  std::vector<int> threads;         ///< the last of `all` are theirs
-};
+using Progress = std::function<void(std::int64_t done, std::int64_t total)>;
 
-Works make_works(const FilterTimingPlan& plan) {
-  Works works;
+/// The filters of a plan, not yet timed.
+std::vector<FilterTime> planned_filters(const FilterTimingPlan& plan) {
+  std::vector<FilterTime> filters;
   for (const Index observed : plan.observed) {
     for (const TimedFilter filter : {TimedFilter::full, TimedFilter::naive, TimedFilter::map}) {
       for (const Index landmarks : plan.landmarks) {
-        if (landmarks < observed || landmarks > largest_map(filter)) continue;
-        RingWork ring = make_ring_work(filter, landmarks, observed);
-        works.all.push_back(std::move(ring.steps));
-        works.filters.push_back({filter, landmarks, observed, {}, ring.bytes});
+        if (landmarks >= observed && landmarks <= largest_map(filter)) {
+          filters.push_back({filter, landmarks, observed, {}, {}});
+        }
       }
     }
   }
+  return filters;
+}
+
+/// The work of each filter, whose memory is noted, then that of Monte Carlo, then the engine with each number
+/// of threads. Empty when stopped.
+std::vector<TimedWork> make_works(std::vector<FilterTime>& filters, std::span<const int> threads,
+                                  const std::atomic<bool>* stop, const std::function<void()>& made) {
+  std::vector<TimedWork> works;
+  for (FilterTime& filter : filters) {
+    if (stop != nullptr && stop->load()) return {};
+    RingWork ring = make_ring_work(filter.filter, filter.landmarks, filter.observed);
+    works.push_back(std::move(ring.steps));
+    filter.bytes = ring.bytes;
+    made();
+  }
   const std::vector<TimedWork> monte_carlo = monte_carlo_works();
-  works.all.insert(works.all.end(), monte_carlo.begin(), monte_carlo.end());
-  works.threads = thread_numbers();
-  for (const int threads : works.threads) {
-    const std::int64_t runs = 64 * threads;
-    works.all.push_back(engine_work(planar_ten(), runs, threads, static_cast<double>(runs)));
+  works.insert(works.end(), monte_carlo.begin(), monte_carlo.end());
+  for (const int t : threads) {
+    const std::int64_t runs = 8 * kChunkRuns * t;
+    works.push_back(engine_work(planar_ten(), runs, t, static_cast<double>(runs)));
   }
   return works;
 }
@@ -281,22 +290,32 @@ Index largest_map(TimedFilter filter) {
 }
 
 TimingResult time_filters(const FilterTimingPlan& plan, const std::atomic<bool>* stop,
-                          const std::function<void(std::int64_t done, std::int64_t total)>& progress) {
+                          const Progress& progress) {
   require_valid(plan);
   TimingResult result;
   result.machine = describe_machine();
   result.plan = plan.timing;
-  Works works = make_works(plan);
-  const std::vector<MeasuredTime> times = time_interleaved(works.all, plan.timing, stop, progress);
+  std::vector<FilterTime> filters = planned_filters(plan);
+  const std::vector<int> threads = thread_numbers();
+  // Making a filter counts as one timing.
+  const auto makings = static_cast<std::int64_t>(filters.size());
+  const std::int64_t timings = (plan.timing.repetitions + 1) * (makings + 3 + std::ssize(threads));
+  const auto tell = [&](std::int64_t done) {
+    if (progress) progress(done, makings + timings);
+  };
+  const std::vector<TimedWork> works =
+      make_works(filters, threads, stop, [&, made = std::int64_t{0}]() mutable { tell(++made); });
+  const std::vector<MeasuredTime> times = time_interleaved(
+      works, plan.timing, stop, [&](std::int64_t done, std::int64_t) { tell(makings + done); });
   if (times.empty()) return result;
-  result.filters = std::move(works.filters);
+  result.filters = std::move(filters);
   std::size_t next = 0;
   for (FilterTime& filter : result.filters) filter.step = times[next++];
   for (MeasuredTime* time :
        {&result.monte_carlo.step, &result.monte_carlo.normal, &result.monte_carlo.reference_step}) {
     *time = times[next++];
   }
-  for (const int threads : works.threads) result.scaling.push_back({threads, times[next++]});
+  for (const int t : threads) result.scaling.push_back({t, times[next++]});
   result.growth = fit_growth(result.filters);
   result.crossovers = find_crossovers(result.filters);
   result.complete = static_cast<int>(times.front().repetitions.size()) == plan.timing.repetitions;

@@ -67,10 +67,17 @@ std::vector<MeasuredTime> time_interleaved(
     throw std::invalid_argument("timing needs at least one repetition of some duration");
   }
   const auto stopped = [&] { return stop != nullptr && stop->load(); };
+  const auto each = static_cast<std::int64_t>(works.size()), total = (plan.repetitions + 1) * each;
+  std::int64_t done = 0;
+  const auto tell = [&] {
+    ++done;
+    if (progress) progress(done, total);
+  };
   std::vector<std::int64_t> times;
   for (const TimedWork& work : works) {
     if (stopped()) return {};
     times.push_back(calibrate(work, plan.seconds));
+    tell();
   }
   std::vector<std::vector<double>> seconds(works.size());
   std::vector<std::size_t> order(works.size());
@@ -81,12 +88,12 @@ std::vector<MeasuredTime> time_interleaved(
     for (const std::size_t i : order) {
       works[i].work(1);
       seconds[i].push_back(seconds_of(works[i], times[i]) / (static_cast<double>(times[i]) * works[i].items));
+      tell();
     }
-    if (progress) progress(round + 1, plan.repetitions);
   }
   std::vector<MeasuredTime> measured;
   if (works.empty() || seconds.front().empty()) return measured;
-  for (std::vector<double>& each : seconds) measured.push_back(summarise_times(std::move(each)));
+  for (std::vector<double>& of_work : seconds) measured.push_back(summarise_times(std::move(of_work)));
   return measured;
 }
 

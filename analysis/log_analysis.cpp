@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "analysis/consistency_judge.h"
-#include "analysis/study_dofs.h"
 
 namespace credence {
 namespace {
@@ -157,8 +156,8 @@ LogAnalysis analyse_logs(LogStatistics statistics, double confidence, bool sensi
   a.statistics = std::move(statistics);
   a.confidence = confidence;
   const StudyStatistics& s = a.statistics.study;
-  const StepSeries nees{s.series(Quantity::nees), study_dofs(s, Quantity::nees)};
-  const StepSeries nis{s.series(Quantity::nis), study_dofs(s, Quantity::nis)};
+  const StepSeries nees{s.series(Quantity::nees), s.dofs(Quantity::nees)};
+  const StepSeries nis{s.series(Quantity::nis), s.dofs(Quantity::nis)};
   const bool joint = a.statistics.joint_covariance || a.statistics.blocks.size() < 2;
   const VerdictLaws separate = separate_block_laws(std::max<std::size_t>(1, a.statistics.blocks.size()));
   const auto judge = [&](const StepSeries& series) {

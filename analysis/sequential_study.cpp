@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "analysis/study_dofs.h"
 
 namespace credence {
 namespace {
@@ -32,8 +31,8 @@ bool SequentialStudy::look(const StudyStatistics& chunk, const StudyStatistics& 
     if (const Moments average = average_of(chunk); average.count > 0) chunk_averages_.add(average.mean);
   }
   const std::vector<Moments> nees = prefix.series(Quantity::nees), nis = prefix.series(Quantity::nis);
-  const std::vector<double> nees_dof = study_dofs(prefix, Quantity::nees);
-  const std::vector<double> nis_dof = study_dofs(prefix, Quantity::nis);
+  const std::vector<double> nees_dof = prefix.dofs(Quantity::nees);
+  const std::vector<double> nis_dof = prefix.dofs(Quantity::nis);
   decision_ = credence::look(rule_, {.nees = nees,
                                      .nees_dof = nees_dof,
                                      .nis = nis,

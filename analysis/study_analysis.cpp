@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "analysis/study_dofs.h"
 #include "montecarlo/intermittent_experiment.h"
 #include "montecarlo/linear_experiment.h"
 
@@ -84,8 +83,8 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   analysis.state_dim = block_layout(scenario).state_dim();
   const StudyStatistics& s = analysis.statistics;
   const double confidence = scenario.study.confidence;
-  analysis.nees = judge_nees(s.series(Quantity::nees), study_dofs(s, Quantity::nees), confidence);
-  analysis.nis = judge_nis(s.series(Quantity::nis), study_dofs(s, Quantity::nis), confidence);
+  analysis.nees = judge_nees(s.series(Quantity::nees), s.dofs(Quantity::nees), confidence);
+  analysis.nis = judge_nis(s.series(Quantity::nis), s.dofs(Quantity::nis), confidence);
   if (const auto* linear = dynamic_cast<const LinearExperiment*>(&experiment)) {
     analyse_linear(*linear, analysis);
   } else if (const auto* missing = dynamic_cast<const IntermittentExperiment*>(&experiment)) {

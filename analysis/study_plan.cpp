@@ -11,7 +11,6 @@
 
 #include "analysis/effective_sample.h"
 #include "analysis/effective_steps.h"
-#include "analysis/study_dofs.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/engine.h"
 #include "montecarlo/linear_experiment.h"
@@ -99,7 +98,7 @@ std::optional<double> pilot_effective_steps(const Experiment& experiment, std::i
 VerdictDesign observed_design(const StudyStatistics& statistics, Quantity quantity, double confidence) {
   VerdictDesign design{.steps = 0.0, .dof_per_step = 0.0, .confidence = confidence};
   double dof = 0.0, values = 0.0;
-  const std::vector<double> dofs = study_dofs(statistics, quantity);
+  const std::vector<double> dofs = statistics.dofs(quantity);
   for (std::size_t k = 0; k < dofs.size(); ++k) {
     const std::int64_t count = statistics.steps[k][quantity].count;
     if (count == 0 || dofs[k] == 0.0) continue;

@@ -31,7 +31,7 @@ void print_timing(const TimingCommand& command, const TimingResult& result) {
 }
 
 int timing(TimingCommand& command) {
-  ProgressDisplay display("timing", command.quiet, "rounds");
+  ProgressDisplay display("timing", command.quiet, "timings");
   const std::atomic<bool>& stop = catch_interrupt();
   const TimingResult result = time_filters(command.plan, &stop, [&](std::int64_t done, std::int64_t total) {
     display.show({.runs_done = done, .runs_stored = 0, .runs_total = total});

@@ -104,6 +104,18 @@ std::vector<Moments> StudyStatistics::series(Quantity quantity) const {
   return result;
 }
 
+std::vector<double> StudyStatistics::dofs(Quantity quantity) const {
+  if (quantity != Quantity::nees && quantity != Quantity::nis) {
+    throw std::invalid_argument("only the dof of NEES and NIS are counted");
+  }
+  std::vector<double> result;
+  result.reserve(steps.size());
+  for (const StepStatistics& step : steps) {
+    result.push_back(static_cast<double>(quantity == Quantity::nees ? step.nees_dof : step.nis_dof));
+  }
+  return result;
+}
+
 std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
   Writer w;
   w.put(kFormat);

@@ -77,6 +77,9 @@ struct StudyStatistics {
   /// The moments of one quantity at every step.
   std::vector<Moments> series(Quantity quantity) const;
 
+  /// The dof of all runs together at every step, of nees or nis; throws std::invalid_argument for another.
+  std::vector<double> dofs(Quantity quantity) const;
+
   bool operator==(const StudyStatistics&) const = default;
 };
 

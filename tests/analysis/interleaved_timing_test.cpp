@@ -32,12 +32,12 @@ TEST(TimeInterleaved, DoesEveryWorkInEveryRoundInAnotherOrder) {
   std::string order;
   const auto work = [&](char name) { return TimedWork{[&order, name](std::int64_t) { order += name; }}; };
   const std::vector<TimedWork> works{work('a'), work('b'), work('c'), work('d')};
-  int rounds = 0;
+  int timings = 0;
   const auto times = time_interleaved(works, {.repetitions = 20, .seconds = 1e-9}, nullptr,
                                       [&](std::int64_t done, std::int64_t total) {
-                                        ++rounds;
-                                        EXPECT_EQ(done, rounds);
-                                        EXPECT_EQ(total, 20);
+                                        ++timings;
+                                        EXPECT_EQ(done, timings);
+                                        EXPECT_EQ(total, 4 * 21);  // with the calibration
                                       });
   ASSERT_EQ(times.size(), 4U);
   for (const MeasuredTime& time : times) EXPECT_EQ(time.repetitions.size(), 20U);
@@ -75,8 +75,9 @@ TEST(TimeInterleaved, TimesWholePeriods) {
 TEST(TimeInterleaved, StopsBetweenRoundsAndKeepsWhatIsMeasured) {
   std::atomic<bool> stop = false;
   const TimedWork work{[](std::int64_t) {}};
-  const auto times = time_interleaved({&work, 1}, {.repetitions = 10, .seconds = 1e-9}, &stop,
-                                      [&](std::int64_t done, std::int64_t) { stop = done == 3; });
+  const auto times = time_interleaved(
+      {&work, 1}, {.repetitions = 10, .seconds = 1e-9}, &stop,
+      [&](std::int64_t done, std::int64_t) { stop = done == 4; });  // the first is the calibration
   ASSERT_EQ(times.size(), 1U);
   EXPECT_EQ(times[0].repetitions.size(), 3U);
   EXPECT_TRUE(time_interleaved({&work, 1}, {.repetitions = 10}, &stop).empty());

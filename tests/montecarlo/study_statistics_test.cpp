@@ -75,5 +75,16 @@ TEST(StudyStatistics, CountsOutcomes) {
   EXPECT_THROW(s.merge(other), std::invalid_argument);
 }
 
+TEST(StudyStatistics, DofsAreTheSumsOfEveryStep) {
+  StudyStatistics statistics;
+  statistics.steps.resize(2);
+  statistics.steps[0].nees_dof = 6;
+  statistics.steps[1].nees_dof = 8;
+  statistics.steps[1].nis_dof = 3;
+  EXPECT_EQ(statistics.dofs(Quantity::nees), (std::vector<double>{6.0, 8.0}));
+  EXPECT_EQ(statistics.dofs(Quantity::nis), (std::vector<double>{0.0, 3.0}));
+  EXPECT_THROW(statistics.dofs(Quantity::trace), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace credence
