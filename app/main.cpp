@@ -1,10 +1,24 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <exception>
 
 #include "app/commands.h"
 #include "app/common_options.h"
+
+namespace credence {
+namespace {
+
+/// What little is said stays in a buffer until now: only now one sees whether it could be written.
+int after_output(int code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  fmt::print(stderr, "credence: the output could not be written\n");
+  return kBadInput;
+}
+
+}  // namespace
+}  // namespace credence
 
 int main(int argc, char** argv) {
   using namespace credence;
@@ -25,9 +39,9 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const ExitStatus& status) {
-    return status.code;
+    return after_output(status.code);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kBadInput;
+    return after_output(app.exit(error) == 0 ? kDone : kBadInput);
   } catch (const std::exception& error) {
     fmt::print(stderr, "credence: {}\n", error.what());
     return kBadInput;

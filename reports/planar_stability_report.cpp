@@ -211,7 +211,7 @@ std::vector<std::string> write_planar_stability_report(const std::filesystem::pa
 
   HtmlPage page("Stability of " + scenario.name, "Observability and boundedness along the path, by Credence");
   page.section("Verdict");
-  page.facts({{"world", world_text(scenario.world)},
+  page.facts({{"world", world_text(scenario)},
               {"inflation", filter_text(scenario.filter)},
               {"state", fmt::format("{} dimensions", a.state_dim)}});
   page.table(planar_growth_table(scenario, a));

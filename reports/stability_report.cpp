@@ -285,7 +285,7 @@ std::vector<std::string> write_stability_report(const std::filesystem::path& dir
 
   HtmlPage page("Stability of " + scenario.name, "Ranks, Riccati equation and boundedness, by Credence");
   page.section("Verdict");
-  page.facts({{"world", world_text(scenario.world)},
+  page.facts({{"world", world_text(scenario)},
               {"inflation", filter_text(scenario.filter)},
               {"state", fmt::format("{} dimensions", a.state_dim)}});
   page.table(stability_verdict_table(a));

@@ -60,7 +60,7 @@ void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& na
                const std::filesystem::path& directory) {
   const StudyAnalysis& a = study.analysis;
   page.section(a.scenario.name);
-  page.facts({{"world", world_text(a.scenario.world)},
+  page.facts({{"world", world_text(a.scenario)},
               {"inflation", filter_text(a.scenario.filter)},
               {"runs", fmt::format("{}{}", a.statistics.runs, a.complete ? "" : " (interrupted)")},
               {"steps", fmt::format("{}", a.scenario.study.steps)},

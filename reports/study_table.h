@@ -15,7 +15,7 @@ ReportTable verdict_table(std::span<const StudyAnalysis> analyses);
 std::string filter_text(const FilterSettings& filter);
 
 /// "2 landmarks, partially observable".
-std::string world_text(const WorldSettings& world);
+std::string world_text(const Scenario& scenario);
 
 /// A verdict as a cell.
 TableCell verdict_cell(Verdict verdict);

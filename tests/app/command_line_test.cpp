@@ -326,6 +326,33 @@ TEST_F(CommandLine, EveryMalformedScenarioEndsWith2AndOneMessage) {
   EXPECT_NE(run({"run", "--help"}).out.find("measurement_scale"), std::string::npos) << "help lists the keys";
 }
 
+TEST_F(CommandLine, AFullDiskBehindTheOutputIsAnError) {
+  write("a.toml", kMonobot);
+  fs::create_symlink("/dev/full", folder_ / "stdout");
+  for (const char* format : {"text", "json"}) {
+    int status = 0;
+    waitpid(start({"run", "a.toml", "--format", format}), &status, 0);
+    EXPECT_EQ(WEXITSTATUS(status), 2) << format;
+    EXPECT_NE(read("stderr").find("credence: "), std::string::npos) << format;
+  }
+}
+
+TEST_F(CommandLine, MissedMeasurementsGiveEveryRunItsOwnCovariance) {
+  write("a.toml", kMonobot);
+  const Json optimal =
+      json({"run", "a.toml", "--set", "noise.detection_probability=0.5", "--format", "json"});
+  EXPECT_EQ(optimal["nees"]["verdict"], "consistent");
+  EXPECT_EQ(optimal["exact"]["nees"], Json(std::vector<double>(30, 3.0)));
+  EXPECT_EQ(optimal["exact"]["nis"], Json(std::vector<double>(30, 1.0)));
+  EXPECT_TRUE(optimal["gain"].is_null());
+  EXPECT_TRUE(optimal["gain_reason"].is_string());
+  const Json wrong = json({"run", "a.toml", "--set", "noise.detection_probability=0.5", "--set",
+                           "filter.measurement_scale=0.3", "--runs", "1000", "--format", "json"});
+  EXPECT_EQ(wrong["nees"]["verdict"], "optimistic");
+  EXPECT_TRUE(wrong["exact"]["nees"].empty());
+  EXPECT_TRUE(wrong["exact_reason"].is_string());
+}
+
 TEST_F(CommandLine, AnOutputThatCannotBeWrittenIsAnErrorThatNamesIt) {
   write("a.toml", kMonobot);
   write("file", "not a folder");
