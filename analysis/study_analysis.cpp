@@ -46,14 +46,15 @@ CovarianceCurves mean_curves(const StudyStatistics& s) {
 }
 
 /// Every run has a covariance of its own. Given what it sees, an optimal filter has E[NEES] = n and E[NIS] =
-/// the number of measurements; of another only the runs together are known.
+/// the number of measurements, which is p m/(1 − (1 − p)^m) on average where there is one at all.
 void analyse_intermittent(const IntermittentExperiment& experiment, StudyAnalysis& analysis) {
   analysis.covariance = mean_curves(analysis.statistics);
   if (!experiment.is_optimal()) return;
   const IntermittentProblem& p = experiment.problem();
   ExactMoments exact;
   exact.nees = static_cast<double>(p.truth.state_dim());
-  exact.nis = p.detection_probability * static_cast<double>(p.truth.measurement_dim());
+  const double m = static_cast<double>(p.truth.measurement_dim()), seen = p.detection_probability;
+  exact.nis = seen * m / -std::expm1(m * std::log1p(-seen));
   analysis.exact.assign(analysis.statistics.steps.size(), exact);
 }
 

@@ -45,7 +45,7 @@ LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::pat
   if (fresh) discard_logs(directory_, 0);
   if (!logs_in(directory_, 0).empty()) {
     throw OutputError(
-        fmt::format("{}: holds logs of other runs; name another folder, or discard them with --fresh",
+        fmt::format("{}: holds logs of earlier runs; name another folder, or discard them with --fresh",
                     directory_.string()));
   }
 }

@@ -74,7 +74,7 @@ class IntermittentExperiment::Run {
   void add_to(StepStatistics& s) const {
     const Matrix& P = now_.P;
     s[Quantity::nees].add(now_.nees);
-    s[Quantity::nis].add(now_.nis);
+    if (now_.nis_dof > 0) s[Quantity::nis].add(now_.nis);
     s.nees_dof += now_.nees_dof;
     s.nis_dof += now_.nis_dof;
     s[Quantity::trace_prior].add(filter().P_prior.trace());

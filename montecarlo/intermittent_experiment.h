@@ -9,7 +9,7 @@ namespace credence {
 /// Many runs of a linear filter that misses measurements at random, so that every run has covariances and
 /// gains of its own: in lanes where IntermittentLanes supports it, else one by one by LinearFilter.
 ///
-/// A step without any measurement has a NIS of 0 with 0 dof. The true and the assumed R must be diagonal.
+/// A step without any measurement has no NIS. The true and the assumed R must be diagonal.
 class IntermittentExperiment final : public Experiment {
  public:
   IntermittentExperiment(IntermittentProblem problem, Index steps, NoiseSource source);
@@ -19,7 +19,7 @@ class IntermittentExperiment final : public Experiment {
   RunTrace describe_world() const override;
 
   /// Whether the filter knows the true noise and inflates nothing: its E[NEES] is then the number of states,
-  /// its E[NIS] that of the measurements seen, whatever is missed.
+  /// its E[NIS] that of the measurements it has, whatever is missed.
   bool is_optimal() const;
 
   const IntermittentProblem& problem() const { return problem_; }

@@ -24,14 +24,31 @@ bool is_monobot(const LinearModel& m) {
   return m.F == like.F && m.G == like.G && m.H == like.H && m.R == like.R && m.P0 == like.P0;
 }
 
+/// Of all runs at a step; NIS is only of those that saw something.
 constexpr std::pair<Quantity, IntermittentValue> kQuantities[] = {
     {Quantity::nees, kNeesValue},
-    {Quantity::nis, kNisValue},
     {Quantity::trace_prior, kTracePriorValue},
     {Quantity::trace, kTraceValue},
     {Quantity::trace_vehicle, kVehicleValue},
     {Quantity::trace_landmarks, kLandmarksValue},
 };
+
+/// The sum of whole numbers.
+std::int64_t total(const double* x) {
+  double sums[8] = {};
+  for (std::size_t i = 0; i < kWidth; ++i) sums[i % 8] += x[i];
+  return static_cast<std::int64_t>(std::accumulate(sums, sums + 8, 0.0));
+}
+
+/// Of all lanes, `count` of which are not zero by definition, the moments of these.
+Moments without_zeros(double mean, double m2, std::int64_t count) {
+  if (count == 0) return {};
+  const auto n = static_cast<double>(count);
+  const double own = mean * kNoiseLanes / n;
+  // Chan's rule for merging, backwards; rounding may leave less than nothing.
+  return {
+      .count = count, .mean = own, .m2 = std::max(0.0, m2 - own * own * n * (kNoiseLanes - n) / kNoiseLanes)};
+}
 
 /// Steps whose noise fills half of a common L1 cache.
 Index steps_of_block(Index measurements) {
@@ -193,13 +210,19 @@ void IntermittentLanes::add_all(Index k, StepStatistics& s) const {
     const double* row = seen_of(r, k);
     for (std::size_t lane = 0; lane < kWidth; ++lane) seen[lane] += row[lane];
   }
-  s.nis_dof += static_cast<std::int64_t>(std::accumulate(seen, seen + kWidth, 0.0));
+  s.nis_dof += total(seen);
+  for (double& lane : seen) lane = lane > 0.0 ? 1.0 : 0.0;
+  const std::size_t nis = at(k * kIntermittentValues + kNisValue);
+  s[Quantity::nis].merge(without_zeros(mean_[nis], m2_[nis], total(seen)));
   s.nees_dof += plan_.states * kLanes;
 }
 
 void IntermittentLanes::add_one(Index k, int lane, StepStatistics& s) const {
   for (const auto& [quantity, value] : kQuantities) s[quantity].add(values(k, value)[lane]);
-  for (Index r = 0; r < measurements_; ++r) s.nis_dof += static_cast<std::int64_t>(seen_of(r, k)[lane]);
+  std::int64_t seen = 0;
+  for (Index r = 0; r < measurements_; ++r) seen += static_cast<std::int64_t>(seen_of(r, k)[lane]);
+  if (seen > 0) s[Quantity::nis].add(values(k, kNisValue)[lane]);
+  s.nis_dof += seen;
   s.nees_dof += plan_.states;
 }
 

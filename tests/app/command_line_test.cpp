@@ -343,9 +343,14 @@ TEST_F(CommandLine, MissedMeasurementsGiveEveryRunItsOwnCovariance) {
       json({"run", "a.toml", "--set", "noise.detection_probability=0.5", "--format", "json"});
   EXPECT_EQ(optimal["nees"]["verdict"], "consistent");
   EXPECT_EQ(optimal["exact"]["nees"], Json(std::vector<double>(30, 3.0)));
-  EXPECT_EQ(optimal["exact"]["nis"], Json(std::vector<double>(30, 1.0)));
+  for (const double nis : optimal["exact"]["nis"]) EXPECT_NEAR(nis, 4.0 / 3.0, 1e-15);
   EXPECT_TRUE(optimal["gain"].is_null());
   EXPECT_TRUE(optimal["gain_reason"].is_string());
+  EXPECT_NEAR(optimal["nis"]["expected"].get<double>(), 4.0 / 3.0, 0.02);
+  const Json logged = json(
+      {"run", "a.toml", "--set", "noise.detection_probability=0.5", "--log", "logs", "--format", "json"});
+  EXPECT_NEAR(logged["nis"]["mean"].get<double>(), optimal["nis"]["mean"].get<double>(), 1e-12);
+  EXPECT_NEAR(logged["nees"]["mean"].get<double>(), optimal["nees"]["mean"].get<double>(), 1e-12);
   const Json wrong = json({"run", "a.toml", "--set", "noise.detection_probability=0.5", "--set",
                            "filter.measurement_scale=0.3", "--runs", "1000", "--format", "json"});
   EXPECT_EQ(wrong["nees"]["verdict"], "optimistic");
