@@ -12,7 +12,8 @@
 namespace credence {
 namespace {
 
-#include "core/block_map_kernel_pack_avx512.inc"
+#include "core/lane_pack_avx512.inc"
+using Pack = LanePack;
 //
 #include "core/block_map_kernel_body.inc"
 

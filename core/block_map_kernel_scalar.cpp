@@ -7,7 +7,8 @@
 namespace credence {
 namespace {
 
-#include "core/block_map_kernel_pack_scalar.inc"
+#include "core/lane_pack_scalar.inc"
+using Pack = LanePack;
 //
 #include "core/block_map_kernel_body.inc"
 

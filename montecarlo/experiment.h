@@ -59,6 +59,21 @@ class Experiment {
   virtual RunTrace describe_world() const = 0;
 };
 
+/// A visit of a run at its start: `step(k)` does step k and tells how it went, `show()` gives what there is
+/// to see. A step that failed has no statistics, whose numbers would be those of the step before.
+template <class Step, class Show>
+Outcome visit_steps(Index steps, const StepVisitor& take, Step step, Show show) {
+  take(show());
+  Outcome outcome = Outcome::ok;
+  for (Index k = 1; k <= steps && outcome == Outcome::ok; ++k) {
+    outcome = step(k);
+    TraceStep now = show();
+    if (outcome != Outcome::ok) now.nees_dof = now.nis_dof = 0;
+    take(now);
+  }
+  return outcome;
+}
+
 /// The experiment of a scenario: linear for the monobot, EKF-SLAM for the planar world.
 std::unique_ptr<Experiment> make_experiment(const Scenario& scenario);
 

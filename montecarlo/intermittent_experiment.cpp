@@ -25,15 +25,13 @@ class IntermittentExperiment::Run {
     now_.landmarks = linear_landmarks(truth_.layout);
   }
 
-  /// Step 0.
-  const TraceStep& start(std::int64_t run) {
+  void start(std::int64_t run) {
     run_ = run;
     filter_.reset();
     error_ = initial_root_ * normals(0, NoisePurpose::initial, truth_.state_dim());
     now_.truth = linear_start(truth_.layout);
     now_.P = filter_.last().P;
     now_.estimate = now_.truth - error_;
-    return now_;
   }
 
   /// Step k from 1 on; good for `now` where the outcome is ok.
@@ -49,7 +47,6 @@ class IntermittentExperiment::Run {
     now_.innovation = truth_.H(rows_, Eigen::all) * error_ + w(rows_);
     now_.S = filter.S;
     now_.K = Matrix::Zero(error_.size(), w.size());
-    now_.nis_dof = now_.nees_dof = 0;
     if (!filter.ok) return Outcome::not_positive_definite;
     now_.K(Eigen::all, rows_) = filter.K;
     error_ -= filter.K * now_.innovation;
@@ -66,9 +63,8 @@ class IntermittentExperiment::Run {
   /// Takes error, covariance and statistics from the first lane, with the same measurements.
   void take(const IntermittentLanes& lanes) {
     error_ = lanes.error(0);
-    const bool ok = lanes.outcome(0) == Outcome::ok;
-    judge(lanes.covariance(0), lanes.value(kNeesValue, 0), ok ? error_.size() : 0, lanes.value(kNisValue, 0),
-          ok ? static_cast<Index>(rows_.size()) : 0);
+    judge(lanes.covariance(0), lanes.value(kNeesValue, 0), error_.size(), lanes.value(kNisValue, 0),
+          static_cast<Index>(rows_.size()));
   }
 
   void add_to(StepStatistics& s) const {
@@ -178,23 +174,20 @@ void IntermittentExperiment::add_matrices(std::int64_t first_run, std::int64_t r
 
 Outcome IntermittentExperiment::visit(std::int64_t run_number, const StepVisitor& take) const {
   Run run(*this);
+  run.start(run_number);
   std::optional<IntermittentLanes> lanes;
-  take(run.start(run_number));
   if (lanes_) {
     lanes.emplace(problem_, source_);
     lanes->start(run_number, 1);
   }
-  Outcome outcome = Outcome::ok;
-  for (Index k = 1; k <= steps_ && outcome == Outcome::ok; ++k) {
-    outcome = run.step(k);
-    if (lanes) {
-      lanes->advance(1);
-      run.take(*lanes);
-      outcome = lanes->outcome(0);
-    }
-    take(run.now());
-  }
-  return outcome;
+  const auto step = [&](Index k) {
+    const Outcome outcome = run.step(k);
+    if (!lanes) return outcome;
+    lanes->advance(1);
+    run.take(*lanes);
+    return lanes->outcome(0);
+  };
+  return visit_steps(steps_, take, step, [&] { return run.now(); });
 }
 
 }  // namespace credence

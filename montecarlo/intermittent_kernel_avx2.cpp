@@ -13,7 +13,8 @@
 namespace credence {
 namespace {
 
-#include "montecarlo/normal_kernel_pack_avx2.inc"
+#include "core/lane_pack_avx2.inc"
+using Pack = LanePack;
 //
 #include "montecarlo/intermittent_kernel_body.inc"
 

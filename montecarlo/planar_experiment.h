@@ -49,16 +49,9 @@ class PlanarExperiment final : public Experiment {
     if constexpr (requires { filter.keep_gain(true); }) filter.keep_gain(true);
     Run run(*this, filter);
     run.start(r);
-    take(run.trace_step());
-    Outcome outcome = Outcome::ok;
-    for (std::size_t k = 1; k <= world_.controls.size() && outcome == Outcome::ok; ++k) {
-      outcome = run.step(k);
-      TraceStep step = run.trace_step();
-      // A step that failed has no statistics: its numbers would be those of the step before.
-      if (outcome != Outcome::ok) step.nees_dof = step.nis_dof = 0;
-      take(step);
-    }
-    return outcome;
+    return visit_steps(
+        std::ssize(world_.controls), take, [&](Index k) { return run.step(static_cast<std::size_t>(k)); },
+        [&] { return run.trace_step(); });
   }
 
   RunTrace describe_world() const override { return describe_planar_world(world_); }

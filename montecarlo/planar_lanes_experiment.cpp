@@ -107,17 +107,11 @@ StudyStatistics PlanarLanesExperiment::run_chunk(std::int64_t first_run, std::in
 Outcome PlanarLanesExperiment::visit(std::int64_t run, const StepVisitor& take) const {
   Batch batch(*this);
   batch.start(run, 1);
-  take(batch.trace_step());
-  Outcome outcome = Outcome::ok;
-  for (std::size_t k = 1; k <= world_.controls.size() && outcome == Outcome::ok; ++k) {
-    batch.step(k);
-    outcome = batch.outcome();
-    TraceStep step = batch.trace_step();
-    // A step that failed has no statistics: its numbers would be those of the step before.
-    if (outcome != Outcome::ok) step.nees_dof = step.nis_dof = 0;
-    take(step);
-  }
-  return outcome;
+  const auto step = [&](Index k) {
+    batch.step(static_cast<std::size_t>(k));
+    return batch.outcome();
+  };
+  return visit_steps(std::ssize(world_.controls), take, step, [&] { return batch.trace_step(); });
 }
 
 }  // namespace credence

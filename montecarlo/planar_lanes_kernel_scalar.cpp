@@ -7,7 +7,8 @@
 namespace credence {
 namespace {
 
-#include "montecarlo/normal_kernel_pack_scalar.inc"
+#include "core/lane_pack_scalar.inc"
+using Pack = LanePack;
 //
 #include "montecarlo/planar_lanes_kernel_body.inc"
 
