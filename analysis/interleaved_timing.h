@@ -47,8 +47,9 @@ MeasuredTime summarise_times(std::vector<double> repetitions);
 
 /// Times all works in `plan.repetitions` rounds, each in another order and each work after one warming call.
 ///
-/// `progress(done, total)` is called after every work of a round, the calibration being the first round; once `stop` is set the rounds done are what is
-/// returned (none: empty). Throws std::invalid_argument for a plan without repetitions or of no duration.
+/// `progress(done, total)` is called after every work of a round, the calibration being the first round; once
+/// `stop` is set the rounds done are what is returned (none: empty). Throws std::invalid_argument for a plan
+/// without repetitions or of no duration.
 std::vector<MeasuredTime> time_interleaved(
     std::span<const TimedWork> works, const TimingPlan& plan, const std::atomic<bool>* stop = nullptr,
     const std::function<void(std::int64_t done, std::int64_t total)>& progress = {});

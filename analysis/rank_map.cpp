@@ -19,8 +19,8 @@ double error_growth_of(const std::vector<ExactMoments>& exact) {
 }  // namespace
 
 bool is_rank_map_cell(const Scenario& scenario) {
-  return scenario.world.model == WorldModel::monobot &&
-         scenario.filter.inflation == FilterInflation::rank && scenario.noise.detection_probability == 1.0;
+  return scenario.world.model == WorldModel::monobot && scenario.filter.inflation == FilterInflation::rank &&
+         scenario.noise.detection_probability == 1.0;
 }
 
 RankMapCell rank_map_cell(const StudyAnalysis& analysis) {

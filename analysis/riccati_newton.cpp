@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kMaxNewtonSteps = 6;
 constexpr int kMaxSquarings = 40;
-constexpr double kEnough = 1e-9;          // digits of a correction: the next one has the rest
-constexpr double kAcceptable = 1e-8;      // a residual above it is no solution
+constexpr double kEnough = 1e-9;      // digits of a correction: the next one has the rest
+constexpr double kAcceptable = 1e-8;  // a residual above it is no solution
 
 /// X = A X Aᵀ + C by X ← X + A X Aᵀ, A ← A². False when A is not stable: its powers do not fall to zero.
 bool smith_doubling(Matrix A, const Matrix& C, Matrix& X) {

@@ -10,7 +10,7 @@ namespace {
 
 static_assert(IntermittentLanes::kLanes == kNoiseLanes);
 
-constexpr std::size_t kWidth = kNoiseLanes;
+constexpr std::size_t kTile = kNoiseLanes;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -36,7 +36,7 @@ constexpr std::pair<Quantity, IntermittentValue> kQuantities[] = {
 /// The sum of whole numbers.
 std::int64_t total(const double* x) {
   double sums[8] = {};
-  for (std::size_t i = 0; i < kWidth; ++i) sums[i % 8] += x[i];
+  for (std::size_t i = 0; i < kTile; ++i) sums[i % 8] += x[i];
   return static_cast<std::int64_t>(std::accumulate(sums, sums + 8, 0.0));
 }
 
@@ -92,13 +92,13 @@ IntermittentLanes::IntermittentLanes(const IntermittentProblem& problem, const N
            .process_std = std::sqrt(truth.Q(0, 0)),
            .measurement_std = std::sqrt(truth.R(0, 0)),
            .constant = constant_.size() > 0 ? constant_.data() : nullptr};
-  errors_.resize(at(n) * kWidth);
-  covariance_.resize(at(triangle) * kWidth);
-  work_.resize(at(triangle + 3 * n) * kWidth);
-  process_.resize(at(block_) * kWidth);
-  measurement_.resize(at(block_ * measurements_) * kWidth);
-  seen_.resize(at(block_ * measurements_) * kWidth);
-  values_.resize(at(block_ * kIntermittentValues) * kWidth);
+  errors_.resize(at(n) * kTile);
+  covariance_.resize(at(triangle) * kTile);
+  work_.resize(at(triangle + 3 * n) * kTile);
+  process_.resize(at(block_) * kTile);
+  measurement_.resize(at(block_ * measurements_) * kTile);
+  seen_.resize(at(block_ * measurements_) * kTile);
+  values_.resize(at(block_ * kIntermittentValues) * kTile);
   mean_.resize(at(block_ * kIntermittentValues));
   m2_.resize(mean_.size());
 }
@@ -137,7 +137,7 @@ void IntermittentLanes::draw() {
 Index IntermittentLanes::advance(Index most) {
   if (step_ == drawn_) draw();
   count_ = std::min(most, drawn_ - step_);
-  const std::size_t first = at(step_ - (drawn_ - block_)) * kWidth;
+  const std::size_t first = at(step_ - (drawn_ - block_)) * kTile;
   kernel_->steps(plan_, count_,
                  {.errors = errors_.data(),
                   .covariance = covariance_.data(),
@@ -154,7 +154,7 @@ Index IntermittentLanes::advance(Index most) {
 }
 
 const double* IntermittentLanes::values(Index step, int value) const {
-  return values_.data() + at(step * kIntermittentValues + value) * kWidth;
+  return values_.data() + at(step * kIntermittentValues + value) * kTile;
 }
 
 void IntermittentLanes::find_failures() {
@@ -205,10 +205,10 @@ void IntermittentLanes::add_all(Index k, StepStatistics& s) const {
     const std::size_t row = at(k * kIntermittentValues + value);
     s[quantity].merge({.count = kLanes, .mean = mean_[row], .m2 = m2_[row]});
   }
-  double seen[kWidth] = {};
+  double seen[kTile] = {};
   for (Index r = 0; r < measurements_; ++r) {
     const double* row = seen_of(r, k);
-    for (std::size_t lane = 0; lane < kWidth; ++lane) seen[lane] += row[lane];
+    for (std::size_t lane = 0; lane < kTile; ++lane) seen[lane] += row[lane];
   }
   s.nis_dof += total(seen);
   for (double& lane : seen) lane = lane > 0.0 ? 1.0 : 0.0;
@@ -243,7 +243,7 @@ Matrix IntermittentLanes::covariance(int lane) const {
 
 const double* IntermittentLanes::seen_of(Index row, Index k) const {
   const Index in_block = step_ - count_ + k - (drawn_ - block_);
-  return seen_.data() + at(row * block_ + in_block) * kWidth;
+  return seen_.data() + at(row * block_ + in_block) * kTile;
 }
 
 }  // namespace credence
