@@ -11,7 +11,7 @@ namespace {
 /// Panels of eight rows, filled up with zeros.
 void pack(const Factor& M, AlignedVector& packed) {
   const Index panels = (M.rows + kPanelRows - 1) / kPanelRows;
-  packed.resize(static_cast<std::size_t>(panels * kPanelRows * M.columns));
+  packed.resize(static_cast<std::size_t>(std::max<Index>(1, panels * kPanelRows * M.columns)));  // never null
   double* to = packed.data();
   for (Index row = 0; row < M.rows; row += kPanelRows) {
     const Index rows = std::min<Index>(kPanelRows, M.rows - row);
