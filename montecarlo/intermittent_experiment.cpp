@@ -7,6 +7,7 @@
 #include "core/nan.h"
 #include "core/psd_root.h"
 #include "montecarlo/linear_world.h"
+#include "montecarlo/step_draws.h"
 
 namespace credence {
 
@@ -15,20 +16,24 @@ class IntermittentExperiment::Run {
  public:
   explicit Run(const IntermittentExperiment& e)
       : truth_(e.problem_.truth),
-        probability_(e.problem_.detection_probability),
         source_(e.source_),
         filter_(e.problem_.assumed, e.problem_.rule),
         noise_input_(truth_.G * psd_root(truth_.Q)),
         measurement_root_(psd_root(truth_.R)),
         initial_root_(psd_root(truth_.P0)),
-        seen_(static_cast<std::size_t>(4 * truth_.measurement_dim())) {
+        process_(StepDraws::normals(source_, NoisePurpose::process, truth_.Q.rows())),
+        measurement_(StepDraws::normals(source_, NoisePurpose::measurement, truth_.measurement_dim())),
+        detection_(StepDraws::events(source_, NoisePurpose::detection, e.problem_.detection_probability,
+                                     truth_.measurement_dim())) {
     now_.landmarks = linear_landmarks(truth_.layout);
   }
 
   void start(std::int64_t run) {
-    run_ = run;
+    for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
     filter_.reset();
-    error_ = initial_root_ * normals(0, NoisePurpose::initial, truth_.state_dim());
+    Vector start(truth_.state_dim());
+    source_.normals(run, 0, NoisePurpose::initial, {start.data(), static_cast<std::size_t>(start.size())});
+    error_ = initial_root_ * start;
     now_.truth = linear_start(truth_.layout);
     now_.P = filter_.last().P;
     now_.estimate = now_.truth - error_;
@@ -36,8 +41,9 @@ class IntermittentExperiment::Run {
 
   /// Step k from 1 on; good for `now` where the outcome is ok.
   Outcome step(Index k) {
-    const Vector v = noise_input_ * normals(k, NoisePurpose::process, truth_.Q.rows());
-    const Vector w = measurement_root_ * normals(k, NoisePurpose::measurement, truth_.measurement_dim());
+    using Normals = Eigen::Map<const Vector>;
+    const Vector v = noise_input_ * Normals(process_.at(k), noise_input_.cols());
+    const Vector w = measurement_root_ * Normals(measurement_.at(k), measurement_root_.cols());
     now_.truth = truth_.F * now_.truth + v;
     error_ = truth_.F * error_ + v;
     find_rows(k);
@@ -80,19 +86,12 @@ class IntermittentExperiment::Run {
   }
 
  private:
-  Vector normals(Index k, NoisePurpose purpose, Index count) const {
-    Vector out(count);
-    source_.normals(run_, k, purpose, {out.data(), static_cast<std::size_t>(count)});
-    return out;
-  }
-
   /// Measurements that there are at step k.
   void find_rows(Index k) {
-    const Index m = truth_.measurement_dim(), first = k - (k - 1) % 4;
-    source_.events_of_four_steps(run_, first, NoisePurpose::detection, probability_, m, seen_);
+    const double* seen = detection_.at(k);
     rows_.clear();
-    for (Index i = 0; i < m; ++i) {
-      if (seen_[static_cast<std::size_t>((k - first) * m + i)] != 0.0) rows_.push_back(i);
+    for (Index i = 0; i < truth_.measurement_dim(); ++i) {
+      if (seen[i] != 0.0) rows_.push_back(i);
     }
   }
 
@@ -106,14 +105,12 @@ class IntermittentExperiment::Run {
   }
 
   const LinearModel& truth_;
-  double probability_;
   NoiseSource source_;
   LinearFilter filter_;
   Matrix noise_input_, measurement_root_, initial_root_;
-  std::int64_t run_ = 0;
+  StepDraws process_, measurement_, detection_;
   Vector error_;
-  std::vector<double> seen_;  ///< of four steps
-  std::vector<Index> rows_;   ///< of H that were measured
+  std::vector<Index> rows_;  ///< of H that were measured
   TraceStep now_;
 };
 

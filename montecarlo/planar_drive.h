@@ -9,6 +9,7 @@
 #include "montecarlo/experiment.h"
 #include "montecarlo/noise.h"
 #include "montecarlo/planar_world.h"
+#include "montecarlo/step_draws.h"
 
 namespace credence {
 
@@ -48,25 +49,11 @@ class PlanarDrive {
   const Pose& pose() const { return pose_; }  ///< the true one
 
  private:
-  /// Random numbers of a purpose, drawn for four steps at a time.
-  struct Draws {
-    NoisePurpose purpose;
-    std::int64_t slots;
-    std::vector<double> values;
-    std::size_t first_step = 0;  ///< of those in `values`; 0: none
-  };
-  /// Standard normals at step k, zeros without a source.
-  const double* draw(std::size_t k, Draws& draws) const;
-  /// For each landmark 1 where the sensor does not miss it at step k, else 0.
-  const double* draw_detections(std::size_t k);
-
   const PlanarWorld& world_;
   PlanarNoise noise_;
   std::optional<NoiseSource> source_;
-  std::int64_t run_ = 0;
   Pose pose_;
-  Draws process_;
-  Draws measurement_, detection_;
+  StepDraws process_, measurement_, detection_;
   std::vector<Observation<PlanarModel>> observations_;
 };
 
