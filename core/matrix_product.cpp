@@ -25,11 +25,10 @@ void pack(const Factor& M, AlignedVector& packed) {
 
 }  // namespace
 
-Factor Factor::transposed(const Matrix& M) {
-  Factor factor(M);
-  std::swap(factor.rows, factor.columns);
-  std::swap(factor.row_step, factor.column_step);
-  return factor;
+Factor Factor::transposed(Factor M) {
+  std::swap(M.rows, M.columns);
+  std::swap(M.row_step, M.column_step);
+  return M;
 }
 
 void MatrixProduct::multiply(Matrix& C, const Factor& A, const Factor& B, bool add, bool lower) {
@@ -38,10 +37,7 @@ void MatrixProduct::multiply(Matrix& C, const Factor& A, const Factor& B, bool a
   }
   if (!add) C.resize(A.rows, B.columns);
   pack(A, A_);
-  Factor columns = B;
-  std::swap(columns.rows, columns.columns);
-  std::swap(columns.row_step, columns.column_step);
-  pack(columns, B_);
+  pack(Factor::transposed(B), B_);
   kernel_->multiply({.A = A_.data(),
                      .B = B_.data(),
                      .rows = A.rows,

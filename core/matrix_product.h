@@ -13,7 +13,8 @@ struct Factor {
 
   Factor(const Matrix& M)
       : data(M.data()), rows(M.rows()), columns(M.cols()), row_step(1), column_step(M.rows()) {}
-  static Factor transposed(const Matrix& M);
+  /// Of a factor that is itself a transpose: the matrix.
+  static Factor transposed(Factor M);
 };
 
 /// Products of dense matrices at the speed of the machine's widest registers and with the same bits on every
