@@ -242,10 +242,9 @@ std::vector<FilterTime> planned_filters(const FilterTimingPlan& plan) {
   return filters;
 }
 
-/// The work of each filter, whose memory is noted, then that of Monte Carlo, then the engine with each number
-/// of threads. Empty when stopped.
-std::vector<TimedWork> make_works(std::vector<FilterTime>& filters, std::span<const int> threads,
-                                  const std::atomic<bool>* stop, const std::function<void()>& made) {
+/// The work of each filter, whose memory is noted. Empty when stopped.
+std::vector<TimedWork> filter_works(std::vector<FilterTime>& filters, const std::atomic<bool>* stop,
+                                    const std::function<void()>& made) {
   std::vector<TimedWork> works;
   for (FilterTime& filter : filters) {
     if (stop != nullptr && stop->load()) return {};
@@ -254,8 +253,12 @@ std::vector<TimedWork> make_works(std::vector<FilterTime>& filters, std::span<co
     filter.bytes = ring.bytes;
     made();
   }
-  const std::vector<TimedWork> monte_carlo = monte_carlo_works();
-  works.insert(works.end(), monte_carlo.begin(), monte_carlo.end());
+  return works;
+}
+
+/// That of Monte Carlo, then the engine with each number of threads.
+std::vector<TimedWork> other_works(std::span<const int> threads) {
+  std::vector<TimedWork> works = monte_carlo_works();
   for (const int t : threads) {
     const std::int64_t runs = 8 * kChunkRuns * t;
     works.push_back(engine_work(planar_ten(), runs, t, static_cast<double>(runs)));
@@ -297,14 +300,17 @@ TimingResult time_filters(const FilterTimingPlan& plan, const std::atomic<bool>*
   result.plan = plan.timing;
   std::vector<FilterTime> filters = planned_filters(plan);
   const std::vector<int> threads = thread_numbers();
+  const std::vector<TimedWork> others = other_works(threads);
   // Making a filter counts as one timing.
-  const auto makings = static_cast<std::int64_t>(filters.size());
-  const std::int64_t timings = (plan.timing.repetitions + 1) * (makings + 3 + std::ssize(threads));
+  const std::int64_t makings = std::ssize(filters);
+  const std::int64_t timings = (plan.timing.repetitions + 1) * (makings + std::ssize(others));
   const auto tell = [&](std::int64_t done) {
     if (progress) progress(done, makings + timings);
   };
-  const std::vector<TimedWork> works =
-      make_works(filters, threads, stop, [&, made = std::int64_t{0}]() mutable { tell(++made); });
+  std::vector<TimedWork> works =
+      filter_works(filters, stop, [&, made = std::int64_t{0}]() mutable { tell(++made); });
+  if (works.empty()) return result;
+  works.insert(works.end(), others.begin(), others.end());
   const std::vector<MeasuredTime> times = time_interleaved(
       works, plan.timing, stop, [&](std::int64_t done, std::int64_t) { tell(makings + done); });
   if (times.empty()) return result;
