@@ -10,6 +10,19 @@
 namespace credence {
 namespace {
 
+std::unique_ptr<Experiment> linear_experiment(const Scenario& scenario, const NoiseSource& source) {
+  LinearModel truth = make_true_model(scenario);
+  const LinearModel assumed = make_assumed_model(scenario);
+  const InflationRule rule = make_inflation_rule(scenario);
+  const double detected = scenario.noise.detection_probability;
+  const Index steps = scenario.study.steps;
+  if (detected < 1.0) {
+    return std::make_unique<IntermittentExperiment>(
+        IntermittentProblem{std::move(truth), assumed, rule, detected}, steps, source);
+  }
+  return std::make_unique<LinearExperiment>(std::move(truth), assumed, rule, steps, source);
+}
+
 template <PlanarSlamFilter F>
 std::unique_ptr<Experiment> planar_experiment(F filter, PlanarWorld world, const Scenario& scenario,
                                               const NoiseSource& source) {
@@ -29,16 +42,7 @@ RunTrace Experiment::trace(std::int64_t run) const {
 
 std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
   const NoiseSource source(scenario.study.seed, noise_group(scenario));
-  if (scenario.world.model == WorldModel::monobot && scenario.noise.detection_probability < 1.0) {
-    return std::make_unique<IntermittentExperiment>(
-        IntermittentProblem{make_true_model(scenario), make_assumed_model(scenario),
-                            make_inflation_rule(scenario), scenario.noise.detection_probability},
-        scenario.study.steps, source);
-  }
-  if (scenario.world.model == WorldModel::monobot) {
-    return std::make_unique<LinearExperiment>(make_true_model(scenario), make_assumed_model(scenario),
-                                              make_inflation_rule(scenario), scenario.study.steps, source);
-  }
+  if (scenario.world.model == WorldModel::monobot) return linear_experiment(scenario, source);
   PlanarWorld world = make_planar_world(scenario);
   if (scenario.filter.inflation == FilterInflation::none &&
       scenario.world.landmarks <= PlanarLanesExperiment::kMaxLandmarks) {
