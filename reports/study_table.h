@@ -14,7 +14,7 @@ ReportTable verdict_table(std::span<const StudyAnalysis> analyses);
 /// "map, pairwise" and the like.
 std::string filter_text(const FilterSettings& filter);
 
-/// "2 landmarks, partially observable".
+/// "monobot, 2 landmarks, partially observable", and with what probability they are measured if not always.
 std::string world_text(const Scenario& scenario);
 
 /// A verdict as a cell.

@@ -49,5 +49,15 @@ TEST(NumberText, LimitsTheDigitsToWhatADoubleHolds) {
   EXPECT_EQ(number_text(0.1, 1000), "0.10000000000000001");
 }
 
+TEST(DurationText, TakesTheUnitThatSuits) {
+  EXPECT_EQ(duration_text(0.0), "0 s");
+  EXPECT_EQ(duration_text(1.637e-9), "1.64 ns");
+  EXPECT_EQ(duration_text(2.5e-6), "2.50 µs");
+  EXPECT_EQ(duration_text(0.0123), "12.3 ms");
+  EXPECT_EQ(duration_text(90.0), "90.0 s");
+  EXPECT_EQ(duration_text(192.0, 2), "3.2 min");
+  EXPECT_EQ(duration_text(9000.0, 2), "2.5 h");
+}
+
 }  // namespace
 }  // namespace credence
