@@ -4,7 +4,7 @@
 #include <chrono>
 #include <memory>
 
-#include "analysis/log_analysis.h"
+#include "analysis/evidence/log_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
@@ -14,7 +14,7 @@
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "app/trajectory_judge.h"
-#include "reports/log_report.h"
+#include "reports/document/log_report.h"
 
 namespace credence {
 namespace {

@@ -3,18 +3,18 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "analysis/claims.h"
+#include "analysis/studies/claims.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/tell_report.h"
-#include "datasets/carpark.h"
-#include "datasets/carpark_findings.h"
-#include "datasets/carpark_study.h"
-#include "datasets/replay_settings.h"
-#include "reports/claims_report.h"
+#include "datasets/replay/carpark.h"
+#include "datasets/replay/carpark_findings.h"
+#include "datasets/replay/carpark_study.h"
+#include "datasets/replay/replay_settings.h"
+#include "reports/document/claims_report.h"
 
 namespace credence {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "core/parallel_tasks.h"
 #include "datasets/data_error.h"
-#include "datasets/filter_log.h"
-#include "montecarlo/engine.h"
+#include "datasets/logs/filter_log.h"
+#include "montecarlo/engine/engine.h"
 
 namespace credence {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "analysis/log_statistics.h"
+#include "analysis/evidence/log_statistics.h"
 
 namespace credence {
 

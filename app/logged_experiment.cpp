@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "app/log_judge.h"
-#include "reports/atomic_file.h"
-#include "reports/run_log.h"
+#include "reports/document/run_log.h"
+#include "reports/render/atomic_file.h"
 
 namespace credence {
 

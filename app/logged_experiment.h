@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "montecarlo/experiment.h"
+#include "montecarlo/engine/experiment.h"
 
 namespace credence {
 

@@ -5,14 +5,14 @@
 #include <memory>
 #include <vector>
 
-#include "analysis/study_plan.h"
+#include "analysis/studies/study_plan.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/terminal_text.h"
-#include "montecarlo/sweep_plan.h"
-#include "reports/plan_report.h"
+#include "montecarlo/scenario/sweep_plan.h"
+#include "reports/document/plan_report.h"
 
 namespace credence {
 namespace {

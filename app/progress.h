@@ -3,7 +3,7 @@
 #include <chrono>
 #include <string>
 
-#include "montecarlo/engine.h"
+#include "montecarlo/engine/engine.h"
 
 namespace credence {
 

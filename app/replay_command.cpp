@@ -13,13 +13,13 @@
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
-#include "datasets/carpark_replay.h"
-#include "datasets/carpark_study.h"
-#include "datasets/mrclam_replay.h"
-#include "reports/carpark_study_report.h"
-#include "reports/replay_json.h"
-#include "reports/replay_report.h"
-#include "reports/replay_tables.h"
+#include "datasets/replay/carpark_replay.h"
+#include "datasets/replay/carpark_study.h"
+#include "datasets/replay/mrclam_replay.h"
+#include "reports/document/carpark_study_report.h"
+#include "reports/document/replay_json.h"
+#include "reports/document/replay_report.h"
+#include "reports/document/replay_tables.h"
 
 namespace credence {
 namespace {

@@ -3,14 +3,14 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "analysis/selftest.h"
+#include "analysis/studies/selftest.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
-#include "reports/selftest_report.h"
+#include "reports/document/selftest_report.h"
 
 namespace credence {
 namespace {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <mutex>
 
-#include "analysis/planar_stability.h"
-#include "analysis/stability_analysis.h"
+#include "analysis/stability/planar_stability.h"
+#include "analysis/stability/stability_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
@@ -15,12 +15,12 @@
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "core/parallel_tasks.h"
-#include "montecarlo/filter_setup.h"
-#include "montecarlo/scenario_help.h"
-#include "montecarlo/sweep_plan.h"
-#include "reports/planar_stability_report.h"
-#include "reports/planar_table_report.h"
-#include "reports/stability_report.h"
+#include "montecarlo/scenario/scenario_help.h"
+#include "montecarlo/scenario/sweep_plan.h"
+#include "montecarlo/worlds/filter_setup.h"
+#include "reports/document/planar_stability_report.h"
+#include "reports/document/planar_table_report.h"
+#include "reports/document/stability_report.h"
 
 namespace credence {
 namespace {

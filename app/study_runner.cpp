@@ -1,9 +1,9 @@
 #include "app/study_runner.h"
 
-#include "analysis/sequential_study.h"
+#include "analysis/evidence/sequential_study.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
-#include "montecarlo/scenario_text.h"
+#include "montecarlo/scenario/scenario_text.h"
 
 namespace credence {
 

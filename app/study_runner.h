@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "analysis/study_analysis.h"
+#include "analysis/evidence/study_analysis.h"
 #include "app/common_options.h"
-#include "montecarlo/engine.h"
-#include "montecarlo/experiment.h"
-#include "montecarlo/result_store.h"
-#include "montecarlo/scenario.h"
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/engine/result_store.h"
+#include "montecarlo/scenario/scenario.h"
 
 namespace credence {
 

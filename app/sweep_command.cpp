@@ -6,17 +6,17 @@
 #include <filesystem>
 #include <memory>
 
-#include "analysis/sweep_analysis.h"
+#include "analysis/evidence/sweep_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
-#include "montecarlo/scenario_hash.h"
-#include "montecarlo/scenario_help.h"
-#include "montecarlo/sweep_plan.h"
-#include "reports/sweep_report.h"
+#include "montecarlo/scenario/scenario_hash.h"
+#include "montecarlo/scenario/scenario_help.h"
+#include "montecarlo/scenario/sweep_plan.h"
+#include "reports/document/sweep_report.h"
 
 namespace credence {
 namespace {

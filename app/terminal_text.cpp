@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-#include "reports/text_table.h"
+#include "reports/render/text_table.h"
 
 namespace credence {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "reports/report_table.h"
+#include "reports/document/report_table.h"
 
 namespace credence {
 

@@ -3,14 +3,14 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "analysis/filter_timing.h"
+#include "analysis/studies/filter_timing.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
-#include "reports/timing_report.h"
+#include "reports/document/timing_report.h"
 
 namespace credence {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/log_judge.h"
-#include "datasets/trajectory_errors.h"
+#include "datasets/logs/trajectory_errors.h"
 
 namespace credence {
 

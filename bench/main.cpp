@@ -8,7 +8,7 @@
 #include <iostream>
 
 #include "bench/ratio_table.h"
-#include "core/cpu_dispatch.h"
+#include "core/simd/cpu_dispatch.h"
 
 namespace {
 

@@ -6,9 +6,9 @@
 #include <optional>
 #include <ostream>
 
-#include "analysis/interleaved_timing.h"
-#include "core/cpu_dispatch.h"
-#include "reports/number_text.h"
+#include "analysis/studies/interleaved_timing.h"
+#include "core/simd/cpu_dispatch.h"
+#include "reports/render/number_text.h"
 
 namespace credence {
 namespace {

@@ -13,7 +13,7 @@ set(CREDENCE_WARNINGS -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
 # credence_library(core DEPENDS ...): the static target of one folder, from all its sources.
 function(credence_library folder)
   cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   set(target credence_${folder})
   add_library(${target} STATIC ${sources})
   add_library(Credence::${folder} ALIAS ${target})
@@ -23,13 +23,13 @@ function(credence_library folder)
   target_compile_options(${target} PRIVATE ${CREDENCE_WARNINGS})
   target_link_libraries(${target} PUBLIC credence_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
 
-  # Kernels that are chosen at run time (core/cpu_dispatch.h). Without these flags they compile to nothing.
+  # Kernels that are chosen at run time (core/simd/cpu_dispatch.h). Without these flags they compile to nothing.
   # The same names mean another instruction set in each, hence no common unit.
-  file(GLOB scalar_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_scalar.cpp)
+  file(GLOB_RECURSE scalar_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_scalar.cpp)
   set_source_files_properties(${scalar_kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-    file(GLOB avx2_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx2.cpp)
-    file(GLOB avx512_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx512.cpp)
+    file(GLOB_RECURSE avx2_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx2.cpp)
+    file(GLOB_RECURSE avx512_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx512.cpp)
     set_source_files_properties(${avx2_kernels} PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma")
     set_source_files_properties(${avx512_kernels} PROPERTIES COMPILE_OPTIONS
                                 "-mavx512f;-mavx512bw;-mavx512dq;-mavx512vl;-mfma;-mprefer-vector-width=512")

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <random>
 
-#include "analysis/riccati.h"
-#include "analysis/riccati_newton.h"
+#include "analysis/stability/riccati.h"
+#include "analysis/stability/riccati_newton.h"
 #include "bench/analysis/riccati_problems.h"
-#include "core/linear_model.h"
+#include "core/models/linear_model.h"
 
 namespace credence {
 namespace {

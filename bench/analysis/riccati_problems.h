@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "analysis/riccati.h"
+#include "analysis/stability/riccati.h"
 
 /// @file
 /// The problems that Riccati solvers are timed on.

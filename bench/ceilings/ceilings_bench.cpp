@@ -5,7 +5,7 @@
 
 #include <new>
 
-#include "core/cpu_dispatch.h"
+#include "core/simd/cpu_dispatch.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "core/block_map_ekf_slam.h"
+#include "core/filters/block_map_ekf_slam.h"
 
 namespace credence {
 namespace {

@@ -1,6 +1,6 @@
 // One step (predict and update) of EKF-SLAM.
 
-#include "core/ekf_slam.h"
+#include "core/filters/ekf_slam.h"
 
 #include <benchmark/benchmark.h>
 

@@ -1,6 +1,6 @@
 // One step (predict and update) of EKF-SLAM in large maps.
 
-#include "core/fast_ekf_slam.h"
+#include "core/filters/fast_ekf_slam.h"
 
 #include <benchmark/benchmark.h>
 

@@ -2,9 +2,9 @@
 
 #include <random>
 
-#include "core/inflation.h"
-#include "core/min_trace.h"
-#include "core/rank_one_bound.h"
+#include "core/inflation/inflation.h"
+#include "core/inflation/min_trace.h"
+#include "core/inflation/rank_one_bound.h"
 
 namespace credence {
 namespace {

@@ -1,15 +1,15 @@
 // Runs per second of the engine, noise and statistics included; the argument is the number of threads.
 
-#include "montecarlo/engine.h"
+#include "montecarlo/engine/engine.h"
 
 #include <benchmark/benchmark.h>
 
 #include <array>
 #include <vector>
 
-#include "montecarlo/planar_experiment.h"
-#include "montecarlo/planar_lanes_experiment.h"
-#include "montecarlo/scenario_text.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/planar/planar_experiment.h"
+#include "montecarlo/worlds/planar/planar_lanes_experiment.h"
 
 namespace credence {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "montecarlo/filter_setup.h"
-#include "montecarlo/intermittent_experiment.h"
+#include "montecarlo/worlds/filter_setup.h"
+#include "montecarlo/worlds/monobot/intermittent_experiment.h"
 
 namespace credence {
 namespace {

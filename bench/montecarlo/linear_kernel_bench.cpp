@@ -1,16 +1,16 @@
 // One step of one run of the monobot, noise, NEES and NIS included: the lanes of LinearSimulator beside the
 // plain loop that a textbook would give, with the random numbers of the standard library. Items are steps.
 
-#include "montecarlo/linear_kernel.h"
+#include "montecarlo/lanes/linear_kernel.h"
 
 #include <benchmark/benchmark.h>
 
 #include <random>
 #include <vector>
 
-#include "core/linear_filter.h"
-#include "core/psd_root.h"
-#include "montecarlo/plain_monobot.h"
+#include "core/filters/linear_filter.h"
+#include "core/linear_algebra/psd_root.h"
+#include "montecarlo/worlds/monobot/plain_monobot.h"
 
 namespace credence {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "montecarlo/noise.h"
+#include "montecarlo/random/noise.h"
 
 namespace credence {
 namespace {

@@ -1,0 +1,108 @@
+#include "analysis/evidence/advice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "analysis/laws/multiple_tests.h"
+#include "analysis/laws/student_positive_mean.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+double standardised_deviation(const ConsistencyVerdict& verdict) {
+  const double dof_per_step = verdict.dof / static_cast<double>(verdict.steps_tested);
+  const double overall = (verdict.mean / verdict.expected - 1.0) * std::sqrt(0.5 * dof_per_step);
+  if (verdict.worst_step < 0) return overall;
+  // A deviation of single steps only hardly moves the mean over all of them.
+  const StepTest& worst = verdict.steps[static_cast<std::size_t>(verdict.worst_step)];
+  const double at_worst = (worst.mean / worst.expected - 1.0) * std::sqrt(0.5 * worst.total_dof);
+  return verdict.overall_p_value <= verdict.steps_p_value ? overall : at_worst;
+}
+
+}  // namespace
+
+ScaleAdvice no_scale(std::string_view reason) {
+  return {.factor = kNaN, .lower = kNaN, .upper = kNaN, .reason = reason};
+}
+
+ScaleAdvice scale_of_covariance(const Moments& run_average, double expected, double confidence) {
+  if (!(expected > 0.0)) throw std::invalid_argument(fmt::format("expected = {} must be > 0", expected));
+  const MeanInterval interval = positive_mean_interval(run_average, confidence);
+  if (!interval.reason.empty()) return no_scale(interval.reason);
+  return {.factor = interval.mean / expected,
+          .lower = interval.lower / expected,
+          .upper = interval.upper / expected,
+          .reason = {}};
+}
+
+ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis) {
+  if (nis.steps_tested == 0 || !(nis.dof > 0.0) || !std::isfinite(nis.mean)) return no_scale("no data");
+  const double sum = nis.mean * static_cast<double>(nis.count);
+  const ChiSquareBounds bounds = mean_bounds(nis.dof, 1.0, nis.confidence);
+  return {.factor = sum / nis.dof, .lower = sum / bounds.upper, .upper = sum / bounds.lower, .reason = {}};
+}
+
+ScaleAdvice scale_of_measurement_noise(const ScaleAdvice& scale, double share) {
+  if (!(share > 0.0 && share <= 1.0)) {
+    throw std::invalid_argument(fmt::format("share of R = {} must lie in (0, 1]", share));
+  }
+  if (!scale.reason.empty()) return scale;
+  const auto of_R = [share](double of_S) { return 1.0 + (of_S - 1.0) / share; };
+  if (of_R(scale.factor) < 0.0) return no_scale("no factor on R alone makes S that small");
+  return {.factor = of_R(scale.factor),
+          .lower = std::max(0.0, of_R(scale.lower)),
+          .upper = of_R(scale.upper),
+          .reason = {}};
+}
+
+ResponsibleBlock responsible_block(const ConsistencyVerdict& whole, std::span<const BlockVerdict> blocks) {
+  std::vector<double> p_values;
+  for (const BlockVerdict& block : blocks) p_values.push_back(block.verdict.p_value);
+  const std::vector<double> adjusted = holm(p_values);
+  ResponsibleBlock result;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const ConsistencyVerdict& verdict = blocks[i].verdict;
+    if (!(adjusted[i] <= 1.0 - verdict.confidence)) continue;
+    const double deviation = standardised_deviation(verdict);
+    if (result.index < 0 || std::abs(deviation) > std::abs(result.deviation)) {
+      result.index = static_cast<std::int64_t>(i);
+      result.deviation = deviation;
+    }
+  }
+  // A wrong scale moves the ratio mean/expected of every block alike; cross-covariances that of the whole
+  // alone.
+  constexpr double kMuchLess = 0.3;
+  const double whole_ratio = std::abs(whole.mean / whole.expected - 1.0);
+  const bool blocks_fit = std::all_of(blocks.begin(), blocks.end(), [&](const BlockVerdict& block) {
+    return std::abs(block.verdict.mean / block.verdict.expected - 1.0) < kMuchLess * whole_ratio;
+  });
+  result.joint_only = result.index < 0 && !blocks.empty() && is_inconsistent(whole.verdict) && blocks_fit;
+  return result;
+}
+
+SettlingRuns runs_to_settle(const ConsistencyVerdict& verdict, const VerdictDesign& design, double runs,
+                            double power) {
+  SettlingRuns result;
+  if (verdict.verdict != Verdict::consistent) {
+    result.observed_factor = verdict.mean / verdict.expected;
+    result.reason = is_inconsistent(verdict.verdict) ? "the verdict is settled" : "no data";
+    return result;
+  }
+  result.observed_factor = verdict.mean / verdict.expected;
+  result.detectable = detectable_factors(design, runs, power);
+  constexpr double kNegligible = 1e-4;
+  if (std::abs(result.observed_factor - 1.0) < kNegligible || !(result.observed_factor > 0.0)) {
+    result.reason = "the deviation seen is negligible";
+    return result;
+  }
+  result.runs = runs_to_detect(design, result.observed_factor, power).runs;
+  return result;
+}
+
+}  // namespace credence

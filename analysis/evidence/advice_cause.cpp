@@ -1,0 +1,266 @@
+#include "analysis/evidence/advice_cause.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace credence {
+namespace {
+
+// Of the distribution functions of NIS and its law: a factor 1.15 on the scale makes 0.05, and of 2 dof three
+// times as many values beyond the 99.99 % quantile, far from the ten times that outliers are taken for.
+constexpr double kSmallDistance = 0.05;
+
+// A share of R in S beyond which S is wrong only if R is.
+constexpr double kMostly = 0.8;
+
+double alpha_of(const Findings& findings) {
+  return 1.0 - (findings.nis.confidence > 0.0 ? findings.nis.confidence : findings.nees.confidence);
+}
+
+// Every cause is looked for: a signature must be significant for all of them together.
+double cause_level(const Findings& findings) {
+  constexpr double kCauses = 13.0;
+  return alpha_of(findings) / kCauses;
+}
+
+void find_unwrapped_angle(const Findings& findings, std::vector<CauseFound>& found) {
+  if (findings.unwrapped_innovations == 0) return;
+  found.push_back({Cause::unwrapped_angle,
+                   fmt::format("{} innovations of an angle lie beyond half a turn, none can once wrapped",
+                               findings.unwrapped_innovations)});
+}
+
+void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!findings.far_tail || findings.far_tail->total == 0) return;
+  const CoverageCount& tail = *findings.far_tail;
+  const double outside = static_cast<double>(tail.total - tail.inside);
+  const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
+  const double p = binomial_p_value(tail, findings.far_tail_probability);
+  // A wrong scale fills the tail too, but gradually: outliers are far too many for the mean that goes with
+  // them.
+  const bool many = outside > 10.0 * std::max(1.0, expected);
+  const bool body_fits = !findings.fit || findings.fit->kolmogorov < kSmallDistance;
+  if (p <= cause_level(findings) && many && body_fits) {
+    found.push_back(
+        {Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
+                                      outside, tail.total, findings.far_tail_probability, expected)});
+  }
+}
+
+void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!findings.fit || !findings.gated_fit) return;
+  const double level = cause_level(findings);
+  if (findings.fit->anderson_p_value <= level && findings.gated_fit->anderson_p_value > level) {
+    found.push_back(
+        {Cause::gated_innovations,
+         fmt::format("NIS fits its law only when that is cut off at the gate (p = {:.2g}, without {:.2g})",
+                     findings.gated_fit->anderson_p_value, findings.fit->anderson_p_value)});
+  }
+}
+
+void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!findings.innovation_mean || !(findings.innovation_mean->p_value <= cause_level(findings))) return;
+  found.push_back(
+      {Cause::biased_innovation,
+       fmt::format("the innovation has mean {:.2g} standard deviations (p = {:.2g})",
+                   findings.innovation_mean->mean.cwiseAbs().maxCoeff(), findings.innovation_mean->p_value)});
+}
+
+// Relative excess of the mean over the steps first … last − 1; 0 without data.
+double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
+  double sum = 0.0;
+  double dof = 0.0;
+  for (std::size_t k = first; k < last; ++k) {
+    const StepTest& step = verdict.steps[k];
+    if (step.count == 0 || step.total_dof == 0.0) continue;
+    sum += static_cast<double>(step.count) * step.mean;
+    dof += step.total_dof;
+  }
+  return dof > 0.0 ? sum / dof - 1.0 : 0.0;
+}
+
+bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
+  for (std::size_t k = first; k < last; ++k) {
+    const StepTest& step = verdict.steps[k];
+    if (step.mean < step.simultaneous_lower || step.mean > step.simultaneous_upper) return true;
+  }
+  return false;
+}
+
+// Whether single steps among the first fifth fail, and the excess there has all but gone in the second half.
+bool dies_out(const ConsistencyVerdict& verdict) {
+  const std::size_t steps = verdict.steps.size();
+  const std::size_t first = std::max<std::size_t>(1, steps / 5);
+  constexpr double kAllButGone = 0.25;
+  return is_inconsistent(verdict.verdict) && steps >= 5 && any_step_outside(verdict, 0, first) &&
+         std::abs(excess_of_steps(verdict, steps / 2, steps)) <
+             kAllButGone * std::abs(excess_of_steps(verdict, 0, first));
+}
+
+void find_initial_covariance(const Findings& findings, std::vector<CauseFound>& found) {
+  const bool by_nis = dies_out(findings.nis);
+  const bool by_nees = dies_out(findings.nees) && !is_inconsistent(findings.nis.verdict);
+  if (!by_nis && !by_nees) return;
+  const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;
+  found.push_back({Cause::initial_covariance,
+                   fmt::format("{} is {} in the first steps only, most at step {}", by_nis ? "NIS" : "NEES",
+                               to_string(verdict.verdict), verdict.worst_step)});
+}
+
+// The gain is too small if innovations are followed by others of the same sign, too large if of the opposite.
+Cause cause_by_gain(bool nis_high, bool positive) {
+  if (nis_high) return positive ? Cause::process_noise_too_small : Cause::measurement_noise_too_small;
+  return positive ? Cause::measurement_noise_too_large : Cause::process_noise_too_large;
+}
+
+// A wrong gain changes the size of the innovations as much as it correlates them: |lag 1| is at most 0.9 to
+// 1.3 |ln(NIS / expected)| for a Q or R wrong by 2 to 25 at Q/R = 0.0025 to 1 (simulated random walk), noise
+// with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1.
+bool is_coloured(double lag_1, const ConsistencyVerdict& nis) {
+  constexpr double kMostByGain = 1.5;
+  return std::abs(lag_1) > kMostByGain * std::abs(std::log(nis.mean / nis.expected));
+}
+
+// The lag-1 autocorrelation if it lies outside its band, else 0.
+double lag_1_outside(const Findings& findings) {
+  if (!findings.whiteness || !findings.whiteness->reason.empty()) return 0.0;
+  const double lag_1 = findings.whiteness->autocorrelation.at(0);
+  return std::abs(lag_1) > findings.whiteness->band.at(0) ? lag_1 : 0.0;
+}
+
+void find_coloured_noise(const Findings& findings, double least, std::vector<CauseFound>& found) {
+  const double lag_1 = lag_1_outside(findings);
+  if (lag_1 == 0.0 || std::abs(lag_1) < least || !(findings.whiteness->p_value <= cause_level(findings)))
+    return;
+  if (!is_coloured(lag_1, findings.nis)) return;
+  found.push_back({Cause::coloured_noise,
+                   fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
+                               "{:.3g} is expected",
+                               lag_1, findings.nis.mean, findings.nis.expected)});
+}
+
+void find_gain(const Findings& findings, std::vector<CauseFound>& found) {
+  const ConsistencyVerdict& nis = findings.nis;
+  if (!is_inconsistent(nis.verdict)) return;
+  const bool high = nis.verdict == Verdict::optimistic;
+  const double lag_1 = lag_1_outside(findings);
+  if (lag_1 != 0.0) {
+    found.push_back({cause_by_gain(high, lag_1 > 0.0),
+                     fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g}", nis.mean,
+                                 nis.expected, lag_1)});
+  } else if (findings.measurement_noise_share.value_or(0.0) > kMostly) {
+    found.push_back({high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
+                     fmt::format("mean NIS {:.3g} of {:.3g}, white, and S is R to {:.2g}", nis.mean,
+                                 nis.expected, *findings.measurement_noise_share)});
+  }
+}
+
+void find_cross_covariance(const Findings& findings, std::vector<CauseFound>& found) {
+  if (findings.error_correlation && findings.error_correlation->p_value <= cause_level(findings)) {
+    found.push_back({Cause::cross_covariance,
+                     fmt::format("errors whitened by P are correlated up to {:.2g} between components (p = "
+                                 "{:.2g})",
+                                 findings.error_correlation->largest, findings.error_correlation->p_value)});
+  } else if (findings.block && findings.block->joint_only) {
+    found.push_back(
+        {Cause::cross_covariance, fmt::format("mean NEES {:.3g} of {:.3g}, and no block is inconsistent",
+                                              findings.nees.mean, findings.nees.expected)});
+  }
+}
+
+// For c χ²(n) the variance is 2 mean²/n, for χ²(n') it is 2 mean: which is nearer, on a logarithmic scale?
+void find_dof(const Findings& findings, std::vector<CauseFound>& found) {
+  const Moments& values = findings.nees_values;
+  if (!is_inconsistent(findings.nees.verdict) || values.count < 100 || !(values.m2 > 0.0)) return;
+  const double ratio = values.variance() / (2.0 * values.mean);
+  const double of_scale = values.mean / findings.nees.expected;
+  const double off_dof = std::abs(std::log(ratio));
+  const double off_scale = std::abs(std::log(ratio / of_scale));
+  // Innovations that are wrong too are no matter of counting.
+  if (off_dof > 0.5 * off_scale || is_inconsistent(findings.nis.verdict)) return;
+  found.push_back({Cause::wrong_dof,
+                   fmt::format("NEES has mean {:.3g} and variance {:.3g}, as with {:.3g} degrees of freedom "
+                               "instead of {:.3g}",
+                               values.mean, values.variance(), values.mean, findings.nees.expected)});
+}
+
+void find_scale(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!found.empty()) return;
+  const bool nees = is_inconsistent(findings.nees.verdict);
+  if (!nees && !is_inconsistent(findings.nis.verdict)) return;
+  const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
+  found.push_back({Cause::covariance_scale, fmt::format("mean {} {:.3g} of {:.3g}", nees ? "NEES" : "NIS",
+                                                        verdict.mean, verdict.expected)});
+}
+
+// Jacobians at changing estimates make directions seem observable that are not: P shrinks there, which no
+// innovation can show (theory: section 5, rank O at the estimates).
+void find_linearisation(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!findings.nonlinear || findings.nees.verdict != Verdict::optimistic) return;
+  if (findings.nis.verdict != Verdict::consistent) return;
+  found.push_back(
+      {Cause::linearisation,
+       fmt::format("mean NEES is {:.3g} of {:.3g} while the innovations are as they should be (mean NIS "
+                   "{:.4g} of {:.4g})",
+                   findings.nees.mean, findings.nees.expected, findings.nis.mean, findings.nis.expected)});
+}
+
+}  // namespace
+
+std::string_view to_string(Cause cause) {
+  switch (cause) {
+    case Cause::unwrapped_angle:
+      return "an angle that is not wrapped";
+    case Cause::outliers:
+      return "outliers, as of a wrong association";
+    case Cause::gated_innovations:
+      return "innovations that had to pass a gate";
+    case Cause::biased_innovation:
+      return "a bias of the sensor or of the model";
+    case Cause::initial_covariance:
+      return "the initial covariance";
+    case Cause::process_noise_too_small:
+      return "process noise Q assumed too small";
+    case Cause::process_noise_too_large:
+      return "process noise Q assumed too large";
+    case Cause::measurement_noise_too_small:
+      return "measurement noise R assumed too small";
+    case Cause::measurement_noise_too_large:
+      return "measurement noise R assumed too large";
+    case Cause::coloured_noise:
+      return "noise that is correlated in time";
+    case Cause::cross_covariance:
+      return "cross-covariances between the blocks";
+    case Cause::wrong_dof:
+      return "a wrong number of degrees of freedom";
+    case Cause::linearisation:
+      return "the filter's linearisation at its own estimates, which takes directions for observable that "
+             "are not";
+    case Cause::covariance_scale:
+      return "the scale of the covariance";
+  }
+  return "unknown";
+}
+
+std::vector<CauseFound> find_causes(const Findings& findings) {
+  std::vector<CauseFound> found;
+  find_unwrapped_angle(findings, found);
+  find_outliers(findings, found);
+  find_gate(findings, found);
+  find_bias(findings, found);
+  // A wrong P leaves some correlation too: weak ones name the noise only if nothing else is found.
+  constexpr double kStrong = 0.1;
+  if (found.empty()) find_coloured_noise(findings, kStrong, found);
+  if (found.empty()) find_initial_covariance(findings, found);
+  if (found.empty()) find_gain(findings, found);
+  if (found.empty()) find_linearisation(findings, found);
+  if (found.empty()) find_dof(findings, found);
+  if (found.empty()) find_cross_covariance(findings, found);
+  if (found.empty()) find_coloured_noise(findings, 0.0, found);
+  find_scale(findings, found);
+  return found;
+}
+
+}  // namespace credence

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/evidence/advice.h"
+#include "analysis/evidence/consistency.h"
+#include "analysis/laws/coverage.h"
+#include "analysis/laws/error_correlation.h"
+#include "analysis/laws/goodness_of_fit.h"
+#include "analysis/laws/whiteness.h"
+#include "analysis/laws/whiteness_innovation_mean.h"
+
+namespace credence {
+
+/// What a wrong filter most likely has wrong.
+enum class Cause {
+  unwrapped_angle,     ///< an innovation of an angle beyond half a turn
+  outliers,            ///< a few innovations or errors beyond any law: a wrong match
+  gated_innovations,   ///< NIS is cut off at a gate
+  biased_innovation,   ///< the innovation has a mean
+  initial_covariance,  ///< only the first steps are inconsistent
+  process_noise_too_small,
+  process_noise_too_large,
+  measurement_noise_too_small,
+  measurement_noise_too_large,
+  coloured_noise,    ///< innovations of the right size but not white
+  cross_covariance,  ///< whitened errors are correlated, or no block is inconsistent and the whole is
+  wrong_dof,         ///< the spread of NEES is that of another number of dof
+  linearisation,     ///< a nonlinear filter gains information that is not there
+  covariance_scale,  ///< P is wrong by a factor, and nothing tells why
+};
+
+/// The cause in words.
+std::string_view to_string(Cause cause);
+
+/// What the battery found; what was not tested stays empty.
+struct Findings {
+  ConsistencyVerdict nees, nis;
+  /// Best of the innovations after the first fifth of the steps, so that a wrong start does not colour them.
+  std::optional<WhitenessTest> whiteness = {};
+  /// Of the innovations averaged over each run, so that it holds for innovations that are not white too.
+  std::optional<InnovationMeanTest> innovation_mean = {};
+  std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law
+  /// NIS against the law cut off at the gate; only if no NIS lies beyond it.
+  std::optional<GoodnessOfFit> gated_fit = {};
+  /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
+  std::optional<CoverageCount> far_tail = {};
+  double far_tail_probability = 0.9999;
+  std::optional<ResponsibleBlock> block = {};
+  std::optional<ErrorCorrelationTest> error_correlation = {};  ///< of the last step
+  std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
+  Moments nees_values = {};                ///< single NEES values over runs and steps
+  std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
+  bool nonlinear = false;                              ///< the filter linearises at its own estimates
+};
+
+/// A cause with its reason, the numbers included.
+struct CauseFound {
+  Cause cause = Cause::covariance_scale;
+  std::string why;
+};
+
+/// The causes that the findings point to, the most specific first; empty for a consistent filter but for
+/// chance.
+///
+/// Rules, each a signature of theory (docs: statistics, "Which cause"): an angle innovation beyond half a
+/// turn; outliers beyond the far tail; a law cut off at a gate; a mean innovation; an inconsistency of the
+/// first fifth of the steps that is all but gone in the second half; innovations more correlated than a wrong
+/// gain makes them; the sign of the lag-1 autocorrelation with that of the NIS (gain too small: positive, too
+/// large: negative), or for white innovations an S that is nearly R; Var(NEES) = 2 mean, as for another dof,
+/// against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a joint inconsistency that no
+/// block shares. Heuristic: a hint; signatures that are tests of their own need (1 − confidence) / 13.
+std::vector<CauseFound> find_causes(const Findings& findings);
+
+}  // namespace credence

@@ -1,0 +1,58 @@
+#include "analysis/evidence/consistency.h"
+
+#include <vector>
+
+#include "analysis/evidence/consistency_judge.h"
+
+namespace credence {
+namespace {
+
+SumLaw chi_square_step(double total_dof, double /*count*/) { return chi_square_law(total_dof); }
+
+SumLaw any_correlation(const std::vector<StepTest>& tested) {
+  std::vector<double> dofs;
+  dofs.reserve(tested.size());
+  for (const StepTest& step : tested) dofs.push_back(step.total_dof);
+  return dependent_law(dofs);
+}
+
+SumLaw white_steps(const std::vector<StepTest>& tested) {
+  double dof = 0.0;
+  for (const StepTest& step : tested) dof += step.total_dof;
+  return chi_square_law(dof);
+}
+
+}  // namespace
+
+std::string_view to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::consistent:
+      return "consistent";
+    case Verdict::optimistic:
+      return "optimistic";
+    case Verdict::pessimistic:
+      return "pessimistic";
+    case Verdict::undecided:
+      return "undecided";
+  }
+  return "undecided";
+}
+
+ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
+                              double confidence) {
+  return judge_sums(per_step, total_dof_per_step, confidence,
+                    {.step = chi_square_step,
+                     .overall = any_correlation,
+                     .method = "every step (Bonferroni) and the sum over steps (expected-shortfall bound), "
+                               "both valid for any correlation in time"});
+}
+
+ConsistencyVerdict judge_nis(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
+                             double confidence) {
+  return judge_sums(per_step, total_dof_per_step, confidence,
+                    {.step = chi_square_step,
+                     .overall = white_steps,
+                     .method = "every step (Bonferroni) and the chi-square sum over runs and white steps"});
+}
+
+}  // namespace credence

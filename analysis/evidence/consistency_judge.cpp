@@ -1,0 +1,283 @@
+#include "analysis/evidence/consistency_judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "analysis/laws/chi_square_dependent_sum.h"
+#include "analysis/laws/require.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+void require_input(std::span<const Moments> per_step, std::span<const double> dofs, double confidence) {
+  if (per_step.size() != dofs.size()) {
+    throw std::invalid_argument(
+        fmt::format("{} steps of moments but {} steps of dof", per_step.size(), dofs.size()));
+  }
+  require_confidence(confidence);
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    if (!(std::isfinite(dofs[k]) && dofs[k] >= 0.0)) {
+      throw std::invalid_argument(
+          fmt::format("total dof = {} of step {} must be a finite number >= 0", dofs[k], k));
+    }
+    if (per_step[k].count < 0) {
+      throw std::invalid_argument(fmt::format("count = {} of step {} is negative", per_step[k].count, k));
+    }
+  }
+}
+
+bool has_data(const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; }
+
+StepTest step_without_data(const Moments& moments, double dof) {
+  StepTest step;
+  step.mean = step.expected = step.lower = step.upper = kNaN;
+  step.simultaneous_lower = step.simultaneous_upper = step.p_value = kNaN;
+  step.count = moments.count;
+  step.total_dof = dof;
+  return step;
+}
+
+// Most steps share dof and count: the last law and its bounds are kept.
+class StepLaw {
+ public:
+  StepLaw(const VerdictLaws& laws, double confidence) : laws_(laws), confidence_(confidence) {}
+
+  void prepare(const StepTest& step) {
+    const double count = static_cast<double>(step.count);
+    if (step.total_dof == dof_ && count == count_) return;
+    dof_ = step.total_dof;
+    count_ = count;
+    law = laws_.step(dof_, count_);
+    bounds = law.bounds(confidence_);
+  }
+
+  SumLaw law;
+  ChiSquareBounds bounds;
+
+ private:
+  const VerdictLaws& laws_;
+  double confidence_;
+  double dof_ = 0.0;
+  double count_ = 0.0;
+};
+
+void test_step(StepLaw& law, StepTest& step) {
+  law.prepare(step);
+  const double count = static_cast<double>(step.count);
+  step.expected = law.law.expected / count;
+  step.lower = law.bounds.lower / count;
+  step.upper = law.bounds.upper / count;
+  step.p_value = law.law.p_value(count * step.mean);
+  step.outside = step.mean < step.lower || step.mean > step.upper;
+}
+
+// How the tests of a verdict are joined: the level of each, and the adjusted p-value.
+struct Joint {
+  double step_level = 0.0;
+  double overall_level = 0.0;
+  std::function<double(double smallest_step, double overall)> p_value;
+};
+
+Joint union_bound(double alpha, double steps) {
+  return {.step_level = alpha / (2.0 * steps),
+          .overall_level = alpha / 2.0,
+          .p_value = [steps](double smallest_step, double overall) {
+            return std::min(1.0, 2.0 * std::min(overall, steps * smallest_step));
+          }};
+}
+
+// A single step is also the sum, and is tested once.
+Joint single_test(double alpha) {
+  return {
+      .step_level = alpha, .overall_level = alpha, .p_value = [](double, double overall) { return overall; }};
+}
+
+double two_sided_normal_p_value(double score) { return std::erfc(score / std::sqrt(2.0)); }
+
+// P(largest score ≥ that of p), with the draw itself among the draws so that p is never 0.
+Joint largest_score(double alpha, std::vector<double> draws) {
+  const std::size_t n = draws.size();
+  const std::size_t rank = static_cast<std::size_t>(std::ceil((1.0 - alpha) * static_cast<double>(n + 1)));
+  const double level = two_sided_normal_p_value(draws[std::min(n, std::max<std::size_t>(1, rank)) - 1]);
+  return {.step_level = level,
+          .overall_level = level,
+          .p_value = [draws = std::move(draws)](double smallest_step, double overall) {
+            const double p = std::min(smallest_step, overall);
+            const auto first = std::partition_point(draws.begin(), draws.end(), [p](double score) {
+              return two_sided_normal_p_value(score) > p;
+            });
+            const double above = static_cast<double>(draws.end() - first);
+            return (above + 1.0) / static_cast<double>(draws.size() + 1);
+          }};
+}
+
+// Holm's step-down procedure: the i-th smallest p-value (from 0) is compared with α / (T − i).
+std::int64_t count_holm_rejections(const std::vector<StepTest>& steps, double alpha) {
+  std::vector<double> p_values;
+  for (const StepTest& step : steps) {
+    if (has_data(step)) p_values.push_back(step.p_value);
+  }
+  std::sort(p_values.begin(), p_values.end());
+  std::size_t rejected = 0;
+  while (rejected < p_values.size() &&
+         p_values[rejected] <= alpha / static_cast<double>(p_values.size() - rejected)) {
+    ++rejected;
+  }
+  return static_cast<std::int64_t>(rejected);
+}
+
+Verdict direction(double mean, double expected) {
+  return mean > expected ? Verdict::optimistic : Verdict::pessimistic;
+}
+
+void add_steps(std::span<const Moments> per_step, std::span<const double> dofs, ConsistencyVerdict& result) {
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    StepTest step = step_without_data(per_step[k], dofs[k]);
+    if (has_data(step)) {
+      step.mean = per_step[k].mean;
+      ++result.steps_tested;
+    } else {
+      ++result.steps_without_data;
+    }
+    result.steps.push_back(step);
+  }
+}
+
+// Empty if the data can be judged.
+std::string reason_not_to_judge(const ConsistencyVerdict& result) {
+  if (result.steps_tested == 0) return "no data: no step has both runs and degrees of freedom";
+  for (std::size_t k = 0; k < result.steps.size(); ++k) {
+    const StepTest& step = result.steps[k];
+    if (!has_data(step)) continue;
+    if (std::isnan(step.mean)) return fmt::format("the mean of step {} is not a number", k);
+    if (step.mean < 0.0) return fmt::format("the mean {} of step {} is negative", step.mean, k);
+  }
+  return {};
+}
+
+std::vector<StepTest> tested_steps(const ConsistencyVerdict& result) {
+  std::vector<StepTest> tested;
+  std::copy_if(result.steps.begin(), result.steps.end(), std::back_inserter(tested), has_data);
+  return tested;
+}
+
+Joint join(const VerdictLaws& laws, const ConsistencyVerdict& result) {
+  const double alpha = 1.0 - result.confidence;
+  if (result.steps_tested == 1) return single_test(alpha);
+  if (laws.largest_scores) return largest_score(alpha, laws.largest_scores(tested_steps(result)));
+  return union_bound(alpha, static_cast<double>(result.steps_tested));
+}
+
+void test_steps(const VerdictLaws& laws, double simultaneous_level, ConsistencyVerdict& result) {
+  StepLaw pointwise(laws, result.confidence);
+  StepLaw simultaneous(laws, 1.0 - simultaneous_level);
+  for (StepTest& step : result.steps) {
+    if (!has_data(step)) continue;
+    test_step(pointwise, step);
+    simultaneous.prepare(step);
+    const double count = static_cast<double>(step.count);
+    step.simultaneous_lower = simultaneous.bounds.lower / count;
+    step.simultaneous_upper = simultaneous.bounds.upper / count;
+  }
+}
+
+void summarise_steps(ConsistencyVerdict& result) {
+  double sum = 0.0;
+  double expected = 0.0;
+  double smallest = 2.0;
+  std::int64_t outside = 0;
+  for (std::size_t k = 0; k < result.steps.size(); ++k) {
+    const StepTest& step = result.steps[k];
+    if (!has_data(step)) continue;
+    sum += static_cast<double>(step.count) * step.mean;
+    expected += static_cast<double>(step.count) * step.expected;
+    result.dof += step.total_dof;
+    result.count += step.count;
+    outside += step.outside ? 1 : 0;
+    if (step.p_value < smallest) {
+      smallest = step.p_value;
+      result.worst_step = static_cast<std::int64_t>(k);
+    }
+  }
+  result.mean = sum / static_cast<double>(result.count);
+  result.expected = expected / static_cast<double>(result.count);
+  result.share_outside = static_cast<double>(outside) / static_cast<double>(result.steps_tested);
+  result.steps_p_value = std::min(1.0, smallest * static_cast<double>(result.steps_tested));
+  result.steps_rejected = count_holm_rejections(result.steps, 1.0 - result.confidence);
+}
+
+void test_overall(const VerdictLaws& laws, double level, ConsistencyVerdict& result) {
+  const double count = static_cast<double>(result.count);
+  // One step is one sum whatever the dependence between steps.
+  const SumLaw law =
+      result.steps_tested == 1 ? laws.step(result.dof, count) : laws.overall(tested_steps(result));
+  const ChiSquareBounds bounds = law.bounds(1.0 - level);
+  result.bounds = {bounds.lower / count, bounds.upper / count};
+  result.overall_p_value = law.p_value(count * result.mean);
+}
+
+void conclude(const Joint& joint, ConsistencyVerdict& result) {
+  const StepTest& worst = result.steps[static_cast<std::size_t>(result.worst_step)];
+  result.tests = result.steps_tested + (result.steps_tested == 1 ? 0 : 1);
+  result.p_value = joint.p_value(worst.p_value, result.overall_p_value);
+  if (result.p_value > 1.0 - result.confidence) {
+    result.verdict = Verdict::consistent;
+  } else if (result.overall_p_value * joint.step_level <= worst.p_value * joint.overall_level) {
+    result.verdict = direction(result.mean, result.expected);
+  } else {
+    result.verdict = direction(worst.mean, worst.expected);
+  }
+}
+
+}  // namespace
+
+SumLaw chi_square_law(double dof) {
+  return {.expected = dof,
+          .bounds = [dof](double confidence) { return mean_bounds(dof, 1.0, confidence); },
+          .p_value = [dof](double sum) { return two_sided_p_value(sum, dof); }};
+}
+
+SumLaw dependent_law(const std::vector<double>& dofs) {
+  double expected = 0.0;
+  for (const double dof : dofs) expected += dof;
+  return {.expected = expected,
+          .bounds = [dofs](double confidence) { return dependent_sum_bounds(dofs, confidence); },
+          .p_value = [dofs](double sum) { return dependent_sum_p_value(sum, dofs); }};
+}
+
+SumLaw cumulant_law(const Cumulants& cumulants) {
+  return {.expected = cumulants.mean,
+          .bounds = [cumulants](double confidence) { return sum_bounds(cumulants, confidence); },
+          .p_value = [cumulants](double sum) { return two_sided_p_value(sum, cumulants); }};
+}
+
+ConsistencyVerdict judge_sums(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
+                              double confidence, const VerdictLaws& laws) {
+  require_input(per_step, total_dof_per_step, confidence);
+  ConsistencyVerdict result;
+  result.confidence = confidence;
+  result.expected_share_outside = 1.0 - confidence;
+  result.method = laws.method;
+  result.mean = result.expected = result.p_value = result.share_outside = kNaN;
+  result.overall_p_value = result.steps_p_value = kNaN;
+  result.bounds = {kNaN, kNaN};
+  add_steps(per_step, total_dof_per_step, result);
+  result.reason = reason_not_to_judge(result);
+  if (!result.reason.empty()) return result;
+  const Joint joint = join(laws, result);
+  test_steps(laws, joint.step_level, result);
+  summarise_steps(result);
+  test_overall(laws, joint.overall_level, result);
+  conclude(joint, result);
+  return result;
+}
+
+}  // namespace credence

@@ -1,0 +1,112 @@
+#include "analysis/evidence/consistency_nees.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// How far an error in a direction of zero variance may be from zero, relative to the other normalised errors
+// or to 1: rounding of the estimate, not evidence.
+constexpr double kErrorTolerance = 1e-9;
+
+NormalisedError failure(std::string_view reason) {
+  NormalisedError result;
+  result.reason = reason;
+  result.value = kNaN;
+  return result;
+}
+
+// Fills whitened along the eigenvectors with an eigenvalue above the rounding level; false if indefinite.
+bool whiten_on_range(const Matrix& correlation, const Vector& scaled, bool& leaves_range,
+                     NormalisedError& result) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(correlation);
+  if (eigen.info() != Eigen::Success) return false;
+  const double n = static_cast<double>(correlation.rows());
+  const double tolerance = 4.0 * n * kEpsilon * eigen.eigenvalues().maxCoeff();
+  if (eigen.eigenvalues().minCoeff() < -tolerance) return false;
+  const Vector along = eigen.eigenvectors().transpose() * scaled;
+  const double size = std::max(1.0, scaled.cwiseAbs().maxCoeff());
+  std::vector<double> whitened;
+  for (Index i = 0; i < along.size(); ++i) {
+    const double lambda = eigen.eigenvalues()(i);
+    if (lambda > tolerance) {
+      whitened.push_back(along(i) / std::sqrt(lambda));
+    } else if (std::abs(along(i)) > kErrorTolerance * size) {
+      leaves_range = true;
+    }
+  }
+  result.whitened = Eigen::Map<const Vector>(whitened.data(), static_cast<Index>(whitened.size()));
+  return true;
+}
+
+// A Cholesky factor whose smallest pivot shows a rank beyond rounding.
+bool has_full_rank(const Eigen::LLT<Matrix>& factor, Index n) {
+  if (factor.info() != Eigen::Success) return false;
+  const double smallest = factor.matrixLLT().diagonal().minCoeff();
+  return smallest * smallest > 100.0 * static_cast<double>(n) * kEpsilon;
+}
+
+}  // namespace
+
+NormalisedError normalised_error(VectorRef error, MatrixRef P) {
+  const Index n = error.size();
+  if (P.rows() != n || P.cols() != n) {
+    throw std::invalid_argument(
+        fmt::format("error of dimension {} and P of {}x{} do not fit", n, P.rows(), P.cols()));
+  }
+  if (!P.allFinite()) return failure("the covariance is not finite");
+  if (!error.allFinite()) return failure("the error is not finite");
+
+  NormalisedError result;
+  std::vector<Index> kept;
+  bool leaves_range = false;
+  for (Index i = 0; i < n; ++i) {
+    if (P(i, i) < 0.0) return failure("the covariance has a negative variance");
+    if (P(i, i) > 0.0) {
+      kept.push_back(i);
+      continue;
+    }
+    // |P_ij|² ≤ P_ii P_jj: a covariance with a known state must be zero.
+    if (P.row(i).cwiseAbs().maxCoeff() > 0.0) return failure("a zero variance has a covariance");
+    result.zero_variance.push_back(i);
+    leaves_range = leaves_range || std::abs(error(i)) > kErrorTolerance;
+  }
+
+  const Index m = static_cast<Index>(kept.size());
+  Matrix correlation(m, m);
+  Vector scaled(m);
+  for (Index i = 0; i < m; ++i) {
+    const double deviation =
+        std::sqrt(P(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(i)]));
+    scaled(i) = error(kept[static_cast<std::size_t>(i)]) / deviation;
+    for (Index j = 0; j < m; ++j) {
+      const Index row = kept[static_cast<std::size_t>(i)];
+      const Index col = kept[static_cast<std::size_t>(j)];
+      correlation(i, j) = P(row, col) / (deviation * std::sqrt(P(col, col)));
+    }
+  }
+  if (m > 0) {
+    const Eigen::LLT<Matrix> factor(correlation);
+    if (has_full_rank(factor, m)) {
+      result.whitened = factor.matrixL().solve(scaled);
+    } else if (!whiten_on_range(correlation, scaled, leaves_range, result)) {
+      return failure("the covariance is not positive semidefinite");
+    }
+  }
+  result.ok = true;
+  result.dof = result.whitened.size();
+  result.value = leaves_range ? std::numeric_limits<double>::infinity() : result.whitened.squaredNorm();
+  return result;
+}
+
+}  // namespace credence

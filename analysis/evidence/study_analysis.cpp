@@ -1,0 +1,112 @@
+#include "analysis/evidence/study_analysis.h"
+
+#include <cmath>
+
+#include "montecarlo/worlds/monobot/intermittent_experiment.h"
+#include "montecarlo/worlds/monobot/linear_experiment.h"
+
+namespace credence {
+namespace {
+
+std::vector<double> means(const StudyStatistics& statistics, Quantity quantity) {
+  std::vector<double> result;
+  for (const StepStatistics& step : statistics.steps) {
+    const Moments& m = step[quantity];
+    result.push_back(m.count > 0 ? m.mean : std::nan(""));
+  }
+  return result;
+}
+
+std::vector<double> root_means(const StudyStatistics& statistics, Quantity quantity) {
+  std::vector<double> result = means(statistics, quantity);
+  for (double& value : result) value = std::sqrt(value);
+  return result;
+}
+
+void analyse_linear(const LinearExperiment& experiment, StudyAnalysis& analysis) {
+  const auto& steps = experiment.filter_steps();
+  analysis.exact = exact_moments(experiment.true_model(), steps);
+  const Index landmarks = experiment.true_model().layout.landmarks;
+  for (const LinearFilterStep& step : steps) {
+    if (!step.ok) break;
+    CovarianceCurves& c = analysis.covariance;
+    c.trace_prior.push_back(step.P_prior.trace());
+    c.trace.push_back(step.P.trace());
+    c.vehicle.push_back(step.P(0, 0));
+    c.landmarks.push_back(step.P.diagonal().tail(landmarks).sum());
+    analysis.gain = step.K;
+  }
+}
+
+CovarianceCurves mean_curves(const StudyStatistics& s) {
+  return {.trace_prior = means(s, Quantity::trace_prior),
+          .trace = means(s, Quantity::trace),
+          .vehicle = means(s, Quantity::trace_vehicle),
+          .landmarks = means(s, Quantity::trace_landmarks)};
+}
+
+/// Every run has a covariance of its own. Given what it sees, an optimal filter has E[NEES] = n and E[NIS] =
+/// the number of measurements, which is p m/(1 − (1 − p)^m) on average where there is one at all.
+void analyse_intermittent(const IntermittentExperiment& experiment, StudyAnalysis& analysis) {
+  analysis.covariance = mean_curves(analysis.statistics);
+  if (!experiment.is_optimal()) return;
+  const IntermittentProblem& p = experiment.problem();
+  ExactMoments exact;
+  exact.nees = static_cast<double>(p.truth.state_dim());
+  const double m = static_cast<double>(p.truth.measurement_dim()), seen = p.detection_probability;
+  exact.nis = seen * m / -std::expm1(m * std::log1p(-seen));
+  analysis.exact.assign(analysis.statistics.steps.size(), exact);
+}
+
+void analyse_planar(StudyAnalysis& analysis) {
+  const StudyStatistics& s = analysis.statistics;
+  analysis.covariance = mean_curves(s);
+  analysis.errors = {.position_m = root_means(s, Quantity::position_error_squared),
+                     .heading_rad = root_means(s, Quantity::heading_error_squared),
+                     .landmark_m = root_means(s, Quantity::landmark_error_squared)};
+  const std::vector<Moments> pose = s.series(Quantity::vehicle_nees);
+  std::vector<double> dof;
+  dof.reserve(pose.size());
+  for (const Moments& m : pose) dof.push_back(3.0 * static_cast<double>(m.count));
+  analysis.vehicle_nees = judge_nees(pose, dof, analysis.scenario.study.confidence);
+}
+
+}  // namespace
+
+StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
+                            const std::optional<StopDecision>& stop) {
+  StudyAnalysis analysis;
+  analysis.scenario = scenario;
+  analysis.statistics = std::move(result.statistics);
+  analysis.complete = result.complete;
+  analysis.timed_out = result.timed_out;
+  analysis.stop = stop;
+  analysis.state_dim = block_layout(scenario).state_dim();
+  const StudyStatistics& s = analysis.statistics;
+  const double confidence = scenario.study.confidence;
+  analysis.nees = judge_nees(s.series(Quantity::nees), s.dofs(Quantity::nees), confidence);
+  analysis.nis = judge_nis(s.series(Quantity::nis), s.dofs(Quantity::nis), confidence);
+  if (const auto* linear = dynamic_cast<const LinearExperiment*>(&experiment)) {
+    analyse_linear(*linear, analysis);
+  } else if (const auto* missing = dynamic_cast<const IntermittentExperiment*>(&experiment)) {
+    analyse_intermittent(*missing, analysis);
+  } else {
+    analyse_planar(analysis);
+  }
+  return analysis;
+}
+
+void add_battery(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options) {
+  const std::int64_t runs = battery_runs(analysis.scenario, analysis.statistics.runs);
+  const auto statistics = collect_battery(analysis.scenario, experiment, runs, options);
+  if (statistics) analysis.battery = judge_battery(*statistics, analysis.nees, analysis.nis);
+}
+
+Verdict overall_verdict(const StudyAnalysis& analysis) {
+  if (analysis.stop) return analysis.stop->verdict;
+  if (is_inconsistent(analysis.nees.verdict)) return analysis.nees.verdict;
+  if (analysis.nis.verdict != Verdict::consistent) return analysis.nis.verdict;
+  return analysis.nees.verdict;
+}
+
+}  // namespace credence

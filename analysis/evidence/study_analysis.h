@@ -1,0 +1,65 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/battery.h"
+#include "analysis/evidence/consistency.h"
+#include "analysis/evidence/sequential.h"
+#include "analysis/stability/exact_moments.h"
+#include "core/types.h"
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/scenario/scenario.h"
+
+/// @file
+/// From the sums of a study to what is reported of it: verdicts, covariance curves, outcomes.
+
+namespace credence {
+
+/// Mean traces of the filter's covariance at steps 1 … T.
+struct CovarianceCurves {
+  std::vector<double> trace_prior;  ///< before the update, after the inflation
+  std::vector<double> trace;        ///< after the update
+  std::vector<double> vehicle;      ///< position of the vehicle
+  std::vector<double> landmarks;    ///< all landmarks in the state
+};
+
+/// Root mean squared errors over the runs at steps 1 … T; empty for linear models, where Σ is exact.
+struct ErrorCurves {
+  std::vector<double> position_m, heading_rad, landmark_m;
+};
+
+/// One configuration, judged.
+struct StudyAnalysis {
+  Scenario scenario;
+  StudyStatistics statistics;
+  bool complete = true;              ///< false: interrupted, fewer runs than asked for
+  bool timed_out = false;            ///< ended by study.stop.max_seconds
+  std::optional<StopDecision> stop;  ///< with a stop rule: the last look
+  Index state_dim = 0;               ///< of the complete map
+  ConsistencyVerdict nees, nis;
+  std::optional<ConsistencyVerdict> vehicle_nees;  ///< planar: the pose alone
+  std::optional<Battery> battery;                  ///< what explains the verdicts; not made for a sweep
+  CovarianceCurves covariance;
+  ErrorCurves errors;
+  std::vector<ExactMoments> exact;  ///< linear models: one for each step
+  Matrix gain;                      ///< linear models: K of the last step, n×m
+};
+
+/// Judges the result of one configuration, which `experiment` produced.
+///
+/// stop: the last look of a study with a stop rule, whose verdict then takes the place of those of NEES and
+/// NIS, which hold their level only when the number of runs was fixed in advance.
+StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
+                            const std::optional<StopDecision>& stop = std::nullopt);
+
+/// Plays the first runs of the study again (battery_runs) and adds what the battery says of them, unless it
+/// is stopped. `options` as for collect_battery.
+void add_battery(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options = {});
+
+/// The one word over both verdicts: that of the stop rule if there is one, else what NEES says, or NIS where
+/// NEES is consistent; `undecided` when either is and the other does not reject.
+Verdict overall_verdict(const StudyAnalysis& analysis);
+
+}  // namespace credence

@@ -1,0 +1,41 @@
+#include "analysis/evidence/sweep_analysis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "analysis/evidence/sweep_verdicts.h"
+#include "montecarlo/scenario/scenario_text.h"
+
+namespace credence {
+namespace {
+
+std::size_t point_of(const SweepPlan& plan, const StudyAnalysis& study) {
+  const std::string id = configuration_id(study.scenario);
+  const auto point = std::ranges::find(plan.points, id, &SweepPoint::id);
+  if (point == plan.points.end()) {
+    throw std::invalid_argument(fmt::format("configuration {} is no point of the sweep {}", id, plan.name));
+  }
+  return static_cast<std::size_t>(point - plan.points.begin());
+}
+
+bool is_rank_map(const SweepPlan& plan) {
+  return std::ranges::all_of(plan.points, is_rank_map_cell, &SweepPoint::scenario);
+}
+
+}  // namespace
+
+SweepAnalysis analyse_sweep(SweepPlan plan, std::vector<StudyAnalysis> studies) {
+  SweepAnalysis sweep{std::move(plan), std::move(studies), {}, {}, {}};
+  const bool map = is_rank_map(sweep.plan);
+  for (const StudyAnalysis& study : sweep.studies) {
+    sweep.points.push_back(point_of(sweep.plan, study));
+    if (map) sweep.rank_map.push_back(rank_map_cell(study));
+  }
+  sweep.p_values = sweep_p_values(sweep.studies);
+  return sweep;
+}
+
+}  // namespace credence

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "analysis/evidence/study_analysis.h"
+#include "analysis/studies/rank_map.h"
+#include "montecarlo/scenario/sweep_plan.h"
+
+namespace credence {
+
+/// A sweep: the study of each configuration, and what they say together.
+struct SweepAnalysis {
+  SweepPlan plan;
+  std::vector<StudyAnalysis> studies;  ///< of the configurations that have results, in the plan's order
+  std::vector<std::size_t> points;     ///< index in the plan of each study's configuration
+  std::vector<double> p_values;        ///< of each study, all taken together: sweep_p_values
+  std::vector<RankMapCell> rank_map;   ///< of each study; empty unless the whole plan is a map of ranks
+
+  const SweepPoint& point(std::size_t study) const { return plan.points[points[study]]; }
+};
+
+/// Judges a sweep as a whole; throws std::invalid_argument for a study of no point of the plan.
+/// Cost: in a map of ranks, the long covariance recursion of every cell.
+SweepAnalysis analyse_sweep(SweepPlan plan, std::vector<StudyAnalysis> studies);
+
+}  // namespace credence

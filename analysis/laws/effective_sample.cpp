@@ -1,0 +1,202 @@
+#include "analysis/laws/effective_sample.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "analysis/laws/require.h"
+#include "analysis/laws/student_positive_mean.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+// W with W P Wᵀ = I on the range of P, judged in correlation form as in consistency_nees.h; rank × n.
+Matrix whitening(const Matrix& P) {
+  const Vector deviation = P.diagonal().cwiseMax(0.0).cwiseSqrt();
+  Vector scale = Vector::Zero(P.rows());
+  for (Index i = 0; i < P.rows(); ++i) scale(i) = deviation(i) > 0.0 ? 1.0 / deviation(i) : 0.0;
+  const Matrix correlation = scale.asDiagonal() * P * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(correlation);
+  if (!P.allFinite() || eigen.info() != Eigen::Success) {
+    throw std::invalid_argument("a covariance is not finite");
+  }
+  const double tolerance = 4.0 * static_cast<double>(P.rows()) * std::numeric_limits<double>::epsilon() *
+                           std::max(1.0, eigen.eigenvalues().maxCoeff());
+  if (eigen.eigenvalues().minCoeff() < -tolerance || P.diagonal().minCoeff() < 0.0) {
+    throw std::invalid_argument("a covariance is not positive semidefinite");
+  }
+  const Index rank = (eigen.eigenvalues().array() > tolerance).count();
+  const Vector root = eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse();
+  return root.asDiagonal() * eigen.eigenvectors().rightCols(rank).transpose() * scale.asDiagonal();
+}
+
+void finish(NeesTimeLaw& law, double independent_variance) {
+  const double steps = static_cast<double>(law.correlation.rows());
+  law.effective_dof = 2.0 * law.run_sum.mean * law.run_sum.mean / law.run_sum.variance;
+  law.effective_steps = steps * independent_variance / law.run_sum.variance;
+}
+
+// Σ over the series of (x_k − mean)(x_{k+lag} − mean), and the number of products.
+std::pair<double, double> lag_sum(std::span<const std::span<const double>> series, double mean,
+                                  std::size_t lag) {
+  double sum = 0.0;
+  double pairs = 0.0;
+  for (const auto& x : series) {
+    for (std::size_t k = lag; k < x.size(); ++k) sum += (x[k] - mean) * (x[k - lag] - mean);
+    if (x.size() > lag) pairs += static_cast<double>(x.size() - lag);
+  }
+  return {sum, pairs};
+}
+
+}  // namespace
+
+NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances) {
+  const std::size_t steps = covariances.size();
+  if (transitions.size() != steps || steps == 0) {
+    throw std::invalid_argument(
+        fmt::format("{} transitions and {} covariances: as many of each", transitions.size(), steps));
+  }
+  std::vector<Matrix> W;
+  std::vector<Index> offset{0};
+  for (const Matrix& P : covariances) {
+    W.push_back(whitening(P));
+    offset.push_back(offset.back() + W.back().rows());
+  }
+  const Index total = offset.back();
+  constexpr Index kLargestExact = 600;
+  const bool exact_third = total <= kLargestExact;
+
+  NeesTimeLaw law;
+  Matrix norms = Matrix::Zero(static_cast<Index>(steps), static_cast<Index>(steps));
+  Matrix C = exact_third ? Matrix::Identity(total, total) : Matrix();
+  for (std::size_t l = 0; l < steps; ++l) {
+    const Index col = static_cast<Index>(l);
+    norms(col, col) = static_cast<double>(W[l].rows());
+    Matrix propagated = covariances[l] * W[l].transpose();
+    for (std::size_t k = l + 1; k < steps; ++k) {
+      propagated = (transitions[k] * propagated).eval();
+      const Matrix block = W[k] * propagated;
+      const Index row = static_cast<Index>(k);
+      norms(row, col) = norms(col, row) = block.squaredNorm();
+      if (exact_third) {
+        C.block(offset[k], offset[l], block.rows(), block.cols()) = block;
+        C.block(offset[l], offset[k], block.cols(), block.rows()) = block.transpose();
+      }
+    }
+  }
+  law.run_sum.mean = static_cast<double>(total);
+  law.run_sum.variance = 2.0 * norms.sum();
+  law.run_sum.third = exact_third ? 8.0 * (C * C).cwiseProduct(C).sum()
+                                  : 2.0 * law.run_sum.variance * law.run_sum.variance / law.run_sum.mean;
+  const Vector root = norms.diagonal().cwiseSqrt();
+  law.correlation = Matrix::Zero(norms.rows(), norms.cols());
+  for (Index k = 0; k < norms.rows(); ++k) {
+    for (Index l = 0; l < norms.cols(); ++l) {
+      if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = norms(k, l) / (root(k) * root(l));
+    }
+  }
+  finish(law, 2.0 * static_cast<double>(total));
+  return law;
+}
+
+NeesTimeLaw empirical_nees_time_law(MatrixRef nees) {
+  if (nees.rows() < 2 || nees.cols() < 1) {
+    throw std::invalid_argument(fmt::format("NEES of {} runs: at least 2 are needed", nees.rows()));
+  }
+  const Matrix deviations = nees.rowwise() - nees.colwise().mean();
+  const Matrix covariance = deviations.transpose() * deviations / static_cast<double>(nees.rows() - 1);
+  NeesTimeLaw law;
+  const Vector root = covariance.diagonal().cwiseSqrt();
+  law.correlation = Matrix::Zero(nees.cols(), nees.cols());
+  for (Index k = 0; k < nees.cols(); ++k) {
+    for (Index l = 0; l < nees.cols(); ++l) {
+      if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = covariance(k, l) / (root(k) * root(l));
+    }
+  }
+  law.run_sum.mean = nees.rowwise().sum().mean();
+  law.run_sum.variance = covariance.sum();
+  law.run_sum.third = 2.0 * law.run_sum.variance * law.run_sum.variance / law.run_sum.mean;
+  finish(law, covariance.trace());
+  return law;
+}
+
+TimeAverageTest test_time_average(const Moments& run_sums, double expected, double steps, double confidence) {
+  if (!(steps >= 1.0)) throw std::invalid_argument(fmt::format("steps = {} must be >= 1", steps));
+  TimeAverageTest result;
+  result.expected = expected;
+  result.run_sum = positive_mean_interval(run_sums, confidence);
+  result.p_value = positive_mean_p_value(run_sums, expected);
+  result.effective_steps = steps * 2.0 * expected / run_sums.variance();
+  if (std::isnan(result.p_value)) {
+    result.effective_steps = kNaN;
+    return result;
+  }
+  result.verdict = result.p_value > 1.0 - confidence ? Verdict::consistent
+                   : run_sums.mean > expected        ? Verdict::optimistic
+                                                     : Verdict::pessimistic;
+  return result;
+}
+
+EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean) {
+  EffectiveSample result{.correlation_time = kNaN, .size = kNaN, .reason = {}};
+  const auto [variance_sum, values] = lag_sum(series, mean, 0);
+  if (values == 0.0) {
+    result.reason = "no data";
+    return result;
+  }
+  if (!(std::isfinite(variance_sum) && variance_sum > 0.0)) {
+    result.reason = "the series does not vary or is not finite";
+    return result;
+  }
+  std::size_t longest = 0;
+  for (const auto& x : series) longest = std::max(longest, x.size());
+  double time = 1.0;
+  for (std::size_t lag = 1; lag < longest && static_cast<double>(lag) < 5.0 * time; ++lag) {
+    const auto [sum, pairs] = lag_sum(series, mean, lag);
+    time += 2.0 * (sum / pairs) / (variance_sum / values);
+  }
+  result.correlation_time = std::max(1.0, time);
+  result.size = values / result.correlation_time;
+  return result;
+}
+
+TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence) {
+  require_confidence(confidence);
+  constexpr std::size_t kStretches = 10;
+  constexpr double kShortestStretch = 10.0;  // in correlation times
+  TimeAverageTest result;
+  result.expected = 1.0;
+  result.p_value = result.effective_steps = kNaN;
+  result.run_sum = student_interval({}, confidence);
+
+  double mean = 0.0;
+  for (const double x : normalised_nees) mean += x / static_cast<double>(normalised_nees.size());
+  const EffectiveSample sample =
+      effective_sample(std::vector<std::span<const double>>{normalised_nees}, mean);
+  if (!sample.reason.empty()) {
+    result.run_sum.reason = sample.reason;
+    return result;
+  }
+  if (sample.size < kShortestStretch * static_cast<double>(kStretches)) {
+    result.run_sum.reason = "the run is too short for its correlation in time";
+    return result;
+  }
+  const std::size_t length = normalised_nees.size() / kStretches;
+  Moments averages;
+  for (std::size_t i = 0; i < kStretches; ++i) {
+    double sum = 0.0;
+    for (const double x : normalised_nees.subspan(i * length, length)) sum += x;
+    averages.add(sum / static_cast<double>(length));
+  }
+  result = test_time_average(averages, 1.0, 1.0, confidence);
+  result.effective_steps = sample.size;
+  return result;
+}
+
+}  // namespace credence

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "analysis/evidence/consistency.h"
+#include "analysis/laws/chi_square_cumulants.h"
+#include "analysis/laws/student.h"
+#include "core/types.h"
+
+/// @file
+/// How many independent steps the NEES of a run is worth, and tests of its average over time.
+///
+/// NEES is correlated in time: for jointly Gaussian errors Cov(ε_k, ε_l) = 2 ‖C_kl‖_F² with C_kl the
+/// correlation of the whitened errors at steps k and l. Summed over a run its variance is 2 Σ_kl ‖C_kl‖_F²,
+/// and not 2 Σ n_k, which is why the time-sum is no χ²(Σ n_k) (theory: section 7).
+
+namespace credence {
+
+/// The law of the NEES of one run of a consistent filter.
+struct NeesTimeLaw {
+  Matrix correlation;          ///< of the NEES between steps, T×T; steps of dof 0 have zeros
+  Cumulants run_sum;           ///< of Σ_k ε_k
+  double effective_dof = 0;    ///< 2 mean² / variance: the dof of the χ² with the same relative spread
+  double effective_steps = 0;  ///< independent steps with the same variance of the average
+};
+
+/// The exact law for a linear filter whose error moves as e_k = A_k e_{k−1} + noise with covariance P_k:
+/// C_kl = W_k A_k … A_{l+1} P_l W_lᵀ with W_k P_k W_kᵀ = I on the range of P_k.
+///
+/// transitions[k] = A_k = (I − K_k H) F (transitions[0] is not used), covariances[k] = P_k. For a consistent
+/// filter P_k is both the claimed and the true covariance. The third cumulant is exact, 8 tr C³, up to a
+/// total dof of 600, beyond that of a multiple of χ². Cost T² n³. Throws std::invalid_argument for sizes that
+/// differ or a P that is not positive semidefinite.
+NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances);
+
+/// The law from the NEES of many runs: sample correlation between steps, empirical mean and variance of
+/// the sum. nees: M×T, one run in each row; M ≥ 2, else std::invalid_argument. The sums are taken as
+/// a multiple of χ².
+NeesTimeLaw empirical_nees_time_law(MatrixRef nees);
+
+/// Test of the average over time and runs, from the sums over time of independent runs.
+struct TimeAverageTest {
+  MeanInterval run_sum;        ///< of Σ_k ε_k over the runs
+  double expected = 0.0;       ///< Σ_k n_k
+  double p_value = 0.0;        ///< two-sided; NaN without a test, see run_sum.reason
+  double effective_steps = 0;  ///< T · 2 Σ n_k / Var(Σ_k ε_k), at most T for positive correlation
+  Verdict verdict = Verdict::undecided;
+};
+
+/// Calibrated for any correlation in time, as only whole runs are compared: the empirical law of positive
+/// sums (student_positive_mean.h). run_sums: the moments over runs of Σ_k ε_k; expected: its expected value
+/// Σ_k n_k, the same for every run; steps: T. Approximate for fewer than ten runs. Throws
+/// std::invalid_argument unless expected > 0, steps ≥ 1 and 0 < confidence < 1.
+TimeAverageTest test_time_average(const Moments& run_sums, double expected, double steps, double confidence);
+
+/// The integrated autocorrelation time of a series with known mean, in steps, and what follows from it.
+struct EffectiveSample {
+  double correlation_time = 0.0;  ///< τ = 1 + 2 Σ ρ_h, at least 1; NaN without data
+  double size = 0.0;              ///< length / τ
+  std::string_view reason = {};   ///< why there is none, else empty
+};
+
+/// τ summed over the window of Sokal (1989), the least W ≥ 5 τ(W). Pools several series (runs of one filter):
+/// their products are averaged before the sum. The mean is not estimated, so that single short runs are not
+/// biased. A series whose deviations are all zero, or none, gives a reason.
+EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean);
+
+/// Test of the average of ONE run from ε_k / n_k, expected to be 1, over ten equal stretches, whose averages
+/// are nearly independent (batch means). Undecided, with a reason, where a stretch is shorter than 10 τ.
+/// The number of stretches is fixed, as one that follows the estimated τ prefers runs that vary little by
+/// chance. Approximate: assumes a stationary error. Measured on squared autoregressions (φ 0 to 0.95, 300 to
+/// 4000 steps, 3,000 studies each): alarms at nominal 5 % in 0.2 to 6.1 % of all runs, an undecided run none.
+TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence);
+
+}  // namespace credence

@@ -1,0 +1,44 @@
+#include "analysis/laws/error_correlation.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "analysis/laws/chi_square.h"
+#include "core/nan.h"
+
+namespace credence {
+
+ErrorCorrelationTest test_error_correlation(const VectorMoments& whitened) {
+  ErrorCorrelationTest result{.runs = whitened.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
+  const Index n = whitened.mean.size();
+  const double runs = static_cast<double>(whitened.count);
+  const double dim = static_cast<double>(n);
+  if (n < 2) {
+    result.reason = "fewer than two components";
+    return result;
+  }
+  if (runs <= dim + 1.0) {
+    result.reason = "not more runs than components";
+    return result;
+  }
+  const Vector deviation = whitened.scatter.diagonal().cwiseSqrt();
+  if (!whitened.scatter.allFinite() || !(deviation.minCoeff() > 0.0)) {
+    result.reason = "a component does not vary or is not finite";
+    return result;
+  }
+  const Vector scale = deviation.cwiseInverse();
+  const Matrix R = scale.asDiagonal() * whitened.scatter * scale.asDiagonal();
+  const Eigen::LLT<Matrix> factor(R);
+  if (factor.info() != Eigen::Success) {
+    result.reason = "the errors are linearly dependent";
+    return result;
+  }
+  const double log_determinant = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
+  result.largest = (R - Matrix::Identity(n, n)).cwiseAbs().maxCoeff();
+  result.dof = 0.5 * dim * (dim - 1.0);
+  result.statistic = -(runs - 1.0 - (2.0 * dim + 5.0) / 6.0) * log_determinant;
+  result.p_value = chi_square_survival(result.statistic, result.dof);
+  return result;
+}
+
+}  // namespace credence

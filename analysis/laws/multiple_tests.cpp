@@ -1,0 +1,66 @@
+#include "analysis/laws/multiple_tests.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+namespace credence {
+namespace {
+
+// Positions of the tests with a p-value, the smallest first; ties in the order of the input.
+std::vector<std::size_t> ascending_order(std::span<const double> p_values) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < p_values.size(); ++i) {
+    if (std::isnan(p_values[i])) continue;
+    if (!(p_values[i] >= 0.0 && p_values[i] <= 1.0)) {
+      throw std::invalid_argument(fmt::format("p-value {} of test {} must lie in [0, 1]", p_values[i], i));
+    }
+    order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return p_values[a] < p_values[b]; });
+  return order;
+}
+
+std::vector<double> step_up(std::span<const double> p_values, double factor) {
+  std::vector<double> adjusted(p_values.begin(), p_values.end());
+  const std::vector<std::size_t> order = ascending_order(p_values);
+  const double tests = static_cast<double>(order.size());
+  double smallest = 1.0;
+  for (std::size_t rank = order.size(); rank > 0; --rank) {
+    const std::size_t i = order[rank - 1];
+    smallest = std::min(smallest, p_values[i] * factor * tests / static_cast<double>(rank));
+    adjusted[i] = smallest;
+  }
+  return adjusted;
+}
+
+}  // namespace
+
+std::vector<double> holm(std::span<const double> p_values) {
+  std::vector<double> adjusted(p_values.begin(), p_values.end());
+  const std::vector<std::size_t> order = ascending_order(p_values);
+  double largest = 0.0;
+  for (std::size_t rank = 0; rank < order.size(); ++rank) {
+    const double remaining = static_cast<double>(order.size() - rank);
+    largest = std::max(largest, std::min(1.0, p_values[order[rank]] * remaining));
+    adjusted[order[rank]] = largest;
+  }
+  return adjusted;
+}
+
+std::vector<double> benjamini_hochberg(std::span<const double> p_values) { return step_up(p_values, 1.0); }
+
+std::vector<double> benjamini_yekutieli(std::span<const double> p_values) {
+  double harmonic = 0.0;
+  std::size_t tests = 0;
+  for (const double p : p_values) {
+    if (!std::isnan(p)) harmonic += 1.0 / static_cast<double>(++tests);
+  }
+  return step_up(p_values, harmonic);
+}
+
+}  // namespace credence

@@ -1,0 +1,58 @@
+#include "analysis/laws/student_positive_mean.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+// The c of the header, the variance of the cube root.
+double cube_root_variance(const Moments& moments) {
+  const double count = static_cast<double>(moments.count);
+  const double shape = moments.mean * moments.mean / moments.variance() - 1.0 / count;
+  // s²/x̄² is at most M for positive values; equality, all but one value zero, must not give a negative shape.
+  constexpr double kSmallestDof = 1e-3;
+  return 2.0 / (9.0 * std::max(kSmallestDof, 2.0 * count * shape));
+}
+
+bool has_variance(const Moments& moments) {
+  return moments.count >= 2 && std::isfinite(moments.mean) && std::isfinite(moments.m2) && moments.mean > 0.0;
+}
+
+}  // namespace
+
+double positive_mean_p_value(const Moments& moments, double expected) {
+  if (!(expected > 0.0)) throw std::invalid_argument(fmt::format("expected = {} must be > 0", expected));
+  if (!has_variance(moments)) return kNaN;
+  if (moments.m2 <= 0.0) return moments.mean == expected ? 1.0 : 0.0;
+  const double c = cube_root_variance(moments);
+  const double z = (std::cbrt(moments.mean / expected) - (1.0 - c)) / std::sqrt(c);
+  return student_two_sided_p_value(z, static_cast<double>(moments.count - 1));
+}
+
+MeanInterval positive_mean_interval(const Moments& moments, double confidence) {
+  MeanInterval interval = student_interval(moments, confidence);
+  if (!interval.reason.empty()) return interval;
+  if (!has_variance(moments) && moments.m2 > 0.0) {
+    interval.lower = interval.upper = kNaN;
+    interval.reason = "the mean is not positive";
+    return interval;
+  }
+  if (moments.m2 <= 0.0) return interval;
+  const double c = cube_root_variance(moments);
+  const double t = student_quantile_two_sided(confidence, static_cast<double>(moments.count - 1));
+  const double low_root = 1.0 - c - t * std::sqrt(c);
+  const double high_root = 1.0 - c + t * std::sqrt(c);
+  interval.lower = moments.mean / std::pow(high_root, 3);
+  interval.upper =
+      low_root > 0.0 ? moments.mean / std::pow(low_root, 3) : std::numeric_limits<double>::infinity();
+  return interval;
+}
+
+}  // namespace credence

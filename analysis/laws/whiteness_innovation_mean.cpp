@@ -1,0 +1,40 @@
+#include "analysis/laws/whiteness_innovation_mean.h"
+
+#include <Eigen/Cholesky>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <limits>
+
+#include "analysis/laws/chi_square.h"
+#include "core/nan.h"
+
+namespace credence {
+
+InnovationMeanTest test_innovation_mean(const VectorMoments& moments) {
+  InnovationMeanTest result;
+  result.count = moments.count;
+  result.mean = moments.mean;
+  result.chi_square = result.chi_square_p_value = result.t_square = result.p_value = kNaN;
+  const double n = static_cast<double>(moments.count);
+  const double m = static_cast<double>(moments.mean.size());
+  if (n <= m || m == 0.0) {
+    result.reason = "not more values than components";
+    return result;
+  }
+  if (!moments.mean.allFinite() || !moments.scatter.allFinite()) {
+    result.reason = "an innovation is not finite";
+    return result;
+  }
+  result.chi_square = n * moments.mean.squaredNorm();
+  result.chi_square_p_value = chi_square_survival(result.chi_square, m);
+  const Eigen::LLT<Matrix> factor(0.5 * (moments.scatter + moments.scatter.transpose()));
+  if (factor.info() != Eigen::Success) {
+    result.reason = "the covariance of the innovations is singular";
+    return result;
+  }
+  result.t_square = n * (n - 1.0) * moments.mean.dot(factor.solve(moments.mean));
+  const boost::math::fisher_f law(m, n - m);
+  result.p_value = cdf(complement(law, result.t_square * (n - m) / (m * (n - 1.0))));
+  return result;
+}
+
+}  // namespace credence

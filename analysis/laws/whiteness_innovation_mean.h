@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "analysis/laws/consistency_vector_moments.h"
+#include "core/types.h"
+
+namespace credence {
+
+/// Two tests that the normalised innovation has mean zero.
+struct InnovationMeanTest {
+  std::int64_t count = 0;
+  Vector mean;              ///< in standard deviations of the innovation
+  double chi_square = 0.0;  ///< N ‖ū‖² ~ χ²(m): trusts S
+  double chi_square_p_value = 0.0;
+  double t_square = 0.0;  ///< Hotelling's N ūᵀ Ĉ⁻¹ ū ~ (N−1) m / (N−m) F(m, N−m): S may be wrong
+  double p_value = 0.0;   ///< of t_square; exact for Gaussian white u
+  std::string_view reason = {};  ///< why there is no test (p-values NaN), else empty
+};
+
+/// Tests the mean of the normalised innovations u = L⁻¹ ν, S = L Lᵀ, for zero: a bias of the sensor or of the
+/// model. Assumed: Gaussian and white; where whiteness fails, add the mean of each run instead of each value,
+/// and only T² and its p-value have a meaning.
+InnovationMeanTest test_innovation_mean(const VectorMoments& moments);
+
+}  // namespace credence

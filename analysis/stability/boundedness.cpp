@@ -1,0 +1,104 @@
+#include "analysis/stability/boundedness.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <stdexcept>
+
+#include "analysis/stability/dense_svd.h"
+#include "analysis/stability/marginal_modes.h"
+
+namespace credence {
+namespace {
+
+constexpr double kInvertible = 1e-13;
+
+BoundednessReason reason_for(const ExactBoundedness& result) {
+  if (result.unobserved == 0) return BoundednessReason::nothing_unobserved;
+  return result.pairing.rank == result.unobserved ? BoundednessReason::paired : BoundednessReason::unpaired;
+}
+
+}  // namespace
+
+std::string_view to_string(BoundednessReason reason) {
+  switch (reason) {
+    case BoundednessReason::paired:
+      return "paired";
+    case BoundednessReason::nothing_unobserved:
+      return "nothing unobserved";
+    case BoundednessReason::unpaired:
+      return "unpaired";
+    case BoundednessReason::unstable:
+      return "unstable";
+    case BoundednessReason::undecided:
+      break;
+  }
+  return "undecided";
+}
+
+ExactBoundedness exact_boundedness(MatrixRef F, MatrixRef H, MatrixRef Qt, double psd_tolerance) {
+  const MarginalModes modes = marginal_modes(F, H, Qt, psd_tolerance);
+  ExactBoundedness result;
+  result.noise = psd_rank(Qt, psd_tolerance);
+  result.observability = modes.sight.decision;
+  if (!modes.ok) return result;
+  result.unobserved = modes.undetectable.cols();
+  result.pairing = modes.pairing;
+  result.reason = modes.unstable_undetectable > 0 ? BoundednessReason::unstable : reason_for(result);
+  return result;
+}
+
+PaperBoundedness paper_boundedness(MatrixRef inflation, Index observability_rank, double psd_tolerance) {
+  return {.inflation_rank = psd_rank(inflation, psd_tolerance).rank,
+          .observability_rank = observability_rank};
+}
+
+AccumulatedNoise::AccumulatedNoise(Index state_dim)
+    : Phi_(Matrix::Identity(state_dim, state_dim)), S_(Matrix::Zero(state_dim, state_dim)) {}
+
+void AccumulatedNoise::add(MatrixRef F_k, MatrixRef Qt_k) {
+  const Index n = S_.rows();
+  for (const MatrixRef* M : {&F_k, &Qt_k}) {
+    if (M->rows() != n || M->cols() != n) {
+      throw std::invalid_argument(
+          fmt::format("a matrix of {}x{} does not go with {} states", M->rows(), M->cols(), n));
+    }
+  }
+  Phi_ = (F_k * Phi_).eval();
+  const Eigen::PartialPivLU<Matrix> lu(Phi_);
+  if (!(lu.rcond() > kInvertible)) {
+    ok_ = false;
+    return;
+  }
+  const Matrix half = lu.solve(Qt_k);
+  const Matrix back = lu.solve(half.transpose());
+  S_ += 0.5 * (back + back.transpose());
+}
+
+ExactBoundedness exact_boundedness(const AccumulatedNoise& noise, const ObservabilityAnalysis& observability,
+                                   double psd_tolerance) {
+  ExactBoundedness result;
+  result.noise = psd_rank(noise.S(), psd_tolerance);
+  result.observability = observability.decision;
+  result.unobserved = observability.unobservable.cols();
+  if (!noise.ok()) return result;
+  const Matrix untouched = psd_null_space(noise.S(), psd_tolerance);
+  result.pairing = pair_subspaces(untouched, observability.unobservable);
+  result.reason = reason_for(result);
+  return result;
+}
+
+MeasuredBoundedness measure_boundedness(const RiccatiProblem& problem, const Matrix& P0, int doublings) {
+  const RiccatiGrowth growth = riccati_growth(problem, P0, doublings);
+  MeasuredBoundedness measured;
+  measured.bounded = !growth.grows();
+  measured.growth_exponent = growth.exponent();
+  measured.increment_exponent = growth.increment_exponent();
+  measured.trace_per_step = growth.trace_per_step();
+  measured.exponential = growth.overflowed;
+  measured.steps = growth.steps();
+  measured.traces = growth.traces;
+  return measured;
+}
+
+}  // namespace credence

@@ -1,0 +1,119 @@
+#include "analysis/stability/exact_moments.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <limits>
+#include <stdexcept>
+
+namespace credence {
+namespace {
+
+constexpr double kLeastReciprocalCondition = 1e-12;
+
+void require_sizes(const LinearModel& truth, const LinearFilterStep& step) {
+  const Index n = truth.state_dim(), m = truth.measurement_dim();
+  if (step.P.rows() != n || step.P.cols() != n || step.K.rows() != n || step.K.cols() != m ||
+      step.S.rows() != m || step.S.cols() != m) {
+    throw std::invalid_argument(fmt::format(
+        "a step with P {}x{}, K {}x{} and S {}x{} does not go with {} states and {} measurements",
+        step.P.rows(), step.P.cols(), step.K.rows(), step.K.cols(), step.S.rows(), step.S.cols(), n, m));
+  }
+}
+
+Matrix symmetrised(const Matrix& M) { return 0.5 * (M + M.transpose()); }
+
+/// States with a variance, scaled to unit diagonal of P.
+struct UnitDiagonal {
+  std::vector<Index> states;
+  Matrix P, Sigma;
+};
+
+UnitDiagonal unit_diagonal(MatrixRef P, MatrixRef Sigma) {
+  UnitDiagonal unit;
+  for (Index i = 0; i < P.rows(); ++i) {
+    if (P(i, i) > 0.0) unit.states.push_back(i);
+  }
+  const Vector d = P.diagonal()(unit.states).cwiseSqrt().cwiseInverse();
+  unit.P = d.asDiagonal() * P(unit.states, unit.states) * d.asDiagonal();
+  unit.Sigma = d.asDiagonal() * Sigma(unit.states, unit.states) * d.asDiagonal();
+  return unit;
+}
+
+/// The value on the range of a singular P, and what of Σ lies outside it.
+void add_on_range(const UnitDiagonal& unit, ExpectedSquare& result) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(unit.P);
+  const Index n = unit.P.rows();
+  const double threshold =
+      static_cast<double>(n) * kLeastReciprocalCondition * eigen.eigenvalues().maxCoeff();
+  double outside = 0.0;
+  for (Index i = 0; i < n; ++i) {
+    const Vector direction = eigen.eigenvectors().col(i);
+    const double variance = direction.dot(unit.Sigma * direction);
+    if (eigen.eigenvalues()[i] > threshold) {
+      result.value += variance / eigen.eigenvalues()[i];
+      ++result.dof;
+    } else {
+      outside += variance;
+    }
+  }
+  const double total = unit.Sigma.trace();
+  if (total > 0.0) result.outside = std::max(result.outside, outside / total);
+}
+
+double zero_variance_share(MatrixRef P, MatrixRef Sigma) {
+  double outside = 0.0;
+  for (Index i = 0; i < P.rows(); ++i) {
+    if (!(P(i, i) > 0.0)) outside += Sigma(i, i);
+  }
+  return Sigma.trace() > 0.0 ? outside / Sigma.trace() : 0.0;
+}
+
+}  // namespace
+
+ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma) {
+  ExpectedSquare result;
+  result.outside = zero_variance_share(P, Sigma);
+  const UnitDiagonal unit = unit_diagonal(P, Sigma);
+  const Index n = unit.P.rows();
+  if (n == 0) return result;
+  const Eigen::LLT<Matrix> llt(unit.P);
+  if (llt.info() == Eigen::Success && llt.rcond() > kLeastReciprocalCondition) {
+    result.value = llt.solve(unit.Sigma).trace();
+    result.dof = n;
+  } else {
+    add_on_range(unit, result);
+  }
+  return result;
+}
+
+std::vector<ExactMoments> exact_moments(const LinearModel& truth,
+                                        const std::vector<LinearFilterStep>& steps) {
+  const Index n = truth.state_dim();
+  const Matrix GQG = truth.G * truth.Q * truth.G.transpose();
+  std::vector<ExactMoments> moments;
+  moments.reserve(steps.size());
+  Matrix Sigma = truth.P0;
+  for (const LinearFilterStep& step : steps) {
+    if (!step.ok) break;
+    require_sizes(truth, step);
+    ExactMoments now;
+    now.Sigma_prior = symmetrised(truth.F * Sigma * truth.F.transpose() + GQG);
+    const Matrix A = Matrix::Identity(n, n) - step.K * truth.H;
+    now.Sigma = symmetrised(A * now.Sigma_prior * A.transpose() + step.K * truth.R * step.K.transpose());
+    const ExpectedSquare nees = expected_square(step.P, now.Sigma);
+    now.nees = nees.value;
+    now.nees_dof = nees.dof;
+    now.outside = nees.outside;
+    const ExpectedSquare nis =
+        expected_square(step.S, symmetrised(truth.H * now.Sigma_prior * truth.H.transpose() + truth.R));
+    now.nis = nis.value;
+    now.nis_dof = nis.dof;
+    Sigma = now.Sigma;
+    moments.push_back(std::move(now));
+  }
+  return moments;
+}
+
+}  // namespace credence

@@ -1,0 +1,154 @@
+#include "analysis/stability/planar_path.h"
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/nan.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/filter_setup.h"
+#include "montecarlo/worlds/planar/path_length.h"
+#include "montecarlo/worlds/planar/planar_experiment.h"
+
+namespace credence {
+namespace {
+
+using Seen = std::span<const Observation<PlanarModel>>;
+
+/// H of what is known of `seen`, at the filter's estimate, in the filter's own order.
+template <PlanarSlamFilter F>
+Matrix measurement_jacobian(const F& filter, const PlanarWorld& world, Seen seen) {
+  const Vector& x = filter.state();
+  Matrix H = Matrix::Zero(2 * static_cast<Index>(seen.size()), x.size());
+  Index rows = 0;
+  for (const Observation<PlanarModel>& o : seen) {
+    const bool anchored = o.landmark >= world.states();
+    const Index offset = anchored ? -1 : filter.offset_of(o.landmark);
+    if (!anchored && offset < 0) continue;
+    const Point landmark =
+        anchored ? world.landmarks[static_cast<std::size_t>(o.landmark)] : Point(x.segment<2>(offset));
+    const PredictedRangeBearing predicted = predict_range_bearing(filter.pose(), landmark);
+    H.block<2, 3>(rows, 0) = predicted.H_r;
+    if (!anchored) H.block<2, 2>(rows, offset) = predicted.H_l;
+    rows += 2;
+  }
+  H.conservativeResize(rows, Eigen::NoChange);
+  return H;
+}
+
+/// Writes one loop down while it is driven.
+class Recorder {
+ public:
+  Recorder(const Scenario& scenario, const PlanarWorld& world, PlanarLoopRecord& loop)
+      : rule_(make_inflation_rule(scenario)),
+        world_(world),
+        loop_(loop),
+        Q_(AssumedPlanarNoise::of(scenario).Q) {}
+
+  template <PlanarSlamFilter F>
+  void begin(F& filter) {
+    if constexpr (requires { filter.keep_gain(true); }) filter.keep_gain(true);
+    loop_.layout = filter.layout();
+    loop_.start = filter.state();
+    loop_.H.emplace_back(0, filter.state().size());
+  }
+
+  template <PlanarSlamFilter F>
+  void before_predict(const F& filter, const Control& u) {
+    const Index n = filter.state().size();
+    const Motion motion = world_.vehicle.move(filter.pose(), u, world_.dt_s);
+    loop_.F.push_back(Matrix::Identity(n, n));
+    loop_.F.back().topLeftCorner<3, 3>() = motion.F;
+    loop_.process.push_back(Matrix::Zero(n, n));
+    loop_.process.back().topLeftCorner<3, 3>() = motion.G * Q_ * motion.G.transpose();
+  }
+
+  template <PlanarSlamFilter F>
+  void before_update(const F& filter, Seen seen) {
+    loop_.H.push_back(measurement_jacobian(filter, world_, seen));
+    const Index n = filter.state().size();
+    loop_.inflation.push_back(Matrix::Zero(n, n));
+    if (rule_.is_sequential()) return;
+    const Matrix P = dense_covariance(filter.covariance());
+    Matrix inflated = P;
+    inflate(inflated, filter.layout(), rule_.inflation, rule_.solution, state_);
+    loop_.inflation.back() = inflated - P;
+  }
+
+  template <PlanarSlamFilter F>
+  void after_update(const F& filter) {
+    const bool none = loop_.H.back().rows() == 0;
+    loop_.K.push_back(none ? Matrix(filter.state().size(), 0) : Matrix(filter.gain()));
+  }
+
+ private:
+  InflationRule rule_;
+  const PlanarWorld& world_;
+  PlanarLoopRecord& loop_;
+  Eigen::Matrix2d Q_;
+  MinTraceState state_;
+};
+
+template <PlanarSlamFilter F>
+PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index per_loop, Linearisation at) {
+  const Index steps = longer.study.steps, before_last = steps - per_loop;
+  PlanarPathRun run;
+  run.world = std::move(world);
+  const PlanarNoise noise = PlanarNoise::of(longer);
+  std::optional<NoiseSource> source;
+  if (at == Linearisation::estimate) source.emplace(longer.study.seed, noise_group(longer));
+  PlanarDrive drive(run.world, noise, source);
+  filter.reset(drive.start(0), noise.initial_covariance());
+  Recorder recorder(longer, run.world, run.loop);
+  StateError error;
+  double nees = 0.0, trace = 0.0;
+  const Index second_half = steps / 2;
+  for (Index k = 1; k <= steps; ++k) {
+    const Control& u = run.world.controls[static_cast<std::size_t>(k - 1)];
+    const bool all_known = static_cast<Index>(filter.landmarks().size()) == run.world.states();
+    if (k == before_last + 1 && all_known) recorder.begin(filter);
+    const bool recording = k > before_last && !run.loop.H.empty();
+    drive.move(static_cast<std::size_t>(k));
+    const Seen seen = drive.observe(static_cast<std::size_t>(k));
+    if (recording) recorder.before_predict(filter, u);
+    filter.predict(u);
+    if (recording) recorder.before_update(filter, seen);
+    const UpdateResult update = filter.update(seen);
+    run.ok = update.ok && filter.state().allFinite() &&
+             error.compute(drive.pose(), run.world.landmarks, filter.state(), filter.covariance(),
+                           filter.landmarks()) == Outcome::ok;
+    if (!run.ok) break;
+    if (recording) recorder.after_update(filter);
+    run.not_converged += update.converged ? 0 : 1;
+    if (k > second_half) nees += error.vehicle_nees / 3.0;
+    trace += planar_traces(filter.covariance()).all;
+    if (k % per_loop == 0) {
+      run.traces.push_back(trace / static_cast<double>(per_loop));
+      trace = 0.0;
+    }
+  }
+  run.pose_nees = at == Linearisation::truth ? kNaN : nees / static_cast<double>(steps - second_half);
+  return run;
+}
+
+}  // namespace
+
+Index planar_steps_per_loop(const Scenario& scenario) {
+  const WorldSettings& w = scenario.world;
+  return static_cast<Index>(std::ceil(loop_length_m(w.path, w.path_radius) / (w.speed * w.dt) - 1e-9));
+}
+
+PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearisation at) {
+  const Index per_loop = planar_steps_per_loop(scenario);
+  Scenario longer = scenario;
+  longer.study.steps = loops * per_loop;
+  PlanarWorld world = make_planar_world(longer);
+  if (has_block_map(longer)) {
+    BlockMapEkfSlam<PlanarModel> filter = make_block_map_filter(longer, world);
+    return follow(std::move(filter), std::move(world), longer, per_loop, at);
+  }
+  EkfSlam<PlanarModel> filter = make_planar_filter(longer, world);
+  return follow(std::move(filter), std::move(world), longer, per_loop, at);
+}
+
+}  // namespace credence

@@ -1,0 +1,347 @@
+#include "analysis/stability/ranks.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+#include "analysis/stability/dense_svd.h"
+
+namespace credence {
+namespace {
+
+constexpr double kMaxScale = 16384.0;  // what is nothing but rounding noise must not be scaled up to count
+constexpr double kMaxUnitDiagonalScale = 1e3;
+
+void require_finite(const char* name, MatrixRef M) {
+  if (!M.allFinite()) throw std::invalid_argument(fmt::format("{} has an entry that is not finite", name));
+}
+
+void require_square(const char* name, MatrixRef M) {
+  if (M.rows() != M.cols()) {
+    throw std::invalid_argument(fmt::format("{} is {}x{} and must be square", name, M.rows(), M.cols()));
+  }
+  require_finite(name, M);
+}
+
+/// An upper bound of the 2-norm that is 1 for the identity, 0 only for a zero matrix.
+double norm_bound(MatrixRef M) {
+  if (M.size() == 0) return 0.0;
+  const double columns = M.cwiseAbs().colwise().sum().maxCoeff();
+  const double rows = M.cwiseAbs().rowwise().sum().maxCoeff();
+  return std::sqrt(columns * rows);
+}
+
+double power_of_two(double x) { return std::exp2(std::round(std::log2(x))); }
+
+/// Powers of two near the sizes given, the least no further than kMaxScale below the largest.
+Vector bounded_scales(const Vector& sizes) {
+  const double largest = sizes.size() > 0 ? sizes.maxCoeff() : 0.0;
+  if (!(largest > 0.0)) return Vector::Ones(sizes.size());
+  const double least = largest / kMaxScale;
+  return sizes.unaryExpr([least](double size) { return power_of_two(std::max(size, least)); });
+}
+
+/// B with columns of about norm one: its range is what matters.
+Matrix unit_columns(const Matrix& B) {
+  if (B.size() == 0) return B;
+  const Vector sizes = B.colwise().lpNorm<Eigen::Infinity>();
+  return B * bounded_scales(sizes).cwiseInverse().asDiagonal();
+}
+
+Matrix scaled_to_norm_one(MatrixRef F) {
+  const double norm = norm_bound(F);
+  return norm > 0.0 ? Matrix(F / norm) : Matrix(F);
+}
+
+/// Typical size of each state within the first blocks of [B | F B | F² B], all columns of norm one.
+Vector typical_sizes(const Matrix& F, const Matrix& B) {
+  if (B.cols() == 0) return Vector::Zero(B.rows());
+  Vector sizes = B.rowwise().lpNorm<Eigen::Infinity>();
+  Matrix block = B;
+  for (int power = 0; power < 2; ++power) {
+    block = unit_columns(F * block);
+    sizes = sizes.cwiseMax(block.rowwise().lpNorm<Eigen::Infinity>());
+  }
+  return sizes;
+}
+
+/// An orthogonal matrix whose first columns span those of M.
+Matrix full_orthogonal(const Matrix& M) {
+  const Eigen::HouseholderQR<Matrix> qr(M);
+  return qr.householderQ() * Matrix::Identity(M.rows(), M.rows());
+}
+
+/// The staircase: an orthonormal basis of range [B | F B | …] and all singular values met on the way.
+struct Staircase {
+  Matrix basis;
+  std::vector<double> kept, left_out;
+};
+
+void append_new_directions(const Matrix& block, double tolerance, Staircase& stairs, Matrix& fresh) {
+  const DenseSvd svd = dense_svd(block, SvdVectors::left);
+  const Vector& values = svd.s;
+  Index count = 0;
+  for (Index i = 0; i < values.size(); ++i) {
+    if (values[i] > tolerance) {
+      ++count;
+      stairs.kept.push_back(values[i]);
+    } else {
+      stairs.left_out.push_back(values[i]);
+    }
+  }
+  count = std::min(count, block.rows() - stairs.basis.cols());
+  fresh = svd.U.leftCols(count);
+  const Index before = stairs.basis.cols();
+  stairs.basis.conservativeResize(Eigen::NoChange, before + count);
+  stairs.basis.rightCols(count) = fresh;
+}
+
+Staircase climb(const Matrix& F, const Matrix& B, double tolerance) {
+  const Index n = F.rows();
+  Staircase stairs;
+  stairs.basis.resize(n, 0);
+  if (B.cols() == 0) return stairs;
+  Matrix fresh;
+  append_new_directions(B, tolerance, stairs, fresh);
+  while (fresh.cols() > 0 && stairs.basis.cols() < n) {
+    Matrix block = F * fresh;
+    for (int twice = 0; twice < 2; ++twice) {  // once leaves rounding of the size of what was removed
+      block -= stairs.basis * (stairs.basis.transpose() * block).eval();
+    }
+    append_new_directions(block, tolerance, stairs, fresh);
+  }
+  return stairs;
+}
+
+RankDecision decision_of(const Staircase& stairs) {
+  RankDecision decision;
+  decision.rank = stairs.basis.cols();
+  std::vector<double> values = stairs.kept;
+  values.insert(values.end(), stairs.left_out.begin(), stairs.left_out.end());
+  std::sort(values.begin(), values.end(), std::greater<>());
+  decision.singular_values = Eigen::Map<const Vector>(values.data(), static_cast<Index>(values.size()));
+  const auto least = std::min_element(stairs.kept.begin(), stairs.kept.end());
+  const auto most = std::max_element(stairs.left_out.begin(), stairs.left_out.end());
+  const bool nothing_left_out = most == stairs.left_out.end() || *most == 0.0;
+  if (nothing_left_out) {
+    decision.gap = std::numeric_limits<double>::infinity();
+  } else {
+    decision.gap = least == stairs.kept.end() ? 0.0 : *least / *most;
+  }
+  return decision;
+}
+
+/// Scale, climb, and take the directions back to the caller's coordinates.
+Controllability staircase_controllability(MatrixRef F, MatrixRef B, double tolerance) {
+  const Index n = F.rows();
+  const Vector d = bounded_scales(typical_sizes(scaled_to_norm_one(F), unit_columns(B)));
+  const Matrix F_scaled = scaled_to_norm_one(d.cwiseInverse().asDiagonal() * F * d.asDiagonal());
+  const Matrix B_scaled = unit_columns(d.cwiseInverse().asDiagonal() * B);
+  const Staircase stairs = climb(F_scaled, B_scaled, tolerance);
+
+  Controllability result;
+  result.decision = decision_of(stairs);
+  const Index rank = result.decision.rank;
+  const Matrix Q = full_orthogonal(d.asDiagonal() * stairs.basis);
+  result.controllable = Q.leftCols(rank);
+  result.uncontrollable = Q.rightCols(n - rank);
+  return result;
+}
+
+/// Eigenvectors and eigenvalues of M after the scaling to unit diagonal, and the scales.
+struct ScaledEigen {
+  Vector d, values;
+  Matrix vectors;
+};
+
+ScaledEigen scaled_eigen(MatrixRef M) {
+  ScaledEigen result;
+  const Vector diagonal = M.diagonal().cwiseAbs();
+  const double largest = std::sqrt(diagonal.maxCoeff());
+  result.d = largest > 0.0
+                 ? Vector(diagonal.cwiseSqrt().cwiseMax(largest / kMaxUnitDiagonalScale).cwiseInverse())
+                 : Vector::Ones(M.rows());
+  const Matrix scaled = result.d.asDiagonal() * (0.5 * (M + M.transpose())) * result.d.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
+  if (eigen.info() != Eigen::Success)
+    throw std::runtime_error("eigenvalues of a psd matrix did not converge");
+  result.values = eigen.eigenvalues().cwiseAbs();
+  result.vectors = eigen.eigenvectors();
+  return result;
+}
+
+/// The eigenvectors of the eigenvalues of largest modulus.
+Matrix largest_columns(const ScaledEigen& eigen, Index count) {
+  std::vector<Index> order(static_cast<std::size_t>(eigen.values.size()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return eigen.values[a] > eigen.values[b]; });
+  Matrix columns(eigen.vectors.rows(), count);
+  for (Index i = 0; i < count; ++i) columns.col(i) = eigen.vectors.col(order[static_cast<std::size_t>(i)]);
+  return columns;
+}
+
+/// Adds rows to a triangular factor that stands for all rows so far, once there are enough to be worth it.
+class RowCompressor {
+ public:
+  explicit RowCompressor(Index columns) : rows_(0, columns) {}
+
+  void add(const Matrix& block) {
+    const Index before = rows_.rows();
+    rows_.conservativeResize(before + block.rows(), Eigen::NoChange);
+    rows_.bottomRows(block.rows()) = block;
+    if (rows_.rows() >= 4 * rows_.cols()) compress();
+  }
+
+  Matrix compressed() {
+    if (rows_.rows() > rows_.cols()) compress();
+    return rows_;
+  }
+
+ private:
+  void compress() {
+    const Eigen::HouseholderQR<Matrix> qr(rows_);
+    const Matrix R = qr.matrixQR().topRows(rows_.cols()).triangularView<Eigen::Upper>();
+    rows_ = R;
+  }
+
+  Matrix rows_;
+};
+
+void require_trajectory(std::span<const Matrix> F, std::span<const Matrix> H) {
+  if (H.empty()) throw std::invalid_argument("a trajectory needs at least one measurement matrix");
+  if (H.size() != F.size() && H.size() != F.size() + 1) {
+    throw std::invalid_argument(
+        fmt::format("{} measurement matrices do not go with {} transitions", H.size(), F.size()));
+  }
+  const Index n = H.front().cols();
+  for (const Matrix& F_k : F) {
+    require_square("F_k", F_k);
+    if (F_k.rows() != n) throw std::invalid_argument(fmt::format("F_k has {} rows, not {}", F_k.rows(), n));
+  }
+  for (const Matrix& H_k : H) {
+    require_finite("H_k", H_k);
+    if (H_k.cols() != n)
+      throw std::invalid_argument(fmt::format("H_k has {} columns, not {}", H_k.cols(), n));
+  }
+}
+
+/// All H_k Φ_k, rows of H_k of norm one and Φ_k scaled down where it grows.
+Matrix stacked_observations(std::span<const Matrix> F, std::span<const Matrix> H) {
+  const Index n = H.front().cols();
+  RowCompressor stack(n);
+  Matrix Phi = Matrix::Identity(n, n);
+  for (std::size_t k = 0; k < H.size(); ++k) {
+    if (H[k].rows() > 0) stack.add(unit_columns(H[k].transpose()).transpose() * Phi);
+    if (k < F.size()) {
+      Phi = (F[k] * Phi).eval();
+      const double norm = norm_bound(Phi);
+      if (norm > static_cast<double>(n)) Phi /= norm;
+    }
+  }
+  return stack.compressed();
+}
+
+}  // namespace
+
+RankDecision decide_rank(const Vector& values, double tolerance) {
+  RankDecision decision;
+  decision.singular_values = values;
+  std::sort(decision.singular_values.data(), decision.singular_values.data() + values.size(),
+            std::greater<>());
+  const Vector& sorted = decision.singular_values;
+  if (sorted.size() > 0 && sorted[0] > 0.0) {
+    while (decision.rank < sorted.size() && sorted[decision.rank] > tolerance * sorted[0]) ++decision.rank;
+  }
+  const bool nothing_left_out = decision.rank == sorted.size() || sorted[decision.rank] == 0.0;
+  decision.gap = nothing_left_out ? std::numeric_limits<double>::infinity()
+                                  : sorted[decision.rank - 1] / sorted[decision.rank];
+  return decision;
+}
+
+RankDecision psd_rank(MatrixRef M, double tolerance) {
+  require_square("the matrix", M);
+  if (M.rows() == 0) return decide_rank(Vector(), tolerance);
+  return decide_rank(scaled_eigen(M).values, tolerance);
+}
+
+Matrix psd_range(MatrixRef M, double tolerance) {
+  require_square("the matrix", M);
+  if (M.rows() == 0) return Matrix(0, 0);
+  const ScaledEigen eigen = scaled_eigen(M);
+  const Index rank = decide_rank(eigen.values, tolerance).rank;
+  if (rank == 0) return Matrix(M.rows(), 0);
+  const Matrix spanning = eigen.d.cwiseInverse().asDiagonal() * largest_columns(eigen, rank);
+  return full_orthogonal(spanning).leftCols(rank);
+}
+
+Matrix psd_null_space(MatrixRef M, double tolerance) {
+  const Matrix range = psd_range(M, tolerance);
+  if (range.cols() == 0) return Matrix::Identity(M.rows(), M.rows());
+  return full_orthogonal(range).rightCols(M.rows() - range.cols());
+}
+
+Controllability controllability(MatrixRef F, MatrixRef B, double tolerance) {
+  require_square("F", F);
+  require_finite("B", B);
+  if (B.rows() != F.rows()) {
+    throw std::invalid_argument(fmt::format("B has {} rows and F has {}", B.rows(), F.rows()));
+  }
+  return staircase_controllability(F, B, tolerance);
+}
+
+Controllability controllability(MatrixRef F, MatrixRef G, MatrixRef Q, double tolerance) {
+  require_square("Q", Q);
+  if (G.cols() != Q.rows()) {
+    throw std::invalid_argument(fmt::format("G has {} columns and Q has {} rows", G.cols(), Q.rows()));
+  }
+  if (Q.rows() == 0) return controllability(F, G, tolerance);
+  const ScaledEigen eigen = scaled_eigen(Q);
+  const Vector root =
+      (eigen.values.array() > tolerance * eigen.values.maxCoeff()).select(eigen.values.cwiseSqrt(), 0.0);
+  const Matrix Q_root = eigen.d.cwiseInverse().asDiagonal() * eigen.vectors * root.asDiagonal();
+  return controllability(F, G * Q_root, tolerance);
+}
+
+ObservabilityAnalysis observability(MatrixRef F, MatrixRef H, double tolerance) {
+  require_square("F", F);
+  require_finite("H", H);
+  if (H.cols() != F.rows()) {
+    throw std::invalid_argument(fmt::format("H has {} columns and F has {} rows", H.cols(), F.rows()));
+  }
+  Controllability dual = staircase_controllability(F.transpose(), H.transpose(), tolerance);
+  return {std::move(dual.decision), std::move(dual.uncontrollable)};
+}
+
+ObservabilityAnalysis local_observability(std::span<const Matrix> F, std::span<const Matrix> H,
+                                          double tolerance) {
+  require_trajectory(F, H);
+  const Index n = H.front().cols();
+  Matrix stack = stacked_observations(F, H);
+  const Vector d = bounded_scales(stack.colwise().norm().transpose());
+  stack = stack * d.cwiseInverse().asDiagonal();
+
+  ObservabilityAnalysis result;
+  Matrix null = Matrix::Identity(n, n);
+  if (stack.rows() > 0) {
+    const DenseSvd svd = dense_svd(stack, SvdVectors::full_right);
+    result.decision = decide_rank(svd.s, tolerance);
+    null = svd.V.rightCols(n - result.decision.rank);
+  } else {
+    result.decision = decide_rank(Vector(), tolerance);
+  }
+  result.unobservable = Matrix(n, 0);
+  if (null.cols() > 0) {
+    result.unobservable = full_orthogonal(d.cwiseInverse().asDiagonal() * null).leftCols(null.cols());
+  }
+  return result;
+}
+
+}  // namespace credence

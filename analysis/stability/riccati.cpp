@@ -1,0 +1,139 @@
+#include "analysis/stability/riccati.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "analysis/stability/riccati_marginal.h"
+#include "analysis/stability/riccati_newton.h"
+#include "analysis/stability/riccati_scaling.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+constexpr int kMaxRegularDoublings = 14;
+// Θ is in error by about the square of its last change, the next one by its fourth power; a Newton step then
+// squares the error again, up to the digits of its correction.
+constexpr double kStopAfterNextChange = 1e-2;
+constexpr double kStopChange = 1e-4;
+constexpr double kSmallTransition = 0.9;  // ‖A‖ of a marginal problem stays above 1
+constexpr double kHopeless = 1e8;
+
+/// Sees early that ‖A‖ has stopped falling: a marginal mode, which no doubling will move.
+class StallDetector {
+ public:
+  bool stalled(double norm) {
+    count_ = norm > 0.95 * last_ ? count_ + 1 : 0;
+    last_ = norm;
+    return count_ >= 4;
+  }
+
+ private:
+  double last_ = std::numeric_limits<double>::infinity();
+  int count_ = 0;
+};
+
+/// Structured doubling, then Newton. False when there is no certificate of a stabilising solution.
+bool solve_regular(const RiccatiProblem& problem, RiccatiSolution& solution) {
+  RiccatiMap map(problem);
+  StallDetector detector;
+  while (map.doublings() < kMaxRegularDoublings) {
+    const double trace_before = map.Theta().trace();
+    if (!map.square()) return false;
+    const double norm = map.A().norm();
+    if (norm > kHopeless || detector.stalled(norm)) return false;
+    const double change = map.last_change();
+    if (norm > kSmallTransition || change > kStopAfterNextChange) continue;
+    Matrix P = change > kStopChange ? map.next_Theta() : map.Theta();
+    RiccatiResidual residual;
+    if (!newton_refine(problem, P, residual)) continue;
+    // The certificate: a stable closed loop, next to where doubling from P = 0 was going. Then every P0 goes
+    // there.
+    if (!((P - map.Theta()).norm() <= 0.01 * P.norm())) continue;
+    solution.kind = RiccatiKind::stabilising;
+    solution.residual = residual.relative;
+    solution.growth_exponent = trace_before > 0.0 ? std::log2(P.trace() / map.Theta().trace()) : 0.0;
+    solution.steps = std::exp2(map.doublings());
+    solution.P = std::move(P);
+    return true;
+  }
+  return false;
+}
+
+Matrix filter_gain(const RiccatiProblem& problem, const Matrix& P) {
+  if (problem.H.rows() == 0) return Matrix(problem.state_dim(), 0);
+  const Matrix PHt = P * problem.H.transpose();
+  const Eigen::LLT<Matrix> llt(problem.H * PHt + problem.R);
+  return llt.solve(PHt.transpose()).transpose();
+}
+
+void describe_closed_loop(const ScaledRiccati& scaled, const Matrix& P, RiccatiSolution& solution) {
+  const RiccatiProblem& problem = scaled.problem;
+  solution.closed_loop_eigenvalues = closed_loop_eigenvalues(problem.F, filter_gain(problem, P), problem.H);
+  solution.spectral_radius =
+      solution.closed_loop_eigenvalues.size() > 0 ? std::abs(solution.closed_loop_eigenvalues[0]) : kNaN;
+}
+
+RiccatiSolution solve_scaled(const RiccatiProblem& problem, const ScaledRiccati& scaled,
+                             const RiccatiOptions& options) {
+  RiccatiSolution solution;
+  if (!solve_regular(scaled.problem, solution)) {
+    solution = solve_marginal_riccati(scaled.problem, scaled.P0);
+  }
+  if (options.closed_loop_eigenvalues) {
+    describe_closed_loop(scaled, solution.P, solution);
+  } else {
+    solution.spectral_radius = kNaN;
+  }
+  solution.P = scaled.unscaled(solution.P);
+  solution.K = filter_gain(problem, solution.P);
+  return solution;
+}
+
+}  // namespace
+
+std::string_view to_string(RiccatiKind kind) {
+  switch (kind) {
+    case RiccatiKind::stabilising:
+      return "stabilising";
+    case RiccatiKind::strong:
+      return "strong";
+    case RiccatiKind::depends_on_initial:
+      return "psd depending on P0";
+    case RiccatiKind::unbounded:
+      return "none";
+    case RiccatiKind::undecided:
+      break;
+  }
+  return "undecided";
+}
+
+RiccatiSolution solve_riccati(const RiccatiProblem& problem, const Matrix& P0,
+                              const RiccatiOptions& options) {
+  require_valid(problem, P0);
+  return solve_scaled(problem, scale_riccati(problem, P0), options);
+}
+
+RiccatiSolution solve_riccati(const RiccatiProblem& problem, const RiccatiOptions& options) {
+  const Index n = problem.state_dim();
+  require_valid(problem, Matrix::Zero(n, n));
+  ScaledRiccati scaled = scale_riccati(problem, Matrix::Zero(n, n));
+  scaled.P0.setIdentity();
+  return solve_scaled(problem, scaled, options);
+}
+
+Eigen::VectorXcd closed_loop_eigenvalues(MatrixRef F, MatrixRef K, MatrixRef H) {
+  const Eigen::EigenSolver<Matrix> eigen(F - F * K * H, false);
+  if (eigen.info() != Eigen::Success) return {};
+  Eigen::VectorXcd values = eigen.eigenvalues();
+  std::sort(values.begin(), values.end(), [](auto a, auto b) {
+    if (std::abs(a) != std::abs(b)) return std::abs(a) > std::abs(b);
+    return std::arg(a) > std::arg(b);
+  });
+  return values;
+}
+
+}  // namespace credence

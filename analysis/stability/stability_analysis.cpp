@@ -1,0 +1,111 @@
+#include "analysis/stability/stability_analysis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "analysis/stability/boundedness.h"
+#include "analysis/stability/unobservable_names.h"
+#include "core/filters/linear_filter.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+/// Steps computed at a time: each keeps several n×n matrices.
+constexpr Index kChunk = 50;
+
+/// Increments below this share of the trace are rounding.
+constexpr double kGrowthTolerance = 1e-6;
+
+/// Follows the filter; `last` receives the step `steps`.
+LongHorizon follow(LinearModel model, const InflationRule& rule, Index steps, Index horizon,
+                   LinearFilterStep& last) {
+  LongHorizon h;
+  for (Index done = 0; done < horizon;) {
+    const Index count = std::min(kChunk, horizon - done);
+    const std::vector<LinearFilterStep> chunk = linear_filter_steps(model, rule, count);
+    for (const LinearFilterStep& step : chunk) {
+      if (!step.ok || !step.P.allFinite()) {
+        if (done < steps) {
+          throw std::invalid_argument(
+              fmt::format("the filter fails at step {} of {}: the innovation covariance S is not positive "
+                          "definite",
+                          done + 1, steps));
+        }
+        return h;
+      }
+      h.trace_prior.push_back(step.P_prior.trace());
+      h.trace.push_back(step.P.trace());
+      h.converged = h.converged && step.converged;
+      if (++done == steps) last = step;
+    }
+    model.P0 = chunk.back().P;
+  }
+  h.growth = judge_growth(h.trace_prior, kGrowthTolerance);
+  return h;
+}
+
+/// Another initial covariance: larger, and differently so for every state.
+Matrix other_initial(const Matrix& P0) {
+  const Index n = P0.rows();
+  const double size = std::max(P0.diagonal().maxCoeff(), std::numeric_limits<double>::min());
+  return 3.0 * P0 + Matrix(Vector::LinSpaced(n, size, 2.0 * size).asDiagonal());
+}
+
+void compare_initial_covariances(StabilityAnalysis& a, const RiccatiProblem& problem, const Matrix& P0) {
+  a.riccati = solve_riccati(problem, P0);
+  a.riccati_other = solve_riccati(problem, other_initial(P0));
+  a.initial_covariance_effect = kNaN;
+  if (!a.riccati.bounded() || !a.riccati_other.bounded()) return;
+  const double size = std::max(a.riccati.P.norm(), a.riccati_other.P.norm());
+  a.initial_covariance_effect = size > 0.0 ? (a.riccati.P - a.riccati_other.P).norm() / size : 0.0;
+  a.depends_on_initial = a.initial_covariance_effect > kInitialEffectTolerance;
+}
+
+}  // namespace
+
+StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationRule& rule, Index steps,
+                                    Index horizon) {
+  if (steps < 1) throw std::invalid_argument(fmt::format("steps = {}: must be at least 1", steps));
+  if (horizon < std::max<Index>(4, steps)) {
+    throw std::invalid_argument(
+        fmt::format("horizon = {}: must be at least {}", horizon, std::max<Index>(4, steps)));
+  }
+  StabilityAnalysis a;
+  a.state_dim = assumed.state_dim();
+  a.steps = steps;
+  a.sequential = rule.is_sequential();
+  a.inflation_varies = rule.inflation != Inflation::none;
+
+  LinearFilterStep last;
+  a.long_horizon = follow(assumed, rule, steps, horizon, last);
+  const Matrix GQG = assumed.G * assumed.Q * assumed.G.transpose();
+  const RiccatiProblem problem{assumed.F, assumed.H, GQG + last.inflation, assumed.R};
+  require_valid(problem, assumed.P0);
+
+  const ObservabilityAnalysis seen = observability(assumed.F, assumed.H);
+  a.controllability = controllability(assumed.F, assumed.G, assumed.Q).decision;
+  a.observability = seen.decision;
+  a.inflation = psd_rank(last.inflation);
+  a.noise_total = psd_rank(problem.Qt);
+  for (const NamedDirection& d : name_unobservable(seen.unobservable, assumed.layout)) {
+    a.unobservable.push_back(d.name);
+  }
+
+  a.K = last.K;
+  a.closed_loop_eigenvalues = closed_loop_eigenvalues(assumed.F, a.K, assumed.H);
+  a.spectral_radius = a.closed_loop_eigenvalues.size() > 0 ? std::abs(a.closed_loop_eigenvalues[0]) : kNaN;
+  compare_initial_covariances(a, problem, assumed.P0);
+
+  const ExactBoundedness exact = exact_boundedness(assumed.F, assumed.H, problem.Qt);
+  a.predicted_bounded = exact.bounded();
+  a.prediction_reason = to_string(exact.reason);
+  a.paper_condition_holds = paper_boundedness(last.inflation, a.observability.rank).bounded();
+  return a;
+}
+
+}  // namespace credence

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "analysis/stability/ranks.h"
+#include "analysis/stability/riccati.h"
+#include "analysis/stability/trace_growth.h"
+#include "core/inflation/inflation_rule.h"
+#include "core/models/linear_model.h"
+
+/// @file
+/// Does a linear filter with inflated covariance stay stable? All instruments on one model, side by side
+/// (theory: sections 3 and 5).
+
+namespace credence {
+
+/// The filter's own covariance recursion, with its ΔP_k as they vary, far beyond the steps of a study.
+struct LongHorizon {
+  TraceGrowth growth;               ///< of trace_prior, step by step
+  std::vector<double> trace_prior;  ///< at steps 1, 2, …; after the inflation, before the update
+  std::vector<double> trace;        ///< after the update
+  bool converged = true;            ///< every exact minimal trace reached its tolerance
+};
+
+/// Everything that `credence stability` says of a linear scenario. Q_t = G Q Gᵀ + ΔP with ΔP held at its
+/// value of the last step of the study.
+struct StabilityAnalysis {
+  Index state_dim = 0;
+  Index steps = 0;               ///< the step at which K and ΔP are taken
+  bool sequential = false;       ///< inflation within the update: ΔP before it is zero
+  bool inflation_varies = true;  ///< ΔP_k depends on P: verdicts with constant Q_t are about its last value
+
+  RankDecision controllability, observability, inflation, noise_total;
+  std::vector<std::string> unobservable;  ///< names of the unobservable directions
+
+  Matrix K;                                  ///< filter gain of step `steps`, n×m; the predictor's is F K
+  Eigen::VectorXcd closed_loop_eigenvalues;  ///< of F − F K H with that K, by falling modulus
+  double spectral_radius = 0.0;              ///< NaN when the eigenvalues did not converge
+
+  RiccatiSolution riccati;        ///< the limit from P0 of the model with constant Q_t, and its gains
+  RiccatiSolution riccati_other;  ///< the same from `P0_other`
+  double initial_covariance_effect = 0.0;  ///< ‖P − P_other‖ / ‖P‖ of the two limits; NaN without both
+  bool depends_on_initial = false;         ///< the effect is above kInitialEffectTolerance
+
+  bool predicted_bounded = false;      ///< by the exact condition
+  std::string prediction_reason;       ///< in words
+  bool paper_condition_holds = false;  ///< eq. (22), rank ΔP <= rank O
+  LongHorizon long_horizon;
+};
+
+/// Limits nearer than this are the same.
+inline constexpr double kInitialEffectTolerance = 1e-6;
+
+/// Analyses the filter that `assumed` and `rule` define: ranks, eigenvalues and Riccati limit with the K and
+/// ΔP of step `steps`, and the covariance recursion over `horizon` steps.
+///
+/// Throws std::invalid_argument for steps < 1, horizon < max(4, steps), a model that `require_valid` refuses,
+/// and a filter that fails (S not positive definite) before `steps`. O(horizon · n³).
+StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationRule& rule, Index steps,
+                                    Index horizon);
+
+}  // namespace credence

@@ -1,0 +1,137 @@
+#include "analysis/studies/selftest_families.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/laws/effective_sample.h"
+#include "analysis/laws/multiple_tests.h"
+#include "analysis/studies/selftest_study.h"
+
+namespace credence {
+namespace {
+
+// The sums of a growing study.
+class GrowingStudy {
+ public:
+  GrowingStudy(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t index)
+      : filter_(filter), noise_(noise), next_block_(index * kSequentialChunks) {}
+
+  void add_chunk() {
+    const auto samples = filter_.simulate(noise_, next_block_++);
+    add_samples(filter_, samples, nees, nis);
+    Eigen::Array<double, 1, SyntheticFilter::kRuns> sums;
+    sums.setZero();
+    for (int k = 0; k < SyntheticFilter::kSteps; ++k) {
+      sums += filter_.nees(k, samples[static_cast<std::size_t>(k)].error);
+    }
+    for (int run = 0; run < SyntheticFilter::kRuns; ++run) {
+      run_average.add(sums(run) / SyntheticFilter::kSteps);
+    }
+    dofs = synthetic_dofs(nis, SyntheticFilter::kInnovationDof);  // those of NEES are the same
+  }
+
+  std::vector<Moments> nees = std::vector<Moments>(SyntheticFilter::kSteps);
+  std::vector<Moments> nis = nees;
+  std::vector<double> dofs;
+  Moments run_average;
+
+ private:
+  const SyntheticFilter& filter_;
+  const NoiseSource& noise_;
+  std::int64_t next_block_;
+};
+
+double nis_p_value(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t block) {
+  std::vector<Moments> nees(SyntheticFilter::kSteps), nis(SyntheticFilter::kSteps);
+  add_samples(filter, filter.simulate(noise, block), nees, nis);
+  return judge_nis(nis, synthetic_dofs(nis, SyntheticFilter::kInnovationDof), 0.95).p_value;
+}
+
+}  // namespace
+
+std::vector<SequentialOutcome> sequential_outcomes(const SyntheticFilter& filter,
+                                                   std::span<const StopRule> rules, const NoiseSource& noise,
+                                                   std::int64_t index) {
+  std::vector<SequentialOutcome> outcomes(rules.size());
+  GrowingStudy study(filter, noise, index);
+  std::size_t running = rules.size();
+  for (int chunk = 1; running > 0; ++chunk) {
+    study.add_chunk();
+    const StudyPrefix prefix{.nees = study.nees,
+                             .nees_dof = study.dofs,
+                             .nis = study.nis,
+                             .nis_dof = study.dofs,
+                             .run_average_nees = study.run_average,
+                             .last = chunk == kSequentialChunks};
+    for (std::size_t i = 0; i < rules.size(); ++i) {
+      if (outcomes[i].runs > 0) continue;
+      const StopDecision decision = look(rules[i], prefix);
+      if (!decision.stop) continue;
+      outcomes[i] = {decision.verdict, study.run_average.count, decision.mean_nees};
+      --running;
+    }
+  }
+  return outcomes;
+}
+
+bool naive_looks_reject(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t index,
+                        double confidence) {
+  GrowingStudy study(filter, noise, index);
+  for (int chunk = 0; chunk < kSequentialChunks; ++chunk) {
+    study.add_chunk();
+    if (judge_nis(study.nis, study.dofs, confidence).verdict != Verdict::consistent) return true;
+  }
+  return false;
+}
+
+SyntheticSweep::SyntheticSweep() {
+  for (int i = 0; i < kExact + kWrong; ++i) {
+    const double noise_ratio = 0.0025 * std::pow(2.0, i);
+    exact_.emplace_back(SyntheticSetup{.noise_ratio = noise_ratio});
+    // Wrong by so little that some are found and some are not.
+    if (i >= kExact) {
+      wrong_.emplace_back(SyntheticSetup{.noise_ratio = noise_ratio, .measurement_scale = 0.92});
+    }
+  }
+}
+
+std::vector<SyntheticSweep::Discoveries> SyntheticSweep::discoveries(const NoiseSource& noise,
+                                                                     std::int64_t index,
+                                                                     std::span<const double> levels) const {
+  std::vector<double> p_values;
+  for (const SyntheticFilter& filter : exact_) p_values.push_back(nis_p_value(filter, noise, index));
+  const std::vector<double> all_exact = benjamini_hochberg(p_values);
+  for (std::size_t i = 0; i < wrong_.size(); ++i) p_values[kExact + i] = nis_p_value(wrong_[i], noise, index);
+  const std::vector<double> mixed = benjamini_hochberg(p_values);
+  const double draw = noise.uniform(index, 0, NoisePurpose::decision, 0);
+  std::vector<Discoveries> result;
+  for (const double level : levels) {
+    const auto discovered = [level](double p) { return p <= level; };
+    const auto wrongly = std::count_if(mixed.begin(), mixed.begin() + kExact, discovered);
+    const auto all = std::count_if(mixed.begin(), mixed.end(), discovered);
+    result.push_back({.any_false = std::ranges::any_of(all_exact, discovered),
+                      .drawn_is_false = draw * static_cast<double>(all) < static_cast<double>(wrongly)});
+  }
+  return result;
+}
+
+std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block) {
+  constexpr int kRuns = SyntheticFilter::kRuns;
+  constexpr int kSteps = 2000;
+  constexpr double kPhi = 0.8;
+  std::vector<double> normals(static_cast<std::size_t>(kSteps) * kRuns);
+  noise.normals_of_runs(block * kRuns, 1, kSteps, NoisePurpose::process, 1, normals);
+  std::array<double, kRuns> result{};
+  std::vector<double> nees(kSteps);
+  for (std::size_t run = 0; run < kRuns; ++run) {
+    double error = normals[run];
+    for (std::size_t k = 0; k < kSteps; ++k) {
+      if (k > 0) error = kPhi * error + std::sqrt(1.0 - kPhi * kPhi) * normals[k * kRuns + run];
+      nees[k] = error * error;
+    }
+    result[run] = test_single_run(nees, 0.95).p_value;
+  }
+  return result;
+}
+
+}  // namespace credence

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "core/types.h"
+#include "montecarlo/random/noise.h"
+
+namespace credence {
+
+/// What is wrong with a synthetic filter.
+enum class Defect {
+  none,
+  process_noise_too_small,
+  process_noise_too_large,
+  measurement_noise_too_small,
+  measurement_noise_too_large,
+  wrong_dof,                 ///< judged with one dof more than its state has
+  unwrapped_angle,           ///< the compass innovation is not wrapped
+  dropped_cross_covariance,  ///< between heading and landmark, after every update
+  coloured_noise,            ///< measurement noise correlated in time
+  initial_covariance,        ///< the initial error is three times larger than P0 says
+  gated_innovations,         ///< only innovations within the 95 % gate are logged
+  biased_measurement,        ///< a constant on the compass
+};
+
+/// The defect in words.
+std::string_view to_string(Defect defect);
+
+/// What a synthetic filter assumes, relative to the truth.
+struct SyntheticSetup {
+  double noise_ratio = 0.0025;                                               ///< true Q/R
+  double process_scale = 1.0, measurement_scale = 1.0, initial_scale = 1.0;  ///< assumed / true variance
+  Defect defect = Defect::none;
+};
+
+/// The setup of a defect; Q and R that are wrong show best at Q/R = 0.1.
+SyntheticSetup setup_of(Defect defect);
+
+/// A vehicle that turns, and the bearing of a landmark that stands still: x = [heading, landmark] in rad,
+/// with a compass and the landmark's bearing as measurements: F = I, H = [−1 1; 1 0], 40 steps. At Q/R =
+/// 0.0025 its NEES is strongly correlated in time. Linear, hence exactly consistent without a defect.
+class SyntheticFilter {
+ public:
+  static constexpr int kRuns = NoiseSource::kLanes;
+  static constexpr int kSteps = 40;
+  static constexpr double kStateDof = 2.0;
+  static constexpr double kInnovationDof = 2.0;
+
+  explicit SyntheticFilter(const SyntheticSetup& setup);
+
+  using Lanes = Eigen::Matrix<double, 2, kRuns>;  ///< one column for each run
+  /// One step of all runs.
+  struct Sample {
+    Lanes error;               ///< estimate − truth after the update
+    Lanes innovation;          ///< normalised, L⁻¹ ν with S = L Lᵀ
+    int beyond_half_turn = 0;  ///< compass innovations outside [−π, π]
+  };
+  /// Runs kRuns · block … kRuns · (block + 1) − 1, one entry for each step.
+  std::vector<Sample> simulate(const NoiseSource& noise, std::int64_t block) const;
+
+  /// NEES of every run for the errors of a step.
+  Eigen::Array<double, 1, kRuns> nees(int step, const Lanes& error) const;
+  /// L⁻¹ e with P = L Lᵀ.
+  Lanes whitened(int step, const Lanes& error) const;
+
+  /// P after the update of a step, as the filter believes; and of every step, with its transition (I − K H)
+  /// F.
+  const Eigen::Matrix2d& covariance(int step) const { return steps_[static_cast<std::size_t>(step)].P; }
+  std::vector<Matrix> covariances() const;
+  std::vector<Matrix> transitions() const;
+  /// The mean of tr(S⁻¹ R) / m over the steps.
+  double measurement_noise_share() const { return measurement_noise_share_; }
+  /// The dof that NEES is judged with.
+  double judged_dof() const { return setup_.defect == Defect::wrong_dof ? kStateDof + 1.0 : kStateDof; }
+  const SyntheticSetup& setup() const { return setup_; }
+
+ private:
+  struct Step {
+    Eigen::Matrix2d P, K, A, inverse_factor_P, inverse_factor_S;
+  };
+
+  SyntheticSetup setup_;
+  std::vector<Step> steps_;
+  double measurement_noise_share_ = 0.0;
+};
+
+}  // namespace credence

@@ -1,0 +1,123 @@
+#include "analysis/studies/selftest_power.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/studies/selftest_families.h"
+
+namespace credence {
+namespace {
+
+constexpr int kWrongBlocks = 4;  // of kRuns runs each, in a study of a wrong filter
+constexpr double kCaughtWanted = 0.95;
+constexpr double kNamedWanted = 0.8;
+
+struct ExpectedCause {
+  Defect defect;
+  Cause cause;
+};
+
+constexpr ExpectedCause kWrongFilters[] = {
+    {Defect::process_noise_too_small, Cause::process_noise_too_small},
+    {Defect::process_noise_too_large, Cause::process_noise_too_large},
+    {Defect::measurement_noise_too_small, Cause::measurement_noise_too_small},
+    {Defect::measurement_noise_too_large, Cause::measurement_noise_too_large},
+    {Defect::wrong_dof, Cause::wrong_dof},
+    {Defect::unwrapped_angle, Cause::unwrapped_angle},
+    {Defect::dropped_cross_covariance, Cause::cross_covariance},
+    {Defect::coloured_noise, Cause::coloured_noise},
+    {Defect::initial_covariance, Cause::initial_covariance},
+    {Defect::gated_innovations, Cause::gated_innovations},
+    {Defect::biased_measurement, Cause::biased_innovation},
+};
+
+constexpr Defect kClearCases[] = {Defect::process_noise_too_small, Defect::process_noise_too_large,
+                                  Defect::measurement_noise_too_small, Defect::measurement_noise_too_large};
+
+std::int64_t studies_of_a_wrong_filter(const SelftestOptions& options) { return options.studies / 10; }
+std::int64_t saving_studies(const SelftestOptions& options) { return options.studies / 20; }
+
+WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorkers& workers,
+                                   ExpectedCause wrong) {
+  const SyntheticFilter filter(setup_of(wrong.defect));
+  const BatteryLaws laws = battery_laws(filter, kWrongBlocks * SyntheticFilter::kRuns);
+  const NoiseSource noise(options.seed, SelftestNoise::kWrong + static_cast<std::uint64_t>(wrong.defect));
+  const std::int64_t studies = studies_of_a_wrong_filter(options);
+  std::vector<std::vector<BatteryResult>> all(static_cast<std::size_t>(studies));
+  std::vector<std::optional<Cause>> causes(static_cast<std::size_t>(studies));
+  workers.for_each(studies, [&](std::int64_t i) {
+    const std::size_t at = static_cast<std::size_t>(i);
+    const SyntheticStudy study = make_study(filter, noise, i * kWrongBlocks, kWrongBlocks);
+    all[at] = battery_results(filter, laws, study);
+    const std::vector<CauseFound> found = battery_causes(filter, study, 1.0 - kSelftestPowerLevel);
+    if (!found.empty()) causes[at] = found.front().cause;
+  });
+  WrongFilterResult result{.name = std::string(to_string(wrong.defect)),
+                           .caught_wanted = kCaughtWanted,
+                           .expected = wrong.cause,
+                           .named_wanted = kNamedWanted};
+  if (workers.stopped()) return result;
+  for (std::size_t test = 0; test < all.front().size(); ++test) {
+    const auto found = std::count_if(all.begin(), all.end(), [&](const std::vector<BatteryResult>& r) {
+      return is_alarm(r[test].p_value, kSelftestPowerLevel);
+    });
+    result.power.push_back({std::string(all.front()[test].name), share_of(found, studies)});
+  }
+  result.caught = result.power.back().measured;
+  std::map<Cause, std::int64_t> counts;
+  for (const auto& cause : causes) {
+    if (cause) ++counts[*cause];
+  }
+  for (const auto& [cause, count] : counts) {
+    result.causes.push_back({cause, static_cast<double>(count) / static_cast<double>(studies)});
+  }
+  std::ranges::stable_sort(result.causes, std::ranges::greater{}, &NamedCause::share);
+  result.named = share_of(counts[wrong.cause], studies);
+  return result;
+}
+
+SavingResult measure_saving(const SelftestOptions& options, SelftestWorkers& workers, Defect defect) {
+  const SyntheticFilter filter(setup_of(defect));
+  const NoiseSource noise(options.seed, SelftestNoise::kSavings + static_cast<std::uint64_t>(defect));
+  const std::int64_t studies = saving_studies(options);
+  const StopRule rule{.confidence = 1.0 - kSelftestPowerLevel};
+  std::vector<SequentialOutcome> outcomes(static_cast<std::size_t>(studies));
+  workers.for_each(studies, [&](std::int64_t i) {
+    outcomes[static_cast<std::size_t>(i)] =
+        sequential_outcomes(filter, std::span(&rule, 1), noise, i).front();
+  });
+  Moments runs;
+  CoverageCount caught;
+  for (const SequentialOutcome& outcome : outcomes) {
+    runs.add(static_cast<double>(outcome.runs));
+    caught.add(is_inconsistent(outcome.verdict));
+  }
+  return {.name = std::string(to_string(defect)),
+          .max_runs = kSequentialChunks * SyntheticFilter::kRuns,
+          .runs = student_interval(runs, 0.95),
+          .caught = {.count = caught}};
+}
+
+}  // namespace
+
+std::int64_t power_work(const SelftestOptions& options) {
+  return static_cast<std::int64_t>(std::size(kWrongFilters)) * studies_of_a_wrong_filter(options) +
+         static_cast<std::int64_t>(std::size(kClearCases)) * saving_studies(options);
+}
+
+void measure_power(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
+  result.wrong_filter_studies = studies_of_a_wrong_filter(options);
+  result.wrong_filter_runs = kWrongBlocks * SyntheticFilter::kRuns;
+  result.power_level = kSelftestPowerLevel;
+  for (const ExpectedCause& wrong : kWrongFilters) {
+    result.wrong_filters.push_back(try_wrong_filter(options, workers, wrong));
+  }
+  for (const Defect defect : kClearCases) {
+    result.savings.push_back(measure_saving(options, workers, defect));
+  }
+}
+
+}  // namespace credence

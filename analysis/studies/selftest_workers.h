@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+
+#include "analysis/studies/selftest.h"
+
+/// @file
+/// What the parts of the selftest share: threads with one progress, noise of their own, shares of studies.
+
+namespace credence {
+
+/// The level at which wrong filters are to be found.
+inline constexpr double kSelftestPowerLevel = 0.05;
+
+/// Noise groups that the parts draw from; the last two add the number of the defect.
+struct SelftestNoise {
+  static constexpr std::uint64_t kBattery = 1, kLooks = 2, kSweep = 3, kSingleRuns = 4, kWrong = 100,
+                                 kSavings = 200;
+};
+
+/// Work items on some threads, with progress over all of them; the order of execution changes nothing, as
+/// each item writes only what is its own.
+class SelftestWorkers {
+ public:
+  /// total: items of all calls of for_each. `options` must live as long.
+  SelftestWorkers(const SelftestOptions& options, std::int64_t total) : options_(options), total_(total) {}
+
+  void for_each(std::int64_t count, const std::function<void(std::int64_t)>& work);
+  bool stopped() const;
+
+ private:
+  const SelftestOptions& options_;
+  std::mutex mutex_;
+  std::int64_t done_ = 0, total_;
+};
+
+/// Whether a test rejects; a p-value of NaN never does.
+inline bool is_alarm(double p_value, double level) { return p_value <= level; }
+
+/// A share without its interval, which judge_selftest adds.
+inline StudyShare share_of(std::int64_t hits, std::int64_t studies) {
+  return {.count = {.inside = hits, .total = studies}};
+}
+
+}  // namespace credence

@@ -1,0 +1,183 @@
+#include "analysis/studies/study_plan.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "analysis/evidence/effective_steps.h"
+#include "analysis/laws/effective_sample.h"
+#include "core/parallel_tasks.h"
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/worlds/monobot/linear_experiment.h"
+
+namespace credence {
+namespace {
+
+constexpr double kPilotSeconds = 0.5;
+
+// Seconds that a piece of work takes.
+template <typename Work>
+double time_of(Work work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+struct Pilot {
+  PilotTiming timing;
+  StudyStatistics statistics;
+};
+
+// One run; then, if there is time for a chunk on every thread, twice as many until it takes long enough to be
+// timed.
+Pilot run_pilot(const Experiment& experiment, const PlanQuestion& question) {
+  Pilot pilot;
+  PilotTiming& timing = pilot.timing;
+  timing.threads = thread_count(question.threads);
+  timing.runs = 1;
+  timing.seconds = time_of([&] { pilot.statistics = experiment.run_chunk(0, 1); });
+  timing.seconds_per_run = timing.seconds / timing.threads;
+  std::int64_t runs = kChunkRuns * timing.threads;
+  while (timing.seconds < kPilotSeconds && timing.seconds_for(runs) < 4.0 * kPilotSeconds) {
+    const StudyTask task{.id = {}, .experiment = &experiment, .runs = runs};
+    EngineOptions engine;
+    engine.threads = question.threads;
+    timing.seconds = time_of(
+        [&] { pilot.statistics = std::move(run_studies(std::span(&task, 1), engine).front().statistics); });
+    timing.runs = runs;
+    timing.seconds_per_run = timing.seconds / static_cast<double>(runs);
+    runs *= 2;
+  }
+  return pilot;
+}
+
+// T_eff of a linear filter, unless its T² n³ operations take too long.
+std::optional<double> exact_effective_steps(const Experiment& experiment) {
+  const auto* linear = dynamic_cast<const LinearExperiment*>(&experiment);
+  if (linear == nullptr || linear->filter_steps().empty()) return std::nullopt;
+  const auto& steps = linear->filter_steps();
+  const double n = static_cast<double>(steps.front().P.rows());
+  const double count = static_cast<double>(steps.size());
+  constexpr double kMostOperations = 1e9;
+  if (count * count * n * n * n > kMostOperations || !steps.back().ok) return std::nullopt;
+  const LinearModel& model = linear->true_model();
+  std::vector<Matrix> transitions, covariances;
+  for (const LinearFilterStep& step : steps) {
+    transitions.emplace_back((Matrix::Identity(step.P.rows(), step.P.rows()) - step.K * model.H) * model.F);
+    covariances.push_back(step.P);
+  }
+  return linear_nees_time_law(transitions, covariances).effective_steps;
+}
+
+// T_eff measured on runs played alone; none if there is time for too few of them.
+std::optional<double> pilot_effective_steps(const Experiment& experiment, std::int64_t steps) {
+  constexpr Index kMostRuns = 128, kFewestRuns = 40;
+  constexpr double kMostSeconds = 5.0;
+  std::vector<std::vector<double>> runs;
+  double seconds = 0.0;
+  for (Index run = 0; run < kMostRuns && seconds < kMostSeconds; ++run) {
+    std::vector<double> nees;
+    Outcome outcome = Outcome::ok;
+    seconds += time_of(
+        [&] { outcome = experiment.visit(run, [&](const TraceStep& step) { nees.push_back(step.nees); }); });
+    // The start is no step.
+    if (outcome != Outcome::ok || static_cast<std::int64_t>(nees.size()) != steps + 1) continue;
+    nees.erase(nees.begin());
+    runs.push_back(std::move(nees));
+  }
+  if (static_cast<Index>(runs.size()) < kFewestRuns) return std::nullopt;
+  return measured_effective_steps(runs);
+}
+
+// T and the mean dof of a step with data.
+VerdictDesign observed_design(const StudyStatistics& statistics, Quantity quantity, double confidence) {
+  VerdictDesign design{.steps = 0.0, .dof_per_step = 0.0, .confidence = confidence};
+  double dof = 0.0, values = 0.0;
+  const std::vector<double> dofs = statistics.dofs(quantity);
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    const std::int64_t count = statistics.steps[k][quantity].count;
+    if (count == 0 || dofs[k] == 0.0) continue;
+    design.steps += 1.0;
+    dof += dofs[k];
+    values += static_cast<double>(count);
+  }
+  if (values == 0.0) throw std::invalid_argument("no run of the pilot reached a step that can be judged");
+  design.dof_per_step = dof / values;
+  return design;
+}
+
+void plan_verdict(const PlanQuestion& question, const PilotTiming& pilot, std::int64_t runs,
+                  VerdictPlan& plan) {
+  for (const double factor : {question.factor, 1.0 / question.factor}) {
+    const RunsNeeded needed = runs_to_detect(plan.design, factor, question.power);
+    plan.detections.push_back({factor, needed, pilot.seconds_for(needed.runs)});
+  }
+  plan.detectable = detectable_factors(plan.design, static_cast<double>(runs), question.power);
+}
+
+}  // namespace
+
+std::string_view to_string(CorrelationSource source) {
+  switch (source) {
+    case CorrelationSource::exact_law:
+      return "exact law";
+    case CorrelationSource::pilot:
+      return "pilot";
+    case CorrelationSource::worst_case:
+      return "worst case";
+  }
+  return "worst case";
+}
+
+StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, const PlanQuestion& question) {
+  StudyPlan plan;
+  plan.scenario = scenario;
+  plan.question = question;
+  Pilot pilot = run_pilot(experiment, question);
+  plan.pilot = pilot.timing;
+  plan.nees.design = observed_design(pilot.statistics, Quantity::nees, scenario.study.confidence);
+  plan.nis.design = observed_design(pilot.statistics, Quantity::nis, scenario.study.confidence);
+  plan.nis.design.white = true;
+  if (const auto exact = exact_effective_steps(experiment)) {
+    plan.correlation = CorrelationSource::exact_law;
+    plan.nees.design.effective_steps = *exact;
+  } else if (const auto measured = pilot_effective_steps(experiment, scenario.study.steps)) {
+    plan.correlation = CorrelationSource::pilot;
+    plan.nees.design.effective_steps = *measured;
+  }
+  plan.nees.design.effective_steps =
+      std::clamp(plan.nees.design.effective_steps, 1.0, plan.nees.design.steps);
+  for (VerdictPlan* verdict : {&plan.nees, &plan.nis}) {
+    plan_verdict(question, plan.pilot, scenario.study.runs, *verdict);
+  }
+  plan.runs_for_precision = runs_for_precision(plan.nees.design, question.precision);
+  plan.runs_for_all = plan.runs_for_precision;
+  for (const VerdictPlan* verdict : {&plan.nees, &plan.nis}) {
+    for (const DetectionPlan& detection : verdict->detections) {
+      plan.runs_for_all = std::max(plan.runs_for_all, detection.needed.runs);
+    }
+  }
+  return plan;
+}
+
+SweepCost sweep_cost(std::span<const StudyPlan> plans, std::size_t configurations) {
+  SweepCost cost{.configurations = configurations, .planned = plans.size()};
+  double seconds_per_run = 0.0;
+  for (const StudyPlan& plan : plans) {
+    cost.runs = std::max(cost.runs, plan.runs_for_all);
+    cost.scenario_runs = std::max(cost.scenario_runs, plan.scenario.study.runs);
+    seconds_per_run += plan.pilot.seconds_per_run;
+  }
+  if (plans.empty()) return cost;
+  seconds_per_run *= static_cast<double>(configurations) / static_cast<double>(plans.size());
+  cost.seconds = seconds_per_run * static_cast<double>(cost.runs);
+  cost.scenario_seconds = seconds_per_run * static_cast<double>(cost.scenario_runs);
+  return cost;
+}
+
+}  // namespace credence

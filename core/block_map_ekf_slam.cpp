@@ -1,8 +1,0 @@
-#include "core/block_map_ekf_slam.h"
-
-namespace credence {
-
-template class BlockMapEkfSlam<PlanarModel>;
-template class BlockMapEkfSlam<MonobotModel>;
-
-}  // namespace credence

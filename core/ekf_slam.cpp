@@ -1,8 +1,0 @@
-#include "core/ekf_slam.h"
-
-namespace credence {
-
-template class EkfSlam<PlanarModel>;
-template class EkfSlam<MonobotModel>;
-
-}  // namespace credence

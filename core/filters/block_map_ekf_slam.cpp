@@ -1,0 +1,8 @@
+#include "core/filters/block_map_ekf_slam.h"
+
+namespace credence {
+
+template class BlockMapEkfSlam<PlanarModel>;
+template class BlockMapEkfSlam<MonobotModel>;
+
+}  // namespace credence

@@ -1,0 +1,102 @@
+#include "core/filters/linear_filter.h"
+
+#include <Eigen/Cholesky>
+#include <stdexcept>
+
+#include "core/filters/sequential_update.h"
+#include "core/linear_algebra/mirror.h"
+
+namespace credence {
+namespace {
+
+/// Gain and Joseph-form update; false when S is not positive definite.
+bool joseph_update(const LinearModel& model, LinearFilterStep& step) {
+  if (model.measurement_dim() == 0) {
+    step.K.resize(model.state_dim(), 0);
+    step.P = step.P_prior;
+    return true;
+  }
+  const Eigen::LLT<Matrix> llt(step.S);
+  if (llt.info() != Eigen::Success) return false;
+  step.K = llt.solve(model.H * step.P_prior).transpose();
+  const Matrix A = Matrix::Identity(model.state_dim(), model.state_dim()) - step.K * model.H;
+  step.P.noalias() = A * step.P_prior * A.transpose();
+  step.P.noalias() += step.K * model.R * step.K.transpose();
+  symmetrise(step.P);
+  return true;
+}
+
+void require_diagonal(const LinearModel& assumed) {
+  if (!assumed.R.isDiagonal(0.0)) {
+    throw std::invalid_argument("this linear filter needs a diagonal measurement noise R");
+  }
+}
+
+Matrix process_covariance(const LinearModel& model) { return model.G * model.Q * model.G.transpose(); }
+
+/// From the posterior P of the step before.
+LinearFilterStep advance(const LinearModel& model, const InflationRule& rule, const Matrix& GQG,
+                         const Matrix& P, MinTraceState& warm_start, SequentialWorkspace& workspace) {
+  LinearFilterStep step;
+  step.P_prior = model.F * P * model.F.transpose() + GQG;
+  symmetrise(step.P_prior);
+  const Matrix before = step.P_prior;
+  if (rule.constant.size() > 0) step.P_prior += rule.constant;
+  if (!rule.is_sequential()) {
+    step.converged = inflate(step.P_prior, model.layout, rule.inflation, rule.solution, warm_start).converged;
+  }
+  step.inflation = step.P_prior - before;
+  step.S = model.H * step.P_prior * model.H.transpose() + model.R;
+  symmetrise(step.S);
+  if (rule.is_sequential()) {
+    step.P = step.P_prior;
+    step.K.resize(step.P.rows(), model.H.rows());
+    step.ok = sequential_update(step.P, model.layout, model.H, model.R.diagonal(), step.K, workspace,
+                                *rule.map_bound());
+  } else {
+    step.ok = joseph_update(model, step);
+  }
+  return step;
+}
+
+}  // namespace
+
+LinearFilter::LinearFilter(LinearModel assumed, InflationRule rule)
+    : assumed_(std::move(assumed)),
+      seen_(assumed_),
+      rule_(std::move(rule)),
+      GQG_(process_covariance(assumed_)) {
+  require_diagonal(assumed_);
+  reset();
+}
+
+void LinearFilter::reset() {
+  step_ = {};
+  step_.P = assumed_.P0;
+  warm_start_ = {};
+}
+
+const LinearFilterStep& LinearFilter::step(std::span<const Index> rows) {
+  seen_.H = assumed_.H(rows, Eigen::all);
+  seen_.R = assumed_.R(rows, rows);
+  step_ = advance(seen_, rule_, GQG_, step_.P, warm_start_, workspace_);
+  return step_;
+}
+
+std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
+                                                  Index steps) {
+  if (rule.is_sequential()) require_diagonal(assumed);
+  const Matrix GQG = process_covariance(assumed);
+  MinTraceState warm_start;
+  SequentialWorkspace workspace;
+  std::vector<LinearFilterStep> result;
+  result.reserve(static_cast<std::size_t>(steps));
+  for (Index k = 0; k < steps; ++k) {
+    const Matrix& P = result.empty() ? assumed.P0 : result.back().P;
+    result.push_back(advance(assumed, rule, GQG, P, warm_start, workspace));
+    if (!result.back().ok) break;
+  }
+  return result;
+}
+
+}  // namespace credence

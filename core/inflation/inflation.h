@@ -1,0 +1,67 @@
+#pragma once
+
+#include "core/inflation/min_trace.h"
+#include "core/record/block_layout.h"
+#include "core/types.h"
+
+namespace credence {
+
+/// Which blocks the added pseudo-noise ΔP decorrelates (theory: section 4).
+enum class Inflation {
+  none,  ///< ΔP = 0, the optimal filter
+  full,  ///< vehicle block and every landmark block: P + ΔP is block diagonal
+  map,   ///< landmark blocks only: the correlations of the vehicle with the map are kept
+};
+
+/// How ΔP is chosen among those that decorrelate.
+enum class InflationSolution {
+  pairwise,    ///< the sum of the two-block bounds over all pairs
+  min_trace,   ///< the exact minimum of tr ΔP, by its dual
+  sequential,  ///< the exact closed form after each scalar measurement, O(N)
+  drop,        ///< sequential, but no landmark keeps any of its reduction, O(N)
+};
+
+/// Adds to the covariance P, in place, the ΔP ⪰ 0 that makes the chosen blocks of P + ΔP block diagonal.
+///
+/// With blocks C_jk off the diagonal of P, ΔP = E − offdiag(P) on the chosen set and zero elsewhere, where
+/// pairwise takes E_j = Σ_k (C_jk C_jkᵀ)^{1/2} and min_trace the E of least trace (theory: section 4).
+/// P is n×n symmetric psd, n = layout.state_dim(); its symmetry is kept exactly. Throws std::invalid_argument
+/// for a P of another size, and for `sequential` and `drop`, which are rules within an update and not maps of
+/// P.
+void inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution);
+
+/// What one call of `inflate` did to P.
+struct InflationStep {
+  double added_trace = 0.0;   ///< tr ΔP
+  double relative_gap = 0.0;  ///< min_trace: proven distance of the trace from the minimum; else 0
+  bool converged = true;      ///< min_trace: the gap is the one asked for
+};
+
+/// The same, faster along a run: min_trace starts from where the last step ended, kept in `state` by the
+/// caller (one per run), and returns its certificate, which belongs to every verdict on boundedness.
+InflationStep inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution,
+                      MinTraceState& state, const MinTraceOptions& options = {});
+
+/// What a ΔP is like on the set that it decorrelates.
+struct InflationReport {
+  Index size = 0;               ///< of the set: n for full, n_f for map
+  Index rank = 0;               ///< of ΔP: eigenvalues above the tolerance times the largest
+  double rank_gap = 0.0;        ///< last eigenvalue counted over the first not counted; ∞ if that is ≤ 0
+  double trace = 0.0;           ///< tr ΔP
+  double exact_trace = 0.0;     ///< the minimal tr ΔP for this P
+  double exact_gap = 0.0;       ///< the relative duality gap of exact_trace
+  double trace_ratio = 1.0;     ///< trace / exact_trace; 1 when both are 0
+  double min_eigenvalue = 0.0;  ///< of ΔP on the set, in its own units
+  double min_relative_eigenvalue = 0.0;  ///< of ΔP scaled to unit diagonal: ≥ −1e-14 or so is psd
+};
+
+/// Describes the step from P_before to P_after, which `inflate` or any other rule made.
+///
+/// Rank and relative eigenvalue are those of ΔP scaled to unit diagonal (no row by more than 1e3), so that
+/// they do not depend on the units of the states. O(n³). Throws std::invalid_argument for sizes that do not
+/// match.
+InflationReport describe_inflation(const MatrixRef& P_before, const MatrixRef& P_after,
+                                   const BlockLayout& layout, Inflation inflation,
+                                   double rank_tolerance = 1e-8);
+
+}  // namespace credence

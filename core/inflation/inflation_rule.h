@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+
+#include "core/inflation/inflation.h"
+#include "core/inflation/rank_one_bound.h"
+#include "core/types.h"
+
+namespace credence {
+
+/// The covariance inflation of a filter: a rule that decorrelates, or a constant ΔP, or both.
+struct InflationRule {
+  Inflation inflation = Inflation::none;
+  InflationSolution solution = InflationSolution::pairwise;
+  Matrix constant;  ///< n×n added at every step; empty for none
+
+  /// Inflation within the update and not before it.
+  bool is_sequential() const { return inflation != Inflation::none && map_bound().has_value(); }
+
+  /// The bound of a sequential solution.
+  std::optional<MapBound> map_bound() const {
+    if (solution == InflationSolution::sequential) return MapBound::least_trace;
+    if (solution == InflationSolution::drop) return MapBound::drop;
+    return std::nullopt;
+  }
+};
+
+}  // namespace credence

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "core/simd/aligned_vector.h"
+#include "core/simd/product_kernel.h"
+#include "core/types.h"
+
+namespace credence {
+
+/// A factor of a product: a matrix or its transpose.
+struct Factor {
+  const double* data;
+  Index rows, columns, row_step, column_step;
+
+  Factor(const Matrix& M)
+      : data(M.data()), rows(M.rows()), columns(M.cols()), row_step(1), column_step(M.rows()) {}
+  /// Of a factor that is itself a transpose: the matrix.
+  static Factor transposed(Factor M);
+};
+
+/// Products of dense matrices at the speed of the machine's widest registers and with the same bits on every
+/// machine, which a library's products do not have: every element is the sum over k, ascending, by fused
+/// multiply-adds. Keeps its memory, so that a product of no larger size allocates nothing.
+class MatrixProduct {
+ public:
+  /// Throws std::invalid_argument if this machine does not support `set`.
+  explicit MatrixProduct(InstructionSet set = best_instruction_set()) : kernel_(&product_kernel(set)) {}
+
+  /// C = A B. C is resized and must be none of the factors. Throws std::invalid_argument for shapes that do
+  /// not match.
+  void set(Matrix& C, const Factor& A, const Factor& B) { multiply(C, A, B, false, false); }
+
+  /// C += A B for a symmetric sum: only the lower triangle of C is good afterwards. C has the shape of A B.
+  void add_lower(Matrix& C, const Factor& A, const Factor& B) { multiply(C, A, B, true, true); }
+
+ private:
+  void multiply(Matrix& C, const Factor& A, const Factor& B, bool add, bool lower);
+
+  const ProductKernel* kernel_;
+  AlignedVector A_, B_;  ///< packed
+};
+
+}  // namespace credence

@@ -1,0 +1,19 @@
+#include <cmath>
+
+#include "core/simd/panel_kernel.h"
+
+namespace credence {
+namespace {
+
+#include "core/simd/panel_pack_scalar.inc"
+//
+#include "core/simd/panel_kernel_body.inc"
+
+}  // namespace
+
+const PanelKernel* panel_kernel_scalar() {
+  static constexpr PanelKernel kernel{&observe, &correct, &downdate};
+  return &kernel;
+}
+
+}  // namespace credence

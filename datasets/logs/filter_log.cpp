@@ -1,0 +1,226 @@
+#include "datasets/logs/filter_log.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "core/manifold/angle.h"
+#include "datasets/data_error.h"
+#include "datasets/logs/number_field.h"
+
+namespace credence {
+namespace {
+
+// A step beyond this is a mistake, and would ask for gigabytes.
+constexpr std::int64_t kLargestStep = 10'000'000;
+// How far the two triangles of a full covariance may differ, in units of the standard deviations.
+constexpr double kAsymmetry = 1e-6;
+
+/// Where the entry (i, j), i ≤ j, of an n×n matrix stands when its upper triangle is listed by rows.
+std::size_t triangle_index(Index i, Index j, Index n) {
+  return static_cast<std::size_t>(i * n - i * (i - 1) / 2 + (j - i));
+}
+
+}  // namespace
+
+FilterLogReader::FilterLogReader(const std::filesystem::path& file) : lines_(file) {
+  std::string_view line;
+  if (!next_line(line)) throw DataError(file, "", "is empty: the first line names the columns");
+  try {
+    header_ = parse_filter_log_header(line);
+  } catch (const std::invalid_argument& error) {
+    lines_.fail(error.what());
+  }
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    names_.emplace_back(trim_blanks(line.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  fields_.resize(static_cast<std::size_t>(header_.columns));
+}
+
+bool FilterLogReader::next_line(std::string_view& line) {
+  while (lines_.next(line)) {
+    if (trim_blanks(line).empty()) continue;
+    if (!line.starts_with('#')) return true;
+    read_comment(line);
+  }
+  return false;
+}
+
+void FilterLogReader::read_comment(std::string_view line) {
+  constexpr std::string_view kFailed = "# failed: ", kAtStep = " at step ";
+  if (!line.starts_with(kFailed)) return;
+  line.remove_prefix(kFailed.size());
+  const std::size_t at = line.find(kAtStep);
+  const double step =
+      at == std::string_view::npos ? 0.0 : parse_finite(line.substr(at + kAtStep.size())).value_or(0.0);
+  const std::string outcome(line.substr(0, at));
+  const bool known = outcome == "diverged" || outcome == "not_positive_definite";
+  if (!known || step < 1.0 || step > static_cast<double>(kLargestStep) || std::floor(step) != step) {
+    lines_.fail("accepted is '# failed: diverged at step N' or '# failed: not_positive_definite at step N'");
+  }
+  failure_ = Failure{outcome, static_cast<std::int64_t>(step)};
+}
+
+void FilterLogReader::parse_fields(std::string_view line) {
+  std::size_t count = 0;
+  for (std::size_t begin = 0; begin <= line.size(); ++count) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    if (count < fields_.size()) {
+      const std::string_view field = trim_blanks(line.substr(begin, end - begin));
+      if (field.empty()) {
+        fields_[count] = std::numeric_limits<double>::quiet_NaN();
+      } else if (const std::optional<double> number = parse_finite(field)) {
+        fields_[count] = *number;
+      } else {
+        lines_.fail(fmt::format("column {}: '{}' is not a finite number (a missing value is a blank field)",
+                                shown_field(names_[count]), shown_field(field)));
+      }
+    }
+    begin = end + 1;
+  }
+  if (count != fields_.size()) {
+    lines_.fail(fmt::format("{} fields where the header names {} columns", count, fields_.size()));
+  }
+}
+
+void FilterLogReader::check_order() {
+  const auto field = [&](Index column, const char* name) {
+    const double value = fields_[static_cast<std::size_t>(column)];
+    if (std::isnan(value)) lines_.fail(fmt::format("column {} is blank", name));
+    return value;
+  };
+  run_began_ = !any_row_;
+  if (header_.run >= 0) {
+    const double run = field(header_.run, "run");
+    run_began_ = run_began_ || run != run_;
+    if (run_began_ && !runs_.insert(run).second) {
+      lines_.fail(fmt::format("the rows of run {} do not stand together", run));
+    }
+    run_ = run;
+  }
+  if (header_.time >= 0) {
+    const double time = field(header_.time, "time");
+    if (!run_began_ && !(time > time_)) {
+      lines_.fail(fmt::format("time {} does not increase: the row before has {}", time, time_));
+    }
+    time_ = time;
+  }
+  if (header_.step < 0) {
+    step_ = run_began_ ? 1 : step_ + 1;
+    if (step_ > kLargestStep) lines_.fail(fmt::format("a run of more than {} rows", kLargestStep));
+  } else {
+    const double step = field(header_.step, "step");
+    if (!(step >= 1.0 && step <= static_cast<double>(kLargestStep)) || std::floor(step) != step) {
+      lines_.fail(fmt::format("step {}: accepted are whole numbers from 1 to {}", step, kLargestStep));
+    }
+    const auto whole = static_cast<std::int64_t>(step);
+    if (!run_began_ && whole <= step_) {
+      lines_.fail(fmt::format("step {} does not increase: the row before has {}", whole, step_));
+    }
+    step_ = whole;
+  }
+  any_row_ = true;
+}
+
+Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, std::span<const Index> kept,
+                                      Index size, Matrix& out, std::string_view& problem) const {
+  const Index n = std::ssize(kept);
+  const auto value = [&](Index column) { return fields_[static_cast<std::size_t>(column)]; };
+  out.resize(n, n);
+  Index missing = -1;
+  bool full = false;
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = i; j < n; ++j) {
+      const std::size_t place =
+          triangle_index(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)], size);
+      out(i, j) = out(j, i) = value(matrix.upper[place]);
+      if (std::isnan(out(i, j))) missing = matrix.upper[place];
+      if (matrix.lower[place] < 0) continue;
+      full = true;
+      out(i, j) = value(matrix.lower[place]);
+      if (std::isnan(out(i, j))) missing = matrix.lower[place];
+    }
+  }
+  if (!full || missing >= 0) return missing;
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = i + 1; j < n; ++j) {
+      const double scale = std::sqrt(std::abs(out(i, i) * out(j, j)));
+      if (!(std::abs(out(i, j) - out(j, i)) <= kAsymmetry * scale)) problem = "a covariance is not symmetric";
+      out(i, j) = out(j, i);
+    }
+  }
+  return -1;
+}
+
+void FilterLogReader::read_state(FilterRow& row) const {
+  row.states.clear();
+  const Index n = std::ssize(header_.estimate);
+  if (!header_.layout.has_truth) return;
+  for (Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const double estimate = fields_[static_cast<std::size_t>(header_.estimate[at])];
+    const double truth = fields_[static_cast<std::size_t>(header_.truth[at])];
+    if (!std::isnan(estimate) && !std::isnan(truth)) row.states.push_back(i);
+  }
+  row.error.resize(std::ssize(row.states));
+  for (Index i = 0; i < row.error.size(); ++i) {
+    const auto at = static_cast<std::size_t>(row.states[static_cast<std::size_t>(i)]);
+    row.error[i] = fields_[static_cast<std::size_t>(header_.estimate[at])] -
+                   fields_[static_cast<std::size_t>(header_.truth[at])];
+    if (header_.layout.angles[at]) row.error[i] = wrap_angle(row.error[i]);
+  }
+  const Index missing = read_symmetric(header_.P, row.states, n, row.P, row.problem);
+  if (missing >= 0) {
+    lines_.fail(fmt::format("column {} is blank although its states have an estimate",
+                            names_[static_cast<std::size_t>(missing)]));
+  }
+}
+
+void FilterLogReader::read_innovations(FilterRow& row) const {
+  row.innovations.resize(header_.innovations.size());
+  std::vector<Index> kept;
+  for (std::size_t s = 0; s < header_.innovations.size(); ++s) {
+    const FilterLogHeader::Innovation& columns = header_.innovations[s];
+    kept.clear();
+    for (Index i = 0; i < std::ssize(columns.nu); ++i) {
+      if (!std::isnan(fields_[static_cast<std::size_t>(columns.nu[static_cast<std::size_t>(i)])])) {
+        kept.push_back(i);
+      }
+    }
+    FilterInnovation& innovation = row.innovations[s];
+    innovation.nu.resize(std::ssize(kept));
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      innovation.nu[static_cast<Index>(i)] =
+          fields_[static_cast<std::size_t>(columns.nu[static_cast<std::size_t>(kept[i])])];
+    }
+    const Index missing = read_symmetric(columns.S, kept, std::ssize(columns.nu), innovation.S, row.problem);
+    if (missing >= 0) {
+      lines_.fail(fmt::format("column {} is blank although its innovation is there",
+                              names_[static_cast<std::size_t>(missing)]));
+    }
+  }
+}
+
+bool FilterLogReader::next(FilterRow& row) {
+  failure_.reset();
+  std::string_view line;
+  if (!next_line(line)) {
+    run_began_ = false;
+    if (!any_row_ && !failure_) lines_.fail("holds no rows");
+    return false;
+  }
+  parse_fields(line);
+  check_order();
+  row.step = step_;
+  row.line = lines_.line_number();
+  row.problem = {};
+  read_state(row);
+  read_innovations(row);
+  return true;
+}
+
+}  // namespace credence

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "datasets/logs/filter_log_header.h"
+#include "datasets/logs/line_reader.h"
+
+namespace credence {
+
+/// The rows of a log in the project's own CSV format (docs/formats.md), streamed in bounded memory.
+///
+/// Throws DataError with file and line for what cannot be meant: an empty file, a header or a row that does
+/// not fit, a field that is no finite number, steps or times that do not increase, a run whose rows do not
+/// stand together. A row whose covariance is not symmetric is data: FilterRow::problem says so.
+class FilterLogReader {
+ public:
+  explicit FilterLogReader(const std::filesystem::path& file);
+
+  const FilterLogLayout& layout() const { return header_.layout; }
+
+  /// Reads the next row; false at the end. `row` keeps its memory from call to call.
+  bool next(FilterRow& row);
+
+  /// True if the row last read begins another run.
+  bool run_began() const { return run_began_; }
+
+  /// A line "# failed: OUTCOME at step N" that the row last read, or the end, came after: how the run before
+  /// it ended.
+  struct Failure {
+    std::string outcome;  ///< "diverged" or "not_positive_definite"
+    std::int64_t step = 0;
+  };
+  const std::optional<Failure>& failure() const { return failure_; }
+
+  std::int64_t bytes_read() const { return lines_.bytes_read(); }
+
+ private:
+  bool next_line(std::string_view& line);
+  void parse_fields(std::string_view line);
+  void read_comment(std::string_view line);
+  void check_order();
+  void read_state(FilterRow& row) const;
+  void read_innovations(FilterRow& row) const;
+  /// Returns a column that is blank although it is needed, else −1.
+  Index read_symmetric(const FilterLogHeader::Symmetric& matrix, std::span<const Index> kept, Index size,
+                       Matrix& out, std::string_view& problem) const;
+
+  LineReader lines_;
+  FilterLogHeader header_;
+  std::vector<double> fields_;      // NaN for a blank
+  std::vector<std::string> names_;  // of the columns, for messages
+  std::set<double> runs_;
+  double run_ = 0.0, time_ = 0.0;
+  std::int64_t step_ = 0;
+  bool any_row_ = false, run_began_ = false;
+  std::optional<Failure> failure_;
+};
+
+}  // namespace credence

@@ -1,0 +1,227 @@
+#include "datasets/logs/filter_log_header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "datasets/logs/number_field.h"
+
+namespace credence {
+namespace {
+
+constexpr Index kLargestDimension = 2000;
+constexpr const char* kAccepted =
+    "accepted are run, step, time, estimate.NAME, truth.NAME, P.i.j, innovation.i, S.i.j (docs/formats.md)";
+
+/// Columns of the entries of a matrix by (row, column), from 1.
+using Entries = std::map<std::pair<Index, Index>, Index>;
+
+/// What the columns of one sensor are.
+struct SensorColumns {
+  std::map<Index, Index> nu;  // by number, from 1
+  Entries S;
+};
+
+std::optional<Index> parse_index(std::string_view text) {
+  Index value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size() || value < 1 || value > kLargestDimension) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+/// Takes ".i" off the end of a name.
+std::optional<Index> take_index(std::string_view& name) {
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string_view::npos) return std::nullopt;
+  const std::optional<Index> index = parse_index(name.substr(dot + 1));
+  if (index) name = name.substr(0, dot);
+  return index;
+}
+
+/// "gps" of ".gps", "" of nothing.
+std::optional<std::string> sensor_name(std::string_view rest) {
+  if (rest.empty()) return std::string();
+  if (rest.front() != '.' || rest.size() == 1) return std::nullopt;
+  return std::string(rest.substr(1));
+}
+
+FilterLogHeader::Symmetric symmetric(const Entries& entries, Index n, const std::string& name) {
+  FilterLogHeader::Symmetric result;
+  const auto column = [&](Index i, Index j) {
+    const auto found = entries.find({i, j});
+    return found == entries.end() ? Index{-1} : found->second;
+  };
+  for (const auto& [place, unused] : entries) {
+    if (place.first > n || place.second > n) {
+      throw std::invalid_argument(fmt::format("column {}.{}.{} lies outside its {}×{} matrix", name,
+                                              place.first, place.second, n, n));
+    }
+  }
+  for (Index i = 1; i <= n; ++i) {
+    for (Index j = i; j <= n; ++j) {
+      Index upper = column(i, j), lower = i == j ? -1 : column(j, i);
+      if (upper < 0) std::swap(upper, lower);
+      if (upper < 0) {
+        throw std::invalid_argument(fmt::format("column {}.{}.{} is missing", name, i, j));
+      }
+      result.upper.push_back(upper);
+      result.lower.push_back(lower);
+    }
+  }
+  return result;
+}
+
+/// Sorts the columns by what they are.
+class HeaderParser {
+ public:
+  void add(std::string_view name, Index column) {
+    if (!place(name, column)) {
+      throw std::invalid_argument(fmt::format("unknown column '{}': {}", shown_field(name), kAccepted));
+    }
+  }
+
+  FilterLogHeader finish(Index columns) {
+    FilterLogHeader& h = header_;
+    h.columns = columns;
+    for (const std::string& state : h.layout.states) {
+      const auto found = truth_.find(state);
+      if (found != truth_.end()) {
+        h.truth.push_back(found->second);
+      } else if (!truth_.empty()) {
+        throw std::invalid_argument(fmt::format("column truth.{} is missing", state));
+      }
+    }
+    for (const auto& [state, unused] : truth_) {
+      if (std::ranges::find(h.layout.states, state) == h.layout.states.end()) {
+        throw std::invalid_argument(fmt::format("column estimate.{} is missing", state));
+      }
+    }
+    const Index n = std::ssize(h.layout.states);
+    h.layout.has_truth = !truth_.empty();
+    if (h.layout.has_truth || !P_.empty()) h.P = symmetric(P_, n, "P");
+    for (const std::string& sensor : h.layout.sensors) add_sensor(sensor);
+    if (!h.layout.has_truth && h.layout.sensors.empty()) {
+      throw std::invalid_argument(
+          "nothing to judge: there is neither a truth.NAME for the estimates nor an innovation.i");
+    }
+    return std::move(h);
+  }
+
+ private:
+  bool place(std::string_view name, Index column) {
+    if (name == "run") return set(header_.run, column);
+    if (name == "step") return set(header_.step, column);
+    if (name == "time") return set(header_.time, column);
+    if (name.starts_with("estimate.")) return add_state(name.substr(9), column);
+    if (name.starts_with("truth.")) {
+      return name.size() > 6 && insert(truth_, std::string(name.substr(6)), column);
+    }
+    if (name.starts_with("P.")) return add_entry(P_, name.substr(1), column) == "";
+    if (name.starts_with("innovation.")) return add_innovation(name.substr(10), column);
+    if (name.starts_with("S.")) return add_innovation_covariance(name.substr(1), column);
+    return false;
+  }
+
+  template <class Map, class Key>
+  static bool insert(Map& map, const Key& key, Index column) {
+    if (!map.emplace(key, column).second) throw std::invalid_argument("a column is there twice");
+    return true;
+  }
+  static bool set(Index& place, Index column) {
+    if (place >= 0) throw std::invalid_argument("a column is there twice");
+    place = column;
+    return true;
+  }
+
+  bool add_state(std::string_view name, Index column) {
+    const bool angle = name.ends_with(":angle");
+    if (angle) name.remove_suffix(6);
+    if (name.empty()) return false;
+    FilterLogLayout& layout = header_.layout;
+    if (std::ranges::find(layout.states, name) != layout.states.end()) {
+      throw std::invalid_argument(fmt::format("column estimate.{} is there twice", name));
+    }
+    layout.states.emplace_back(name);
+    layout.angles.push_back(angle);
+    header_.estimate.push_back(column);
+    return true;
+  }
+
+  /// Adds ".NAME.i.j" and returns ".NAME"; nothing if it has another form.
+  std::optional<std::string> add_entry(Entries& entries, std::string_view rest, Index column) {
+    const std::optional<Index> j = take_index(rest);
+    const std::optional<Index> i = j ? take_index(rest) : std::nullopt;
+    if (!i) return std::nullopt;
+    insert(entries, std::pair(*i, *j), column);
+    return std::string(rest);
+  }
+
+  SensorColumns* sensor(std::string_view rest) {
+    const std::optional<std::string> name = sensor_name(rest);
+    if (!name) return nullptr;
+    std::vector<std::string>& names = header_.layout.sensors;
+    if (std::ranges::find(names, *name) == names.end()) names.push_back(*name);
+    return &sensors_[*name];
+  }
+
+  bool add_innovation(std::string_view rest, Index column) {
+    const std::optional<Index> i = take_index(rest);
+    SensorColumns* const of = i ? sensor(rest) : nullptr;
+    return of != nullptr && insert(of->nu, *i, column);
+  }
+
+  bool add_innovation_covariance(std::string_view rest, Index column) {
+    std::string_view name = rest;
+    if (!take_index(name) || !take_index(name)) return false;
+    SensorColumns* const of = sensor(name);
+    return of != nullptr && add_entry(of->S, rest, column).has_value();
+  }
+
+  void add_sensor(const std::string& name) {
+    const SensorColumns& columns = sensors_[name];
+    const std::string suffix = name.empty() ? "" : "." + name;
+    const Index m = std::ssize(columns.nu);
+    FilterLogHeader::Innovation innovation;
+    for (Index i = 1; i <= m; ++i) {
+      const auto found = columns.nu.find(i);
+      if (found == columns.nu.end()) {
+        throw std::invalid_argument(fmt::format("column innovation{}.{} is missing", suffix, i));
+      }
+      innovation.nu.push_back(found->second);
+    }
+    if (m == 0) throw std::invalid_argument(fmt::format("column innovation{}.1 is missing", suffix));
+    innovation.S = symmetric(columns.S, m, "S" + suffix);
+    header_.innovations.push_back(std::move(innovation));
+    header_.layout.sensor_dims.push_back(m);
+  }
+
+  FilterLogHeader header_;
+  std::map<std::string, Index> truth_;
+  Entries P_;
+  std::map<std::string, SensorColumns> sensors_;
+};
+
+}  // namespace
+
+FilterLogHeader parse_filter_log_header(std::string_view line) {
+  if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // the byte order mark that some tools write
+  HeaderParser parser;
+  Index column = 0;
+  for (std::size_t begin = 0; begin <= line.size(); ++column) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    std::string_view name = trim_blanks(line.substr(begin, end - begin));
+    if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+    parser.add(name, column);
+    begin = end + 1;
+  }
+  return parser.finish(column);
+}
+
+}  // namespace credence

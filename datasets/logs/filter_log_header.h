@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/record/filter_row.h"
+
+/// @file
+/// The first line of a log in the project's own format (docs/formats.md): which column holds what.
+
+namespace credence {
+
+/// Where the numbers of a log stand; −1 for a column that is not there.
+struct FilterLogHeader {
+  /// One triangle or all of a symmetric matrix: columns of the entry (i, j), i ≤ j, and, where the matrix is
+  /// full, of (j, i).
+  struct Symmetric {
+    std::vector<Index> upper;  ///< row by row
+    std::vector<Index> lower;  ///< the same order transposed; −1 where only the upper triangle is there
+  };
+  struct Innovation {
+    std::vector<Index> nu;
+    Symmetric S;
+  };
+
+  FilterLogLayout layout;
+  Index columns = 0;
+  Index run = -1, step = -1, time = -1;
+  std::vector<Index> estimate, truth;  ///< truth is empty without truth
+  Symmetric P;
+  std::vector<Innovation> innovations;  ///< one for each sensor
+};
+
+/// Reads a header. Throws std::invalid_argument with the problem: an unknown, repeated or missing column, or
+/// nothing to judge.
+FilterLogHeader parse_filter_log_header(std::string_view line);
+
+}  // namespace credence

@@ -1,0 +1,68 @@
+#include "datasets/logs/line_reader.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "datasets/data_error.h"
+
+namespace credence {
+namespace {
+
+constexpr std::size_t kFirstBuffer = std::size_t{1} << 16;
+constexpr std::size_t kLongestLine = std::size_t{1} << 24;
+
+}  // namespace
+
+LineReader::LineReader(std::filesystem::path file) : file_(std::move(file)), buffer_(kFirstBuffer) {
+  std::error_code error;
+  if (!std::filesystem::exists(file_, error)) throw DataError(file_, "", "there is no such file");
+  if (!std::filesystem::is_regular_file(file_, error)) throw DataError(file_, "", "is not a regular file");
+  in_.open(file_, std::ios::binary);
+  if (!in_) throw DataError(file_, "", "cannot be read");
+}
+
+bool LineReader::fill() {
+  std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+  end_ -= begin_;
+  begin_ = 0;
+  if (end_ == buffer_.size()) {
+    if (buffer_.size() >= kLongestLine) {
+      throw DataError(file_, std::to_string(line_number_ + 1), "the line is longer than 16 MB");
+    }
+    buffer_.resize(2 * buffer_.size());
+  }
+  in_.read(buffer_.data() + end_, static_cast<std::streamsize>(buffer_.size() - end_));
+  if (in_.bad()) throw DataError(file_, "", "cannot be read");
+  const auto count = static_cast<std::size_t>(in_.gcount());
+  end_ += count;
+  bytes_read_ += in_.gcount();
+  return count > 0;
+}
+
+bool LineReader::next(std::string_view& line) {
+  std::size_t searched = begin_;
+  for (;;) {
+    const void* newline = std::memchr(buffer_.data() + searched, '\n', end_ - searched);
+    if (newline != nullptr) {
+      const char* first = buffer_.data() + begin_;
+      const auto length = static_cast<std::size_t>(static_cast<const char*>(newline) - first);
+      begin_ += length + 1;
+      ++line_number_;
+      line = {first, length};
+      if (line.ends_with('\r')) line.remove_suffix(1);
+      return true;
+    }
+    const std::size_t waiting = end_ - begin_;
+    if (!fill()) break;
+    searched = waiting;
+  }
+  if (begin_ == end_) return false;
+  ++line_number_;
+  fail("the last line has no end: cut off? (end it with a line break)");
+}
+
+void LineReader::fail(const std::string& problem) const {
+  throw DataError(file_, std::to_string(line_number_), problem);
+}
+
+}  // namespace credence

@@ -1,0 +1,244 @@
+#include "datasets/logs/trajectory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+
+#include "datasets/data_error.h"
+#include "datasets/logs/line_reader.h"
+#include "datasets/logs/number_field.h"
+
+namespace credence {
+namespace {
+
+constexpr double kUnitTolerance = 0.01;
+
+std::vector<std::string_view> split(std::string_view line, bool commas) {
+  std::vector<std::string_view> fields;
+  if (commas) {
+    for (std::size_t begin = 0; begin <= line.size();) {
+      const std::size_t end = std::min(line.find(',', begin), line.size());
+      fields.push_back(trim_blanks(line.substr(begin, end - begin)));
+      begin = end + 1;
+    }
+    return fields;
+  }
+  constexpr std::string_view kBlanks = " \t";
+  for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
+    fields.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kBlanks, end);
+  }
+  return fields;
+}
+
+/// Which column of a file holds what.
+struct PoseColumns {
+  bool commas = false;
+  std::size_t fewest = 8, most = 8;  // columns of a row
+  std::size_t time = 0;
+  double seconds_per_unit = 1.0;
+  std::array<std::size_t, 3> position{1, 2, 3};
+  std::array<std::size_t, 4> orientation{4, 5, 6, 7};                        // x y z w
+  std::vector<std::size_t> position_covariance{}, orientation_covariance{};  // upper triangles
+  std::vector<std::size_t> joint_covariance{};                               // upper triangle of 6×6
+  std::optional<std::size_t> error_type{}, error_representation{};           // words of cnspy
+};
+
+/// Appends the rows of a file whose columns are known.
+class PoseRows {
+ public:
+  PoseRows(LineReader& lines, const PoseColumns& columns, Trajectory& out)
+      : lines_(lines), columns_(columns), out_(out) {}
+
+  void add(std::string_view line) {
+    fields_ = split(line, columns_.commas);
+    if (fields_.size() < columns_.fewest || fields_.size() > columns_.most) {
+      lines_.fail(
+          columns_.fewest == columns_.most
+              ? fmt::format("{} fields where {} are expected", fields_.size(), columns_.fewest)
+              : fmt::format("{} fields where at least {} are expected", fields_.size(), columns_.fewest));
+    }
+    const double time = columns_.seconds_per_unit * number(columns_.time);
+    if (!out_.time_s.empty() && !(time > out_.time_s.back())) {
+      lines_.fail(fmt::format("time {:.9f} s does not increase: the row before has {:.9f} s", time,
+                              out_.time_s.back()));
+    }
+    SpatialPose pose;
+    for (std::size_t i = 0; i < 3; ++i) pose.position[static_cast<Index>(i)] = number(columns_.position[i]);
+    const auto& q = columns_.orientation;
+    pose.orientation = Eigen::Quaterniond(number(q[3]), number(q[0]), number(q[1]), number(q[2]));
+    if (std::abs(pose.orientation.norm() - 1.0) > kUnitTolerance) {
+      lines_.fail(fmt::format("the quaternion has length {:.4g}, not 1", pose.orientation.norm()));
+    }
+    pose.orientation.normalize();
+    out_.time_s.push_back(time);
+    out_.lines.push_back(lines_.line_number());
+    out_.poses.push_back(pose);
+    if (has_covariance()) add_covariance();
+    if (columns_.error_type) check_convention();
+  }
+
+ private:
+  bool has_covariance() const {
+    return !columns_.joint_covariance.empty() || !columns_.position_covariance.empty();
+  }
+
+  double number(std::size_t column) const {
+    const std::optional<double> value = parse_finite(fields_[column]);
+    if (!value) {
+      lines_.fail(
+          fmt::format("field {}: '{}' is not a finite number", column + 1, shown_field(fields_[column])));
+    }
+    return *value;
+  }
+
+  void fill(PoseCovariance& P, Index first, Index n, const std::vector<std::size_t>& columns) const {
+    std::size_t next = 0;
+    for (Index i = 0; i < n; ++i) {
+      for (Index j = i; j < n; ++j)
+        P(first + i, first + j) = P(first + j, first + i) = number(columns[next++]);
+    }
+  }
+
+  void add_covariance() {
+    PoseCovariance P = PoseCovariance::Zero();
+    if (!columns_.joint_covariance.empty()) {
+      fill(P, 0, 6, columns_.joint_covariance);
+    } else {
+      fill(P, 0, 3, columns_.position_covariance);
+      fill(P, 3, 3, columns_.orientation_covariance);
+    }
+    out_.covariances.push_back(P);
+  }
+
+  /// The words of a cnspy file: the same in all rows.
+  void check_convention() {
+    const std::string_view type = fields_[*columns_.error_type];
+    PoseErrorAxes axes;
+    if (type == "type1") {
+      axes.position_in_body = true;
+    } else if (type == "type6") {
+      axes.orientation_in_world = true;
+    } else if (type != "type5" && type != "none" && !type.empty()) {
+      lines_.fail(fmt::format("error type '{}': accepted are type1, type5, type6", shown_field(type)));
+    }
+    const std::string_view how = columns_.error_representation ? fields_[*columns_.error_representation] : "";
+    static constexpr std::string_view kAccepted[] = {
+        "", "none", "R_small_theta", "theta_R", "q_small_theta", "theta_q", "so3_theta"};
+    if (std::ranges::find(kAccepted, how) == std::end(kAccepted)) {
+      lines_.fail(
+          fmt::format("error representation '{}': accepted are R_small_theta, q_small_theta, so3_theta",
+                      shown_field(how)));
+    }
+    const bool first = out_.poses.size() == 1;
+    if (!first && (axes.position_in_body != out_.axes.position_in_body ||
+                   axes.orientation_in_world != out_.axes.orientation_in_world)) {
+      lines_.fail("the error type changes within the file");
+    }
+    out_.axes = axes;
+  }
+
+  LineReader& lines_;
+  const PoseColumns& columns_;
+  Trajectory& out_;
+  std::vector<std::string_view> fields_;
+};
+
+std::vector<std::size_t> column_range(std::size_t first, std::size_t count) {
+  std::vector<std::size_t> all(count);
+  for (std::size_t i = 0; i < count; ++i) all[i] = first + i;
+  return all;
+}
+
+/// Columns by name; `line` is a header.
+PoseColumns named_columns(const LineReader& lines, std::string_view line, bool with_covariance) {
+  if (line.starts_with('#')) line.remove_prefix(1);
+  const std::vector<std::string_view> names = split(line, true);
+  const auto find = [&](std::string_view name) -> std::optional<std::size_t> {
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - names.begin());
+  };
+  const auto need = [&](std::string_view name) {
+    const std::optional<std::size_t> column = find(name);
+    if (!column) lines.fail(fmt::format("column '{}' is missing", name));
+    return *column;
+  };
+  PoseColumns columns{.commas = true, .fewest = names.size(), .most = names.size(), .time = need("t")};
+  columns.position = {need("tx"), need("ty"), need("tz")};
+  columns.orientation = {need("qx"), need("qy"), need("qz"), need("qw")};
+  if (!with_covariance) return columns;
+  for (const char* name : {"pxx", "pxy", "pxz", "pyy", "pyz", "pzz"}) {
+    columns.position_covariance.push_back(need(name));
+  }
+  for (const char* name : {"qrr", "qrp", "qry", "qpp", "qpy", "qyy"}) {
+    columns.orientation_covariance.push_back(need(name));
+  }
+  columns.error_type = find("est_err_type");
+  columns.error_representation = find("err_representation");
+  return columns;
+}
+
+bool is_comment(std::string_view line) { return line.empty() || line.starts_with('#'); }
+
+/// Reads the rows that follow, `first` before them if it is none of comments.
+Trajectory read_rows(LineReader& lines, const PoseColumns& columns, std::optional<std::string_view> first) {
+  Trajectory out;
+  out.file = lines.file();
+  out.joint_covariance = !columns.joint_covariance.empty();
+  PoseRows rows(lines, columns, out);
+  if (first && !is_comment(trim_blanks(*first))) rows.add(*first);
+  std::string_view line;
+  while (lines.next(line)) {
+    if (!is_comment(trim_blanks(line))) rows.add(line);
+  }
+  if (out.poses.empty()) throw DataError(lines.file(), "", "holds no poses");
+  return out;
+}
+
+std::string_view first_line(LineReader& lines) {
+  std::string_view line;
+  if (!lines.next(line)) throw DataError(lines.file(), "", "is empty");
+  return line;
+}
+
+}  // namespace
+
+Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat format, PoseErrorAxes axes) {
+  LineReader lines(file);
+  const std::string_view line = first_line(lines);
+  if (format == TrajectoryFormat::cnspy) return read_rows(lines, named_columns(lines, line, true), {});
+  PoseColumns columns;
+  if (format == TrajectoryFormat::openvins) {
+    columns.fewest = columns.most = 20;
+    columns.orientation_covariance = column_range(8, 6);
+    columns.position_covariance = column_range(14, 6);
+  } else {
+    columns.fewest = columns.most = 29;
+    columns.joint_covariance = column_range(8, 21);
+  }
+  Trajectory out = read_rows(lines, columns, line);
+  if (format == TrajectoryFormat::tum) out.axes = axes;
+  return out;
+}
+
+Trajectory read_truth(const std::filesystem::path& file) {
+  constexpr std::size_t kAny = 1000;
+  LineReader lines(file);
+  const std::string_view line = first_line(lines);
+  const bool commas = line.find(',') != std::string_view::npos;
+  if (!commas) return read_rows(lines, {.fewest = 8, .most = kAny}, line);
+  if (line.find("timestamp") != std::string_view::npos) {
+    const PoseColumns euroc{
+        .commas = true, .fewest = 8, .most = kAny, .seconds_per_unit = 1e-9, .orientation = {5, 6, 7, 4}};
+    return read_rows(lines, euroc, {});
+  }
+  return read_rows(lines, named_columns(lines, line, false), {});
+}
+
+}  // namespace credence

@@ -1,0 +1,414 @@
+#include "datasets/replay/replay_filter.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "core/manifold/angle.h"
+#include "datasets/logs/alignment.h"
+
+namespace credence {
+namespace {
+
+/// Probability beyond which a sight that fits no landmark is a new one; between the gate and this it is
+/// dropped.
+constexpr double kNewLandmarkProbability = 0.999999;
+
+Eigen::Matrix2d diagonal(double a, double b) { return Eigen::Vector2d(a * a, b * b).asDiagonal(); }
+
+Eigen::Matrix2d control_noise(const ReplaySettings& settings) {
+  const bool steered = settings.vehicle != VehicleKind::unicycle;
+  return diagonal(settings.noise.speed_std, steered ? settings.noise.steering_std_deg * kRadiansPerDegree
+                                                    : settings.noise.turn_rate_std);
+}
+
+std::vector<int> chosen_anchors(const ReplaySettings& settings, const ReplayStart& start) {
+  if (!settings.world.full) return {};
+  const auto count = std::min(static_cast<std::size_t>(settings.world.anchors), start.first_seen.size());
+  return {start.first_seen.begin(), start.first_seen.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+std::vector<Anchor<ReplayModel>> placed(const std::vector<int>& anchors, const std::vector<Point>& survey_m) {
+  std::vector<Anchor<ReplayModel>> result;
+  result.reserve(anchors.size());
+  for (const int anchor : anchors) result.push_back({anchor, survey_m.at(static_cast<std::size_t>(anchor))});
+  return result;
+}
+
+double position_trace(const Matrix& P) { return P(0, 0) + P(1, 1); }
+double landmarks_trace(const Matrix& P) { return P.diagonal().tail(P.rows() - 3).sum(); }
+
+}  // namespace
+
+ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& start)
+    : settings_((check_replay_settings(settings), settings)),
+      vehicle_{settings.vehicle, {}},
+      rule_{settings.filter.inflation, settings.filter.solution, {}},
+      Q_(control_noise(settings)),
+      R_(diagonal(settings.noise.range_std, settings.noise.bearing_std_deg * kRadiansPerDegree)),
+      anchors_(chosen_anchors(settings, start)),
+      survey_of_(start.survey_m.size()),
+      filter_(ReplayModel{{vehicle_, 0.0}, {}}, Q_, R_, rule_, placed(anchors_, start.survey_m)),
+      time_s_(start.time_s) {
+  std::iota(survey_of_.begin(), survey_of_.end(), 0);
+  const double position = settings.initial.position_std;
+  const double heading = settings.initial.heading_std_deg * kRadiansPerDegree;
+  const Eigen::Matrix3d P0 =
+      Eigen::Vector3d(position * position, position * position, heading * heading).asDiagonal();
+  filter_.reset(start.pose, P0);
+  if (settings.filter.jacobians == ReplayJacobians::truth) {
+    if (!start.truth) throw std::invalid_argument("filter.jacobians = truth: this log has no true heading");
+    truth_ = start.truth;
+    filter_.model().truth = ReplayTruthPoint{start.pose, start.pose, start.survey_m, {}};
+  }
+  result_.settings = settings;
+  result_.start_time_s = start.time_s;
+  result_.survey_m = start.survey_m;
+  result_.anchors = anchors_;
+  result_.nis.expected = expected_nis(settings.filter.gate);
+  result_.landmark_nees.expected = 2.0;
+  follow_traces();
+}
+
+void ReplayFilter::advance_to(double time_s) {
+  if (time_s <= time_s_) return;
+  filter_.model().dt_s = time_s - time_s_;
+  if (auto& point = filter_.model().truth) {
+    point->from = point->to;
+    point->to = truth_(time_s).value_or(point->to);
+  }
+  filter_.predict(control_);
+  time_s_ = time_s;
+  follow_traces();
+}
+
+void ReplayFilter::follow_traces() {
+  ReplayTraces& traces = result_.covariance;
+  traces.vehicle_final = position_trace(filter_.covariance());
+  traces.landmarks_final = landmarks_trace(filter_.covariance());
+  traces.vehicle_max = std::max(traces.vehicle_max, traces.vehicle_final);
+  traces.landmarks_max = std::max(traces.landmarks_max, traces.landmarks_final);
+}
+
+// ---------------------------------------------------------------------------------------------- association
+
+bool ReplayFilter::is_known(int id) const {
+  return filter_.offset_of(id) >= 0 || std::find(anchors_.begin(), anchors_.end(), id) != anchors_.end();
+}
+
+std::vector<int> ReplayFilter::known_ids() const {
+  std::vector<int> ids(filter_.landmarks().begin(), filter_.landmarks().end());
+  ids.insert(ids.end(), anchors_.begin(), anchors_.end());
+  return ids;
+}
+
+/// The prior that the update will use, so that a gate and the innovations after it speak of the same S.
+Matrix ReplayFilter::prior_after_inflation() {
+  Matrix P = filter_.covariance();
+  if (!rule_.is_sequential()) inflate(P, filter_.layout(), rule_.inflation, rule_.solution, gate_state_);
+  return P;
+}
+
+/// Innovation, S and NIS of a sight if it were landmark `id`; an infinite NIS if S is not positive definite.
+void ReplayFilter::judge_pair(ReplaySight& sight, int id, const Matrix& P) {
+  const Index offset = filter_.offset_of(id);
+  const Point landmark = offset >= 0 ? Point(filter_.state().segment<2>(offset))
+                                     : result_.survey_m[static_cast<std::size_t>(id)];
+  PredictedRangeBearing expected = predict_range_bearing(filter_.pose(), landmark);
+  if (const auto& point = filter_.model().truth) {
+    const auto at = predict_range_bearing(point->to, result_.survey_m[static_cast<std::size_t>(id)]);
+    expected.H_r = at.H_r;
+    expected.H_l = at.H_l;
+  }
+  sight.innovation = range_bearing_innovation(sight.z, expected.z);
+  Eigen::Matrix<double, 2, 3> PHr = expected.H_r * P.topLeftCorner<3, 3>();
+  sight.S = PHr * expected.H_r.transpose() + R_;
+  if (offset >= 0) {
+    const Eigen::Matrix2d cross = expected.H_r * P.block(0, offset, 3, 2) * expected.H_l.transpose();
+    sight.S +=
+        cross + cross.transpose() + expected.H_l * P.block(offset, offset, 2, 2) * expected.H_l.transpose();
+  }
+  const Eigen::LLT<Eigen::Matrix2d> factor(sight.S);
+  sight.nis = factor.info() == Eigen::Success ? factor.matrixL().solve(sight.innovation).squaredNorm()
+                                              : std::numeric_limits<double>::infinity();
+}
+
+std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_survey(std::size_t first, const Matrix& P) {
+  const double threshold = gate_threshold(settings_.filter.gate);
+  std::vector<Candidate> candidates;
+  for (std::size_t i = first; i < result_.sights.size(); ++i) {
+    ReplaySight& sight = result_.sights[i];
+    if (sight.landmark < 0) {
+      sight.outcome = SightOutcome::unassociated;
+      continue;
+    }
+    const bool known = is_known(sight.landmark);
+    if (settings_.filter.gate > 0 && known) {
+      for (const int other : known_ids()) {
+        ReplaySight trial = sight;
+        judge_pair(trial, other, P);
+        if (other != sight.landmark && trial.nis <= threshold) sight.ambiguous = true;
+      }
+      judge_pair(sight, sight.landmark, P);
+      if (sight.nis > threshold) {
+        sight.outcome = SightOutcome::rejected;
+        continue;
+      }
+    }
+    candidates.push_back({i, sight.landmark, !known});
+  }
+  return candidates;
+}
+
+/// Individual compatibility with the nearest neighbour: the smallest NIS among the landmarks within the gate.
+std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_compatibility(std::size_t first,
+                                                                              const Matrix& P) {
+  const double threshold = gate_threshold(settings_.filter.gate);
+  const double new_threshold = gate_threshold(kNewLandmarkProbability);
+  std::vector<Candidate> candidates;
+  const auto taken = [&](int id) {
+    return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == id; });
+  };
+  for (std::size_t i = first; i < result_.sights.size(); ++i) {
+    ReplaySight best = result_.sights[i];
+    best.nis = std::numeric_limits<double>::infinity();
+    int best_id = -1, compatible = 0;
+    for (const int id : known_ids()) {
+      ReplaySight trial = result_.sights[i];
+      judge_pair(trial, id, P);
+      if (trial.nis <= threshold) ++compatible;
+      if (trial.nis >= best.nis) continue;
+      best = trial;
+      best_id = id;
+    }
+    if (best_id < 0 || best.nis > new_threshold) {
+      const int own = best.landmark;
+      const bool free = own >= 0 && !is_known(own) && !taken(own);
+      const int id = free ? own : static_cast<int>(survey_of_.size());
+      if (!free) survey_of_.push_back(own);
+      candidates.push_back({i, id, true});
+      continue;
+    }
+    best.ambiguous = compatible > 1;
+    if (best.nis > threshold || taken(best_id)) {
+      best.outcome = SightOutcome::rejected;
+    } else {
+      candidates.push_back({i, best_id, false});
+      if (survey_of_[static_cast<std::size_t>(best_id)] != best.landmark) ++result_.mismatched;
+    }
+    result_.sights[i] = best;
+  }
+  return candidates;
+}
+
+// --------------------------------------------------------------------------------------------------- update
+
+RangeBearing ReplayFilter::corrected(const RangeBearing& z) const {
+  const ReplaySensor& sensor = settings_.sensor;
+  double range_m = (z(0) - sensor.range_offset_m) / sensor.range_scale;
+  if (sensor.range == RangeKind::depth) range_m /= std::cos(z(1));
+  return {range_m, wrap_angle(z(1) - sensor.bearing_offset_deg * kRadiansPerDegree)};
+}
+
+void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
+  if (sights.empty()) return;
+  advance_to(time_s);
+  const std::size_t first = result_.sights.size();
+  for (const Sight& sight : sights) {
+    ReplaySight record;
+    record.time_s = time_s - result_.start_time_s;
+    record.landmark = sight.landmark;
+    record.z = corrected(sight.z);
+    result_.sights.push_back(record);
+  }
+  ++result_.scans_with_observations;
+
+  const Matrix P = settings_.filter.gate > 0 ? prior_after_inflation() : Matrix();
+  std::vector<Candidate> waiting = settings_.filter.association == ReplayAssociation::survey
+                                       ? associate_by_survey(first, P)
+                                       : associate_by_compatibility(first, P);
+  // A landmark seen twice at one time, which a batch must not hold, waits for the next batch.
+  while (!waiting.empty()) {
+    std::vector<Candidate> batch, later;
+    for (const Candidate& candidate : waiting) {
+      const bool twice = std::any_of(batch.begin(), batch.end(),
+                                     [&](const Candidate& other) { return other.id == candidate.id; });
+      (twice ? later : batch).push_back(candidate);
+    }
+    for (Candidate& candidate : later) candidate.is_new = false;
+    if (update(batch, time_s - result_.start_time_s)) record_step(time_s - result_.start_time_s);
+    waiting = later;
+  }
+}
+
+/// One batch update; returns whether a measurement corrected the state or a landmark was added.
+bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) {
+  std::vector<Observation<ReplayModel>> observations;
+  for (const Candidate& candidate : candidates)
+    observations.push_back({candidate.id, result_.sights[candidate.sight].z});
+  if (auto& point = filter_.model().truth) {
+    point->sights.clear();
+    for (const Candidate& candidate : candidates)
+      if (!candidate.is_new) point->sights.push_back(candidate.id);
+    filter_.model().next_sight = 0;
+  }
+  const UpdateResult outcome = filter_.update(observations);
+  if (!outcome.converged) ++result_.not_converged;
+  if (!outcome.ok) {
+    for (const Candidate& c : candidates) result_.sights[c.sight].outcome = SightOutcome::update_failed;
+    return false;
+  }
+  // Whitened together, so that the parts of one batch are uncorrelated too.
+  Vector whitened = filter_.innovation();
+  if (outcome.dof > 0) Eigen::LLT<Matrix>(filter_.innovation_covariance()).matrixL().solveInPlace(whitened);
+  Index row = 0;
+  for (const Candidate& candidate : candidates) {
+    ReplaySight& sight = result_.sights[candidate.sight];
+    if (candidate.is_new) {
+      sight.outcome = SightOutcome::initialised;
+      continue;
+    }
+    sight.outcome = SightOutcome::updated;
+    sight.innovation = filter_.innovation().segment<2>(row);
+    sight.S = filter_.innovation_covariance().block<2, 2>(row, row);
+    sight.nis = Eigen::LLT<Eigen::Matrix2d>(sight.S).matrixL().solve(sight.innovation).squaredNorm();
+    sight.whitened = whitened.segment<2>(row);
+    sight.first_of_batch = row == 0;
+    result_.nis.add(sight.nis);
+    row += 2;
+  }
+  if (outcome.dof > 0) result_.updates.push_back({time_s, outcome.nis, outcome.dof});
+  follow_traces();
+  return true;
+}
+
+ReplayGain ReplayFilter::gain_of_rows(Index row) const {
+  const MatrixRef K = filter_.gain();
+  ReplayGain gain;
+  // Landmarks that this very update added have no rows in its gain.
+  if (filter_.innovation().size() == 0 || row + 2 > K.rows()) return gain;
+  for (Index column = 0; column + 1 < K.cols(); column += 2) {
+    gain.range += K.block(row, column, 2, 1).squaredNorm();
+    gain.bearing += K.block(row, column + 1, 2, 1).squaredNorm();
+  }
+  return {std::sqrt(gain.range), std::sqrt(gain.bearing)};
+}
+
+std::vector<ReplayLandmark> ReplayFilter::map_now() const {
+  std::vector<ReplayLandmark> map;
+  for (const int id : filter_.landmarks()) {
+    const Index offset = filter_.offset_of(id);
+    map.push_back({survey_of_[static_cast<std::size_t>(id)], filter_.state().segment<2>(offset),
+                   filter_.covariance().block<2, 2>(offset, offset), gain_of_rows(offset)});
+  }
+  return map;
+}
+
+void ReplayFilter::record_step(double time_s) {
+  result_.steps.push_back(
+      {time_s, filter_.pose(), filter_.covariance().topLeftCorner<3, 3>(), gain_of_rows(0), map_now()});
+}
+
+// ----------------------------------------------------------------------------------------------- comparison
+
+ReplayFilter::PosePrediction ReplayFilter::predicted(double time_s) const {
+  const Eigen::Matrix3d P = filter_.covariance().topLeftCorner<3, 3>();
+  if (time_s <= time_s_) return {filter_.pose(), P};
+  const Motion motion = vehicle_.move(filter_.pose(), control_, time_s - time_s_);
+  return {motion.pose, motion.F * P * motion.F.transpose() + motion.G * Q_ * motion.G.transpose()};
+}
+
+void ReplayFilter::compare(ReplayReference reference, const Vector& error, const Matrix& covariance) {
+  const Eigen::LLT<Matrix> factor(covariance);
+  reference.singular = factor.info() != Eigen::Success;
+  if (!reference.singular) {
+    reference.nees = factor.matrixL().solve(error).squaredNorm();
+    result_.vehicle_nees.add(reference.nees);
+  }
+  result_.vehicle_nees.expected = static_cast<double>(reference.dof);
+  squared_error_ += error.head<2>().squaredNorm();
+  result_.references.push_back(reference);
+}
+
+void ReplayFilter::compare_position(double time_s, const Point& position_m) {
+  const PosePrediction now = predicted(time_s);
+  const double std_m = settings_.truth.position_std;
+  const Eigen::Matrix2d P = now.P.topLeftCorner<2, 2>() + diagonal(std_m, std_m);
+  ReplayReference reference;
+  reference.time_s = time_s - result_.start_time_s;
+  reference.estimate = now.pose;
+  reference.covariance = now.P;
+  reference.truth << position_m, 0.0;
+  reference.dof = 2;
+  compare(reference, now.pose.head<2>() - position_m, P);
+}
+
+void ReplayFilter::compare_pose(double time_s, const Pose& truth) {
+  const PosePrediction now = predicted(time_s);
+  ReplayReference reference;
+  reference.time_s = time_s - result_.start_time_s;
+  reference.estimate = now.pose;
+  reference.covariance = now.P;
+  reference.truth = truth;
+  reference.dof = 3;
+  Pose error = now.pose - truth;
+  error(2) = wrap_angle(error(2));
+  squared_heading_error_ += error(2) * error(2);
+  ++headings_;
+  Eigen::Matrix3d P = now.P;
+  P.topLeftCorner<2, 2>() += diagonal(settings_.truth.position_std, settings_.truth.position_std);
+  P(2, 2) += std::pow(settings_.truth.heading_std_deg * kRadiansPerDegree, 2);
+  compare(reference, error, P);
+}
+
+ReplayResult ReplayFilter::finish() {
+  result_.duration_s = time_s_ - result_.start_time_s;
+  result_.observations = static_cast<Index>(result_.sights.size());
+  for (const ReplaySight& sight : result_.sights) {
+    if (sight.landmark >= 0) ++result_.associated;
+    if (sight.ambiguous) ++result_.ambiguous;
+    switch (sight.outcome) {
+      case SightOutcome::updated:
+        ++result_.updated;
+        break;
+      case SightOutcome::initialised:
+        ++result_.initialised;
+        break;
+      case SightOutcome::rejected:
+        ++result_.rejected;
+        break;
+      case SightOutcome::unassociated:
+        ++result_.unassociated;
+        break;
+      case SightOutcome::update_failed:
+        ++result_.failed;
+        break;
+    }
+  }
+  if (!result_.references.empty())
+    result_.vehicle_rmse = std::sqrt(squared_error_ / static_cast<double>(result_.references.size()));
+  if (headings_ > 0)
+    result_.heading_rmse_deg =
+        std::sqrt(squared_heading_error_ / static_cast<double>(headings_)) / kRadiansPerDegree;
+
+  result_.map = map_now();
+  const Index map_size = 2 * static_cast<Index>(result_.map.size());
+  result_.map_covariance = filter_.covariance().bottomRightCorner(map_size, map_size);
+  std::vector<Point> truth, estimate;
+  for (const ReplayLandmark& landmark : result_.map) {
+    if (landmark.landmark < 0) continue;
+    truth.push_back(result_.survey_m[static_cast<std::size_t>(landmark.landmark)]);
+    estimate.push_back(landmark.position);
+    const Eigen::LLT<Eigen::Matrix2d> factor(landmark.covariance);
+    if (factor.info() == Eigen::Success)
+      result_.landmark_nees.add(factor.matrixL().solve(estimate.back() - truth.back()).squaredNorm());
+  }
+  result_.landmark_rms = rms_distance(truth, estimate);
+  result_.landmark_rms_aligned = rms_distance_aligned(truth, estimate);
+  return std::move(result_);
+}
+
+}  // namespace credence

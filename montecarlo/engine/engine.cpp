@@ -1,0 +1,182 @@
+#include "montecarlo/engine/engine.h"
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <optional>
+
+#include "core/parallel_tasks.h"
+#include "montecarlo/engine/result_store.h"
+
+namespace credence {
+namespace {
+
+struct Chunk {
+  std::size_t task = 0;
+  std::size_t index = 0;  ///< within its task
+  std::int64_t first_run = 0;
+  std::int64_t runs = 0;
+};
+
+/// All chunks of all tasks under one numbering, task by task, without a list of them.
+class ChunkNumbering {
+ public:
+  explicit ChunkNumbering(std::span<const StudyTask> tasks) : tasks_(tasks) {
+    for (const StudyTask& task : tasks) {
+      begin_.push_back(count_);
+      count_ += static_cast<std::size_t>((task.runs + kChunkRuns - 1) / kChunkRuns);
+    }
+  }
+
+  std::size_t count() const { return count_; }
+  std::size_t number(std::size_t task, std::size_t index) const { return begin_[task] + index; }
+
+  Chunk operator[](std::size_t number) const {
+    const auto next = std::upper_bound(begin_.begin(), begin_.end(), number);
+    Chunk chunk;
+    chunk.task = static_cast<std::size_t>(next - begin_.begin()) - 1;
+    chunk.index = number - begin_[chunk.task];
+    chunk.first_run = static_cast<std::int64_t>(chunk.index) * kChunkRuns;
+    chunk.runs = std::min(kChunkRuns, tasks_[chunk.task].runs - chunk.first_run);
+    return chunk;
+  }
+
+ private:
+  std::span<const StudyTask> tasks_;
+  std::vector<std::size_t> begin_;
+  std::size_t count_ = 0;
+};
+
+/// The chunks of one task: those ahead of the first gap are merged as soon as they are there.
+class PartialStudy {
+ public:
+  /// True if this chunk let the study end before its last run.
+  bool put(std::size_t index, StudyStatistics statistics, const StudyWatch& enough) {
+    if (ended_) return false;
+    if (waiting_.size() <= index) waiting_.resize(index + 1);
+    waiting_[index] = std::move(statistics);
+    while (!ended_ && next_ < waiting_.size() && waiting_[next_]) {
+      if (next_ == 0) {
+        merged_ = *waiting_[0];
+      } else {
+        merged_.merge(*waiting_[next_]);
+      }
+      ended_ = enough && enough(*waiting_[next_], merged_);
+      waiting_[next_++].reset();
+    }
+    return ended_;
+  }
+
+  bool ended() const { return ended_; }
+  std::int64_t runs() const { return merged_.runs; }
+
+  StudyResult take(std::int64_t runs) {
+    StudyResult result{.statistics = std::move(merged_)};
+    result.complete = ended_ || result.statistics.runs == runs;
+    return result;
+  }
+
+ private:
+  bool ended_ = false;
+  std::vector<std::optional<StudyStatistics>> waiting_;
+  std::size_t next_ = 0;
+  StudyStatistics merged_;
+};
+
+/// What the workers share; every access is under one lock, which a worker takes once a chunk.
+class ChunkCollector {
+ public:
+  ChunkCollector(std::span<const StudyTask> tasks, const EngineOptions& options)
+      : tasks_(tasks), options_(options), studies_(tasks.size()) {
+    for (const StudyTask& task : tasks) progress_.runs_total += task.runs;
+    begun_.resize(tasks.size());
+    timed_out_.resize(tasks.size());
+  }
+
+  /// Takes what the store has; marks in `done` the numbers of the chunks found.
+  void load(const ChunkNumbering& chunks, std::vector<bool>& done) {
+    if (options_.store == nullptr) return;
+    for (std::size_t t = 0; t < tasks_.size(); ++t) {
+      for (const ChunkKey& key : options_.store->chunks(tasks_[t].id)) {
+        const std::size_t number = chunks.number(t, static_cast<std::size_t>(key.first_run / kChunkRuns));
+        // A study may have been run with fewer or more runs: its last chunk is then another one.
+        if (key.first_run >= tasks_[t].runs || key_of(chunks[number]) != key) continue;
+        if (studies_[t].ended()) break;
+        add(t, chunks[number].index, statistics_from_bytes(options_.store->get_chunk(key).value()));
+        progress_.runs_stored += key.runs;
+        done[number] = true;
+      }
+    }
+  }
+
+  /// Whether a chunk of this task is still wanted.
+  bool wants(std::size_t task) {
+    const std::lock_guard lock(mutex_);
+    if (studies_[task].ended() || timed_out_[task]) return false;
+    const auto now = Clock::now();
+    if (!begun_[task]) begun_[task] = now;
+    const double limit = tasks_[task].max_seconds;
+    timed_out_[task] = limit > 0.0 && std::chrono::duration<double>(now - *begun_[task]).count() > limit;
+    return !timed_out_[task];
+  }
+
+  void put(const Chunk& chunk, StudyStatistics statistics) {
+    const std::lock_guard lock(mutex_);
+    if (options_.store != nullptr) options_.store->put_chunk(key_of(chunk), to_bytes(statistics));
+    add(chunk.task, chunk.index, std::move(statistics));
+    progress_.runs_done += chunk.runs;
+    if (options_.progress) options_.progress(progress_);
+  }
+
+  std::vector<StudyResult> take() {
+    std::vector<StudyResult> results;
+    for (std::size_t t = 0; t < tasks_.size(); ++t) {
+      results.push_back(studies_[t].take(tasks_[t].runs));
+      results.back().timed_out = timed_out_[t] && !results.back().complete;
+      results.back().complete = results.back().complete || timed_out_[t];
+    }
+    return results;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void add(std::size_t task, std::size_t index, StudyStatistics statistics) {
+    if (studies_[task].put(index, std::move(statistics), tasks_[task].enough)) {
+      progress_.runs_total -= tasks_[task].runs - studies_[task].runs();
+    }
+  }
+
+  ChunkKey key_of(const Chunk& chunk) const { return {tasks_[chunk.task].id, chunk.first_run, chunk.runs}; }
+
+  std::span<const StudyTask> tasks_;
+  const EngineOptions& options_;
+  std::mutex mutex_;
+  std::vector<PartialStudy> studies_;
+  std::vector<std::optional<Clock::time_point>> begun_;
+  std::vector<bool> timed_out_;
+  StudyProgress progress_;
+};
+
+}  // namespace
+
+std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const EngineOptions& options) {
+  const ChunkNumbering chunks(tasks);
+  std::vector<bool> done(chunks.count());
+  ChunkCollector collector(tasks, options);
+  collector.load(chunks, done);
+
+  const std::int64_t shards = options.shards, shard = options.shard - 1;
+  for_each_task(static_cast<std::int64_t>(chunks.count()), options.threads, options.stop,
+                [&](std::int64_t i) {
+                  const auto number = static_cast<std::size_t>(i);
+                  if (done[number] || i % shards != shard) return;
+                  const Chunk chunk = chunks[number];
+                  if (!collector.wants(chunk.task)) return;
+                  collector.put(chunk, tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs));
+                });
+  if (options.store != nullptr) options.store->commit();
+  return collector.take();
+}
+
+}  // namespace credence

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/engine/study_statistics.h"
+
+namespace credence {
+
+class ResultStore;
+
+/// Runs of one chunk: the atom of work, of storage and of merging. Fixed, because it fixes the bits.
+inline constexpr std::int64_t kChunkRuns = 64;
+
+/// Looks at the chunk that has just lengthened the unbroken sequence of chunks from run 0 on, and at the sums
+/// of that sequence; true ends the study there. Called in the order of the chunks, by one thread at a time.
+using StudyWatch = std::function<bool(const StudyStatistics& chunk, const StudyStatistics& prefix)>;
+
+/// A configuration to run.
+struct StudyTask {
+  std::string id;  ///< under which its chunks are stored; unused without a store
+  const Experiment* experiment = nullptr;
+  std::int64_t runs = 0;     ///< at most
+  StudyWatch enough = {};    ///< may end it before
+  double max_seconds = 0.0;  ///< > 0: no chunk is begun later than that after the first of this call
+};
+
+/// How far a call of run_studies has come.
+struct StudyProgress {
+  std::int64_t runs_done = 0;    ///< in this call, stored ones not included
+  std::int64_t runs_stored = 0;  ///< found in the store
+  std::int64_t runs_total = 0;   ///< of all tasks
+};
+
+struct EngineOptions {
+  int threads = 0;                          ///< 0: one for each processor
+  const std::atomic<bool>* stop = nullptr;  ///< set: chunks begun are finished, no further one is begun
+  ResultStore* store = nullptr;             ///< chunks found there are not run again, new ones are put there
+  std::function<void(const StudyProgress&)> progress{};  ///< after every chunk, by one thread at a time
+  int shard = 1, shards = 1;  ///< run only every shards-th chunk, beginning with this one
+};
+
+/// The statistics of the longest unbroken sequence of chunks from run 0 on, so that what is reported is the
+/// same whatever was computed beyond it.
+struct StudyResult {
+  StudyStatistics statistics;
+  bool complete = false;   ///< all runs were made, or `enough` was
+  bool timed_out = false;  ///< ended by max_seconds
+};
+
+/// Runs all tasks in parallel, one result for each in their order.
+///
+/// The bits depend on the tasks alone: chunks are merged in the order of their runs. An exception of an
+/// experiment or of the store ends the call after the chunks begun, and is thrown on.
+std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const EngineOptions& options);
+
+}  // namespace credence

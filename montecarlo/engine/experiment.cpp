@@ -1,0 +1,61 @@
+#include "montecarlo/engine/experiment.h"
+
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/filter_setup.h"
+#include "montecarlo/worlds/monobot/intermittent_experiment.h"
+#include "montecarlo/worlds/monobot/linear_experiment.h"
+#include "montecarlo/worlds/planar/planar_experiment.h"
+#include "montecarlo/worlds/planar/planar_lanes_experiment.h"
+
+namespace credence {
+namespace {
+
+std::unique_ptr<Experiment> linear_experiment(const Scenario& scenario, const NoiseSource& source) {
+  LinearModel truth = make_true_model(scenario);
+  const LinearModel assumed = make_assumed_model(scenario);
+  const InflationRule rule = make_inflation_rule(scenario);
+  const double detected = scenario.noise.detection_probability;
+  const Index steps = scenario.study.steps;
+  if (detected < 1.0) {
+    return std::make_unique<IntermittentExperiment>(
+        IntermittentProblem{std::move(truth), assumed, rule, detected}, steps, source);
+  }
+  return std::make_unique<LinearExperiment>(std::move(truth), assumed, rule, steps, source);
+}
+
+template <PlanarSlamFilter F>
+std::unique_ptr<Experiment> planar_experiment(F filter, PlanarWorld world, const Scenario& scenario,
+                                              const NoiseSource& source) {
+  auto make_filter = [filter = std::move(filter)] { return filter; };
+  return std::make_unique<PlanarExperiment<F>>(std::move(world), PlanarNoise::of(scenario), source,
+                                               std::move(make_filter));
+}
+
+}  // namespace
+
+RunTrace Experiment::trace(std::int64_t run) const {
+  RunTrace trace = describe_world();
+  trace.run = run;
+  trace.outcome = visit(run, [&](const TraceStep& step) { trace.steps.push_back(step); });
+  return trace;
+}
+
+std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
+  const NoiseSource source(scenario.study.seed, noise_group(scenario));
+  if (scenario.world.model == WorldModel::monobot) return linear_experiment(scenario, source);
+  PlanarWorld world = make_planar_world(scenario);
+  if (scenario.filter.inflation == FilterInflation::none &&
+      scenario.world.landmarks <= PlanarLanesExperiment::kMaxLandmarks) {
+    const AssumedPlanarNoise assumed = AssumedPlanarNoise::of(scenario);
+    return std::make_unique<PlanarLanesExperiment>(std::move(world), PlanarNoise::of(scenario), source,
+                                                   assumed.Q, assumed.measurement_variance);
+  }
+  if (has_block_map(scenario)) {
+    BlockMapEkfSlam<PlanarModel> filter = make_block_map_filter(scenario, world);
+    return planar_experiment(std::move(filter), std::move(world), scenario, source);
+  }
+  EkfSlam<PlanarModel> filter = make_planar_filter(scenario, world);
+  return planar_experiment(std::move(filter), std::move(world), scenario, source);
+}
+
+}  // namespace credence

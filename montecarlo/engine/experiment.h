@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/record/block_layout.h"
+#include "core/types.h"
+#include "montecarlo/engine/study_statistics.h"
+#include "montecarlo/scenario/scenario.h"
+
+namespace credence {
+
+/// One step of one run with everything in it. Step 0 is the start: no measurement.
+struct TraceStep {
+  Vector truth{};       ///< state of the world in the order of the filter's state
+  Vector estimate{};    ///< x̂ after the update
+  Matrix P{};           ///< its covariance
+  Vector innovation{};  ///< ν
+  Matrix S{};           ///< its covariance
+  Matrix K{};           ///< gain, n×dim ν
+  Vector z{};           ///< the measurement H x + w; empty in planar runs
+  double nees = 0.0, nis = 0.0;
+  Index nees_dof = 0, nis_dof = 0;
+  std::vector<int> landmarks{};  ///< their numbers in the order of the state
+};
+
+/// Takes the steps of a run in order, from the start (0) on; the reference is good only during the call.
+using StepVisitor = std::function<void(const TraceStep&)>;
+
+/// One run from start to end, or to the step at which it failed.
+struct RunTrace {
+  std::int64_t run = 0;
+  Outcome outcome = Outcome::ok;
+  Index vehicle_dim = 1, landmark_dim = 1;
+  std::vector<TraceStep> steps{};  ///< 0 … T
+  Matrix landmark_positions{};     ///< d×N: all landmarks that are states, by number
+  Matrix anchor_positions{};       ///< d×anchors
+};
+
+/// A configuration made ready: everything that does not depend on the run is computed, and any run can be
+/// had by its index, by any thread, with the same bits.
+class Experiment {
+ public:
+  virtual ~Experiment() = default;
+
+  /// Runs first_run … first_run + runs − 1. `const` and safe to call from several threads.
+  virtual StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const = 0;
+
+  /// A single run step by step, in the memory of one step, with the same numbers as in its chunk. A run that
+  /// fails ends with the step at which that was seen.
+  virtual Outcome visit(std::int64_t run, const StepVisitor& take) const = 0;
+
+  /// A single run with all its steps.
+  RunTrace trace(std::int64_t run) const;
+
+  /// What a trace says of the world it ran in: dimensions, landmarks and anchors.
+  virtual RunTrace describe_world() const = 0;
+};
+
+/// A visit of a run at its start: `step(k)` does step k and tells how it went, `show()` gives what there is
+/// to see. A step that failed has no statistics, whose numbers would be those of the step before.
+template <class Step, class Show>
+Outcome visit_steps(Index steps, const StepVisitor& take, Step step, Show show) {
+  take(show());
+  Outcome outcome = Outcome::ok;
+  for (Index k = 1; k <= steps && outcome == Outcome::ok; ++k) {
+    outcome = step(k);
+    TraceStep now = show();
+    if (outcome != Outcome::ok) now.nees_dof = now.nis_dof = 0;
+    take(now);
+  }
+  return outcome;
+}
+
+/// The experiment of a scenario: linear for the monobot, EKF-SLAM for the planar world.
+std::unique_ptr<Experiment> make_experiment(const Scenario& scenario);
+
+}  // namespace credence

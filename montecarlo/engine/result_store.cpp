@@ -1,0 +1,297 @@
+#include "montecarlo/engine/result_store.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <system_error>
+
+#include "montecarlo/scenario/scenario_difference.h"
+#include "montecarlo/scenario/scenario_hash.h"
+
+namespace credence {
+namespace {
+
+constexpr std::int64_t kApplication = 0x43726564;  // "Cred", tells the file from any other SQLite database
+constexpr std::int64_t kSchema = 1;
+constexpr std::chrono::milliseconds kCommitInterval{500};
+constexpr const char* kFileName = "results.sqlite";
+
+constexpr const char* kTables = R"(
+CREATE TABLE meta(name TEXT PRIMARY KEY, value BLOB NOT NULL) WITHOUT ROWID;
+CREATE TABLE configurations(id TEXT PRIMARY KEY, canonical BLOB NOT NULL) WITHOUT ROWID;
+CREATE TABLE chunks(
+  configuration TEXT NOT NULL REFERENCES configurations(id),
+  first_run INTEGER NOT NULL,
+  runs INTEGER NOT NULL,
+  payload BLOB NOT NULL,
+  checksum INTEGER NOT NULL,
+  PRIMARY KEY(configuration, first_run, runs));
+)";
+
+std::filesystem::path made_directory(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) throw StoreError(fmt::format("{}: cannot be made ({})", directory.string(), error.message()));
+  return directory;
+}
+
+/// Whether SQLite must be told that nobody writes: it cannot make its shared memory, and there is no log to
+/// read.
+bool is_frozen(const std::filesystem::path& directory) {
+  if (access(directory.c_str(), W_OK) == 0) return false;
+  std::error_code error;
+  const auto log_size = std::filesystem::file_size(directory / (std::string(kFileName) + "-wal"), error);
+  return error || log_size == 0;
+}
+
+std::string describe(const ChunkKey& key) {
+  return fmt::format("runs {} to {} of configuration {}", key.first_run, key.first_run + key.runs - 1,
+                     key.configuration);
+}
+
+/// Covers the key too, so that a payload under a wrong key is found.
+std::int64_t checksum(const ChunkKey& key, std::span<const std::byte> payload) {
+  const std::string_view bytes(reinterpret_cast<const char*>(payload.data()), payload.size());
+  return static_cast<std::int64_t>(stable_hash(bytes, stable_hash(describe(key))));
+}
+
+void check_key(const ChunkKey& key) {
+  if (key.first_run >= 0 && key.runs >= 1) return;
+  throw std::invalid_argument(fmt::format("a chunk of {} runs from run {}: needs first_run >= 0, runs >= 1",
+                                          key.runs, key.first_run));
+}
+
+}  // namespace
+
+ResultStore::ResultStore(std::filesystem::path directory, SqliteDatabase::Mode mode)
+    : directory_(std::move(directory)),
+      lock_(mode == SqliteDatabase::Mode::create
+                ? std::make_unique<ResultStoreLock>(directory_ / (std::string(kFileName) + ".lock"))
+                : nullptr),
+      database_(std::make_unique<SqliteDatabase>(directory_ / kFileName, mode)) {}
+
+ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
+                                       std::string_view tool_version) {
+  ResultStore store(made_directory(directory), SqliteDatabase::Mode::create);
+  const bool is_new = store.database_->integer("PRAGMA application_id") == 0 &&
+                      store.database_->integer("SELECT count(*) FROM sqlite_master") == 0;
+  if (is_new) {
+    store.create_tables(tool_version);
+  } else {
+    store.check_kind();
+  }
+  // Each commit is on the disk when it returns; readers go on meanwhile.
+  store.database_->execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON");
+  return store;
+}
+
+ResultStore ResultStore::open_to_read(const std::filesystem::path& directory) {
+  std::error_code error;
+  if (!std::filesystem::exists(directory / kFileName, error)) {
+    throw StoreError(fmt::format("{}: holds no results (there is no {})", directory.string(), kFileName));
+  }
+  ResultStore store(directory,
+                    is_frozen(directory) ? SqliteDatabase::Mode::immutable : SqliteDatabase::Mode::read);
+  if (store.database_->integer("SELECT count(*) FROM sqlite_master") == 0) {
+    throw StoreError(fmt::format("{}: holds no results yet", directory.string()));
+  }
+  store.check_kind();
+  return store;
+}
+
+ResultStore::~ResultStore() {
+  if (!database_ || failed_) return;
+  try {
+    commit();
+  } catch (const StoreError&) {  // a destructor cannot report it: commit() is there for who wants to know
+  }
+}
+
+void ResultStore::create_tables(std::string_view tool_version) {
+  database_->execute("BEGIN IMMEDIATE");
+  database_->execute(kTables);
+  database_->execute(fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kApplication, kSchema));
+  set_meta("tool_version", tool_version);
+  database_->execute("COMMIT");
+}
+
+void ResultStore::check_kind() const {
+  const std::string file = (directory_ / kFileName).string();
+  if (database_->integer("PRAGMA application_id") != kApplication) {
+    throw StoreError(fmt::format("{}: is a database of another program", file));
+  }
+  const std::int64_t schema = database_->integer("PRAGMA user_version");
+  if (schema > kSchema) {
+    throw StoreError(fmt::format("{}: was written by a newer version (layout {}, this one knows up to {})",
+                                 file, schema, kSchema));
+  }
+  const std::string state = database_->text("PRAGMA integrity_check(1)");
+  if (state != "ok") throw StoreError(fmt::format("{}: is damaged ({})", file, state));
+}
+
+std::string ResultStore::meta(std::string_view name) const {
+  SqliteStatement statement(*database_, "SELECT value FROM meta WHERE name = ?");
+  statement.bind(1, name);
+  return statement.step() ? statement.text(0) : std::string();
+}
+
+void ResultStore::set_meta(std::string_view name, std::string_view value) {
+  SqliteStatement(*database_, "INSERT OR REPLACE INTO meta VALUES(?, ?)").bind(1, name).bind(2, value).run();
+}
+
+std::string ResultStore::scenario() const { return meta("scenario"); }
+
+std::string ResultStore::tool_version() const { return meta("tool_version"); }
+
+void ResultStore::require_same_scenario(std::string_view canonical) {
+  const std::string stored = scenario();
+  if (stored == canonical) return;
+  const std::string difference = stored.empty() ? "" : scenario_difference(stored, canonical);
+  if (!difference.empty()) {
+    throw StoreError(fmt::format(
+        "{}: holds results of another scenario (- stored, + asked):\n{}use another --out, or delete "
+        "that directory to start anew",
+        directory_.string(), difference));
+  }
+  if (lock_) {
+    write([&] { set_meta("scenario", canonical); });
+    commit();
+  } else if (stored.empty()) {
+    throw StoreError(fmt::format("{}: does not say of what scenario its results are", directory_.string()));
+  }
+}
+
+void ResultStore::put_configuration(std::string_view id, std::string_view canonical) {
+  const std::optional<std::string> stored = configuration(id);
+  if (stored && *stored != canonical) {
+    throw StoreError(fmt::format("{}: configuration {} is another one here (- stored, + asked):\n{}",
+                                 directory_.string(), id, scenario_difference(*stored, canonical)));
+  }
+  if (stored) return;
+  write([&] {
+    SqliteStatement(*database_, "INSERT INTO configurations VALUES(?, ?)")
+        .bind(1, id)
+        .bind(2, canonical)
+        .run();
+  });
+}
+
+std::vector<std::string> ResultStore::configurations() const {
+  std::vector<std::string> ids;
+  SqliteStatement statement(*database_, "SELECT id FROM configurations ORDER BY id");
+  while (statement.step()) ids.push_back(statement.text(0));
+  return ids;
+}
+
+std::optional<std::string> ResultStore::configuration(std::string_view id) const {
+  SqliteStatement statement(*database_, "SELECT canonical FROM configurations WHERE id = ?");
+  statement.bind(1, id);
+  if (!statement.step()) return std::nullopt;
+  return statement.text(0);
+}
+
+bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payload) {
+  check_key(key);
+  if (const auto stored = get_chunk(key)) {
+    if (std::equal(stored->begin(), stored->end(), payload.begin(), payload.end())) return false;
+    throw StoreError(
+        fmt::format("{}: {} are there with other bits; the same runs must have the same result, so one "
+                    "of the two was made by another program or machine",
+                    directory_.string(), describe(key)));
+  }
+  if (!configuration(key.configuration)) {
+    throw std::invalid_argument(fmt::format("{}: the configuration was not put before", describe(key)));
+  }
+  write([&] {
+    SqliteStatement(*database_, "INSERT INTO chunks VALUES(?, ?, ?, ?, ?)")
+        .bind(1, key.configuration)
+        .bind(2, key.first_run)
+        .bind(3, key.runs)
+        .bind(4, payload)
+        .bind(5, checksum(key, payload))
+        .run();
+  });
+  return true;
+}
+
+void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payload) {
+  add_chunk(key, payload);
+  if (std::chrono::steady_clock::now() - last_commit_ >= kCommitInterval) commit();
+}
+
+std::optional<std::vector<std::byte>> ResultStore::get_chunk(const ChunkKey& key) const {
+  SqliteStatement statement(
+      *database_,
+      "SELECT payload, checksum FROM chunks WHERE configuration = ? AND first_run = ? AND runs = ?");
+  statement.bind(1, key.configuration).bind(2, key.first_run).bind(3, key.runs);
+  if (!statement.step()) return std::nullopt;
+  std::vector<std::byte> payload = statement.blob(0);
+  if (statement.integer(1) != checksum(key, payload)) {
+    throw StoreError(
+        fmt::format("{}: {} are damaged (their checksum does not fit)", directory_.string(), describe(key)));
+  }
+  return payload;
+}
+
+std::vector<ChunkKey> ResultStore::chunks(std::string_view configuration) const {
+  std::vector<ChunkKey> keys;
+  SqliteStatement statement(
+      *database_, "SELECT first_run, runs FROM chunks WHERE configuration = ? ORDER BY first_run, runs");
+  statement.bind(1, configuration);
+  while (statement.step()) {
+    keys.push_back({std::string(configuration), statement.integer(0), statement.integer(1)});
+  }
+  return keys;
+}
+
+void ResultStore::begin() {
+  if (!lock_) throw StoreError(fmt::format("{}: was opened to read", directory_.string()));
+  if (failed_) throw StoreError(fmt::format("{}: takes no more since a write failed", directory_.string()));
+  if (!database_->in_transaction()) database_->execute("BEGIN IMMEDIATE");
+}
+
+template <class Work>
+void ResultStore::write(Work work) {
+  begin();
+  try {
+    work();
+  } catch (const StoreError&) {
+    failed_ = true;
+    throw;
+  }
+}
+
+void ResultStore::commit() {
+  if (!database_->in_transaction()) return;
+  try {
+    database_->execute("COMMIT");
+  } catch (const StoreError&) {
+    failed_ = true;
+    throw;
+  }
+  last_commit_ = std::chrono::steady_clock::now();
+}
+
+ResultStore::MergeCount ResultStore::merge_from(const ResultStore& other) {
+  require_same_scenario(other.scenario());
+  commit();
+  MergeCount count;
+  try {
+    for (const std::string& id : other.configurations()) {
+      put_configuration(id, other.configuration(id).value_or(""));
+      for (const ChunkKey& key : other.chunks(id)) {
+        const bool added = add_chunk(key, other.get_chunk(key).value_or(std::vector<std::byte>()));
+        ++(added ? count.added : count.already_there);
+      }
+    }
+    commit();
+  } catch (...) {
+    if (database_->in_transaction()) database_->execute("ROLLBACK");
+    throw;
+  }
+  return count;
+}
+
+}  // namespace credence

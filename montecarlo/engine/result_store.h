@@ -1,0 +1,111 @@
+#pragma once
+
+#include <chrono>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "montecarlo/engine/result_store_error.h"
+#include "montecarlo/engine/result_store_lock.h"
+#include "montecarlo/engine/result_store_sqlite.h"
+
+namespace credence {
+
+/// Names a chunk: runs [first_run, first_run + runs) of a configuration.
+struct ChunkKey {
+  std::string configuration;  ///< configuration_id
+  std::int64_t first_run = 0;
+  std::int64_t runs = 0;
+
+  auto operator<=>(const ChunkKey&) const = default;
+};
+
+/// The results of one scenario or sweep, in DIR/results.sqlite: chunks of runs as opaque bytes, each under
+/// its key and with a checksum, beside the canonical text of what they are results of.
+///
+/// One process writes at a time, any number read meanwhile. A chunk is there as a whole or not at all, and
+/// what was committed survives the end of the process, of whatever kind. Not to be used by two threads at
+/// once. All members throw StoreError.
+class ResultStore {
+ public:
+  /// Opens the store of a directory to write, making both where missing. `tool_version` is kept in a new
+  /// store. Refuses a file that is no store, is damaged, or comes from a newer version, and touches none of
+  /// them.
+  static ResultStore open_to_write(const std::filesystem::path& directory, std::string_view tool_version);
+
+  /// Opens an existing store to read, also in a directory that cannot be written to.
+  static ResultStore open_to_read(const std::filesystem::path& directory);
+
+  ResultStore(ResultStore&&) noexcept = default;
+  ResultStore& operator=(ResultStore&&) = delete;
+  ~ResultStore();  ///< commits; call commit() to learn whether that succeeds
+
+  /// The canonical text whose results these are; empty before the first require_same_scenario.
+  std::string scenario() const;
+
+  /// The tool_version of the process that made the store.
+  std::string tool_version() const;
+
+  /// Makes sure that the store belongs to this canonical text (of a Scenario or SweepPlan), or takes it when
+  /// there is none yet. Throws with the difference, key by key, when anything but study.runs or
+  /// study.confidence differs; these two are taken over.
+  void require_same_scenario(std::string_view canonical);
+
+  /// Adds a configuration, once; again with the same text it does nothing.
+  void put_configuration(std::string_view id, std::string_view canonical);
+
+  /// The ids of all configurations, ascending.
+  std::vector<std::string> configurations() const;
+
+  /// The canonical text of a configuration; nothing if it is not there.
+  std::optional<std::string> configuration(std::string_view id) const;
+
+  /// Adds a chunk of a configuration that was put before (else std::invalid_argument). Again with the same
+  /// bytes it does nothing; with others it throws naming configuration and runs, since the same runs must
+  /// have the same bits. Commits by itself unless the last commit is less than half a second ago.
+  void put_chunk(const ChunkKey& key, std::span<const std::byte> payload);
+
+  /// The bytes of a chunk, nothing if it is not there; throws if they fail their checksum.
+  std::optional<std::vector<std::byte>> get_chunk(const ChunkKey& key) const;
+
+  /// The keys of all chunks of a configuration, ascending by first run and count.
+  std::vector<ChunkKey> chunks(std::string_view configuration) const;
+
+  /// Makes everything put so far permanent.
+  void commit();
+
+  struct MergeCount {
+    std::int64_t added = 0, already_there = 0;
+  };
+
+  /// Adds all configurations and chunks of another store of the same scenario: all of them or, when one
+  /// contradicts what is here, none.
+  MergeCount merge_from(const ResultStore& other);
+
+ private:
+  ResultStore(std::filesystem::path directory, SqliteDatabase::Mode mode);
+
+  void create_tables(std::string_view tool_version);
+  void check_kind() const;
+  std::string meta(std::string_view name) const;
+  void set_meta(std::string_view name, std::string_view value);
+  void begin();
+  bool add_chunk(const ChunkKey& key, std::span<const std::byte> payload);
+  template <class Work>
+  void write(Work work);
+
+  std::filesystem::path directory_;
+  std::unique_ptr<ResultStoreLock> lock_;  ///< none when reading; outlives the database
+  std::unique_ptr<SqliteDatabase> database_;
+  std::chrono::steady_clock::time_point last_commit_{};
+  bool failed_ = false;  ///< a write failed: what was not committed is gone, and nothing more is taken
+};
+
+}  // namespace credence

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "montecarlo/engine/moments.h"
+
+/// @file
+/// What is accumulated over the runs of one configuration, and nothing else: sums that add up. Verdicts and
+/// reports derive the rest.
+
+namespace credence {
+
+/// How a run ended.
+enum class Outcome : std::uint32_t {
+  ok,
+  diverged,               ///< the estimate was not finite, or farther off than the world is wide
+  not_positive_definite,  ///< a Cholesky factorisation of P or S failed
+};
+
+std::string_view to_string(Outcome outcome);
+
+/// A run that did not end well, and the step (from 1) at which that was seen; it counts up to the step
+/// before.
+struct RunFailure {
+  std::int64_t run = 0;
+  std::int64_t step = 0;
+  Outcome outcome = Outcome::ok;
+
+  bool operator==(const RunFailure&) const = default;
+};
+
+/// A number that every run has at every step.
+enum class Quantity : std::size_t {
+  nees,                    ///< eᵀ P⁻¹ e after the update
+  nis,                     ///< νᵀ S⁻¹ ν
+  vehicle_nees,            ///< of the vehicle's block
+  trace_prior,             ///< tr P before the update, after the inflation
+  trace,                   ///< tr P after the update
+  trace_vehicle,           ///< its position part
+  trace_landmarks,         ///< its map part
+  position_error_squared,  ///< m²
+  heading_error_squared,   ///< rad²
+  landmark_error_squared,  ///< m², mean over the landmarks in the state
+  count_,
+};
+
+/// One step over all runs. Dimensions may vary from run to run, so their sums are kept.
+struct StepStatistics {
+  std::array<Moments, static_cast<std::size_t>(Quantity::count_)> quantities;
+  std::int64_t nees_dof = 0;  ///< sum over runs
+  std::int64_t nis_dof = 0;
+
+  Moments& operator[](Quantity q) { return quantities[static_cast<std::size_t>(q)]; }
+  const Moments& operator[](Quantity q) const { return quantities[static_cast<std::size_t>(q)]; }
+  void merge(const StepStatistics& other);
+
+  bool operator==(const StepStatistics&) const = default;
+};
+
+/// All runs of a chunk, or of a whole configuration.
+struct StudyStatistics {
+  std::vector<StepStatistics> steps;  ///< step k is steps[k − 1]
+  std::vector<RunFailure> failures;   ///< in order of the run
+  std::int64_t runs = 0;              ///< started, failed ones included
+
+  /// Adds the runs of `other`, which come after the runs here. Throws std::invalid_argument if the number of
+  /// steps differs.
+  void merge(const StudyStatistics& other);
+
+  std::int64_t count(Outcome outcome) const;
+
+  /// The moments of one quantity at every step.
+  std::vector<Moments> series(Quantity quantity) const;
+
+  /// The dof of all runs together at every step, of nees or nis; throws std::invalid_argument for another.
+  std::vector<double> dofs(Quantity quantity) const;
+
+  bool operator==(const StudyStatistics&) const = default;
+};
+
+/// The bytes that a result store keeps; little-endian, exact.
+std::vector<std::byte> to_bytes(const StudyStatistics& statistics);
+
+/// Reads them back; throws std::runtime_error for bytes that are none of ours.
+StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes);
+
+}  // namespace credence

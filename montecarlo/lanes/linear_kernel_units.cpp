@@ -1,0 +1,68 @@
+#include "montecarlo/lanes/linear_kernel_units.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace credence {
+namespace {
+
+void require(bool ok, const std::string& what) {
+  if (!ok) throw std::invalid_argument("linear system: " + what);
+}
+
+void require_shape(const char* name, const Matrix& matrix, Index rows, Index columns) {
+  const auto shape = [](Index r, Index c) { return std::to_string(r) + "x" + std::to_string(c); };
+  require(matrix.rows() == rows && matrix.cols() == columns,
+          std::string(name) + " is " + shape(matrix.rows(), matrix.cols()) + ", not " + shape(rows, columns));
+  require(matrix.allFinite(), std::string(name) + " has an entry that is not finite");
+}
+
+double first_nonzero(const Matrix& matrix) {
+  for (Index row = 0; row < matrix.rows(); ++row) {
+    for (Index column = 0; column < matrix.cols(); ++column) {
+      if (matrix(row, column) != 0.0) return matrix(row, column);
+    }
+  }
+  return 1.0;
+}
+
+/// Divides by the last entry c after the change of units; returns c².
+double scale_whitening(double unit, Matrix& whitening) {
+  whitening *= unit;
+  const double last = whitening.size() == 0 ? 0.0 : whitening(whitening.rows() - 1, whitening.cols() - 1);
+  if (last == 0.0) return 1.0;
+  whitening /= last;
+  return last * last;
+}
+
+}  // namespace
+
+void check_linear_error_system(const LinearErrorSystem& system) {
+  const Index n = system.F.rows(), m = system.H.rows();
+  require_shape("F", system.F, n, n);
+  require_shape("noise_input", system.noise_input, n, system.noise_input.cols());
+  require_shape("H", system.H, m, n);
+  require_shape("measurement_root", system.measurement_root, m, m);
+  require_shape("initial_root", system.initial_root, n, n);
+  for (const LinearErrorSystem::Step& step : system.steps) {
+    require_shape("K", step.K, n, m);
+    require_shape("innovation_whitening", step.innovation_whitening, step.innovation_whitening.rows(), m);
+    require_shape("error_whitening", step.error_whitening, step.error_whitening.rows(), n);
+  }
+}
+
+LinearSystemInUnits linear_system_in_units(const LinearErrorSystem& system) {
+  check_linear_error_system(system);
+  LinearSystemInUnits out{
+      .system = system, .unit = first_nonzero(system.noise_input), .nis_scale = {}, .nees_scale = {}};
+  out.system.noise_input /= out.unit;
+  out.system.measurement_root /= out.unit;
+  out.system.initial_root /= out.unit;
+  for (LinearErrorSystem::Step& step : out.system.steps) {
+    out.nis_scale.push_back(scale_whitening(out.unit, step.innovation_whitening));
+    out.nees_scale.push_back(scale_whitening(out.unit, step.error_whitening));
+  }
+  return out;
+}
+
+}  // namespace credence

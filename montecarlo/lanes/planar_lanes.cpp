@@ -1,0 +1,367 @@
+#include "montecarlo/lanes/planar_lanes.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "core/manifold/angle.h"
+#include "core/simd/kernel_choice.h"
+
+namespace credence {
+namespace {
+
+constexpr unsigned kAllLanes = 0xff;
+
+bool has(unsigned lanes, int lane) { return ((lanes >> lane) & 1u) != 0; }
+std::uint8_t with(unsigned lanes, int lane) { return static_cast<std::uint8_t>(lanes | (1u << lane)); }
+std::uint8_t without(unsigned lanes, int lane) { return static_cast<std::uint8_t>(lanes & ~(1u << lane)); }
+
+}  // namespace
+
+const PlanarLanesKernel& planar_lanes_kernel(InstructionSet set) {
+  return require_kernel(set, planar_lanes_kernel_scalar, planar_lanes_kernel_avx2,
+                        planar_lanes_kernel_avx512);
+}
+
+PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,
+                         const RangeBearing& measurement_variance, InstructionSet set)
+    : world_(world),
+      model_{.vehicle = world.vehicle, .dt_s = world.dt_s},
+      Q_(Q),
+      variance_(measurement_variance),
+      kernel_(planar_lanes_kernel(set)),
+      states_(3 + 2 * world.states()),
+      padded_((states_ + 3) / 4 * 4),
+      x_(at(padded_)),
+      P_(at(padded_ * padded_)),
+      known_(world.landmarks.size()),
+      visible_(world.landmarks.size()),
+      used_(world.landmarks.size()),
+      z_(2 * world.landmarks.size()),
+      anchors_(at(2 * world.anchors)),
+      offset_(world.landmarks.size()),
+      place_(world.landmarks.size()),
+      difference_(3 * world.landmarks.size()),
+      H_(10 * world.landmarks.size()),
+      R_(2 * world.landmarks.size()),
+      nu_(2 * world.landmarks.size()),
+      A_(2 * world.landmarks.size() * (2 * world.landmarks.size() + at(padded_) + 1)),
+      F_(9),
+      GQG_(6),
+      error_(at(padded_)),
+      whitened_error_(at(padded_)),
+      diagonal_(at(padded_)),
+      L_(at(padded_ * (padded_ + 1))) {
+  of_measured_.reserve(world.landmarks.size());
+  for (Index a = 0; a < world.anchors; ++a) {
+    const std::size_t number = at(world.states() + a);
+    known_[number] = kAllLanes;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      for (Index c = 0; c < 2; ++c) anchors_[at(2 * a + c)][lane] = world.landmarks[number][c];
+    }
+  }
+}
+
+void PlanarLanes::reset(int lane, const Pose& pose, const Eigen::Matrix3d& P) {
+  for (Lanes& x : x_) x[lane] = 0.0;
+  for (Lanes& p : P_) p[lane] = 0.0;
+  for (Index i = 0; i < 3; ++i) {
+    x_[at(i)][lane] = pose[i];
+    for (Index j = 0; j <= i; ++j) covariance_at(i, j)[lane] = P(i, j);
+  }
+  for (Index l = 0; l < world_.states(); ++l) known_[at(l)] = without(known_[at(l)], lane);
+  steps_[static_cast<std::size_t>(lane)] = {};
+  measured_ = 0;
+}
+
+PlanarLanesData PlanarLanes::kernel_data() {
+  return {.states = states_,
+          .padded = padded_,
+          .x = data(x_),
+          .P = data(P_),
+          .measured = measured_,
+          .offset = offset_.data(),
+          .place = place_.data(),
+          .difference = data(difference_),
+          .H = data(H_),
+          .R = data(R_),
+          .nu = data(nu_),
+          .A = data(A_),
+          .nis = nis_.of,
+          .check = check_.of};
+}
+
+void PlanarLanes::predict(const Control& u) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Motion motion = model_.move({x_[0][lane], x_[1][lane], x_[2][lane]}, u);
+    const Eigen::Matrix3d GQG = motion.G * Q_ * motion.G.transpose();
+    for (Index i = 0, q = 0; i < 3; ++i) {
+      x_[at(i)][lane] = motion.pose[i];
+      for (Index j = 0; j < 3; ++j) F_[at(3 * i + j)][lane] = motion.F(i, j);
+      for (Index j = 0; j <= i; ++j, ++q) GQG_[at(q)][lane] = GQG(i, j);
+    }
+  }
+  kernel_.predict(kernel_data(), data(F_), data(GQG_));
+}
+
+/// Sorts what the lanes see by landmark: a column for each that some lane sees and knows.
+void PlanarLanes::take(const std::array<Observations, kLanes>& seen) {
+  visible_.assign(visible_.size(), 0);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    for (const Observation<PlanarModel>& o : seen[static_cast<std::size_t>(lane)]) {
+      const Index i = o.landmark;
+      visible_[at(i)] = with(visible_[at(i)], lane);
+      z_[at(2 * i)][lane] = o.z[0];
+      z_[at(2 * i + 1)][lane] = o.z[1];
+    }
+  }
+  of_measured_.clear();
+  for (Index i = 0; i < static_cast<Index>(visible_.size()); ++i) {
+    const auto used = static_cast<LaneSet>(visible_[at(i)] & known_[at(i)]);
+    if (used == 0) continue;
+    const std::size_t b = of_measured_.size();
+    const bool anchor = i >= world_.states();
+    used_[b] = used;
+    offset_[b] = anchor ? -1 : 3 + 2 * i;
+    place_[b] = anchor ? anchors_[at(2 * (i - world_.states()))].of : x_[at(3 + 2 * i)].of;
+    of_measured_.push_back(i);
+  }
+  measured_ = static_cast<Index>(of_measured_.size());
+}
+
+void PlanarLanes::set_innovations() {
+  for (Index b = 0; b < measured_; ++b) {
+    const Index i = of_measured_[at(b)];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!has(used_[at(b)], lane)) {
+        for (Index h = 0; h < 10; ++h) H_[at(10 * b + h)][lane] = 0.0;
+        for (Index c = 0; c < 2; ++c) {
+          nu_[at(2 * b + c)][lane] = 0.0;
+          R_[at(2 * b + c)][lane] = 1.0;
+        }
+        continue;
+      }
+      const double dx = difference_[at(3 * b)][lane], dy = difference_[at(3 * b + 1)][lane];
+      const RangeBearing expected(difference_[at(3 * b + 2)][lane],
+                                  wrap_angle(std::atan2(dy, dx) - x_[2][lane]));
+      const RangeBearing nu =
+          range_bearing_innovation({z_[at(2 * i)][lane], z_[at(2 * i + 1)][lane]}, expected);
+      for (Index c = 0; c < 2; ++c) {
+        nu_[at(2 * b + c)][lane] = nu[c];
+        R_[at(2 * b + c)][lane] = variance_[c];
+      }
+      steps_[static_cast<std::size_t>(lane)].update.dof += 2;
+    }
+  }
+}
+
+/// Where S has no Cholesky factor nothing is changed.
+void PlanarLanes::drop_failed_lanes() {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (check_[lane] == 0.0) continue;
+    UpdateResult& result = steps_[static_cast<std::size_t>(lane)].update;
+    result.ok = result.dof == 0;
+    for (Lanes& a : A_) a[lane] = 0.0;
+  }
+}
+
+void PlanarLanes::update(const std::array<Observations, kLanes>& seen) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    UpdateResult& result = steps_[static_cast<std::size_t>(lane)].update;
+    result = {};
+    for (Index i = 0; i < states_; ++i) result.trace_prior += covariance_at(i, i)[lane];
+  }
+  take(seen);
+  if (measured_ > 0) {
+    kernel_.linearise(kernel_data());
+    set_innovations();
+    kernel_.innovate(kernel_data());
+    drop_failed_lanes();
+    kernel_.correct(kernel_data());
+  }
+  for (int lane = 0; lane < kLanes; ++lane) {
+    UpdateResult& result = steps_[static_cast<std::size_t>(lane)].update;
+    if (!result.ok) continue;
+    if (result.dof > 0) {
+      result.nis = nis_[lane];
+      x_[2][lane] = wrap_angle(x_[2][lane]);
+    }
+    for (const Observation<PlanarModel>& o : seen[static_cast<std::size_t>(lane)]) {
+      if (has(known_[at(o.landmark)], lane)) continue;
+      initialise(lane, o.landmark, o.z);
+      ++result.initialised;
+    }
+  }
+}
+
+/// P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.
+void PlanarLanes::initialise(int lane, Index landmark, const RangeBearing& z) {
+  const Index l = 3 + 2 * landmark;
+  const PlacedLandmark placed = model_.place({x_[0][lane], x_[1][lane], x_[2][lane]}, z);
+  Eigen::Matrix3d P_rr;
+  for (Index i = 0; i < 3; ++i) {
+    for (Index j = 0; j < 3; ++j) P_rr(i, j) = covariance_at(i, j)[lane];
+  }
+  for (Index j = 0; j < states_; ++j) {
+    if (j == l || j == l + 1) continue;
+    const Eigen::Vector3d P_rj(covariance_at(0, j)[lane], covariance_at(1, j)[lane],
+                               covariance_at(2, j)[lane]);
+    const Eigen::Vector2d P_lj = placed.J_r * P_rj;
+    for (Index c = 0; c < 2; ++c) covariance_at(l + c, j)[lane] = P_lj[c];
+  }
+  const Eigen::Matrix2d own = placed.J_r * P_rr * placed.J_r.transpose() +
+                              placed.J_z * variance_.asDiagonal() * placed.J_z.transpose();
+  covariance_at(l, l)[lane] = own(0, 0);
+  covariance_at(l + 1, l)[lane] = 0.5 * (own(0, 1) + own(1, 0));
+  covariance_at(l + 1, l + 1)[lane] = own(1, 1);
+  for (Index c = 0; c < 2; ++c) x_[at(l + c)][lane] = placed.position[c];
+  known_[at(landmark)] = with(known_[at(landmark)], lane);
+}
+
+void PlanarLanes::compute_errors(const std::array<Pose, kLanes>& truth) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Pose& pose = truth[static_cast<std::size_t>(lane)];
+    for (Index i = 0; i < 2; ++i) error_[at(i)][lane] = x_[at(i)][lane] - pose[i];
+    error_[2][lane] = wrap_angle(x_[2][lane] - pose[2]);
+  }
+  for (Index l = 0; l < world_.states(); ++l) {
+    for (Index c = 0; c < 2; ++c) {
+      const double place = world_.landmarks[at(l)][c];
+      for (int lane = 0; lane < kLanes; ++lane) {
+        error_[at(3 + 2 * l + c)][lane] =
+            has(known_[at(l)], lane) ? x_[at(3 + 2 * l + c)][lane] - place : 0.0;
+      }
+    }
+  }
+}
+
+void PlanarLanes::judge(const std::array<Pose, kLanes>& truth) {
+  compute_errors(truth);
+  Lanes trace, largest, map_error, finite, dof, landmarks;
+  for (Index i = 0; i < padded_; ++i) {
+    const Lanes& variance = covariance_at(i, i);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const double e = error_[at(i)][lane], p = variance[lane];
+      const bool counts = p != 0.0;
+      trace[lane] += p;
+      dof[lane] += counts ? 1.0 : 0.0;
+      diagonal_[at(i)][lane] = counts ? p : 1.0;
+      whitened_error_[at(i)][lane] = counts ? e : 0.0;
+      largest[lane] = std::abs(e) > largest[lane] ? std::abs(e) : largest[lane];
+      finite[lane] += 0.0 * e;
+      if (i > 2) map_error[lane] += e * e;
+    }
+  }
+  for (Index l = 0; l < world_.states(); ++l) {
+    for (int lane = 0; lane < kLanes; ++lane) landmarks[lane] += has(known_[at(l)], lane) ? 1.0 : 0.0;
+  }
+  kernel_.nees({.padded = padded_,
+                .P = data(P_),
+                .diagonal = data(diagonal_),
+                .error = data(whitened_error_),
+                .L = data(L_),
+                .nees = nees_.of,
+                .vehicle_nees = vehicle_nees_.of,
+                .check = check_.of});
+  for (int lane = 0; lane < kLanes; ++lane) {
+    PlanarStep& s = steps_[static_cast<std::size_t>(lane)];
+    // An update that failed says nothing of how large the error is.
+    const bool diverged = !(finite[lane] == 0.0) || (s.update.ok && !(largest[lane] < kDivergedError_m));
+    const bool indefinite = !s.update.ok || !(check_[lane] == 0.0);
+    s.outcome = diverged ? Outcome::diverged : indefinite ? Outcome::not_positive_definite : Outcome::ok;
+    if (s.outcome != Outcome::ok) continue;
+    s.nees = nees_[lane];
+    s.nees_dof = static_cast<Index>(dof[lane]);
+    s.vehicle_nees = vehicle_nees_[lane];
+    s.traces.all = trace[lane];
+    s.traces.position = covariance_at(0, 0)[lane] + covariance_at(1, 1)[lane];
+    s.traces.landmarks = s.traces.all - s.traces.position - covariance_at(2, 2)[lane];
+    s.position_error_squared = error_[0][lane] * error_[0][lane] + error_[1][lane] * error_[1][lane];
+    s.heading_error_squared = error_[2][lane] * error_[2][lane];
+    s.map_error_squared = map_error[lane];
+    s.landmarks = static_cast<Index>(landmarks[lane]);
+  }
+}
+
+// ------------------------------------------------------------------------------------- one lane, to look at
+
+std::vector<int> PlanarLanes::landmarks(int lane) const {
+  std::vector<int> numbers;
+  for (Index l = 0; l < world_.states(); ++l) {
+    if (has(known_[at(l)], lane)) numbers.push_back(static_cast<int>(l));
+  }
+  return numbers;
+}
+
+/// Places of the known states.
+std::vector<Index> PlanarLanes::states_of(int lane) const {
+  std::vector<Index> places = {0, 1, 2};
+  for (const int l : landmarks(lane)) {
+    places.push_back(3 + 2 * l);
+    places.push_back(4 + 2 * l);
+  }
+  return places;
+}
+
+/// Columns of the last update that were this lane's.
+std::vector<Index> PlanarLanes::columns_of(int lane) const {
+  std::vector<Index> columns;
+  for (Index b = 0; b < measured_; ++b) {
+    if (!has(used_[at(b)], lane)) continue;
+    columns.push_back(2 * b);
+    columns.push_back(2 * b + 1);
+  }
+  return columns;
+}
+
+Vector PlanarLanes::state(int lane) const {
+  const std::vector<Index> places = states_of(lane);
+  Vector x(std::ssize(places));
+  for (Index i = 0; i < x.size(); ++i) x[i] = x_[at(places[at(i)])][lane];
+  return x;
+}
+
+Matrix PlanarLanes::covariance(int lane) const {
+  const std::vector<Index> places = states_of(lane);
+  Matrix P(std::ssize(places), std::ssize(places));
+  for (Index i = 0; i < P.rows(); ++i) {
+    for (Index j = 0; j < P.cols(); ++j) P(i, j) = covariance_at(places[at(i)], places[at(j)])[lane];
+  }
+  return P;
+}
+
+Vector PlanarLanes::innovation(int lane) const {
+  const std::vector<Index> columns = columns_of(lane);
+  Vector nu(std::ssize(columns));
+  for (Index i = 0; i < nu.size(); ++i) nu[i] = nu_[at(columns[at(i)])][lane];
+  return nu;
+}
+
+/// L of the last update.
+Matrix PlanarLanes::update_root(int lane) const {
+  const std::vector<Index> columns = columns_of(lane);
+  Matrix L = Matrix::Zero(std::ssize(columns), std::ssize(columns));
+  for (Index i = 0; i < L.rows(); ++i) {
+    for (Index j = 0; j < i; ++j) L(i, j) = update_at(columns[at(i)], columns[at(j)])[lane];
+    L(i, i) = 1.0 / update_at(columns[at(i)], columns[at(i)])[lane];
+  }
+  return L;
+}
+
+Matrix PlanarLanes::innovation_covariance(int lane) const {
+  const Matrix L = update_root(lane);
+  return L * L.transpose();
+}
+
+Matrix PlanarLanes::gain(int lane) const {
+  const std::vector<Index> columns = columns_of(lane), places = states_of(lane);
+  Matrix W(std::ssize(places), std::ssize(columns));
+  for (Index i = 0; i < W.rows(); ++i) {
+    for (Index j = 0; j < W.cols(); ++j) {
+      W(i, j) = update_at(2 * measured_ + places[at(i)], columns[at(j)])[lane];
+    }
+  }
+  return update_root(lane).transpose().triangularView<Eigen::Upper>().solve(W.transpose()).transpose();
+}
+
+}  // namespace credence

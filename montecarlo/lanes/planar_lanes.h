@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/filters/ekf_slam.h"
+#include "montecarlo/lanes/planar_lanes_kernel.h"
+#include "montecarlo/worlds/planar/planar_step.h"
+#include "montecarlo/worlds/planar/planar_world.h"
+
+namespace credence {
+
+/// EKF-SLAM (paper eqs (3)-(10)) for eight runs of one planar world at a time, one run in a lane: what
+/// EkfSlam<PlanarModel> without inflation computes, to rounding, several times faster where the map is small.
+///
+/// Landmark i has its place in the state from the start, with zero rows in P until a run has seen it, so that
+/// all lanes do the same arithmetic whatever they see; a measurement that a lane does not have is one of
+/// innovation zero and Jacobian zero. A lane's bits depend on its own run alone, and not on the instruction
+/// set. Nothing is allocated after the construction. `world` must live as long.
+///
+/// The covariance update is the Joseph form with S = L Lᵀ and W = P Hᵀ L⁻ᵀ: it equals
+/// P − W Wᵀ + (W − K L)(W − K L)ᵀ, whose last term is the square of the rounding error in K and left out.
+class PlanarLanes {
+ public:
+  static constexpr int kLanes = kPlanarLanes;
+  using Observations = std::span<const Observation<PlanarModel>>;
+
+  /// `Q` of the noise on the control and the variances of range and bearing are those that the filter
+  /// assumes.
+  PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q, const RangeBearing& measurement_variance,
+              InstructionSet set = best_instruction_set());
+
+  /// Starts a run with a pose of covariance P and an empty map.
+  void reset(int lane, const Pose& pose, const Eigen::Matrix3d& P);
+
+  void predict(const Control& u);
+
+  /// What each lane sees. A lane whose S is not positive definite keeps its state: UpdateResult::ok is false.
+  void update(const std::array<Observations, kLanes>& seen);
+
+  /// Errors and statistics of all lanes after the update, given the true poses.
+  void judge(const std::array<Pose, kLanes>& truth);
+  const PlanarStep& step(int lane) const { return steps_[static_cast<std::size_t>(lane)]; }
+
+  /// One lane as a matrix filter would say it; landmarks by number, those that are known.
+  std::vector<int> landmarks(int lane) const;
+  Vector state(int lane) const;
+  Matrix covariance(int lane) const;
+  Vector innovation(int lane) const;
+  Matrix innovation_covariance(int lane) const;
+  Matrix gain(int lane) const;
+
+ private:
+  /// One number of every run.
+  struct alignas(64) Lanes {
+    double of[kLanes] = {};
+    double& operator[](int lane) { return of[lane]; }
+    double operator[](int lane) const { return of[lane]; }
+  };
+  using Numbers = std::vector<Lanes>;
+  using LaneSet = std::uint8_t;  ///< bit i: lane i
+
+  static double* data(Numbers& numbers) { return numbers.empty() ? nullptr : numbers.data()->of; }
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  Lanes& covariance_at(Index i, Index j) {
+    return i >= j ? P_[at(j * padded_ + i)] : P_[at(i * padded_ + j)];
+  }
+  const Lanes& covariance_at(Index i, Index j) const {
+    return const_cast<PlanarLanes*>(this)->covariance_at(i, j);
+  }
+  const Lanes& update_at(Index i, Index j) const { return A_[at(j * (2 * measured_ + padded_ + 1) + i)]; }
+
+  PlanarLanesData kernel_data();
+  void take(const std::array<Observations, kLanes>& seen);
+  void set_innovations();
+  void drop_failed_lanes();
+  void initialise(int lane, Index landmark, const RangeBearing& z);
+  void compute_errors(const std::array<Pose, kLanes>& truth);
+  std::vector<Index> states_of(int lane) const;
+  std::vector<Index> columns_of(int lane) const;
+  Matrix update_root(int lane) const;
+
+  const PlanarWorld& world_;
+  PlanarModel model_;
+  Eigen::Matrix2d Q_;
+  RangeBearing variance_;
+  const PlanarLanesKernel& kernel_;
+  Index states_, padded_, measured_ = 0;
+
+  Numbers x_, P_;
+  std::vector<LaneSet> known_;    ///< by landmark
+  std::vector<LaneSet> visible_;  ///< by landmark, of this step
+  std::vector<LaneSet> used_;     ///< by measured landmark
+  Numbers z_;                     ///< 2 a landmark
+  Numbers anchors_;               ///< 2 an anchor
+  std::vector<Index> of_measured_;
+  std::vector<std::int64_t> offset_;
+  std::vector<const double*> place_;
+  Numbers difference_, H_, R_, nu_, A_, F_, GQG_;
+  Lanes nis_, check_;
+  Numbers error_, whitened_error_, diagonal_, L_;
+  Lanes nees_, vehicle_nees_;
+  std::array<PlanarStep, kLanes> steps_;
+};
+
+}  // namespace credence

@@ -1,0 +1,77 @@
+#include "montecarlo/scenario/scenario_help.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "montecarlo/scenario/scenario_schema.h"
+
+namespace credence {
+namespace {
+
+constexpr std::size_t kWidth = 100;
+
+/// The default in the model the key belongs to; anchors count from the observability that needs them.
+std::string default_text(const ScenarioKey& key) {
+  if (key.path() == "world.model") return "required";
+  const bool planar = key.accepted_when.find("\"planar\"") != std::string_view::npos;
+  return value_text(key_value(key, starting_scenario(planar ? WorldModel::planar : WorldModel::monobot)));
+}
+
+std::string with_unit(const std::string& text, std::string_view unit) {
+  return unit.empty() ? text : fmt::format("{} {}", text, unit);
+}
+
+/// The text in lines that begin with `indent` blanks, broken between words.
+std::string wrapped(std::string_view text, std::size_t indent) {
+  std::string lines, line;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+    if (!line.empty() && indent + line.size() + 1 + word.size() > kWidth) {
+      lines += fmt::format("{:{}}{}\n", "", indent, line);
+      line.clear();
+    }
+    if (!line.empty()) line += ' ';
+    line += word;
+  }
+  return lines + fmt::format("{:{}}{}\n", "", indent, line);
+}
+
+std::string code(std::string_view text) { return fmt::format("`{}`", text); }
+
+}  // namespace
+
+std::string scenario_help() {
+  std::string text;
+  for (const std::string_view section : scenario_sections()) {
+    text += fmt::format("[{}]\n", section);
+    for (const ScenarioKey& key : scenario_keys()) {
+      if (key.section != section) continue;
+      text += fmt::format("  {} = {}\n", key.name, with_unit(default_text(key), key.unit));
+      std::string about = fmt::format("{}; {}", key.meaning, accepted_values(key));
+      if (!key.accepted_when.empty()) about += fmt::format("; only {}", key.accepted_when);
+      text += wrapped(about, 6);
+    }
+  }
+  return text;
+}
+
+std::string scenario_reference() {
+  std::string text;
+  for (const std::string_view section : scenario_sections()) {
+    text += fmt::format(
+        "### `[{}]`\n\n| key | default | unit | accepted | meaning |\n|---|---|---|---|---|\n", section);
+    for (const ScenarioKey& key : scenario_keys()) {
+      if (key.section != section) continue;
+      const std::string only = key.accepted_when.empty() ? "" : fmt::format("; only {}", key.accepted_when);
+      text += fmt::format("| {} | {} | {} | {}{} | {} |\n", code(key.name), code(default_text(key)), key.unit,
+                          accepted_values(key), only, key.meaning);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace credence

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "montecarlo/scenario/scenario.h"
+#include "montecarlo/scenario/scenario_value.h"
+
+namespace credence {
+
+/// Values that are accepted each, and exclude each other.
+struct ImpossibleCombination : ScenarioError {
+  using ScenarioError::ScenarioError;
+};
+
+/// The scenario that `settings` (each key at most once) describe, everything else at its default.
+///
+/// `origin` names their source where a required key is missing. Throws ScenarioError for unknown keys, wrong
+/// types, values out of range and keys that do not belong to the chosen model; ImpossibleCombination else.
+Scenario resolve_scenario(std::span<const Setting> settings, const std::string& origin);
+
+/// Throws the ScenarioError of a setting that names no key: a suggestion, and the keys there are.
+/// `settings` tell the model, whose keys are listed.
+[[noreturn]] void throw_unknown_key(const Setting& setting, std::span<const Setting> settings);
+
+}  // namespace credence

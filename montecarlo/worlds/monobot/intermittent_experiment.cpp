@@ -1,0 +1,190 @@
+#include "montecarlo/worlds/monobot/intermittent_experiment.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "core/filters/linear_filter.h"
+#include "core/linear_algebra/psd_root.h"
+#include "core/nan.h"
+#include "montecarlo/random/step_draws.h"
+#include "montecarlo/worlds/monobot/linear_world.h"
+
+namespace credence {
+
+/// One run by matrices.
+class IntermittentExperiment::Run {
+ public:
+  explicit Run(const IntermittentExperiment& e)
+      : truth_(e.problem_.truth),
+        source_(e.source_),
+        filter_(e.problem_.assumed, e.problem_.rule),
+        noise_input_(truth_.G * psd_root(truth_.Q)),
+        measurement_root_(psd_root(truth_.R)),
+        initial_root_(psd_root(truth_.P0)),
+        process_(StepDraws::normals(source_, NoisePurpose::process, truth_.Q.rows())),
+        measurement_(StepDraws::normals(source_, NoisePurpose::measurement, truth_.measurement_dim())),
+        detection_(StepDraws::events(source_, NoisePurpose::detection, e.problem_.detection_probability,
+                                     truth_.measurement_dim())) {
+    now_.landmarks = linear_landmarks(truth_.layout);
+  }
+
+  void start(std::int64_t run) {
+    for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
+    filter_.reset();
+    Vector start(truth_.state_dim());
+    source_.normals(run, 0, NoisePurpose::initial, {start.data(), static_cast<std::size_t>(start.size())});
+    error_ = initial_root_ * start;
+    now_.truth = linear_start(truth_.layout);
+    now_.P = filter_.last().P;
+    now_.estimate = now_.truth - error_;
+  }
+
+  /// Step k from 1 on; good for `now` where the outcome is ok.
+  Outcome step(Index k) {
+    using Normals = Eigen::Map<const Vector>;
+    const Vector v = noise_input_ * Normals(process_.at(k), noise_input_.cols());
+    const Vector w = measurement_root_ * Normals(measurement_.at(k), measurement_root_.cols());
+    now_.truth = truth_.F * now_.truth + v;
+    error_ = truth_.F * error_ + v;
+    find_rows(k);
+    const LinearFilterStep& filter = filter_.step(rows_);
+    now_.z = Vector::Constant(w.size(), kNaN);
+    now_.z(rows_) = truth_.H(rows_, Eigen::all) * now_.truth + w(rows_);
+    now_.innovation = truth_.H(rows_, Eigen::all) * error_ + w(rows_);
+    now_.S = filter.S;
+    now_.K = Matrix::Zero(error_.size(), w.size());
+    if (!filter.ok) return Outcome::not_positive_definite;
+    now_.K(Eigen::all, rows_) = filter.K;
+    error_ -= filter.K * now_.innovation;
+    if (!error_.allFinite()) return Outcome::diverged;
+    const Matrix of_S = psd_whitening(filter.S), of_P = psd_whitening(filter.P);
+    judge(filter.P, (of_P * error_).squaredNorm(), of_P.rows(), (of_S * now_.innovation).squaredNorm(),
+          of_S.rows());
+    return Outcome::ok;
+  }
+
+  const TraceStep& now() const { return now_; }
+  const LinearFilterStep& filter() const { return filter_.last(); }
+
+  /// Takes error, covariance and statistics from the first lane, with the same measurements.
+  void take(const IntermittentLanes& lanes) {
+    error_ = lanes.error(0);
+    judge(lanes.covariance(0), lanes.value(kNeesValue, 0), error_.size(), lanes.value(kNisValue, 0),
+          static_cast<Index>(rows_.size()));
+  }
+
+  void add_to(StepStatistics& s) const {
+    const Matrix& P = now_.P;
+    s[Quantity::nees].add(now_.nees);
+    if (now_.nis_dof > 0) s[Quantity::nis].add(now_.nis);
+    s.nees_dof += now_.nees_dof;
+    s.nis_dof += now_.nis_dof;
+    s[Quantity::trace_prior].add(filter().P_prior.trace());
+    s[Quantity::trace].add(P.trace());
+    s[Quantity::trace_vehicle].add(P(0, 0));
+    s[Quantity::trace_landmarks].add(P.trace() - P(0, 0));
+  }
+
+ private:
+  /// Measurements that there are at step k.
+  void find_rows(Index k) {
+    const double* seen = detection_.at(k);
+    rows_.clear();
+    for (Index i = 0; i < truth_.measurement_dim(); ++i) {
+      if (seen[i] != 0.0) rows_.push_back(i);
+    }
+  }
+
+  void judge(const Matrix& P, double nees, Index nees_dof, double nis, Index nis_dof) {
+    now_.estimate = now_.truth - error_;
+    now_.P = P;
+    now_.nees = nees;
+    now_.nees_dof = nees_dof;
+    now_.nis = nis;
+    now_.nis_dof = nis_dof;
+  }
+
+  const LinearModel& truth_;
+  NoiseSource source_;
+  LinearFilter filter_;
+  Matrix noise_input_, measurement_root_, initial_root_;
+  StepDraws process_, measurement_, detection_;
+  Vector error_;
+  std::vector<Index> rows_;  ///< of H that were measured
+  TraceStep now_;
+};
+
+IntermittentExperiment::IntermittentExperiment(IntermittentProblem problem, Index steps, NoiseSource source)
+    : problem_(std::move(problem)),
+      steps_(steps),
+      source_(source),
+      lanes_(IntermittentLanes::support(problem_)) {}
+
+bool IntermittentExperiment::is_optimal() const {
+  const LinearModel &truth = problem_.truth, &assumed = problem_.assumed;
+  return problem_.rule.inflation == Inflation::none && problem_.rule.constant.size() == 0 &&
+         truth.Q == assumed.Q && truth.R == assumed.R && truth.P0 == assumed.P0;
+}
+
+RunTrace IntermittentExperiment::describe_world() const { return describe_linear_world(problem_.truth); }
+
+StudyStatistics IntermittentExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+  StudyStatistics statistics;
+  statistics.runs = runs;
+  statistics.steps.resize(static_cast<std::size_t>(steps_));
+  if (lanes_) {
+    add_lanes(first_run, runs, statistics);
+  } else {
+    add_matrices(first_run, runs, statistics);
+  }
+  return statistics;
+}
+
+void IntermittentExperiment::add_lanes(std::int64_t first_run, std::int64_t runs,
+                                       StudyStatistics& statistics) const {
+  IntermittentLanes lanes(problem_, source_);
+  for (std::int64_t r = 0; r < runs; r += IntermittentLanes::kLanes) {
+    lanes.start(first_run + r, static_cast<int>(std::min<std::int64_t>(IntermittentLanes::kLanes, runs - r)));
+    for (Index done = 0; done < steps_;) {
+      done += lanes.advance(steps_ - done);
+      lanes.add_to(statistics);
+    }
+  }
+  std::ranges::sort(statistics.failures, {}, &RunFailure::run);
+}
+
+void IntermittentExperiment::add_matrices(std::int64_t first_run, std::int64_t runs,
+                                          StudyStatistics& statistics) const {
+  Run run(*this);
+  for (std::int64_t r = first_run; r < first_run + runs; ++r) {
+    run.start(r);
+    for (Index k = 1; k <= steps_; ++k) {
+      const Outcome outcome = run.step(k);
+      if (outcome != Outcome::ok) {
+        statistics.failures.push_back({r, k, outcome});
+        break;
+      }
+      run.add_to(statistics.steps[static_cast<std::size_t>(k - 1)]);
+    }
+  }
+}
+
+Outcome IntermittentExperiment::visit(std::int64_t run_number, const StepVisitor& take) const {
+  Run run(*this);
+  run.start(run_number);
+  std::optional<IntermittentLanes> lanes;
+  if (lanes_) {
+    lanes.emplace(problem_, source_);
+    lanes->start(run_number, 1);
+  }
+  const auto step = [&](Index k) {
+    const Outcome outcome = run.step(k);
+    if (!lanes) return outcome;
+    lanes->advance(1);
+    run.take(*lanes);
+    return lanes->outcome(0);
+  };
+  return visit_steps(steps_, take, step, [&] { return run.now(); });
+}
+
+}  // namespace credence

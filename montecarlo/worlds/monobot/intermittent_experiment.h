@@ -1,0 +1,39 @@
+#pragma once
+
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/lanes/intermittent_lanes.h"
+#include "montecarlo/random/noise.h"
+
+namespace credence {
+
+/// Many runs of a linear filter that misses measurements at random, so that every run has covariances and
+/// gains of its own: in lanes where IntermittentLanes supports it, else one by one by LinearFilter.
+///
+/// A step without any measurement has no NIS. The true and the assumed R must be diagonal.
+class IntermittentExperiment final : public Experiment {
+ public:
+  IntermittentExperiment(IntermittentProblem problem, Index steps, NoiseSource source);
+
+  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
+  Outcome visit(std::int64_t run, const StepVisitor& take) const override;
+  RunTrace describe_world() const override;
+
+  /// Whether the filter knows the true noise and inflates nothing: its E[NEES] is then the number of states,
+  /// its E[NIS] that of the measurements it has, whatever is missed.
+  bool is_optimal() const;
+
+  const IntermittentProblem& problem() const { return problem_; }
+
+ private:
+  class Run;
+
+  void add_lanes(std::int64_t first_run, std::int64_t runs, StudyStatistics& statistics) const;
+  void add_matrices(std::int64_t first_run, std::int64_t runs, StudyStatistics& statistics) const;
+
+  IntermittentProblem problem_;
+  Index steps_;
+  NoiseSource source_;
+  bool lanes_;
+};
+
+}  // namespace credence

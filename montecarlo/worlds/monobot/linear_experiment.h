@@ -1,0 +1,37 @@
+#pragma once
+
+#include "core/filters/linear_filter.h"
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/lanes/linear_kernel.h"
+#include "montecarlo/random/noise.h"
+
+namespace credence {
+
+/// Many runs of one linear filter. Its covariances and gains depend on no data and are computed once; a run
+/// is the propagation of its error alone (theory: section 3).
+class LinearExperiment final : public Experiment {
+ public:
+  /// `truth` makes the noise, `assumed` is what the filter believes.
+  LinearExperiment(LinearModel truth, const LinearModel& assumed, const InflationRule& rule, Index steps,
+                   NoiseSource source);
+
+  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
+  Outcome visit(std::int64_t run, const StepVisitor& take) const override;
+
+  const LinearModel& true_model() const { return truth_; }
+
+  /// Shorter than the study if S was not positive definite at some step.
+  const std::vector<LinearFilterStep>& filter_steps() const { return filter_steps_; }
+
+  RunTrace describe_world() const override;
+
+ private:
+  LinearModel truth_;
+  Index steps_;
+  NoiseSource source_;
+  std::vector<LinearFilterStep> filter_steps_;
+  LinearErrorSystem system_;
+  LinearSimulator simulator_;
+};
+
+}  // namespace credence

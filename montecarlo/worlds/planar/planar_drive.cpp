@@ -1,0 +1,78 @@
+#include "montecarlo/worlds/planar/planar_drive.h"
+
+#include "core/manifold/angle.h"
+
+namespace credence {
+
+PlanarNoise PlanarNoise::of(const Scenario& scenario) {
+  const NoiseSettings& n = scenario.noise;
+  const double turn_std = scenario.world.vehicle == VehicleKind::unicycle
+                              ? n.turn_rate_std
+                              : n.steering_std_deg * kRadiansPerDegree;
+  const InitialSettings& i = scenario.initial;
+  return {.control_std = {n.speed_std, turn_std},
+          .measurement_std = {n.range_std, n.bearing_std_deg * kRadiansPerDegree},
+          .initial_std = {i.position_std, i.position_std, i.heading_std_deg * kRadiansPerDegree},
+          .detection_probability = n.detection_probability};
+}
+
+PlanarDrive::PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise,
+                         std::optional<NoiseSource> source)
+    : world_(world),
+      noise_(noise),
+      source_(source),
+      pose_(world.start),
+      process_(StepDraws::normals(source, NoisePurpose::process, 2)),
+      measurement_(StepDraws::normals(source, NoisePurpose::measurement, 2 * std::ssize(world.landmarks))),
+      detection_(StepDraws::events(source, NoisePurpose::detection, noise.detection_probability,
+                                   std::ssize(world.landmarks))) {
+  observations_.reserve(world.landmarks.size());
+}
+
+Pose PlanarDrive::start(std::int64_t run) {
+  pose_ = world_.start;
+  for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
+  Pose error = Pose::Zero();
+  if (source_) source_->normals(run, 0, NoisePurpose::initial, {error.data(), 3});
+  Pose estimate = pose_ + error.cwiseProduct(noise_.initial_std);
+  estimate[2] = wrap_angle(estimate[2]);
+  return estimate;
+}
+
+void PlanarDrive::move(std::size_t k) {
+  const Control noise(process_.at(static_cast<Index>(k)));
+  const Control u = world_.controls[k - 1] + noise.cwiseProduct(noise_.control_std);
+  pose_ = world_.vehicle.moved(pose_, u, world_.dt_s);
+}
+
+std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
+  const double* noise = measurement_.at(static_cast<Index>(k));
+  const double* seen = detection_.at(static_cast<Index>(k));
+  observations_.clear();
+  for (std::size_t i = 0; i < world_.landmarks.size(); ++i) {
+    if (seen[i] == 0.0) continue;
+    RangeBearing z = measure_range_bearing(pose_, world_.landmarks[i]);
+    if (!world_.sees(z)) continue;
+    z[0] += noise_.measurement_std[0] * noise[2 * i];
+    z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * noise[2 * i + 1]);
+    observations_.push_back({static_cast<int>(i), z});
+  }
+  return observations_;
+}
+
+RunTrace describe_planar_world(const PlanarWorld& world) {
+  RunTrace trace{.vehicle_dim = 3, .landmark_dim = 2};
+  trace.landmark_positions.resize(2, world.states());
+  trace.anchor_positions.resize(2, world.anchors);
+  for (Index i = 0; i < world.states() + world.anchors; ++i) {
+    const Point& p = world.landmarks[static_cast<std::size_t>(i)];
+    if (i < world.states()) {
+      trace.landmark_positions.col(i) = p;
+    } else {
+      trace.anchor_positions.col(i - world.states()) = p;
+    }
+  }
+  return trace;
+}
+
+}  // namespace credence

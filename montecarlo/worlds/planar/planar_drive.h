@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/filters/ekf_slam.h"
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/random/noise.h"
+#include "montecarlo/random/step_draws.h"
+#include "montecarlo/worlds/planar/planar_world.h"
+
+namespace credence {
+
+/// Standard deviations of the true noise of a planar world.
+struct PlanarNoise {
+  Control control_std;                 ///< in the units of the vehicle's control
+  RangeBearing measurement_std;        ///< m, rad
+  Pose initial_std;                    ///< m, m, rad
+  double detection_probability = 1.0;  ///< of a landmark in view
+
+  static PlanarNoise of(const Scenario& scenario);
+
+  /// Of the start: diag(initial_std²).
+  Eigen::Matrix3d initial_covariance() const { return initial_std.cwiseAbs2().asDiagonal(); }
+};
+
+/// What happens in one run of a planar world, whatever filter watches it: where the vehicle really drives and
+/// what its sensor says. A run is started, then each step is moved and observed, in order.
+///
+/// The vehicle drives its nominal controls plus noise, from the nominal start. Nothing is allocated after the
+/// construction. `world` must live as long.
+class PlanarDrive {
+ public:
+  /// Without a source of noise the nominal path is driven and the sensor exact.
+  PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise, std::optional<NoiseSource> source);
+
+  /// Starts a run; returns where a filter believes it to start: the truth plus an error of the initial
+  /// covariance.
+  Pose start(std::int64_t run);
+
+  /// The vehicle moves by step k, from 1 on.
+  void move(std::size_t k);
+
+  /// What is seen at step k from where the vehicle is; good until the next call.
+  std::span<const Observation<PlanarModel>> observe(std::size_t k);
+
+  const Pose& pose() const { return pose_; }  ///< the true one
+
+ private:
+  const PlanarWorld& world_;
+  PlanarNoise noise_;
+  std::optional<NoiseSource> source_;
+  Pose pose_;
+  StepDraws process_, measurement_, detection_;
+  std::vector<Observation<PlanarModel>> observations_;
+};
+
+/// What a trace says of a planar world.
+RunTrace describe_planar_world(const PlanarWorld& world);
+
+}  // namespace credence

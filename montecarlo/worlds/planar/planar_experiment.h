@@ -1,0 +1,137 @@
+#pragma once
+
+#include <functional>
+
+#include "core/filters/block_map_ekf_slam.h"
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/worlds/planar/arrow_statistics.h"
+#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_step.h"
+#include "montecarlo/worlds/planar/slam_filter.h"
+#include "montecarlo/worlds/planar/state_error.h"
+
+namespace credence {
+
+/// Many runs of one filter in one planar world.
+///
+/// The vehicle drives its nominal controls plus noise, from the nominal start; the filter starts at the truth
+/// plus an error of the initial covariance, is told the nominal controls, and sees every landmark in range.
+/// F is any PlanarSlamFilter; `make_filter` gives a fresh one and must be safe to call from several threads.
+template <PlanarSlamFilter F>
+class PlanarExperiment final : public Experiment {
+ public:
+  PlanarExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
+                   std::function<F()> make_filter)
+      : world_(std::move(world)), noise_(noise), source_(source), make_filter_(std::move(make_filter)) {}
+
+  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
+    StudyStatistics statistics;
+    statistics.steps.resize(world_.controls.size());
+    statistics.runs = runs;
+    F filter = make_filter_();
+    Run run(*this, filter);
+    for (std::int64_t r = first_run; r < first_run + runs; ++r) {
+      run.start(r);
+      for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
+        const Outcome outcome = run.step(k);
+        if (outcome != Outcome::ok) {
+          statistics.failures.push_back({r, static_cast<std::int64_t>(k), outcome});
+          break;
+        }
+        run.result().add_to(statistics.steps[k - 1]);
+      }
+    }
+    return statistics;
+  }
+
+  Outcome visit(std::int64_t r, const StepVisitor& take) const override {
+    F filter = make_filter_();
+    if constexpr (requires { filter.keep_gain(true); }) filter.keep_gain(true);
+    Run run(*this, filter);
+    run.start(r);
+    return visit_steps(
+        std::ssize(world_.controls), take, [&](Index k) { return run.step(static_cast<std::size_t>(k)); },
+        [&] { return run.trace_step(); });
+  }
+
+  RunTrace describe_world() const override { return describe_planar_world(world_); }
+
+ private:
+  /// The state of a run, its buffers kept from run to run.
+  class Run {
+   public:
+    Run(const PlanarExperiment& experiment, F& filter)
+        : e_(experiment), filter_(filter), drive_(e_.world_, e_.noise_, e_.source_) {}
+
+    void start(std::int64_t run) {
+      filter_.reset(drive_.start(run), e_.noise_.initial_covariance());
+      step_ = {};
+    }
+
+    Outcome step(std::size_t k) {
+      drive_.move(k);
+      filter_.predict(e_.world_.controls[k - 1]);
+      step_.update = filter_.update(drive_.observe(k));
+      if (!filter_.state().allFinite()) return Outcome::diverged;
+      if (!step_.update.ok) return Outcome::not_positive_definite;
+      const Outcome outcome = error_.compute(drive_.pose(), e_.world_.landmarks, filter_.state(),
+                                             filter_.covariance(), filter_.landmarks());
+      if (outcome == Outcome::ok) {
+        error_.put_into(step_);
+        step_.traces = planar_traces(filter_.covariance());
+      }
+      return outcome;
+    }
+
+    const PlanarStep& result() const { return step_; }
+
+    TraceStep trace_step() const {
+      TraceStep step;
+      step.estimate = filter_.state();
+      step.truth = true_state(drive_.pose(), e_.world_.landmarks, filter_.landmarks());
+      step.P = dense_covariance(filter_.covariance());
+      step.nees = step_.nees;
+      step.nees_dof = step_.nees_dof;
+      step.nis = step_.update.nis;
+      step.nis_dof = step_.update.dof;
+      step.landmarks.assign(filter_.landmarks().begin(), filter_.landmarks().end());
+      if (step_.update.dof > 0) {
+        step.innovation = filter_.innovation();
+        step.S = filter_.innovation_covariance();
+        step.K = filter_.gain();
+      }
+      return step;
+    }
+
+   private:
+    const PlanarExperiment& e_;
+    F& filter_;
+    PlanarDrive drive_;
+    PlanarStep step_;
+    StateError error_;
+  };
+
+  PlanarWorld world_;
+  PlanarNoise noise_;
+  NoiseSource source_;
+  std::function<F()> make_filter_;
+};
+
+/// The covariances of the noise that the filter of a planar scenario assumes.
+struct AssumedPlanarNoise {
+  Eigen::Matrix2d Q;                  ///< on the control
+  RangeBearing measurement_variance;  ///< m², rad²
+
+  static AssumedPlanarNoise of(const Scenario& scenario);
+};
+
+/// The EKF-SLAM that a planar scenario describes, as its filter assumes the noise to be.
+EkfSlam<PlanarModel> make_planar_filter(const Scenario& scenario, const PlanarWorld& world);
+
+/// True if the scenario's filter keeps its map block diagonal by a sequential rule, so that it is O(N).
+bool has_block_map(const Scenario& scenario);
+
+/// The same filter in its O(N) form. Throws std::invalid_argument unless has_block_map(scenario).
+BlockMapEkfSlam<PlanarModel> make_block_map_filter(const Scenario& scenario, const PlanarWorld& world);
+
+}  // namespace credence

@@ -1,0 +1,117 @@
+#include "montecarlo/worlds/planar/planar_lanes_experiment.h"
+
+#include <algorithm>
+
+#include "montecarlo/worlds/planar/state_error.h"
+
+namespace credence {
+
+/// Consecutive runs that go through their steps together.
+class PlanarLanesExperiment::Batch {
+ public:
+  explicit Batch(const PlanarLanesExperiment& e)
+      : e_(e),
+        drives_(PlanarLanes::kLanes, PlanarDrive(e.world_, e.noise_, e.source_)),
+        lanes_(e.world_, e.Q_, e.variance_, e.source_.instruction_set()) {}
+
+  void start(std::int64_t first_run, int runs) {
+    first_run_ = first_run;
+    alive_.fill(false);
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      // The lanes beyond the last run idle, with nothing to see.
+      const bool used = lane < runs;
+      alive_[at(lane)] = used;
+      lanes_.reset(lane, used ? drives_[at(lane)].start(first_run + lane) : e_.world_.start,
+                   e_.noise_.initial_covariance());
+    }
+  }
+
+  void step(std::size_t k) {
+    std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
+    std::array<Pose, PlanarLanes::kLanes> truth;
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      PlanarDrive& drive = drives_[at(lane)];
+      if (alive_[at(lane)]) {
+        drive.move(k);
+        seen[at(lane)] = drive.observe(k);
+      }
+      truth[at(lane)] = drive.pose();
+    }
+    lanes_.predict(e_.world_.controls[k - 1]);
+    lanes_.update(seen);
+    lanes_.judge(truth);
+  }
+
+  /// Adds what the last step was in every run, and ends those that failed. False when none is left.
+  bool add_to(StudyStatistics& statistics, std::size_t k) {
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      if (!alive_[at(lane)]) continue;
+      const PlanarStep& step = lanes_.step(lane);
+      if (step.outcome == Outcome::ok) {
+        step.add_to(statistics.steps[k - 1]);
+      } else {
+        statistics.failures.push_back({first_run_ + lane, static_cast<std::int64_t>(k), step.outcome});
+        alive_[at(lane)] = false;
+      }
+    }
+    return std::ranges::find(alive_, true) != alive_.end();
+  }
+
+  TraceStep trace_step() const {
+    TraceStep t;
+    const PlanarStep& step = lanes_.step(0);
+    t.landmarks = lanes_.landmarks(0);
+    t.estimate = lanes_.state(0);
+    t.truth = true_state(drives_[0].pose(), e_.world_.landmarks, t.landmarks);
+    t.P = lanes_.covariance(0);
+    t.nees = step.nees;
+    t.nees_dof = step.nees_dof;
+    t.nis = step.update.nis;
+    t.nis_dof = step.update.dof;
+    if (step.update.dof > 0 && step.update.ok) {
+      t.innovation = lanes_.innovation(0);
+      t.S = lanes_.innovation_covariance(0);
+      t.K = lanes_.gain(0);
+    }
+    return t;
+  }
+
+  Outcome outcome() const { return lanes_.step(0).outcome; }
+
+ private:
+  static std::size_t at(int lane) { return static_cast<std::size_t>(lane); }
+
+  const PlanarLanesExperiment& e_;
+  std::vector<PlanarDrive> drives_;
+  PlanarLanes lanes_;
+  std::int64_t first_run_ = 0;
+  std::array<bool, PlanarLanes::kLanes> alive_{};
+};
+
+StudyStatistics PlanarLanesExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+  StudyStatistics statistics;
+  statistics.steps.resize(world_.controls.size());
+  statistics.runs = runs;
+  Batch batch(*this);
+  for (std::int64_t r = 0; r < runs; r += PlanarLanes::kLanes) {
+    batch.start(first_run + r, static_cast<int>(std::min<std::int64_t>(PlanarLanes::kLanes, runs - r)));
+    for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
+      batch.step(k);
+      if (!batch.add_to(statistics, k)) break;
+    }
+  }
+  std::ranges::sort(statistics.failures, {}, &RunFailure::run);
+  return statistics;
+}
+
+Outcome PlanarLanesExperiment::visit(std::int64_t run, const StepVisitor& take) const {
+  Batch batch(*this);
+  batch.start(run, 1);
+  const auto step = [&](Index k) {
+    batch.step(static_cast<std::size_t>(k));
+    return batch.outcome();
+  };
+  return visit_steps(std::ssize(world_.controls), take, step, [&] { return batch.trace_step(); });
+}
+
+}  // namespace credence

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/lanes/planar_lanes.h"
+#include "montecarlo/worlds/planar/planar_drive.h"
+
+namespace credence {
+
+/// Many runs of EKF-SLAM without inflation in one planar world, eight at a time (see PlanarLanes): the same
+/// worlds and noise as those of PlanarExperiment.
+class PlanarLanesExperiment final : public Experiment {
+ public:
+  /// The largest map for which it pays whatever is in view. With few landmarks in view a matrix filter is as
+  /// fast here and faster beyond, where a batch of runs no longer fits the cache.
+  static constexpr Index kMaxLandmarks = 40;
+
+  /// `noise` is the true one, Q and the variances of range and bearing are what the filter assumes.
+  PlanarLanesExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
+                        const Eigen::Matrix2d& Q, const RangeBearing& measurement_variance)
+      : world_(std::move(world)), noise_(noise), source_(source), Q_(Q), variance_(measurement_variance) {}
+
+  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
+  Outcome visit(std::int64_t run, const StepVisitor& take) const override;
+  RunTrace describe_world() const override { return describe_planar_world(world_); }
+
+ private:
+  class Batch;
+
+  PlanarWorld world_;
+  PlanarNoise noise_;
+  NoiseSource source_;
+  Eigen::Matrix2d Q_;
+  RangeBearing variance_;
+};
+
+}  // namespace credence

@@ -1,0 +1,22 @@
+#include "montecarlo/worlds/planar/planar_step.h"
+
+namespace credence {
+
+void PlanarStep::add_to(StepStatistics& s) const {
+  s[Quantity::nees].add(nees);
+  s.nees_dof += nees_dof;
+  if (update.dof > 0) s[Quantity::nis].add(update.nis);
+  s.nis_dof += update.dof;
+  s[Quantity::vehicle_nees].add(vehicle_nees);
+  s[Quantity::trace_prior].add(update.trace_prior);
+  s[Quantity::trace].add(traces.all);
+  s[Quantity::trace_vehicle].add(traces.position);
+  s[Quantity::trace_landmarks].add(traces.landmarks);
+  s[Quantity::position_error_squared].add(position_error_squared);
+  s[Quantity::heading_error_squared].add(heading_error_squared);
+  if (landmarks > 0) {
+    s[Quantity::landmark_error_squared].add(map_error_squared / static_cast<double>(landmarks));
+  }
+}
+
+}  // namespace credence

@@ -1,0 +1,186 @@
+#include "reports/document/battery_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/evidence/settling_power.h"
+#include "core/nan.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+std::string factor_text(const ScaleAdvice& scale) {
+  return fmt::format("{} ({} … {})", number_text(scale.factor, 3), number_text(scale.lower, 3),
+                     number_text(scale.upper, 3));
+}
+
+void advise_settling(const char* what, const SettlingRuns& settle, std::vector<std::string>& sentences) {
+  if (settle.runs == 0) return;
+  sentences.push_back(
+      fmt::format("{} is consistent with these runs; should its factor of {} be real, {} runs would show it "
+                  "with a power of {:g} %. What these runs could have shown: factors below {} and above {}.",
+                  what, number_text(settle.observed_factor, 4), settle.runs, 100.0 * kSettlingPower,
+                  number_text(settle.detectable.below, 3), number_text(settle.detectable.above, 3)));
+}
+
+Panel histogram_panel(const Battery& battery) {
+  constexpr std::size_t kBars = 32;
+  const std::vector<std::int64_t>& counts = battery.nis_histogram;
+  const std::size_t merged = counts.size() / kBars;
+  std::int64_t total = 0;
+  for (const std::int64_t count : counts) total += count;
+  FigureData x, density;
+  for (std::size_t i = 0; i < kBars; ++i) {
+    std::int64_t in_bar = 0;
+    for (std::size_t j = 0; j < merged; ++j) in_bar += counts[i * merged + j];
+    x.push_back(static_cast<double>(i) / kBars);
+    density.push_back(total > 0 ? static_cast<double>(in_bar) * kBars / static_cast<double>(total) : kNaN);
+  }
+  x.push_back(1.0);
+  density.push_back(density.back());
+  const double spread = 2.0 * std::sqrt((kBars - 1.0) / std::max(1.0, static_cast<double>(total)));
+  Panel panel{.title = "NIS against its law", .x_label = "F(NIS)", .y_label = "density"};
+  panel.x_range = AxisRange{0.0, 1.0};
+  panel.series.push_back(band_series("±2σ expected", ColourRole::bound, {0.0, 1.0},
+                                     {1.0 - spread, 1.0 - spread}, {1.0 + spread, 1.0 + spread}));
+  panel.series.push_back(step_series("measured", ColourRole::first, x, density));
+  return panel;
+}
+
+Panel correlation_panel(const Battery& battery) {
+  const WhitenessTest& w = battery.whiteness;
+  FigureData x, upper, lower;
+  for (std::size_t h = 0; h < w.autocorrelation.size(); ++h) {
+    x.push_back(static_cast<double>(h + 1));
+    upper.push_back(w.band[h]);
+    lower.push_back(-w.band[h]);
+  }
+  Panel panel{.title = "Whiteness", .x_label = "lag (steps)", .y_label = "autocorrelation of innovation"};
+  panel.series.push_back(
+      band_series(fmt::format("{:g} %", 100.0 * battery.confidence), ColourRole::bound, x, lower, upper));
+  panel.series.push_back(point_series("measured", ColourRole::first, x, w.autocorrelation));
+  return panel;
+}
+
+Panel coverage_panel(const Battery& battery) {
+  Panel panel{.title = "Coverage", .x_label = "step", .y_label = "truth inside (%)"};
+  for (std::size_t i = 0; i < battery.coverage.size(); ++i) {
+    FigureData x, inside, expected;
+    for (std::size_t k = 0; k < battery.coverage[i].steps.size(); ++k) {
+      const CoverageStep& step = battery.coverage[i].steps[k];
+      if (step.count.total == 0) continue;
+      x.push_back(static_cast<double>(k + 1));
+      inside.push_back(100.0 * step.interval.value);
+      expected.push_back(100.0 * step.expected);
+    }
+    panel.series.push_back(line_series(i == 0 ? "expected" : "", ColourRole::bound, x, expected));
+    panel.series.push_back(line_series(fmt::format("{:g}σ", CoverageStatistics::kSigmas[i]),
+                                       numbered_role(static_cast<Index>(i)), x, inside));
+  }
+  return panel;
+}
+
+}  // namespace
+
+ReportTable battery_table(const Battery& battery) {
+  using enum ColumnAlign;
+  ReportTable table{
+      .title = "All tests",
+      .columns = {{"test", words}, {"measured", words}, {"p-value"}, {"adjusted"}, {"says", words}},
+      .rows = {},
+      .notes = {}};
+  const double alpha = 1.0 - battery.confidence;
+  for (const BatteryTest& test : battery.tests) {
+    const TableCell says = std::isnan(test.p_value) ? TableCell("not tested", CellTone::muted)
+                           : test.adjusted <= alpha ? TableCell("fails", CellTone::alarm)
+                           : test.p_value <= alpha  ? TableCell("fails alone", CellTone::caution)
+                                                    : TableCell("passes", CellTone::good);
+    table.add({test.name, test.says, TableCell(test.p_value, 3), TableCell(test.adjusted, 3), says});
+  }
+  table.notes = {
+      fmt::format(
+          "Over the first {} runs, NEES and NIS over all. Each p-value holds its own false-alarm rate.",
+          battery.runs),
+      fmt::format("adjusted (Holm): a consistent filter has any of them below {:g} with at most {:g} % "
+                  "probability.",
+                  alpha, 100.0 * alpha)};
+  return table;
+}
+
+std::string stop_sentence(const StudyAnalysis& a) {
+  const StopDecision& stop = a.stop.value();
+  const std::string runs =
+      fmt::format("after {} of at most {} runs", a.statistics.runs, a.scenario.most_runs());
+  if (a.timed_out) {
+    return fmt::format("Out of time {}: {} so far, at any look p = {}.", runs, to_string(stop.verdict),
+                       number_text(stop.p_value, 3));
+  }
+  if (stop.reason == "precision") {
+    return fmt::format("Stopped by precision {}: mean NEES {} ({} … {}); this stop gives no verdict.", runs,
+                       number_text(stop.mean_nees.mean, 4), number_text(stop.mean_nees.lower, 4),
+                       number_text(stop.mean_nees.upper, 4));
+  }
+  return fmt::format(
+      "Stopped by {} {}: {}, however often one looked (p = {}); P times a factor from {} to {} "
+      "agrees with what was seen.",
+      stop.reason == "verdict" ? "verdict" : "the last look", runs, to_string(stop.verdict),
+      number_text(stop.p_value, 3), number_text(stop.scale.lower, 3), number_text(stop.scale.upper, 3));
+}
+
+std::vector<std::string> advice_sentences(const StudyAnalysis& a) {
+  const Battery& b = a.battery.value();
+  std::vector<std::string> sentences;
+  if (b.responsible.index >= 0) {
+    const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
+    sentences.push_back(
+        fmt::format("Most of it sits in the block “{}”, which is {}: mean NEES {} where {} is "
+                    "expected.",
+                    block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
+                    number_text(block.verdict.expected, 4)));
+  } else if (b.responsible.joint_only) {
+    sentences.push_back(
+        "Every block of the state is consistent and the whole is not: the correlations between "
+        "blocks are wrong.");
+  }
+  for (const CauseFound& cause : b.causes) {
+    sentences.push_back(fmt::format("Likely cause: {} — {}.", to_string(cause.cause), cause.why));
+  }
+  if (is_inconsistent(a.nees.verdict) && b.scale_covariance.reason.empty()) {
+    sentences.push_back(
+        fmt::format("P times {} would have the right mean NEES.", factor_text(b.scale_covariance)));
+  }
+  if (is_inconsistent(a.nis.verdict) && b.scale_innovation.reason.empty()) {
+    std::string sentence =
+        fmt::format("S times {} would have the right mean NIS", factor_text(b.scale_innovation));
+    if (b.scale_measurement_noise.reason.empty()) {
+      sentence += fmt::format(", which R alone would reach, to first order, times {}",
+                              factor_text(b.scale_measurement_noise));
+    }
+    sentences.push_back(sentence + ".");
+  }
+  advise_settling("NEES", b.settle_nees, sentences);
+  advise_settling("NIS", b.settle_nis, sentences);
+  return sentences;
+}
+
+Figure battery_figure(const std::string& name, const Battery& battery) {
+  Figure figure{
+      .name = name + "-battery",
+      .caption = fmt::format("Further tests, over the first {} runs: the values of NIS taken through "
+                             "their distribution function, which makes them uniform; the correlation "
+                             "of the normalised innovation with itself in time; how often the truth "
+                             "lies within kσ of the whole state.",
+                             battery.runs),
+      .rows = 1,
+      .cols = 3};
+  figure.panels.push_back(histogram_panel(battery));
+  if (battery.whiteness.reason.empty()) figure.panels.push_back(correlation_panel(battery));
+  figure.panels.push_back(coverage_panel(battery));
+  figure.cols = static_cast<int>(figure.panels.size());
+  return figure;
+}
+
+}  // namespace credence

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "datasets/replay/carpark_study.h"
+#include "reports/document/report_table.h"
+
+/// @file
+/// The car park study as tables, JSON and a page like the paper's Figures 5 to 8.
+
+namespace credence {
+
+/// What was to be shown and what was measured; then every variant for both P0, the independence of P0, and
+/// the long horizon. Precondition: the study is complete.
+std::vector<ReportTable> carpark_study_tables(const CarparkStudy& study);
+
+/// The document of `credence replay carpark --variants` (docs/formats.md).
+std::string carpark_study_json(const CarparkStudy& study);
+
+/// Writes DIR/index.html and its figures as PDF. Returns why figures could not be drawn. Throws OutputError.
+std::vector<std::string> write_carpark_study_report(const std::filesystem::path& directory,
+                                                    const CarparkStudy& study);
+
+}  // namespace credence

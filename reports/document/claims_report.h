@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "analysis/studies/claims.h"
+
+namespace credence {
+
+/// The document of `credence claims` (docs/formats.md).
+std::string claims_json(std::span<const Claim> claims);
+
+/// For a terminal: one paragraph a claim, and how many hold.
+std::string claims_text(std::span<const Claim> claims);
+
+/// Writes DIR/index.html; OutputError when it cannot be written.
+void write_claims_report(const std::filesystem::path& directory, std::span<const Claim> claims);
+
+}  // namespace credence

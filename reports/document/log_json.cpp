@@ -1,0 +1,123 @@
+#include <cmath>
+
+#include "reports/document/log_report.h"
+#include "reports/document/verdict_json.h"
+
+namespace credence {
+namespace {
+
+Json reasoned(Json j, std::string_view reason) {
+  if (!reason.empty()) j["reason"] = reason;
+  return j;
+}
+
+Json whiteness_json(const WhitenessTest& w) {
+  return reasoned({{"p_value", json_number(w.p_value)},
+                   {"white", w.reason.empty() ? Json(w.white) : Json(nullptr)},
+                   {"statistic", json_number(w.statistic)},
+                   {"dof", json_number(w.dof)},
+                   {"autocorrelation", json_numbers(w.autocorrelation)},
+                   {"band", json_numbers(w.band)},
+                   {"values", w.values}},
+                  w.reason);
+}
+
+Json sensor_json(const SensorAnalysis& s, const SensorStatistics& statistics) {
+  Json dimensions = Json::array();
+  for (const auto& [dimension, sums] : statistics.by_dimension) {
+    dimensions.push_back(
+        {{"dimension", dimension}, {"mean", json_number(sums.value.mean)}, {"count", sums.value.count}});
+  }
+  return {{"name", s.name},
+          {"nis", verdict_json(s.nis)},
+          {"dimensions", std::move(dimensions)},
+          {"of_sum", s.of_sum},
+          {"whiteness", whiteness_json(s.whiteness)},
+          {"innovation_mean", reasoned({{"p_value", json_number(s.mean.p_value)}}, s.mean.reason)}};
+}
+
+Json single_run_json(const SingleRunAnalysis& s) {
+  return {
+      {"correlation_time_rows", json_number(s.sample.correlation_time)},
+      {"effective_rows", json_number(s.sample.size)},
+      {"p_value", json_number(s.time_average.p_value)},
+      {"reason", s.time_average.run_sum.reason.empty() ? Json(nullptr) : Json(s.time_average.run_sum.reason)},
+      {"runs_to_settle", s.settling.runs}};
+}
+
+Json log_outcomes_json(const StudyStatistics& s) {
+  Json j, failures = Json::array();
+  for (const Outcome outcome : {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite}) {
+    j[std::string(to_string(outcome))] = s.count(outcome);
+  }
+  for (const RunFailure& f : s.failures) {
+    failures.push_back({{"run", f.run}, {"step", f.step}, {"outcome", to_string(f.outcome)}});
+  }
+  j["failures"] = std::move(failures);
+  return j;
+}
+
+Json rejected_json(const LogStatistics& s) {
+  Json j = Json::array();
+  for (const auto& [reason, rows] : s.rejected) {
+    j.push_back({{"reason", reason}, {"count", rows.count}, {"first", rows.first}});
+  }
+  return j;
+}
+
+}  // namespace
+
+std::string log_json(const CheckedLogs& logs) {
+  const LogAnalysis& a = logs.analysis;
+  const LogStatistics& s = a.statistics;
+  Json j;
+  j["schema"] = kSchema;
+  j["files"] = logs.files;
+  j["rows"] = s.rows;
+  j["rejected_rows"] = s.rejected_rows();
+  j["rejected"] = rejected_json(s);
+  j["unmatched_rows"] = logs.unmatched_rows;
+  j["format"] = logs.format;
+  j["runs"] = s.study.runs;
+  j["steps"] = s.study.steps.size();
+  j["state_dim"] = s.state_dim;
+  j["complete"] = a.complete;
+  j["verdict"] = to_string(overall_verdict(a));
+  j["nees"] = verdict_json(a.nees);
+  j["nis"] = verdict_json(a.nis);
+  if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);
+  Json blocks = Json::object();
+  for (const BlockVerdict& block : a.blocks) blocks[block.name] = verdict_json(block.verdict);
+  j["blocks"] = std::move(blocks);
+  const auto responsible = static_cast<std::size_t>(a.responsible.index);
+  j["responsible_block"] = a.responsible.index < 0 ? Json(nullptr) : Json(a.blocks[responsible].name);
+  Json sensors = Json::array();
+  for (const SensorAnalysis& sensor : a.sensors) {
+    sensors.push_back(sensor_json(sensor, s.sensors.at(sensor.name)));
+  }
+  j["sensors"] = std::move(sensors);
+  j["nis_fit"] = reasoned({{"kolmogorov_p_value", json_number(a.fit.kolmogorov_p_value)},
+                           {"anderson_p_value", json_number(a.fit.anderson_p_value)},
+                           {"values", a.fit.count}},
+                          a.fit.reason);
+  j["single_run"] = a.single ? single_run_json(*a.single) : Json(nullptr);
+  if (a.sensitivity) {
+    j["sensitivity"] = {{"rule", "values beyond the upper 1e-6 quantile of their chi-square law left out"},
+                        {"nees_outliers", a.sensitivity->nees_outliers},
+                        {"nis_outliers", a.sensitivity->nis_outliers},
+                        {"nees", verdict_json(a.sensitivity->nees)},
+                        {"nis", verdict_json(a.sensitivity->nis)}};
+  }
+  j["covariance"] = {{"trace_prior", nullptr},
+                     {"trace", json_numbers(a.covariance.trace)},
+                     {"vehicle", json_numbers(a.covariance.vehicle)},
+                     {"landmarks", json_numbers(a.covariance.landmarks)}};
+  j["rmse"] = {{"position_m", json_numbers(a.errors.position_m)},
+               {"heading_rad", json_numbers(a.errors.heading_rad)},
+               {"landmark_m", json_numbers(a.errors.landmark_m)}};
+  j["outcomes"] = log_outcomes_json(s.study);
+  j["null_reason"] = "null: no row contributes to this number, or a log cannot know it";
+  return j.dump(1);
+}
+
+}  // namespace credence

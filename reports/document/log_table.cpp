@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include "reports/document/log_report.h"
+#include "reports/document/study_table.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+void add_verdict(ReportTable& table, const std::string& what, const ConsistencyVerdict& v) {
+  if (v.count == 0) return;
+  table.add({what, v.count, v.mean, v.expected,
+             fmt::format("{} … {}", number_text(v.bounds.lower), number_text(v.bounds.upper)),
+             number_text(v.p_value, 3), verdict_cell(v.verdict)});
+}
+
+std::string tests_of(const SensorAnalysis& s) {
+  const std::string name = s.name.empty() ? "innovation" : s.name;
+  const auto p = [](double value, std::string_view reason) {
+    return reason.empty() ? "p = " + number_text(value, 3) : std::string(reason);
+  };
+  return fmt::format("{}: test of whiteness in time {}; of mean zero {}.", name,
+                     p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason));
+}
+
+void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
+  const LogStatistics& s = logs.analysis.statistics;
+  table.notes.push_back(fmt::format("{} rows of {} runs in {} files ({}).{}", s.rows, s.study.runs,
+                                    logs.files, logs.format, logs.analysis.complete ? "" : " Interrupted."));
+  if (logs.unmatched_rows > 0) {
+    table.notes.push_back(
+        fmt::format("{} rows have no truth at their time and are left out.", logs.unmatched_rows));
+  }
+  for (const auto& [reason, rows] : s.rejected) {
+    table.notes.push_back(fmt::format("REJECTED: {} rows, {} (first: {}).", rows.count, reason, rows.first));
+  }
+  for (const RunFailure& f : s.study.failures) {
+    table.notes.push_back(fmt::format("FAILED: run {}, {} at step {}.", f.run, to_string(f.outcome), f.step));
+    if (s.study.failures.size() > 5) {
+      table.notes.push_back(fmt::format("… {} runs failed in all.", s.study.failures.size()));
+      break;
+    }
+  }
+}
+
+}  // namespace
+
+ReportTable log_table(const CheckedLogs& logs) {
+  using enum ColumnAlign;
+  const LogAnalysis& a = logs.analysis;
+  ReportTable table{.title = fmt::format("Can this covariance be trusted? {}", to_string(overall_verdict(a))),
+                    .columns = {{"what", words},
+                                {"values"},
+                                {"mean"},
+                                {"expected"},
+                                {"trusted if within", words},
+                                {"p", words},
+                                {"verdict", words}},
+                    .rows = {},
+                    .notes = {}};
+  add_verdict(table, "NEES", a.nees);
+  add_verdict(table, "NIS", a.nis);
+  constexpr std::size_t kShown = 12;
+  for (std::size_t i = 0; i < a.blocks.size() && i < kShown; ++i) {
+    add_verdict(table, "NEES of " + a.blocks[i].name, a.blocks[i].verdict);
+  }
+  if (a.blocks.size() > kShown) {
+    table.notes.push_back(
+        fmt::format("{} more blocks are in the JSON and on the page.", a.blocks.size() - kShown));
+  }
+  if (a.sensors.size() > 1) {
+    for (const SensorAnalysis& s : a.sensors) add_verdict(table, "NIS of " + s.name, s.nis);
+  }
+  if (a.sensitivity) {
+    add_verdict(table, "NEES without outliers", a.sensitivity->nees);
+    add_verdict(table, "NIS without outliers", a.sensitivity->nis);
+    table.notes.push_back(
+        fmt::format("Gross outliers, beyond the upper {:g} quantile of their law: {} of NEES, {} of NIS.",
+                    kGrossOutlier, a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
+  }
+  add_read_notes(table, logs);
+  if (!a.nees.reason.empty() && a.statistics.has_truth) table.notes.push_back("NEES: " + a.nees.reason + ".");
+  if (a.responsible.index >= 0) {
+    table.notes.push_back(fmt::format("The block that deviates most: {}.",
+                                      a.blocks[static_cast<std::size_t>(a.responsible.index)].name));
+  } else if (a.responsible.joint_only) {
+    table.notes.push_back("No block alone is inconsistent: look at the cross-covariances.");
+  }
+  for (const SensorAnalysis& s : a.sensors) table.notes.push_back(tests_of(s));
+  if (a.fit.reason.empty() && a.fit.count > 0) {
+    table.notes.push_back(
+        fmt::format("NIS against its chi-square law: Kolmogorov-Smirnov p = {}, Anderson-Darling p = {}.",
+                    number_text(a.fit.kolmogorov_p_value, 3), number_text(a.fit.anderson_p_value, 3)));
+  }
+  table.notes.push_back(
+      "consistent: P can be trusted. optimistic: errors are larger than P says. pessimistic: smaller.");
+  return table;
+}
+
+}  // namespace credence

@@ -1,0 +1,150 @@
+#include "reports/document/plan_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+Json verdict_plan_json(const VerdictPlan& plan) {
+  Json json{{"steps", plan.design.steps}, {"dof_per_step", plan.design.dof_per_step}};
+  json["detect"] = Json::array();
+  for (const DetectionPlan& detection : plan.detections) {
+    json["detect"].push_back({{"factor", detection.factor},
+                              {"runs", detection.needed.runs},
+                              {"power", detection.needed.power},
+                              {"seconds", json_number(detection.seconds)}});
+  }
+  json["detectable"] = {{"below", json_number(plan.detectable.below)},
+                        {"above", json_number(plan.detectable.above)}};
+  return json;
+}
+
+Json study_plan_json(const StudyPlan& plan) {
+  Json json{{"confidence", plan.scenario.study.confidence}, {"runs_in_scenario", plan.scenario.study.runs}};
+  json["nees"] = verdict_plan_json(plan.nees);
+  json["nees"]["effective_steps"] = plan.nees.design.effective_steps;
+  json["nees"]["effective_steps_from"] = to_string(plan.correlation);
+  json["nis"] = verdict_plan_json(plan.nis);
+  json["precision"] = {{"relative", plan.question.precision},
+                       {"runs", plan.runs_for_precision},
+                       {"seconds", json_number(plan.pilot.seconds_for(plan.runs_for_precision))}};
+  json["runs"] = plan.runs_for_all;
+  json["seconds"] = json_number(plan.pilot.seconds_for(plan.runs_for_all));
+  json["pilot"] = {{"runs", plan.pilot.runs},
+                   {"seconds", json_number(plan.pilot.seconds)},
+                   {"threads", plan.pilot.threads},
+                   {"seconds_per_run", json_number(plan.pilot.seconds_per_run)}};
+  return json;
+}
+
+void add_detections(const char* name, const VerdictPlan& plan, ReportTable& table) {
+  for (const DetectionPlan& detection : plan.detections) {
+    table.add({fmt::format("{} verdict {} a factor {}", name,
+                           detection.factor > 1.0 ? "optimistic at" : "pessimistic at",
+                           number_text(detection.factor, 3)),
+               detection.needed.runs, TableCell(100.0 * detection.needed.power, 3),
+               duration_text(detection.seconds, 2)});
+  }
+}
+
+std::string pilot_note(const PilotTiming& pilot) {
+  return fmt::format("Times are expected ones, from a pilot of {} runs in {} on {} threads.", pilot.runs,
+                     duration_text(pilot.seconds, 2), pilot.threads);
+}
+
+std::string design_note(const StudyPlan& plan) {
+  return fmt::format(
+      "{} steps of {} dof (NEES) and {} dof (NIS). NEES is correlated in time: its steps are worth {} "
+      "independent "
+      "ones ({}). Confidence {:g} %.",
+      plan.nees.design.steps, number_text(plan.nees.design.dof_per_step, 4),
+      number_text(plan.nis.design.dof_per_step, 4), number_text(plan.nees.design.effective_steps, 3),
+      to_string(plan.correlation), 100.0 * plan.scenario.study.confidence);
+}
+
+std::string detectable_note(const char* name, const VerdictPlan& plan, const StudyPlan& study) {
+  return fmt::format(
+      "The {} runs of the scenario show in {} a factor below {} or above {} with {:g} % power.",
+      study.scenario.study.runs, name, number_text(plan.detectable.below, 3),
+      number_text(plan.detectable.above, 3), 100.0 * study.question.power);
+}
+
+}  // namespace
+
+std::string plan_json(const SweepPlan& sweep, std::span<const StudyPlan> plans) {
+  const PlanQuestion& question = plans.front().question;
+  Json j{
+      {"schema", kSchema}, {"scenario", sweep.name}, {"factor", question.factor}, {"power", question.power}};
+  if (sweep.points.size() == 1) {
+    j.update(study_plan_json(plans.front()));
+    return j.dump(1);
+  }
+  const SweepCost cost = sweep_cost(plans, sweep.points.size());
+  j["sweep"] = {{"configurations", cost.configurations},
+                {"planned", cost.planned},
+                {"runs", cost.runs},
+                {"seconds", json_number(cost.seconds)},
+                {"runs_in_scenario", cost.scenario_runs},
+                {"seconds_in_scenario", json_number(cost.scenario_seconds)}};
+  j["configurations"] = Json::array();
+  for (const StudyPlan& plan : plans) j["configurations"].push_back(study_plan_json(plan));
+  return j.dump(1);
+}
+
+ReportTable plan_table(const StudyPlan& plan) {
+  using enum ColumnAlign;
+  ReportTable table{.title = fmt::format("{}: runs needed", plan.scenario.name),
+                    .columns = {{"to find", words}, {"runs"}, {"power %"}, {"time", words}},
+                    .rows = {},
+                    .notes = {}};
+  add_detections("NEES", plan.nees, table);
+  add_detections("NIS", plan.nis, table);
+  table.add({fmt::format("mean NEES to ±{:g} %", 100.0 * plan.question.precision), plan.runs_for_precision,
+             "", duration_text(plan.pilot.seconds_for(plan.runs_for_precision), 2)});
+  table.notes = {
+      "factor: true covariance / claimed, P for NEES and S for NIS, at every step. Power: at least this.",
+      detectable_note("NEES", plan.nees, plan), detectable_note("NIS", plan.nis, plan), design_note(plan),
+      pilot_note(plan.pilot)};
+  return table;
+}
+
+ReportTable plan_table(const SweepPlan& sweep, std::span<const StudyPlan> plans) {
+  using enum ColumnAlign;
+  const PlanQuestion& question = plans.front().question;
+  ReportTable table{
+      .title = fmt::format("{}: runs needed", sweep.name),
+      .columns = {{"configuration", words}, {"NEES"}, {"NIS"}, {"precision"}, {"time of the most", words}},
+      .rows = {},
+      .notes = {}};
+  const auto most = [](const VerdictPlan& plan) {
+    std::int64_t runs = 0;
+    for (const DetectionPlan& detection : plan.detections) runs = std::max(runs, detection.needed.runs);
+    return runs;
+  };
+  for (const StudyPlan& plan : plans) {
+    const auto point = std::ranges::find(sweep.points, plan.scenario, &SweepPoint::scenario);
+    table.add({point == sweep.points.end() ? plan.scenario.name : point_text(sweep, *point), most(plan.nees),
+               most(plan.nis), plan.runs_for_precision,
+               duration_text(plan.pilot.seconds_for(plan.runs_for_all), 2)});
+  }
+  const SweepCost cost = sweep_cost(plans, sweep.points.size());
+  table.notes = {
+      fmt::format(
+          "NEES, NIS: runs whose verdict finds a factor {} or {} on P or S with {:g} % power; precision: "
+          "mean NEES to ±{:g} %.",
+          number_text(question.factor, 3), number_text(1.0 / question.factor, 3), 100.0 * question.power,
+          100.0 * question.precision),
+      fmt::format(
+          "The sweep of {} configurations with {} runs each: {}. With the {} runs of the scenario: {}.",
+          cost.configurations, cost.runs, duration_text(cost.seconds, 2), cost.scenario_runs,
+          duration_text(cost.scenario_seconds, 2)),
+      fmt::format("Times are expected ones, from short pilots of {} of the configurations.", cost.planned)};
+  return table;
+}
+
+}  // namespace credence

@@ -1,0 +1,230 @@
+#include "reports/document/planar_stability_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "montecarlo/scenario/scenario_text.h"
+#include "reports/document/stability_json.h"
+#include "reports/document/study_table.h"
+#include "reports/figures/figure.h"
+#include "reports/figures/gnuplot.h"
+#include "reports/render/atomic_file.h"
+#include "reports/render/html_page.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+const char* place_text(Linearisation at) {
+  return at == Linearisation::truth ? "the truth" : "the estimate (EKF)";
+}
+
+std::string unobservable_text(const PlanarRanks& ranks) {
+  std::string text;
+  for (const std::string& name : ranks.unobservable) text += (text.empty() ? "" : ", ") + name;
+  return text.empty() ? "nothing" : text;
+}
+
+TableCell verdict_of(const PlanarFollowed& f) {
+  const CellTone tone = f.growth.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm;
+  return {std::string(to_string(f.growth.verdict)), tone};
+}
+
+TableCell prediction_of(const PlanarFollowed& f) {
+  if (!f.exact.has_value()) return {"–", CellTone::muted};
+  return f.exact->bounded() ? "bounded" : "unbounded";
+}
+
+std::string solution_text(const Scenario& scenario, InflationSolution solution) {
+  if (scenario.filter.inflation == FilterInflation::none) return "no inflation";
+  const std::string name(to_string(solution));
+  const bool by_block_map = solution == InflationSolution::sequential || solution == InflationSolution::drop;
+  return by_block_map ? name + ", O(N)" : name;
+}
+
+/// Mean of tr P over loop `number`, from 1 on.
+TableCell trace_cell(const PlanarFollowed& f, std::size_t number) {
+  if (number < 1 || number > f.traces.size()) return {"–", CellTone::muted};
+  return f.traces[number - 1];
+}
+
+Json ranks_json(const PlanarRanks& ranks) {
+  Json j = rank_json(ranks.observability.decision);
+  j["unobservable"] = ranks.unobservable;
+  return j;
+}
+
+Json followed_json(const PlanarFollowed& f) {
+  Json j;
+  j["jacobians_at"] = to_string(f.at);
+  j["solution"] = to_string(f.solution);
+  j["verdict"] = to_string(f.growth.verdict);
+  j["growth_exponent"] = json_number(f.growth.exponent);
+  j["growth_per_loop"] = json_number(f.growth.per_sample);
+  j["trace"] = json_numbers(f.traces);
+  j["inflation_rank"] = f.inflation_rank;
+  j["steps_above_duality_gap"] = f.not_converged;
+  if (f.exact.has_value()) {
+    j["predicted_bounded"] = f.exact->bounded();
+    j["prediction_reason"] = to_string(f.exact->reason);
+    j["accumulated_noise_rank"] = f.exact->noise.rank;
+    j["accumulated_noise_singular_values"] = rank_json(f.exact->noise)["singular_values"];
+  } else {
+    j["predicted_bounded"] = nullptr;
+    j["prediction_reason"] = "a sequential rule inflates within the update";
+  }
+  if (f.at == Linearisation::truth) {
+    j["initial_covariance_effect"] = json_number(f.initial_effect);
+  } else {
+    j["pose_nees_ratio"] = json_number(f.pose_nees);
+  }
+  j["spectral_radius_of_a_loop"] = json_number(f.spectral_radius);
+  return j;
+}
+
+/// One, or none where nothing was followed to the end of a loop.
+std::vector<Figure> growth_figures(const Scenario& scenario, const PlanarStability& a) {
+  Figure figure{
+      .name = "planar-growth",
+      .caption =
+          "Mean trace of the filter's covariance over each loop. Left with Jacobians at the truth; right "
+          "in an EKF with noise, whose own estimates add information that is not there.",
+      .rows = 1,
+      .cols = 2};
+  for (const Linearisation at : {Linearisation::truth, Linearisation::estimate}) {
+    Panel panel{.title = std::string("Jacobians at ") + place_text(at),
+                .x_label = "loop",
+                .y_label = "trace of P (m² + rad²)",
+                .log_y = true};
+    Index i = 0;
+    for (const PlanarFollowed& f : a.followed) {
+      if (f.at != at || f.traces.empty()) continue;
+      panel.series.push_back(line_series(solution_text(scenario, f.solution), numbered_role(i++),
+                                         index_axis(static_cast<Index>(f.traces.size())), f.traces));
+    }
+    if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
+  }
+  if (figure.panels.empty()) return {};
+  return {figure};
+}
+
+}  // namespace
+
+ReportTable planar_rank_table(const PlanarStability& a) {
+  ReportTable table{.title = "Observability over one loop",
+                    .columns = {{"Jacobians at", ColumnAlign::words},
+                                {"rank O"},
+                                {"of"},
+                                {"gap"},
+                                {"not observable", ColumnAlign::words}},
+                    .rows = {},
+                    .notes = {}};
+  for (const Linearisation at : {Linearisation::truth, Linearisation::estimate}) {
+    const PlanarRanks& ranks = at == Linearisation::truth ? a.truth : a.estimate;
+    const RankDecision& d = ranks.observability.decision;
+    table.add({place_text(at), d.rank, a.state_dim, TableCell(d.gap, 3), unobservable_text(ranks)});
+  }
+  table.notes = {
+      "The stack of H_k Φ_k over the last loop. At its own estimates an EKF sees more than there is to "
+      "see: "
+      "a rank above that at the truth is spurious information."};
+  return table;
+}
+
+ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability& a) {
+  ReportTable table{.title = fmt::format("Covariance over {} loops of {} steps", a.loops, a.steps_per_loop),
+                    .columns = {{"solution", ColumnAlign::words},
+                                {"Jacobians at", ColumnAlign::words},
+                                {"tr P", ColumnAlign::words},
+                                {"loop 1"},
+                                {"loop 10"},
+                                {"last"},
+                                {"exponent"},
+                                {"growth a loop"},
+                                {"accumulated noise says", ColumnAlign::words},
+                                {"rank ΔP"},
+                                {"above gap"},
+                                {"P0 × 100"},
+                                {"pose NEES / 3"}},
+                    .rows = {},
+                    .notes = {}};
+  for (const PlanarFollowed& f : a.followed) {
+    const bool truth = f.at == Linearisation::truth;
+    table.add({solution_text(scenario, f.solution), place_text(f.at), verdict_of(f), trace_cell(f, 1),
+               trace_cell(f, 10), trace_cell(f, f.traces.size()), TableCell(f.growth.exponent, 3),
+               TableCell(f.growth.per_sample, 3), prediction_of(f), f.inflation_rank, f.not_converged,
+               truth ? TableCell(fmt::format("× {}", number_text(f.initial_effect, 3))) : TableCell("–"),
+               truth ? TableCell("–") : TableCell(f.pose_nees, 3)});
+  }
+  table.notes = {
+      fmt::format("growing: the last half of the loops adds more than {} of tr P and does not slow down. "
+                  "exponent: log2 of tr P at the end over that at half the loops; 0 bounded, 1 linear.",
+                  kPlanarResolution),
+      ("accumulated noise says: the condition on the noise of the last loop, an argument and no proof; "
+       "it asks for a kernel that no step ever touches."),
+      "loop 1, loop 10, last: mean of tr P over the loop. O(N): followed with the arrow covariance itself.",
+      ("above gap: steps where the exact minimal trace missed its duality gap of 1e-9; an inexact solution "
+       "imitates slow growth."),
+      "pose NEES / 3: mean over the last half of one noisy run; 1 is consistent, above is optimistic."};
+  return table;
+}
+
+std::string planar_stability_json(const Scenario& scenario, const PlanarStability& a) {
+  const PlanarFollowed& own = a.own(scenario.filter.solution);
+  Json j;
+  j["schema"] = kSchema;
+  j["scenario"] = Json::parse(scenario_to_json(scenario));
+  j["state_dim"] = a.state_dim;
+  j["loops"] = a.loops;
+  j["steps_per_loop"] = a.steps_per_loop;
+  j["rank"] = {{"controllability", a.process_rank},
+               {"observability", a.truth.observability.decision.rank},
+               {"observability_at_estimate", a.estimate.observability.decision.rank},
+               {"inflation", own.inflation_rank},
+               {"noise_total", own.exact.has_value() ? Json(own.exact->noise.rank) : Json(nullptr)}};
+  j["rank_details"] = {{"observability", ranks_json(a.truth)},
+                       {"observability_at_estimate", ranks_json(a.estimate)}};
+  j["unobservable"] = a.truth.unobservable;
+  j["closed_loop_eigenvalues"] = eigenvalues_json(own.closed_loop_eigenvalues);
+  j["spectral_radius"] = json_number(own.spectral_radius);
+  j["riccati"] = {{"bounded", own.growth.verdict == LongRun::bounded},
+                  {"growth_exponent", json_number(own.growth.exponent)},
+                  {"trace", own.traces.empty() ? Json(nullptr) : json_number(own.traces.back())},
+                  {"residual", nullptr},
+                  {"kind", nullptr},
+                  {"null_reason", "the model varies along the path: there is no constant solution"}};
+  j["predicted_bounded"] = own.exact.has_value() ? Json(own.exact->bounded()) : Json(nullptr);
+  j["paper_condition_holds"] = own.inflation_rank <= a.truth.observability.decision.rank;
+  j["filters"] = Json::array();
+  for (const PlanarFollowed& f : a.followed) j["filters"].push_back(followed_json(f));
+  return j.dump(2);
+}
+
+std::vector<std::string> write_planar_stability_report(const std::filesystem::path& directory,
+                                                       const Scenario& scenario, const PlanarStability& a) {
+  const std::filesystem::path pdf_folder = directory / "figures";
+  make_directories(pdf_folder);
+  const std::vector<Figure> figures = growth_figures(scenario, a);
+  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+
+  HtmlPage page("Stability of " + scenario.name, "Observability and boundedness along the path, by Credence");
+  page.section("Verdict");
+  page.facts({{"world", world_text(scenario)},
+              {"inflation", filter_text(scenario.filter)},
+              {"state", fmt::format("{} dimensions", a.state_dim)}});
+  page.table(planar_growth_table(scenario, a));
+  page.section("Ranks");
+  page.table(planar_rank_table(a));
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    page.section("Figure");
+    page.figure(figures[i], drawings[i], directory);
+  }
+  page.section("Settings");
+  page.verbatim(canonical_toml(scenario));
+  page.write(directory / "index.html");
+  return problems_of(drawings);
+}
+
+}  // namespace credence

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/stability/planar_stability.h"
+#include "montecarlo/scenario/scenario.h"
+#include "reports/document/report_table.h"
+
+/// @file
+/// What `credence stability` shows of a planar world: tables, JSON and a page.
+
+namespace credence {
+
+/// Rank of the observability matrix along the path, at the truth and at the filter's estimates.
+ReportTable planar_rank_table(const PlanarStability& analysis);
+
+/// One row for each solution and linearisation: what tr P did, what the accumulated noise predicts, NEES.
+ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability& analysis);
+
+/// The document of docs/formats.md.
+std::string planar_stability_json(const Scenario& scenario, const PlanarStability& analysis);
+
+/// Writes DIR/index.html and DIR/figures. Returns why figures could not be drawn. Throws OutputError.
+std::vector<std::string> write_planar_stability_report(const std::filesystem::path& directory,
+                                                       const Scenario& scenario,
+                                                       const PlanarStability& analysis);
+
+}  // namespace credence

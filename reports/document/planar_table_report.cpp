@@ -1,0 +1,104 @@
+#include "reports/document/planar_table_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "reports/document/planar_stability_report.h"
+#include "reports/document/swept_values.h"
+#include "reports/render/atomic_file.h"
+#include "reports/render/html_page.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+/// "n − 2", as the theory writes it.
+std::string rank_words(const PlanarRanks& ranks, Index n) {
+  const Index missing = n - ranks.observability.decision.rank;
+  return missing == 0 ? "n" : fmt::format("n − {}", missing);
+}
+
+TableCell growth_cell(const PlanarFollowed& f) {
+  if (f.growth.verdict == LongRun::failed) return {"beyond all bounds", CellTone::alarm};
+  const CellTone tone = f.growth.verdict == LongRun::bounded   ? CellTone::good
+                        : f.growth.verdict == LongRun::growing ? CellTone::alarm
+                                                               : CellTone::caution;
+  return {fmt::format("{} ({})", to_string(f.growth.verdict), number_text(f.growth.exponent, 2)), tone};
+}
+
+const PlanarFollowed* find(const PlanarStability& a, Linearisation at, InflationSolution solution) {
+  for (const PlanarFollowed& f : a.followed) {
+    if (f.at == at && f.solution == solution) return &f;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+ReportTable planar_stability_table(const SweepPlan& plan, std::span<const PlanarStability> analyses) {
+  using enum ColumnAlign;
+  const Index loops = analyses.empty() ? 0 : analyses.front().loops;
+  ReportTable table{.title = fmt::format("Does P stay bounded over {} loops?", loops),
+                    .columns = {},
+                    .rows = {},
+                    .notes = {}};
+  for (const SweepAxis& axis : plan.axes) table.columns.push_back({axis.path, words});
+  for (const char* title : {"rank O, truth", "rank O, EKF", "solution", "at the truth", "in the EKF"}) {
+    table.columns.push_back({title, words});
+  }
+  for (const char* title : {"pose NEES / 3", "P0 × 100", "above the gap"}) table.columns.push_back({title});
+  for (std::size_t i = 0; i < analyses.size(); ++i) {
+    const PlanarStability& a = analyses[i];
+    for (const PlanarFollowed& truth : a.followed) {
+      if (truth.at != Linearisation::truth) continue;
+      const PlanarFollowed* ekf = find(a, Linearisation::estimate, truth.solution);
+      std::vector<TableCell> row;
+      for (const ScalarValue& value : plan.points[i].values) row.emplace_back(swept_text(value));
+      const bool none = plan.points[i].scenario.filter.inflation == FilterInflation::none;
+      row.insert(
+          row.end(),
+          {rank_words(a.truth, a.state_dim), rank_words(a.estimate, a.state_dim),
+           none ? std::string("–") : std::string(to_string(truth.solution)), growth_cell(truth),
+           ekf == nullptr ? TableCell("–") : growth_cell(*ekf),
+           ekf == nullptr || ekf->growth.verdict == LongRun::failed ? TableCell("–")
+                                                                    : TableCell(ekf->pose_nees, 3),
+           truth.growth.verdict == LongRun::failed ? TableCell("–") : TableCell(truth.initial_effect, 3),
+           truth.not_converged});
+      table.add(std::move(row));
+    }
+  }
+  table.notes = {
+      "n: dimension of the state. In brackets: log2 of the last tr P over that at half the loops.",
+      "At the truth: Jacobians along the nominal path. In the EKF: of one noisy run, whose P fluctuates.",
+      "rank O in the EKF: beyond that at the truth it is spurious. pose NEES / 3: above 1 is optimistic.",
+      "beyond all bounds: the run ended before, as S could no longer be factorised.",
+      "P0 × 100: what a hundredfold initial variance multiplies the last trace by; 1 is independent of P0.",
+      "above the gap: steps at the truth whose exact minimal trace missed its duality gap of 1e-9."};
+  return table;
+}
+
+std::string planar_stability_table_json(const SweepPlan& plan, std::span<const PlanarStability> analyses) {
+  Json configurations = Json::array();
+  for (std::size_t i = 0; i < analyses.size(); ++i) {
+    Json j = Json::parse(planar_stability_json(plan.points[i].scenario, analyses[i]));
+    j["swept"] = swept_json(plan, plan.points[i]);
+    configurations.push_back(std::move(j));
+  }
+  return Json{{"schema", kSchema}, {"name", plan.name}, {"configurations", std::move(configurations)}}.dump(
+      1);
+}
+
+void write_planar_stability_table(const std::filesystem::path& directory, const SweepPlan& plan,
+                                  std::span<const PlanarStability> analyses) {
+  make_directories(directory);
+  HtmlPage page(plan.name, "Stability of planar EKF-SLAM under inflation, by Credence");
+  page.section("Boundedness");
+  page.table(planar_stability_table(plan, analyses));
+  page.section("Settings");
+  page.verbatim(canonical_toml(plan));
+  page.write(directory / "index.html");
+}
+
+}  // namespace credence

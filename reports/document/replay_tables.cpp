@@ -1,0 +1,190 @@
+#include "reports/document/replay_tables.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "reports/document/study_table.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+bool has_true_heading(const ReplayResult& r) {
+  return !r.references.empty() && r.references.front().dof == 3;
+}
+
+std::string mean_text(const ReplayMean& mean) {
+  return mean.count > 0 ? number_text(mean.mean()) : std::string("none");
+}
+
+std::string unused_rows(const ReplayResult& r) {
+  return fmt::format("{} of other robots, {} of unknown barcodes, {} before the start", r.rows_of_robots,
+                     r.rows_of_unknown_barcodes, r.rows_before_start);
+}
+
+void add_counts(ReportTable& table, const ReplayResult& r) {
+  table.add({"sights", r.observations, "", fmt::format("{} times", r.scans_with_observations)});
+  table.add({"associated", r.associated, "",
+             r.settings.filter.association == ReplayAssociation::survey
+                 ? std::string("by the survey")
+                 : fmt::format("by the survey; the filter chose another for {}", r.mismatched)});
+  table.add({"used", r.updated, "", fmt::format("{} more began a landmark", r.initialised)});
+  table.add({"rejected by the gate", r.rejected, "",
+             r.settings.filter.gate > 0.0
+                 ? fmt::format("gate of {} %", number_text(100.0 * r.settings.filter.gate, 4))
+                 : std::string("no gate")});
+  if (r.settings.filter.gate > 0.0)
+    table.add({"ambiguous", r.ambiguous, "", "within the gate of several landmarks"});
+  if (r.dataset == "mrclam")
+    table.add({"rows not used", r.rows_of_robots + r.rows_of_unknown_barcodes + r.rows_before_start, "",
+               unused_rows(r)});
+}
+
+TableCell says(double p_value, double confidence, const char* accepted, const char* rejected) {
+  if (!std::isfinite(p_value)) return {"not tested", CellTone::muted};
+  return p_value > 1.0 - confidence ? TableCell(accepted, CellTone::good)
+                                    : TableCell(rejected, CellTone::caution);
+}
+
+TableCell map_verdict(const NormalisedError& error, double p_value, double confidence) {
+  if (!error.ok) return verdict_cell(Verdict::undecided);
+  if (p_value > 1.0 - confidence) return verdict_cell(Verdict::consistent);
+  return verdict_cell(error.value > static_cast<double>(error.dof) ? Verdict::optimistic
+                                                                   : Verdict::pessimistic);
+}
+
+void add_map(ReportTable& table, const char* what, const NormalisedError& error, double p_value,
+             const std::string& run, double confidence) {
+  table.add(
+      {what, error.ok ? TableCell(error.value) : TableCell("–"), TableCell(error.dof), p_value_text(p_value),
+       map_verdict(error, p_value, confidence),
+       error.ok ? fmt::format("{}one vector of {} dof", run, error.dof) : run + std::string(error.reason)});
+}
+
+std::string noise_words(const NoiseScale& scale) {
+  if (!scale.reason.empty()) return fmt::format("no interval: {}", scale.reason);
+  return fmt::format("{} … {} by {} stretches; deviations × {}", number_text(scale.lower, 3),
+                     number_text(scale.upper, 3), scale.stretches, number_text(std::sqrt(scale.scale), 3));
+}
+
+TableCell noise_says(const NoiseScale& scale) {
+  if (!scale.reason.empty()) return verdict_cell(Verdict::undecided);
+  if (scale.upper < 1.0) return verdict_cell(Verdict::pessimistic);
+  return verdict_cell(scale.lower > 1.0 ? Verdict::optimistic : Verdict::consistent);
+}
+
+}  // namespace
+
+ReportTable replay_table(const ReportedReplay& replay) {
+  using enum ColumnAlign;
+  const ReplayResult& r = replay.result;
+  ReportTable table{.title = fmt::format("{}, {} s", replay_name(r), number_text(r.duration_s, 4)),
+                    .columns = {{"", words}, {"value"}, {"expected"}, {"from", words}},
+                    .rows = {},
+                    .notes = {}};
+  add_counts(table, r);
+  const bool heading = has_true_heading(r);
+  const char* reference = heading ? "against motion capture" : "against GPS";
+  table.add({"mean NIS of a sight", mean_text(r.nis), number_text(r.nis.expected),
+             fmt::format("{} sights", r.nis.count)});
+  table.add({heading ? "mean NEES of the pose" : "mean NEES of the position", mean_text(r.vehicle_nees),
+             number_text(r.vehicle_nees.expected), fmt::format("{} references", r.vehicle_nees.count)});
+  table.add({"mean NEES of a landmark", mean_text(r.landmark_nees), number_text(r.landmark_nees.expected),
+             fmt::format("{} landmarks", r.landmark_nees.count)});
+  if (replay.ideal) {
+    table.add({"NEES of the pose, ideal", mean_text(replay.ideal->vehicle_nees),
+               number_text(replay.ideal->vehicle_nees.expected), "Jacobians at the truth"});
+    table.add({"NEES of a landmark, ideal", mean_text(replay.ideal->landmark_nees),
+               number_text(replay.ideal->landmark_nees.expected), "Jacobians at the truth"});
+  }
+  table.add({"vehicle RMSE (m)", r.vehicle_rmse, "", reference});
+  if (heading) table.add({"heading RMSE (°)", r.heading_rmse_deg, "", reference});
+  table.add({"landmark RMS (m)", r.landmark_rms, "", "against the survey"});
+  table.add(
+      {"landmark RMS, aligned (m)", r.landmark_rms_aligned, "", "the survey moved rigidly onto the map"});
+  table.add({"largest tr P of the position (m²)", r.covariance.vehicle_max, "", ""});
+  table.add({"final tr P of the landmarks (m²)", r.covariance.landmarks_final, "",
+             fmt::format("{} landmarks", r.map.size())});
+  if (r.not_converged > 0)
+    table.notes.push_back(fmt::format("{} minimal traces missed their tolerance.", r.not_converged));
+  return table;
+}
+
+ReportTable replays_table(std::span<const ReportedReplay> replays) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "Runs",
+                    .columns = {{"run", words},
+                                {"sights"},
+                                {"rejected"},
+                                {"not used"},
+                                {"NIS"},
+                                {"NEES"},
+                                {"ideal"},
+                                {"NEES of a landmark"},
+                                {"ideal"},
+                                {"RMSE (m)"},
+                                {"heading (°)"},
+                                {"map (m)"},
+                                {"aligned (m)"}},
+                    .rows = {},
+                    .notes = {"NEES of the pose; ideal: with Jacobians at the truth. Not used: rows of other "
+                              "robots, of unknown barcodes and before the start."}};
+  for (const ReportedReplay& replay : replays) {
+    const ReplayResult& r = replay.result;
+    table.add({replay_name(r), r.observations, r.rejected,
+               r.rows_of_robots + r.rows_of_unknown_barcodes + r.rows_before_start, mean_text(r.nis),
+               mean_text(r.vehicle_nees), replay.ideal ? mean_text(replay.ideal->vehicle_nees) : "–",
+               mean_text(r.landmark_nees), replay.ideal ? mean_text(replay.ideal->landmark_nees) : "–",
+               r.vehicle_rmse, r.heading_rmse_deg, r.landmark_rms, r.landmark_rms_aligned});
+  }
+  return table;
+}
+
+ReportTable judgement_table(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
+  using enum ColumnAlign;
+  ReportTable table{
+      .title = replays.size() == 1 ? "What this run supports" : "What these runs support together",
+      .columns = {{"test", words}, {"value"}, {"expected"}, {"p"}, {"says", words}, {"from", words}},
+      .rows = {},
+      .notes = judgement.limits};
+  const ConsistencyVerdict& nees = judgement.nees.verdict;
+  const double confidence = nees.confidence;
+  table.add({has_true_heading(replays.front().result) ? "NEES of the pose" : "NEES of the position",
+             nees.mean, nees.expected, p_value_text(nees.p_value), verdict_cell(nees.verdict),
+             fmt::format("{} seconds of {} run{}; accepted {} … {}", nees.steps_tested, replays.size(),
+                         replays.size() == 1 ? "" : "s", number_text(nees.bounds.lower, 3),
+                         number_text(nees.bounds.upper, 3))});
+  const InnovationTests& t = judgement.innovations;
+  const std::vector<double>& p = t.adjusted_p_value;
+  table.add({"mean NIS", t.nis.mean, t.nis.expected, p_value_text(p[0]), verdict_cell(t.nis.verdict),
+             fmt::format("{} values; accepted {} … {}", t.nis.count, number_text(t.nis.bounds.lower, 4),
+                         number_text(t.nis.bounds.upper, 4))});
+  table.add({"NIS against its law", t.fit.kolmogorov, "", p_value_text(p[1]),
+             says(p[1], confidence, "fits", "does not fit"),
+             "Kolmogorov's D; p with Anderson and Darling's A²"});
+  double largest = 0.0;
+  for (const double rho : t.whiteness.autocorrelation)
+    if (std::abs(rho) > std::abs(largest)) largest = rho;
+  table.add({"whiteness", largest, 0.0, p_value_text(p[2]), says(p[2], confidence, "white", "not white"),
+             t.whiteness.reason.empty()
+                 ? std::string("largest autocorrelation of lags 1 to 10; Hosking's test")
+                 : std::string(t.whiteness.reason)});
+  table.add({"mean innovation (σ)", t.mean.size() > 0 ? TableCell(t.mean(0)) : TableCell("–"), 0.0,
+             p_value_text(p[3]), says(p[3], confidence, "no bias seen", "biased"),
+             t.mean.size() < 2
+                 ? std::string("range")
+                 : fmt::format("range; bearing {}{}", number_text(t.mean(1), 3),
+                               t.mean_reason.empty() ? "" : "; " + std::string(t.mean_reason))});
+  table.add({"noise scale of variances", t.noise_scale.scale, 1.0, "", noise_says(t.noise_scale),
+             noise_words(t.noise_scale)});
+  for (std::size_t i = 0; i < judgement.maps.size(); ++i) {
+    const std::string run = replays.size() > 1 ? replays[i].result.run + ": " : "";
+    const MapConsistency& map = judgement.maps[i];
+    add_map(table, "NEES of the map as it lies", map.placed, map.placed_p_value, run, confidence);
+    add_map(table, "NEES of its shape", map.shape, map.shape_p_value, run, confidence);
+  }
+  return table;
+}
+
+}  // namespace credence

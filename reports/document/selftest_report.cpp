@@ -1,0 +1,304 @@
+#include "reports/document/selftest_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+
+#include "reports/figures/gnuplot.h"
+#include "reports/render/atomic_file.h"
+#include "reports/render/html_page.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+std::string percent(double share) { return number_text(100.0 * share, 3); }
+
+std::string range(const StudyShare& share) {
+  return fmt::format("{} … {}", percent(share.interval.lower), percent(share.interval.upper));
+}
+
+TableCell ok_cell(bool ok) {
+  return ok ? TableCell("ok", CellTone::good) : TableCell("OUT OF CALIBRATION", CellTone::alarm);
+}
+
+void put_share(Json& json, const StudyShare& share) {
+  json["measured"] = json_number(share.interval.value);
+  json["lower"] = json_number(share.interval.lower);
+  json["upper"] = json_number(share.interval.upper);
+  json["studies"] = share.count.total;
+}
+
+Json share_json(const StudyShare& share) {
+  Json json;
+  put_share(json, share);
+  return json;
+}
+
+Json wrong_filter_json(const WrongFilterResult& filter) {
+  Json json{{"filter", filter.name}, {"ok", filter.ok}};
+  json["caught"] = share_json(filter.caught);
+  json["caught"]["wanted"] = filter.caught_wanted;
+  json["cause"] = to_string(filter.expected);
+  json["cause_named"] = share_json(filter.named);
+  json["cause_named"]["wanted"] = filter.named_wanted;
+  json["causes"] = Json::array();
+  for (const NamedCause& named : filter.causes) {
+    json["causes"].push_back({{"cause", to_string(named.cause)}, {"share", named.share}});
+  }
+  json["power"] = Json::array();
+  for (const PowerRow& row : filter.power) {
+    Json power{{"name", row.test}};
+    put_share(power, row.measured);
+    json["power"].push_back(std::move(power));
+  }
+  return json;
+}
+
+ReportTable calibration_table(const SelftestResult& result) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "False alarms on exact filters",
+                    .columns = {{"test", words},
+                                {"law", words},
+                                {"nominal %"},
+                                {"measured %"},
+                                {"true rate within %", words},
+                                {"", words}},
+                    .rows = {},
+                    .notes = {}};
+  for (const CalibrationRow& row : result.calibration) {
+    table.add({row.name, std::string(to_string(row.exactness)), TableCell(100.0 * row.nominal, 2),
+               TableCell(100.0 * row.measured.interval.value, 3), range(row.measured), ok_cell(row.ok)});
+  }
+  table.notes = {
+      fmt::format(
+          "{} studies of {} runs over {} steps. Intervals of Clopper and Pearson; all hold together "
+          "with {:g} % confidence, so that calibrated tests fail here with at most {:g} % probability.",
+          result.studies, result.runs, result.steps, 100.0 * (1.0 - result.family_level),
+          100.0 * result.family_level),
+      "conservative: proved to be at most nominal, and often far below. approximate: a limit law or matched "
+      "cumulants."};
+  return table;
+}
+
+ReportTable naive_table(const SelftestResult& result) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "What is often done instead, on the same filters: shown, not used",
+                    .columns = {{"test", words}, {"nominal %"}, {"false alarms %"}, {"instead", words}},
+                    .rows = {},
+                    .notes = {}};
+  for (const NaiveRow& row : result.naive) {
+    table.add({row.name, TableCell(100.0 * row.nominal, 2), TableCell(100.0 * row.measured.interval.value, 3),
+               row.instead});
+  }
+  return table;
+}
+
+ReportTable wrong_filter_table(const SelftestResult& result) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "Filters that are wrong on purpose",
+                    .columns = {{"filter", words},
+                                {"caught %"},
+                                {"right cause %"},
+                                {"cause the advice names", words},
+                                {"", words}},
+                    .rows = {},
+                    .notes = {}};
+  for (const WrongFilterResult& filter : result.wrong_filters) {
+    std::string causes;
+    for (const NamedCause& named : filter.causes) {
+      if (named.share < 0.05) continue;
+      causes += fmt::format("{}{} ({} %)", causes.empty() ? "" : "; ", to_string(named.cause),
+                            percent(named.share));
+    }
+    table.add({filter.name, TableCell(100.0 * filter.caught.interval.value, 3),
+               TableCell(100.0 * filter.named.interval.value, 3), causes,
+               filter.ok ? TableCell("ok", CellTone::good) : TableCell("NOT FOUND", CellTone::alarm)});
+  }
+  table.notes = {fmt::format(
+      "caught: by the whole battery at {:g} % for all its tests together. {} studies of {} runs for each "
+      "filter. ok unless the share is proved to be below {:g} % caught or {:g} % named.",
+      100.0 * result.power_level, result.wrong_filter_studies, result.wrong_filter_runs,
+      100.0 * result.wrong_filters.front().caught_wanted, 100.0 * result.wrong_filters.front().named_wanted)};
+  return table;
+}
+
+ReportTable saving_table(const SelftestResult& result) {
+  using enum ColumnAlign;
+  ReportTable table{
+      .title = "Stopping by verdict on clear cases",
+      .columns = {{"filter", words}, {"fixed plan, runs"}, {"runs used"}, {"saved %"}, {"caught %"}},
+      .rows = {},
+      .notes = {}};
+  for (const SavingResult& saving : result.savings) {
+    const double planned = static_cast<double>(saving.max_runs);
+    table.add({saving.name, saving.max_runs, saving.runs.mean,
+               TableCell(100.0 * (1.0 - saving.runs.mean / planned), 3),
+               TableCell(100.0 * saving.caught.interval.value, 3)});
+  }
+  return table;
+}
+
+// Every test is one row of the panel, from the top down in the order of the table.
+Panel rate_panel(const SelftestResult& result, double nominal) {
+  FigureData rate, row, lower, upper, failed_rate, failed_row;
+  for (const CalibrationRow& test : result.calibration) {
+    if (std::abs(test.nominal - nominal) > 1e-9) continue;
+    const double number = static_cast<double>(row.size() + 1);
+    rate.push_back(100.0 * test.measured.interval.value);
+    lower.push_back(100.0 * test.measured.interval.lower);
+    upper.push_back(100.0 * test.measured.interval.upper);
+    row.push_back(number);
+    if (test.ok) continue;
+    failed_rate.push_back(rate.back());
+    failed_row.push_back(number);
+  }
+  Panel panel{.title = fmt::format("Nominal {:g} %", 100.0 * nominal),
+              .x_label = "test, in the order of the table",
+              .y_label = "false alarms (%)"};
+  panel.series.push_back(level_series("nominal", ColourRole::truth, 100.0 * nominal));
+  panel.series.push_back(error_bar_series("measured", ColourRole::estimate, row, rate, lower, upper));
+  if (!failed_row.empty()) {
+    panel.series.push_back(point_series("out of calibration", ColourRole::alarm, failed_row, failed_rate));
+  }
+  return panel;
+}
+
+Figure power_figure(const SelftestResult& result) {
+  const std::size_t filters = result.wrong_filters.size();
+  const std::size_t tests = filters == 0 ? 0 : result.wrong_filters.front().power.size();
+  FigureData x, y;
+  Matrix cells(static_cast<Index>(filters), static_cast<Index>(tests));
+  for (std::size_t test = 0; test < tests; ++test) x.push_back(static_cast<double>(test + 1));
+  for (std::size_t filter = 0; filter < filters; ++filter) {
+    y.push_back(static_cast<double>(filter + 1));
+    for (std::size_t test = 0; test < tests; ++test) {
+      cells(static_cast<Index>(filter), static_cast<Index>(test)) =
+          100.0 * result.wrong_filters[filter].power[test].measured.interval.value;
+    }
+  }
+  Figure figure{.name = "power",
+                .caption =
+                    "Which test sees which wrong filter: share of studies rejected at 5 %. Filters and "
+                    "tests are numbered as in the tables.",
+                .panels = {}};
+  Panel panel{.title = "Power",
+              .x_label = "test",
+              .y_label = "wrong filter",
+              .colour_label = "rejected (%)",
+              .colour_range = AxisRange{0.0, 100.0}};
+  panel.series.push_back(heat_series(x, y, cells));
+  figure.panels = {panel};
+  return figure;
+}
+
+std::vector<Figure> selftest_figures(const SelftestResult& result) {
+  Figure rates{.name = "false-alarms",
+               .caption =
+                   "Measured false-alarm rate of every test with the interval that holds for all rows "
+                   "together. Conservative tests may lie below the nominal rate, no test above.",
+               .rows = 2,
+               .cols = 1,
+               .panels = {}};
+  std::set<double, std::greater<>> levels;
+  for (const CalibrationRow& row : result.calibration) levels.insert(row.nominal);
+  for (const double level : levels) rates.panels.push_back(rate_panel(result, level));
+  rates.rows = static_cast<int>(rates.panels.size());
+  return {rates, power_figure(result)};
+}
+
+}  // namespace
+
+std::string selftest_json(const SelftestResult& result) {
+  Json j{{"schema", kSchema},
+         {"ok", result.ok},
+         {"seed", result.seed},
+         {"studies", result.studies},
+         {"runs", result.runs},
+         {"steps", result.steps},
+         {"family_level", result.family_level},
+         {"interval_confidence", result.interval_confidence}};
+  j["tests"] = Json::array();
+  for (const CalibrationRow& row : result.calibration) {
+    Json test{{"name", row.name}, {"nominal", row.nominal}};
+    put_share(test, row.measured);
+    test["law"] = to_string(row.exactness);
+    test["ok"] = row.ok;
+    j["tests"].push_back(std::move(test));
+  }
+  j["naive"] = Json::array();
+  for (const NaiveRow& row : result.naive) {
+    Json naive{{"name", row.name}, {"nominal", row.nominal}};
+    put_share(naive, row.measured);
+    naive["instead"] = row.instead;
+    j["naive"].push_back(std::move(naive));
+  }
+  j["power_level"] = result.power_level;
+  j["wrong_filters"] = Json::array();
+  for (const WrongFilterResult& filter : result.wrong_filters) {
+    j["wrong_filters"].push_back(wrong_filter_json(filter));
+  }
+  j["stop_by_verdict"] = Json::array();
+  for (const SavingResult& saving : result.savings) {
+    Json row{{"filter", saving.name},
+             {"max_runs", saving.max_runs},
+             {"mean_runs", json_number(saving.runs.mean)},
+             {"lower", json_number(saving.runs.lower)},
+             {"upper", json_number(saving.runs.upper)}};
+    row["caught"] = share_json(saving.caught);
+    j["stop_by_verdict"].push_back(std::move(row));
+  }
+  return j.dump(1);
+}
+
+std::vector<ReportTable> selftest_tables(const SelftestResult& result) {
+  return {calibration_table(result), naive_table(result), wrong_filter_table(result), saving_table(result)};
+}
+
+std::vector<std::string> selftest_failures(const SelftestResult& result) {
+  std::vector<std::string> failures;
+  for (const CalibrationRow& row : result.calibration) {
+    if (row.ok) continue;
+    failures.push_back(fmt::format(
+        "\"{}\" is out of calibration: {} % false alarms at nominal {} %, true rate "
+        "within {} %",
+        row.name, percent(row.measured.interval.value), percent(row.nominal), range(row.measured)));
+  }
+  for (const WrongFilterResult& filter : result.wrong_filters) {
+    if (filter.ok) continue;
+    failures.push_back(fmt::format("\"{}\" is caught in {} % and its cause named in {} % of the studies",
+                                   filter.name, percent(filter.caught.interval.value),
+                                   percent(filter.named.interval.value)));
+  }
+  return failures;
+}
+
+std::vector<std::string> write_selftest_report(const std::filesystem::path& directory,
+                                               const SelftestResult& result) {
+  make_directories(directory / "figures");
+  const std::vector<Figure> figures = selftest_figures(result);
+  const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
+  HtmlPage page("Can these tests be trusted?", "Calibration of Credence's statistical tests");
+  const std::vector<std::string> failures = selftest_failures(result);
+  if (failures.empty()) {
+    page.callout(CellTone::good, "Every test keeps its false-alarm rate, and every wrong filter is found.");
+  } else {
+    page.callout(CellTone::alarm, "Do not trust the verdicts of this build:");
+    page.bullets(failures);
+  }
+  page.section("False alarms");
+  page.figure(figures[0], drawings[0], directory);
+  const std::vector<ReportTable> tables = selftest_tables(result);
+  page.table(tables[0]);
+  page.table(tables[1]);
+  page.section("Power");
+  page.table(tables[2]);
+  page.figure(figures[1], drawings[1], directory);
+  page.table(tables[3]);
+  page.write(directory / "index.html");
+  return problems_of(drawings);
+}
+
+}  // namespace credence

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/studies/selftest.h"
+#include "reports/document/report_table.h"
+
+namespace credence {
+
+/// The document of `credence selftest` (docs/formats.md).
+std::string selftest_json(const SelftestResult& result);
+
+/// False-alarm rates; what is often done instead; wrong filters; what stopping early saves.
+std::vector<ReportTable> selftest_tables(const SelftestResult& result);
+
+/// One sentence for each row that fails; empty when all is well.
+std::vector<std::string> selftest_failures(const SelftestResult& result);
+
+/// Writes DIR/index.html and the figures as PDF. Returns why figures could not be drawn. Throws OutputError.
+std::vector<std::string> write_selftest_report(const std::filesystem::path& directory,
+                                               const SelftestResult& result);
+
+}  // namespace credence

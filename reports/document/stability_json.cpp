@@ -1,0 +1,27 @@
+#include "reports/document/stability_json.h"
+
+#include <cmath>
+#include <complex>
+#include <vector>
+
+namespace credence {
+
+Json rank_json(const RankDecision& decision) {
+  Json j;
+  j["rank"] = decision.rank;
+  j["gap"] = json_number(decision.gap);
+  if (std::isinf(decision.gap)) {
+    j["gap_null_reason"] = "infinite: no other singular value than zero was left out";
+  }
+  const Vector& values = decision.singular_values;
+  j["singular_values"] = json_numbers(std::vector<double>(values.begin(), values.end()));
+  return j;
+}
+
+Json eigenvalues_json(const Eigen::VectorXcd& values) {
+  Json j = Json::array();
+  for (const std::complex<double>& z : values) j.push_back({json_number(z.real()), json_number(z.imag())});
+  return j;
+}
+
+}  // namespace credence

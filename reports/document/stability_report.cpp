@@ -1,0 +1,303 @@
+#include "reports/document/stability_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "montecarlo/scenario/scenario_text.h"
+#include "reports/document/stability_json.h"
+#include "reports/document/study_table.h"
+#include "reports/figures/figure.h"
+#include "reports/figures/gnuplot.h"
+#include "reports/render/atomic_file.h"
+#include "reports/render/html_page.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text.empty() ? "none" : text;
+}
+
+std::string complex_text(const std::complex<double>& z) {
+  if (std::abs(z.imag()) <= 1e-12 * std::abs(z)) return number_text(z.real(), 6);
+  return fmt::format("{} {} {} i", number_text(z.real(), 6), z.imag() < 0.0 ? "−" : "+",
+                     number_text(std::abs(z.imag()), 6));
+}
+
+std::string eigenvalue_text(const StabilityAnalysis& a) {
+  constexpr Index kShown = 12;
+  std::vector<std::string> words;
+  const Index n = a.closed_loop_eigenvalues.size();
+  if (n == 0) return "not computed: the iteration did not converge";
+  for (Index i = 0; i < std::min(n, kShown); ++i) words.push_back(complex_text(a.closed_loop_eigenvalues[i]));
+  if (n > kShown) words.push_back(fmt::format("and {} more", n - kShown));
+  return joined(words);
+}
+
+/// Largest gain of every state, at most a dozen.
+std::string gain_text(const Matrix& K) {
+  constexpr Index kShown = 12;
+  std::vector<std::string> words;
+  for (Index i = 0; i < std::min(K.rows(), kShown); ++i) {
+    words.push_back(number_text(K.row(i).cwiseAbs().maxCoeff(), 4));
+  }
+  if (K.rows() > kShown) words.push_back(fmt::format("and {} more", K.rows() - kShown));
+  return joined(words);
+}
+
+TableCell bounded_cell(bool bounded) {
+  return bounded ? TableCell("bounded", CellTone::good) : TableCell("unbounded", CellTone::alarm);
+}
+
+TableCell riccati_cell(const RiccatiSolution& r) {
+  if (r.kind == RiccatiKind::undecided) return {"undecided", CellTone::caution};
+  return bounded_cell(r.bounded());
+}
+
+std::string initial_text(const StabilityAnalysis& a) {
+  if (std::isnan(a.initial_covariance_effect)) return "no limit to compare";
+  return fmt::format("two P0 lead to limits that differ by {} of their norm",
+                     number_text(a.initial_covariance_effect, 3));
+}
+
+/// What becomes of the initial error of one run under the gain of one step.
+TableCell error_cell(double spectral_radius) {
+  constexpr double kOnTheCircle = 1e-9;
+  if (spectral_radius < 1.0 - kOnTheCircle) return {"forgotten", CellTone::good};
+  if (spectral_radius <= 1.0 + kOnTheCircle) return {"a part stays for ever", CellTone::caution};
+  return {"not forgotten", CellTone::alarm};
+}
+
+TableCell long_run_cell(const LongHorizon& h) {
+  return {std::string(to_string(h.growth.verdict)),
+          h.growth.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm};
+}
+
+std::string long_run_text(const LongHorizon& h) {
+  if (h.growth.verdict == LongRun::failed) {
+    return fmt::format("S lost positive definiteness after {} steps", h.trace.size());
+  }
+  return fmt::format("prior {} m² at step {}; {} m² a step over the last half, exponent {}",
+                     number_text(h.trace_prior.back(), 5), h.trace_prior.size(),
+                     number_text(h.growth.per_sample, 4), number_text(h.growth.exponent, 3));
+}
+
+std::vector<std::string> notes(const StabilityAnalysis& a) {
+  std::vector<std::string> all = {fmt::format(
+      "K is the filter gain P Hᵀ (H P Hᵀ + R)⁻¹; the predictor's gain is F K. K and ΔP of F − F K H "
+      "and Q_t are those of step {}.",
+      a.steps)};
+  if (a.sequential) {
+    all.push_back(
+        "A sequential rule inflates within the update: ΔP before it is zero, so that ranks and the verdicts "
+        "on a "
+        "constant Q_t leave it out; the long run contains it.");
+  } else if (a.inflation_varies) {
+    all.push_back(
+        "ΔP varies with P along a run: its value of one step decides nothing, the long run shows what "
+        "happens.");
+  }
+  if (!a.long_horizon.converged) {
+    all.push_back(
+        "An exact minimal trace did not reach its tolerance at some step; that imitates slow growth.");
+  }
+  return all;
+}
+
+Json riccati_json(const RiccatiSolution& r) {
+  Json j;
+  j["bounded"] = r.bounded();
+  j["growth_exponent"] = json_number(r.growth_exponent);
+  j["exponential"] = r.exponential;
+  j["trace"] = json_number(r.P.trace());
+  j["residual"] = json_number(r.residual);
+  j["kind"] = to_string(r.kind);
+  if (!r.reason.empty()) j["reason"] = r.reason;
+  j["steps"] = json_number(r.steps);
+  j["gain"] = json_matrix(r.K);
+  j["closed_loop_eigenvalues"] = eigenvalues_json(r.closed_loop_eigenvalues);
+  return j;
+}
+
+Json long_horizon_json(const LongHorizon& h) {
+  Json j;
+  j["steps"] = h.trace.size();
+  j["verdict"] = to_string(h.growth.verdict);
+  j["growth_per_step"] = json_number(h.growth.per_sample);
+  j["growth_exponent"] = json_number(h.growth.exponent);
+  j["converged"] = h.converged;
+  Json step = Json::array(), prior = Json::array(), posterior = Json::array();
+  for (std::size_t k = 1; k <= h.trace.size(); k *= 2) {
+    step.push_back(k);
+    prior.push_back(json_number(h.trace_prior[k - 1]));
+    posterior.push_back(json_number(h.trace[k - 1]));
+  }
+  j["step"] = step;
+  j["trace_prior"] = prior;
+  j["trace"] = posterior;
+  return j;
+}
+
+Figure trace_figure(const StabilityAnalysis& a) {
+  const LongHorizon& h = a.long_horizon;
+  const FigureData steps = index_axis(static_cast<Index>(h.trace.size()));
+  Figure figure{.name = "stability-trace",
+                .caption =
+                    "Trace of the filter's covariance over a long horizon, both axes logarithmic. A curve "
+                    "that levels off is bounded; a slope of one is linear growth. The upright line is the "
+                    "last step of the study."};
+  Panel panel{.x_label = "step", .y_label = "trace of P (m²)", .log_x = true, .log_y = true};
+  panel.series.push_back(line_series("before the update", ColourRole::first, steps, h.trace_prior));
+  panel.series.push_back(line_series("after the update", ColourRole::second, steps, h.trace));
+  panel.series.push_back(
+      upright_series("last step of the study", ColourRole::neutral, static_cast<double>(a.steps)));
+  figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
+Figure eigenvalue_figure(const StabilityAnalysis& a) {
+  Figure figure{.name = "stability-eigenvalues",
+                .caption =
+                    "Eigenvalues of F − F K H and the unit circle: what lies inside is forgotten, what "
+                    "lies on it stays."};
+  Panel panel{.x_label = "real part", .y_label = "imaginary part", .equal_aspect = true};
+  PlanarCurve circle;
+  for (int i = 0; i <= 120; ++i) {
+    const double angle_rad = 2.0 * std::numbers::pi * i / 120.0;
+    circle.x.push_back(std::cos(angle_rad));
+    circle.y.push_back(std::sin(angle_rad));
+  }
+  panel.series.push_back(line_series("unit circle", ColourRole::neutral, circle.x, circle.y));
+  const auto add = [&](const char* label, ColourRole role, const Eigen::VectorXcd& values) {
+    if (values.size() == 0) return;
+    panel.series.push_back(point_series(label, role, FigureData(values.real()), FigureData(values.imag())));
+    if (role == ColourRole::first) panel.series.back().weight = 2.5;  // both are seen where they coincide
+  };
+  add("at the last step of the study", ColourRole::first, a.closed_loop_eigenvalues);
+  if (a.riccati.bounded()) add("at the limit", ColourRole::second, a.riccati.closed_loop_eigenvalues);
+  figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
+}  // namespace
+
+ReportTable stability_rank_table(const StabilityAnalysis& a) {
+  ReportTable table{
+      .title = "Ranks",
+      .columns = {{"matrix", ColumnAlign::words}, {"rank"}, {"of"}, {"gap"}, {"meaning", ColumnAlign::words}},
+      .rows = {},
+      .notes = {}};
+  const auto add = [&](const char* name, const RankDecision& r, std::string meaning) {
+    table.add({name, r.rank, a.state_dim, TableCell(r.gap, 3), std::move(meaning)});
+  };
+  add("controllability C", a.controllability, "states that process noise moves");
+  add("observability O", a.observability,
+      a.unobservable.empty() ? "everything is observable" : "not observable: " + joined(a.unobservable));
+  add("inflation ΔP", a.inflation, fmt::format("at step {}", a.steps));
+  add("noise Q_t = G Q Gᵀ + ΔP", a.noise_total, "what enters at every step");
+  table.notes.push_back(
+      "gap: last singular value counted over the first that was not; ∞ when all others are zero.");
+  return table;
+}
+
+ReportTable stability_verdict_table(const StabilityAnalysis& a) {
+  ReportTable table{.title = "Stability",
+                    .columns = {{"question", ColumnAlign::words},
+                                {"answer", ColumnAlign::words},
+                                {"numbers", ColumnAlign::words}},
+                    .rows = {},
+                    .notes = notes(a)};
+  table.add({"errors of one run, F − F K H", error_cell(a.spectral_radius),
+             fmt::format("spectral radius {}; eigenvalues {}", number_text(a.spectral_radius, 8),
+                         eigenvalue_text(a))});
+  const RiccatiSolution& r = a.riccati;
+  table.add({"P with Q_t constant, computed", riccati_cell(r),
+             fmt::format("solution: {}; trace of the prior {} m²{}; growth exponent {}; residual {}{}",
+                         to_string(r.kind), number_text(r.P.trace(), 6),
+                         r.bounded() ? "" : fmt::format(" after {} steps", number_text(r.steps, 3)),
+                         number_text(r.growth_exponent, 3), number_text(r.residual, 2),
+                         r.reason.empty() ? "" : "; " + r.reason)});
+  table.add({"the same, exact condition", bounded_cell(a.predicted_bounded), a.prediction_reason});
+  const bool agrees = a.paper_condition_holds == a.predicted_bounded;
+  table.add(
+      {"the same, eq. (22) of the paper",
+       {a.paper_condition_holds ? "bounded" : "unbounded", agrees ? CellTone::plain : CellTone::caution},
+       fmt::format("rank ΔP = {} {} rank O = {}{}", a.inflation.rank, a.paper_condition_holds ? "≤" : ">",
+                   a.observability.rank, agrees ? "" : "; the exact condition says otherwise")});
+  table.add({"largest gains at the limit", r.bounded() ? "constant" : "no limit", gain_text(r.K)});
+  const bool no_limit = std::isnan(a.initial_covariance_effect);
+  table.add({"does the limit depend on P0",
+             no_limit               ? "no limit"
+             : a.depends_on_initial ? "yes"
+                                    : "no",
+             initial_text(a)});
+  table.add({fmt::format("P of the filter itself, {} steps", a.long_horizon.trace.size()),
+             long_run_cell(a.long_horizon), long_run_text(a.long_horizon)});
+  return table;
+}
+
+std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a) {
+  Json j;
+  j["schema"] = kSchema;
+  j["scenario"] = Json::parse(scenario_to_json(scenario));
+  j["state_dim"] = a.state_dim;
+  j["steps"] = a.steps;
+  j["rank"] = {{"controllability", a.controllability.rank},
+               {"observability", a.observability.rank},
+               {"inflation", a.inflation.rank},
+               {"noise_total", a.noise_total.rank}};
+  j["rank_details"] = {{"controllability", rank_json(a.controllability)},
+                       {"observability", rank_json(a.observability)},
+                       {"inflation", rank_json(a.inflation)},
+                       {"noise_total", rank_json(a.noise_total)}};
+  j["unobservable"] = a.unobservable;
+  j["gain"] = json_matrix(a.K);
+  j["closed_loop_eigenvalues"] = eigenvalues_json(a.closed_loop_eigenvalues);
+  j["spectral_radius"] = json_number(a.spectral_radius);
+  j["riccati"] = riccati_json(a.riccati);
+  j["predicted_bounded"] = a.predicted_bounded;
+  j["prediction_reason"] = a.prediction_reason;
+  j["paper_condition_holds"] = a.paper_condition_holds;
+  Json initial;
+  initial["depends"] = std::isnan(a.initial_covariance_effect) ? Json(nullptr) : Json(a.depends_on_initial);
+  initial["effect"] = json_number(a.initial_covariance_effect);
+  if (std::isnan(a.initial_covariance_effect)) initial["null_reason"] = "no limit to compare";
+  initial["other_trace"] = json_number(a.riccati_other.P.trace());
+  j["initial_covariance"] = initial;
+  j["long_horizon"] = long_horizon_json(a.long_horizon);
+  j["notes"] = notes(a);
+  return j.dump(2);
+}
+
+std::vector<std::string> write_stability_report(const std::filesystem::path& directory,
+                                                const Scenario& scenario, const StabilityAnalysis& a) {
+  const std::filesystem::path pdf_folder = directory / "figures";
+  make_directories(pdf_folder);
+  const std::vector<Figure> figures = {trace_figure(a), eigenvalue_figure(a)};
+  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+
+  HtmlPage page("Stability of " + scenario.name, "Ranks, Riccati equation and boundedness, by Credence");
+  page.section("Verdict");
+  page.facts({{"world", world_text(scenario)},
+              {"inflation", filter_text(scenario.filter)},
+              {"state", fmt::format("{} dimensions", a.state_dim)}});
+  page.table(stability_verdict_table(a));
+  page.section("Ranks");
+  page.table(stability_rank_table(a));
+  page.section("Figures");
+  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
+  page.section("Settings");
+  page.verbatim(canonical_toml(scenario));
+  page.write(directory / "index.html");
+
+  return problems_of(drawings);
+}
+
+}  // namespace credence

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/stability/stability_analysis.h"
+#include "montecarlo/scenario/scenario.h"
+#include "reports/document/report_table.h"
+
+/// @file
+/// What `credence stability` shows: tables, JSON and a page.
+
+namespace credence {
+
+/// Ranks with their gaps, each integer beside the singular values that it rests on.
+ReportTable stability_rank_table(const StabilityAnalysis& analysis);
+
+/// Eigenvalues, Riccati limit, boundedness predicted and measured, in words and numbers.
+ReportTable stability_verdict_table(const StabilityAnalysis& analysis);
+
+/// The document of docs/formats.md.
+std::string stability_json(const Scenario& scenario, const StabilityAnalysis& analysis);
+
+/// Writes DIR/index.html and DIR/figures. Returns what a user should know of that did not work (figures not
+/// drawn). Throws OutputError when a file cannot be written.
+std::vector<std::string> write_stability_report(const std::filesystem::path& directory,
+                                                const Scenario& scenario, const StabilityAnalysis& analysis);
+
+}  // namespace credence

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "analysis/evidence/study_analysis.h"
+#include "montecarlo/engine/experiment.h"
+
+namespace credence {
+
+/// A study and one of its runs, to be shown.
+struct ReportedStudy {
+  StudyAnalysis analysis;
+  RunTrace trace;
+};
+
+/// Writes DIR/index.html with all studies and, for each, <name>.csv, <name>-run.csv, and its figures as PDF
+/// in DIR/figures. Returns what a user should know of that did not work (figures not drawn).
+///
+/// Throws OutputError when a file cannot be written; no file is left half-written.
+std::vector<std::string> write_study_report(const std::filesystem::path& directory, const std::string& title,
+                                            std::span<const ReportedStudy> studies);
+
+/// A verdict in words: its number, bounds, p-value and how many tests were made.
+std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict);
+
+}  // namespace credence

@@ -1,0 +1,31 @@
+#include "reports/document/swept_values.h"
+
+#include <variant>
+
+namespace credence {
+namespace {
+
+struct ScalarJson {
+  template <class Value>
+  Json operator()(const Value& value) const {
+    return value;
+  }
+  Json operator()(const OtherValue&) const { return nullptr; }
+};
+
+}  // namespace
+
+std::string swept_text(const ScalarValue& value) {
+  const auto* text = std::get_if<std::string>(&value);
+  return text != nullptr ? *text : value_text(value);
+}
+
+Json swept_json(const SweepPlan& plan, const SweepPoint& point) {
+  Json values;
+  for (std::size_t i = 0; i < plan.axes.size(); ++i) {
+    values[plan.axes[i].path] = std::visit(ScalarJson{}, point.values[i]);
+  }
+  return values;
+}
+
+}  // namespace credence

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/studies/filter_timing.h"
+#include "reports/document/report_table.h"
+
+namespace credence {
+
+/// The document of `credence timing --format json` (docs/formats.md).
+std::string timing_json(const TimingResult& result);
+
+/// Steps, growth with the map, Monte Carlo, threads.
+std::vector<ReportTable> timing_tables(const TimingResult& result);
+
+/// Writes index.html, timing.json and the figures into `directory`; returns why figures were not drawn.
+/// Throws OutputError as AtomicFile does.
+std::vector<std::string> write_timing_report(const std::filesystem::path& directory,
+                                             const TimingResult& result);
+
+}  // namespace credence

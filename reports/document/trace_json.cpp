@@ -1,0 +1,88 @@
+#include "reports/document/trace_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/manifold/angle.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+Json vector_json(const Vector& v) { return json_numbers(std::vector<double>(v.data(), v.data() + v.size())); }
+
+/// The errors of the vehicle, each with its 2σ.
+std::string errors_text(const RunTrace& trace, const TraceStep& s) {
+  std::string text;
+  for (Index i = 0; i < trace.vehicle_dim; ++i) {
+    double e = s.estimate[i] - s.truth[i];
+    if (trace.vehicle_dim == 3 && i == 2) e = wrap_angle(e);
+    text += fmt::format("{}{} ± {}", i > 0 ? ", " : "", number_text(e, 3),
+                        number_text(2.0 * std::sqrt(s.P(i, i)), 3));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
+  Json j;
+  j["schema"] = kSchema;
+  j["scenario"] = Json::parse(scenario_to_json(scenario));
+  j["seed"] = scenario.study.seed;
+  j["run"] = trace.run;
+  j["outcome"] = to_string(trace.outcome);
+  j["landmarks"] = trace.steps.back().landmarks;
+  j["landmark_positions"] = json_matrix(trace.landmark_positions.transpose());
+  j["anchor_positions"] = json_matrix(trace.anchor_positions.transpose());
+  Json steps = Json::array();
+  for (std::size_t k = 0; k < trace.steps.size(); ++k) {
+    const TraceStep& s = trace.steps[k];
+    steps.push_back({{"step", k},
+                     {"truth", vector_json(s.truth)},
+                     {"estimate", vector_json(s.estimate)},
+                     {"covariance", json_matrix(s.P)},
+                     {"measurement", vector_json(s.z)},
+                     {"innovation", vector_json(s.innovation)},
+                     {"innovation_covariance", json_matrix(s.S)},
+                     {"gain", json_matrix(s.K)},
+                     {"nees", json_number(s.nees)},
+                     {"nees_dof", s.nees_dof},
+                     {"nis", json_number(s.nis)},
+                     {"nis_dof", s.nis_dof}});
+  }
+  j["steps"] = std::move(steps);
+  j["null_reason"] = "null: not a finite number";
+  return j.dump(1);
+}
+
+ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
+  using enum ColumnAlign;
+  constexpr std::size_t kRows = 20;
+  ReportTable table{
+      .title = fmt::format("{}, run {}, seed {}: {}", scenario.name, trace.run, scenario.study.seed,
+                           to_string(trace.outcome)),
+      .columns = {{"step"},
+                  {trace.vehicle_dim == 3 ? "error of x (m), y (m), θ (rad) ± 2σ" : "vehicle error (m) ± 2σ",
+                   words},
+                  {"NEES"},
+                  {"dof"},
+                  {"NIS"},
+                  {"dof"}},
+      .rows = {},
+      .notes = {}};
+  const std::size_t last = trace.steps.size() - 1;
+  const std::size_t every = std::max<std::size_t>(1, (last + kRows - 1) / kRows);
+  for (std::size_t k = 0; k <= last; k += (k + every <= last || k == last) ? every : last - k) {
+    const TraceStep& s = trace.steps[k];
+    table.add({k, errors_text(trace, s), s.nees, s.nees_dof, s.nis, s.nis_dof});
+  }
+  if (every > 1)
+    table.notes = {fmt::format("every {}th of {} steps; all of them with --format json", every, last)};
+  return table;
+}
+
+}  // namespace credence

@@ -1,0 +1,209 @@
+#include "reports/figures/figure_axis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "reports/render/utf8_text.h"
+
+namespace credence {
+namespace {
+
+// Magnitudes that a plot cannot place in double arithmetic (differences overflow) count as not finite.
+constexpr double kLargest = 1e300;
+
+// The smallest interval that holds all usable values.
+class Hull {
+ public:
+  explicit Hull(bool log) : log_(log) {}
+  void add(double value) {
+    if (!std::isfinite(value) || std::abs(value) > kLargest || (log_ && value <= 0.0)) return;
+    low_ = std::min(low_, value);
+    high_ = std::max(high_, value);
+  }
+  void add(const std::vector<double>& values) {
+    for (const double value : values) add(value);
+  }
+  // `room` is the share of the interval left free at each end.
+  AxisRange range(double room) const {
+    if (low_ > high_) return log_ ? AxisRange{0.1, 10.0} : AxisRange{0.0, 1.0};
+    if (log_) {
+      const double factor = low_ == high_ ? 2.0 : std::exp(room * (std::log(high_) - std::log(low_)));
+      return {low_ / factor, high_ * factor};
+    }
+    // A constant curve still deserves an axis with ticks that differ.
+    const double flat = low_ == 0.0 ? 1.0 : 0.1 * std::abs(low_);
+    const bool constant = high_ - low_ <= 1e-12 * std::max(std::abs(low_), std::abs(high_));
+    const double margin = constant ? flat : room * (high_ - low_);
+    return {low_ - margin, high_ + margin};
+  }
+
+ private:
+  bool log_;
+  double low_ = std::numeric_limits<double>::infinity();
+  double high_ = -std::numeric_limits<double>::infinity();
+};
+
+// Curves over time start and end at the frame; clouds and maps need room.
+bool fills_the_width(const Panel& panel) {
+  return std::any_of(panel.series.begin(), panel.series.end(), [](const Series& series) {
+    return series.kind == SeriesKind::line || series.kind == SeriesKind::steps ||
+           series.kind == SeriesKind::band;
+  });
+}
+
+// "0.25", "−3", "2×10⁵": every label of an axis with the decimals that its step needs.
+FigureText tick_label(double value, double step, double largest) {
+  constexpr double kSmallestPlainStep = 1e-4;
+  constexpr double kLargestPlain = 1e7;
+  const char* sign = value < 0.0 ? "\u2212" : "";
+  const double magnitude = std::abs(value);
+  if (step >= kSmallestPlainStep && largest < kLargestPlain) {
+    const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
+    return FigureText(fmt::format("{}{:.{}f}", sign, magnitude, decimals));
+  }
+  if (magnitude == 0.0) return "0";
+  const double exponent = std::floor(std::log10(largest) + 1e-9);
+  const double unit = std::pow(10.0, exponent);
+  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step / unit) + 1e-9)));
+  return figure_markup(fmt::format("{}{:.{}f}×10^{{{}{}}}", sign, magnitude / unit, decimals,
+                                   exponent < 0 ? "\u2212" : "", std::abs(exponent)));
+}
+
+std::vector<AxisTick> linear_ticks(AxisRange range, int wanted) {
+  const double raw = (range.high - range.low) / std::max(1, wanted);
+  const double decade = std::pow(10.0, std::floor(std::log10(raw)));
+  double step = 10.0 * decade;
+  // A few ticks more than wanted are better than half of them.
+  constexpr double kEager = 0.8;
+  for (const double round : {1.0, 2.0, 5.0}) {
+    if (round * decade >= kEager * raw) {
+      step = round * decade;
+      break;
+    }
+  }
+  const double largest = std::max(std::abs(range.low), std::abs(range.high));
+  const double slack = 1e-9 * (range.high - range.low);
+  std::vector<AxisTick> ticks;
+  // Where rounding swallows the step, no tick is better than an endless loop.
+  const double first = std::ceil((range.low - slack) / step);
+  const double last = std::floor((range.high + slack) / step);
+  for (double k = first; k <= last && ticks.size() < 50; k += 1.0) {
+    const double value = k == 0.0 ? 0.0 : k * step;
+    ticks.push_back({value, tick_label(value, step, largest)});
+  }
+  return ticks;
+}
+
+FigureText log_label(double mantissa, int exponent, bool as_power) {
+  if (!as_power) {
+    return FigureText(fmt::format("{:.{}f}", mantissa * std::pow(10.0, exponent), std::max(0, -exponent)));
+  }
+  const std::string power = fmt::format("10^{{{}{}}}", exponent < 0 ? "\u2212" : "", std::abs(exponent));
+  return figure_markup(mantissa == 1.0 ? power : fmt::format("{:.0f}×{}", mantissa, power));
+}
+
+std::vector<AxisTick> log_ticks(AxisRange range, int wanted) {
+  const double decades = std::log10(range.high) - std::log10(range.low);
+  if (decades < 0.5) return linear_ticks(range, wanted);
+  const int first = static_cast<int>(std::floor(std::log10(range.low)));
+  const int last = static_cast<int>(std::ceil(std::log10(range.high)));
+  const int stride = std::max(1, static_cast<int>(std::ceil(decades / std::max(1, wanted))));
+  const bool with_2_and_5 = decades * 3.0 <= wanted + 1.0;
+  // All labels of an axis are powers, or none.
+  const bool as_power = range.low < 0.99e-3 || range.high > 2e4;
+  std::vector<AxisTick> ticks;
+  for (int exponent = first; exponent <= last; ++exponent) {
+    for (const double mantissa : {1.0, 2.0, 5.0}) {
+      const double value = mantissa * std::pow(10.0, exponent);
+      const bool chosen = mantissa == 1.0 ? exponent % stride == 0 : with_2_and_5;
+      if (chosen && value >= range.low * (1 - 1e-9) && value <= range.high * (1 + 1e-9)) {
+        ticks.push_back({value, log_label(mantissa, exponent, as_power)});
+      }
+    }
+  }
+  return ticks;
+}
+
+}  // namespace
+
+bool has_heat_map(const Panel& panel) {
+  return std::any_of(panel.series.begin(), panel.series.end(),
+                     [](const Series& series) { return series.kind == SeriesKind::heat_map; });
+}
+
+Axis make_axis(AxisRange range, bool log, int wanted) {
+  return {range, log, log ? log_ticks(range, wanted) : linear_ticks(range, wanted)};
+}
+
+AxisRange x_range_of(const Panel& panel) {
+  if (panel.x_range) return *panel.x_range;
+  Hull hull(panel.log_x);
+  for (const Series& series : panel.series) {
+    hull.add(series.kind == SeriesKind::heat_map ? cell_edges(series.x, panel.log_x)
+                                                 : std::vector<double>(series.x));
+  }
+  const double room = panel.equal_aspect ? 0.05 : fills_the_width(panel) ? 0.0 : 0.02;
+  return hull.range(has_heat_map(panel) ? 0.0 : room);
+}
+
+AxisRange y_range_of(const Panel& panel) {
+  if (panel.y_range) return *panel.y_range;
+  Hull hull(panel.log_y);
+  for (const Series& series : panel.series) {
+    hull.add(series.kind == SeriesKind::heat_map ? cell_edges(series.y, panel.log_y)
+                                                 : std::vector<double>(series.y));
+    hull.add(series.lower);
+    hull.add(series.upper);
+  }
+  return hull.range(has_heat_map(panel) ? 0.0 : 0.05);
+}
+
+AxisRange colour_range_of(const Panel& panel) {
+  if (panel.colour_range) return *panel.colour_range;
+  Hull hull(panel.log_colour);
+  for (const Series& series : panel.series) {
+    for (Index i = 0; i < series.cells.size(); ++i) hull.add(series.cells.data()[i]);
+  }
+  return hull.range(0.0);
+}
+
+std::vector<double> cell_edges(const FigureData& centres, bool log) {
+  std::vector<double> at(centres);
+  if (log) std::transform(at.begin(), at.end(), at.begin(), [](double v) { return std::log(v); });
+  std::vector<double> edges;
+  const std::size_t n = at.size();
+  if (n == 1) edges = {at[0] - 0.5, at[0] + 0.5};
+  if (n > 1) {
+    edges.push_back(at[0] - 0.5 * (at[1] - at[0]));
+    for (std::size_t i = 1; i < n; ++i) edges.push_back(0.5 * (at[i - 1] + at[i]));
+    edges.push_back(at[n - 1] + 0.5 * (at[n - 1] - at[n - 2]));
+  }
+  if (log) std::transform(edges.begin(), edges.end(), edges.begin(), [](double v) { return std::exp(v); });
+  return edges;
+}
+
+void equalise(AxisRange& x, AxisRange& y, double width_over_height) {
+  const double x_span = x.high - x.low;
+  const double y_span = y.high - y.low;
+  const double wanted_x = std::max(x_span, y_span * width_over_height);
+  const double wanted_y = wanted_x / width_over_height;
+  const double x_more = 0.5 * (wanted_x - x_span);
+  const double y_more = 0.5 * (wanted_y - y_span);
+  x = {x.low - x_more, x.high + x_more};
+  y = {y.low - y_more, y.high + y_more};
+}
+
+std::size_t widest_label(const Axis& axis) {
+  std::size_t widest = 0;
+  for (const AxisTick& tick : axis.ticks) {
+    // The marks of a superscript are not shown.
+    const std::size_t marks = tick.label.has_markup ? 3 : 0;
+    widest = std::max(widest, display_width(tick.label.text) - marks);
+  }
+  return widest;
+}
+
+}  // namespace credence

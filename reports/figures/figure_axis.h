@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "reports/figures/figure.h"
+
+/// @file
+/// Ranges and ticks of the axes of a panel, chosen here and not by the renderer: every output format then
+/// shows the same axes, and margins can be computed from the labels.
+
+namespace credence {
+
+struct AxisTick {
+  double value;
+  FigureText label;
+};
+
+struct Axis {
+  AxisRange range;
+  bool log = false;
+  std::vector<AxisTick> ticks;
+};
+
+/// Ticks at round values for about `wanted` labels; on a log axis at decades, or at 1, 2, 5 times decades
+/// where few decades are shown.
+Axis make_axis(AxisRange range, bool log, int wanted);
+
+/// Whether cells are drawn, so that the panel needs a colour bar and no room at its ends.
+bool has_heat_map(const Panel& panel);
+
+/// What the series of a panel need, with room at the ends; the panel's own range where it states one.
+AxisRange x_range_of(const Panel& panel);
+AxisRange y_range_of(const Panel& panel);
+AxisRange colour_range_of(const Panel& panel);
+
+/// The edges of cells around increasing centres: midpoints (geometric ones on a log axis), mirrored at the
+/// ends.
+std::vector<double> cell_edges(const FigureData& centres, bool log);
+
+/// Grows the shorter of two ranges about its middle until x and y have one scale in a box of the given shape.
+void equalise(AxisRange& x, AxisRange& y, double width_over_height);
+
+/// Columns that the longest tick label takes.
+std::size_t widest_label(const Axis& axis);
+
+}  // namespace credence

@@ -1,0 +1,213 @@
+#include "reports/figures/figure_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "reports/figures/figure_axis.h"
+#include "reports/render/utf8_text.h"
+
+namespace credence {
+namespace {
+
+constexpr double kCharacter = 6.4;    // mean width of a character
+constexpr double kLine = 17.0;        // distance of lines of text
+constexpr double kGap = 6.0;          // between things that do not belong together
+constexpr double kSample = 22.0;      // length of a legend's sample
+constexpr double kTickLabels = 20.0;  // from the axes to below their tick labels
+constexpr double kColourBarGap = 10.0;
+
+int wanted_x_ticks(double width) { return std::max(2, static_cast<int>(width / 36.0)); }
+int wanted_y_ticks(double height) { return std::max(2, static_cast<int>(height / 26.0)); }
+
+// As many ticks as fit with their labels side by side.
+Axis make_x_axis(AxisRange range, bool log, double width) {
+  for (int wanted = wanted_x_ticks(width);; --wanted) {
+    Axis axis = make_axis(range, log, wanted);
+    const double room = width / static_cast<double>(std::max<std::size_t>(axis.ticks.size(), 1));
+    if (wanted <= 1 || (static_cast<double>(widest_label(axis)) + 1.5) * kCharacter <= room) return axis;
+  }
+}
+
+double left_margin(const Panel& panel, const Axis& y) {
+  const double label = panel.y_label.empty() ? 0.0 : kLine;
+  return label + kGap + static_cast<double>(widest_label(y)) * kCharacter + 13.0;
+}
+
+// From the axes to behind the tick labels of the colour bar.
+double colour_bar_room(const Axis& colour) {
+  return kColourBarGap + kColourBarWidth + 14.0 + static_cast<double>(widest_label(colour)) * kCharacter;
+}
+
+double right_margin(const Panel& panel, const Axis& colour) {
+  if (!has_heat_map(panel)) return 16.0;
+  return colour_bar_room(colour) + (panel.colour_label.empty() ? 0.0 : kLine) + kGap;
+}
+
+// Entries one behind the other, a new line where the next does not fit.
+std::vector<LegendEntry> flow_legend(const Panel& panel, const PlotBox& box, double cell_left, double top) {
+  std::vector<LegendEntry> entries;
+  double left = box.left;
+  double widest = 0.0;
+  for (const Series& series : panel.series) {
+    if (!series.label.empty()) widest = std::max(widest, kSample + kGap + text_width(series.label));
+  }
+  if (widest > box.width()) left = std::max(cell_left + kGap, box.right - widest);
+  double x = left;
+  double y = top - 0.5 * kLine;
+  for (std::size_t i = 0; i < panel.series.size(); ++i) {
+    const Series& series = panel.series[i];
+    if (series.label.empty()) continue;
+    const double width = kSample + kGap + text_width(series.label);
+    if (x > left && x + width > box.right + kGap) {
+      x = left;
+      y -= kLine;
+    }
+    entries.push_back({i, x, y, kSample});
+    x += width + 2.5 * kGap;
+  }
+  return entries;
+}
+
+double legend_height(const std::vector<LegendEntry>& entries) {
+  return entries.empty() ? 0.0 : entries.front().y - entries.back().y + kLine + 0.5 * kGap;
+}
+
+// Heights of the rows of axes: what the caller states, else a pleasant shape, else what a map needs.
+double axes_height(const Figure& figure, const std::vector<PanelLayout>& panels, std::size_t row,
+                   double width) {
+  if (figure.row_height > 0.0) return figure.row_height * kFontUnits;
+  double height = std::clamp(0.62 * width, 130.0, 300.0);
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    if (i / static_cast<std::size_t>(figure.cols) != row || !figure.panels[i].equal_aspect) continue;
+    const AxisRange& x = panels[i].x.range;
+    const AxisRange& y = panels[i].y.range;
+    height = std::max(height, std::clamp((y.high - y.low) / (x.high - x.low), 0.45, 1.0) * width);
+  }
+  return height;
+}
+
+// Ranges, and ticks for a panel of usual size.
+void start_axes(const Figure& figure, FigureLayout& layout) {
+  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+    const Panel& panel = figure.panels[i];
+    PanelLayout& out = layout.panels[i];
+    out.x = make_axis(x_range_of(panel), panel.log_x, 5);
+    out.y = make_axis(y_range_of(panel), panel.log_y, 6);
+    out.has_colour_bar = has_heat_map(panel);
+    if (out.has_colour_bar) out.colour = make_axis(colour_range_of(panel), panel.log_colour, 5);
+  }
+}
+
+// The columns of the grid: where their cells start, and the axes in them.
+struct Columns {
+  std::vector<double> cell_left, axes_left;
+  double axes_width = 0.0;
+};
+
+Columns place_columns(const Figure& figure, const FigureLayout& layout) {
+  const auto cols = static_cast<std::size_t>(figure.cols);
+  std::vector<double> left(cols, 0.0);
+  std::vector<double> right(cols, 0.0);
+  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+    const std::size_t col = i % cols;
+    left[col] = std::max(left[col], left_margin(figure.panels[i], layout.panels[i].y));
+    right[col] = std::max(right[col], right_margin(figure.panels[i], layout.panels[i].colour));
+  }
+  const double margins =
+      std::accumulate(left.begin(), left.end(), 0.0) + std::accumulate(right.begin(), right.end(), 0.0);
+  constexpr double kNarrowest = 40.0;
+  Columns columns;
+  columns.axes_width = std::max((layout.width - margins) / static_cast<double>(cols), kNarrowest);
+  double x = 0.0;
+  for (std::size_t col = 0; col < cols; ++col) {
+    columns.cell_left.push_back(x);
+    columns.axes_left.push_back(x + left[col]);
+    x += left[col] + columns.axes_width + right[col];
+  }
+  return columns;
+}
+
+// Places one panel whose axes lie between two depths below the top of the canvas.
+void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, std::size_t col, double top,
+                 double bottom, double legend_top) {
+  const double width = columns.axes_width;
+  const double left = columns.axes_left[col];
+  out.box = {left, left + width, -bottom, -top};
+  if (panel.equal_aspect) equalise(out.x.range, out.y.range, width / (bottom - top));
+  out.x = make_x_axis(out.x.range, panel.log_x, width);
+  out.y = make_axis(out.y.range, panel.log_y, wanted_y_ticks(bottom - top));
+  out.y_label_x = left - left_margin(panel, out.y) + 0.5 * kLine + 2.0;
+  out.x_label_y = -(bottom + kTickLabels + 0.5 * kLine);
+  out.title_y = -top + 0.5 * kLine + 2.0;
+  if (out.has_colour_bar) {
+    out.colour = make_axis(out.colour.range, panel.log_colour, wanted_y_ticks(bottom - top));
+    out.colour_bar_x = out.box.right + kColourBarGap;
+    out.colour_label_x = out.box.right + colour_bar_room(out.colour) + 0.5 * kLine;
+  }
+  out.legend = flow_legend(panel, out.box, columns.cell_left[col], -legend_top);
+}
+
+// Places a row of the grid that starts at `depth` below the top; returns the depth of its end.
+double place_row(const Figure& figure, FigureLayout& layout, const Columns& columns, std::size_t row,
+                 double depth) {
+  const auto cols = static_cast<std::size_t>(figure.cols);
+  const std::size_t begin = row * cols;
+  const std::size_t end = std::min(figure.panels.size(), begin + cols);
+  if (begin >= end) return depth;
+  bool has_title = false;
+  bool has_x_label = false;
+  for (std::size_t i = begin; i < end; ++i) {
+    has_title = has_title || !figure.panels[i].title.empty();
+    has_x_label = has_x_label || !figure.panels[i].x_label.empty();
+  }
+  const double top = depth + (has_title ? kLine + 10.0 : 12.0);
+  const double bottom = top + axes_height(figure, layout.panels, row, columns.axes_width);
+  const double legend_top = bottom + kTickLabels + (has_x_label ? kLine + 1.0 : 0.0) + 3.0;
+  double legends = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    place_panel(figure.panels[i], layout.panels[i], columns, i - begin, top, bottom, legend_top);
+    legends = std::max(legends, legend_height(layout.panels[i].legend));
+  }
+  return legend_top + legends + 2.0;
+}
+
+// From depths below the top to heights above the bottom.
+void turn_upright(FigureLayout& layout) {
+  for (PanelLayout& panel : layout.panels) {
+    panel.box.bottom += layout.height;
+    panel.box.top += layout.height;
+    panel.x_label_y += layout.height;
+    panel.title_y += layout.height;
+    for (LegendEntry& entry : panel.legend) entry.y += layout.height;
+  }
+}
+
+}  // namespace
+
+double text_width(const FigureText& text) {
+  const std::size_t marks =
+      text.has_markup ? static_cast<std::size_t>(std::count(text.text.begin(), text.text.end(), '{')) * 3 : 0;
+  const std::size_t width = display_width(text.text);
+  return static_cast<double>(width - std::min(width, marks)) * kCharacter;
+}
+
+FigureLayout lay_out(const Figure& figure, double width) {
+  FigureLayout layout;
+  layout.width = width;
+  layout.panels.resize(figure.panels.size());
+  start_axes(figure, layout);
+  // Margins follow from the labels of the ticks, and the ticks from the size that margins leave.
+  for (int pass = 0; pass < 2; ++pass) {
+    const Columns columns = place_columns(figure, layout);
+    double depth = 0.0;
+    for (std::size_t row = 0; row < static_cast<std::size_t>(figure.rows); ++row) {
+      depth = place_row(figure, layout, columns, row, depth);
+    }
+    layout.height = std::ceil(depth);
+  }
+  turn_upright(layout);
+  return layout;
+}
+
+}  // namespace credence

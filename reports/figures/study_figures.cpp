@@ -1,0 +1,241 @@
+#include "reports/figures/study_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/manifold/angle.h"
+#include "core/nan.h"
+#include "reports/document/battery_report.h"
+
+namespace credence {
+namespace {
+
+/// One number of every step of a run, NaN where `get` finds none.
+template <class Get>
+FigureData over_steps(const RunTrace& trace, Get get) {
+  FigureData data;
+  for (const TraceStep& step : trace.steps) data.push_back(get(step));
+  return data;
+}
+
+double at(const Vector& v, Index i) { return i < v.size() ? v[i] : kNaN; }
+double sigma_at(const TraceStep& step, Index i) { return i < step.P.rows() ? std::sqrt(step.P(i, i)) : kNaN; }
+
+FigureText state_name(const RunTrace& trace, Index i) {
+  return i < trace.vehicle_dim ? FigureText("vehicle r")
+                               : figure_markup(fmt::format("landmark f_{{{}}}", i - trace.vehicle_dim + 1));
+}
+
+void add_error(Panel& panel, const FigureData& x, const RunTrace& trace, Index i, const FigureText& label,
+               ColourRole role, bool label_bounds, double scale = 1.0, bool angle = false) {
+  const FigureData error = over_steps(trace, [&](const TraceStep& s) {
+    const double e = at(s.estimate, i) - at(s.truth, i);
+    return scale * (angle ? wrap_angle(e) : e);
+  });
+  const FigureData upper =
+      over_steps(trace, [&](const TraceStep& s) { return 2.0 * scale * sigma_at(s, i); });
+  FigureData lower = upper;
+  for (double& value : lower) value = -value;
+  panel.series.push_back(line_series(label_bounds ? "±2σ" : "", ColourRole::bound, x, lower));
+  panel.series.push_back(line_series("", ColourRole::bound, x, upper));
+  panel.series.push_back(line_series(label, role, x, error));
+}
+
+Panel positions_panel(const RunTrace& trace, const FigureData& steps) {
+  Panel panel{.title = "Positions", .x_label = "step", .y_label = "position (m)"};
+  const Index n = trace.steps.front().truth.size();
+  const Index anchors = trace.anchor_positions.cols();
+  for (Index i = 0; i < n; ++i) {
+    const FigureData estimate = over_steps(trace, [&](const TraceStep& s) { return at(s.estimate, i); });
+    FigureData lower, upper;
+    for (const TraceStep& s : trace.steps) {
+      lower.push_back(at(s.estimate, i) - 2.0 * sigma_at(s, i));
+      upper.push_back(at(s.estimate, i) + 2.0 * sigma_at(s, i));
+    }
+    panel.series.push_back(band_series(i == 0 ? "±2σ" : "", numbered_role(i), steps, lower, upper));
+    if (i > 0) {
+      panel.series.push_back(point_series(i == 1 ? "measured" : "", ColourRole::measurement, steps,
+                                          over_steps(trace, [&](const TraceStep& s) {
+                                            return at(s.estimate, 0) + at(s.z, anchors + i - 1);
+                                          })));
+    }
+    panel.series.push_back(line_series(i == 0 ? "estimated" : "", numbered_role(i), steps, estimate));
+    panel.series.push_back(
+        line_series(i == 0 ? "true" : "", ColourRole::truth, steps,
+                    over_steps(trace, [&](const TraceStep& s) { return at(s.truth, i); })));
+  }
+  return panel;
+}
+
+Panel gains_panel(const RunTrace& trace, const FigureData& steps) {
+  Panel panel{.title = "Kalman gains", .x_label = "step", .y_label = "gain"};
+  const Index n = trace.steps.front().truth.size();
+  const Index anchors = trace.anchor_positions.cols();
+  for (Index i = 0; i < n; ++i) {
+    // Each state by the measurement of its own landmark, the vehicle by the first measurement.
+    const Index column = i == 0 ? 0 : anchors + i - 1;
+    panel.series.push_back(
+        line_series(i == 0 ? figure_markup("K_{r}") : figure_markup(fmt::format("K_{{f{}}}", i)),
+                    numbered_role(i), steps, over_steps(trace, [&](const TraceStep& s) {
+                      return i < s.K.rows() && column < s.K.cols() ? s.K(i, column) : kNaN;
+                    })));
+  }
+  return panel;
+}
+
+/// Error curves with 2σ of several states, each in a panel's own colours.
+Panel errors_panel(FigureText title, FigureText y_label, const RunTrace& trace, const FigureData& steps,
+                   Index first, Index last) {
+  Panel panel{.title = std::move(title), .x_label = "step", .y_label = std::move(y_label)};
+  for (Index i = first; i < last; ++i) {
+    add_error(panel, steps, trace, i, last - first > 1 ? state_name(trace, i) : FigureText("error"),
+              numbered_role(i - first), i == first);
+  }
+  return panel;
+}
+
+Panel map_panel(const RunTrace& trace) {
+  Panel panel{.title = "Map", .x_label = "x (m)", .y_label = "y (m)", .equal_aspect = true};
+  const TraceStep& last = trace.steps.back();
+  PlanarCurve pose_ellipses, landmark_ellipses;
+  const std::size_t every = std::max<std::size_t>(1, trace.steps.size() / 12);
+  for (std::size_t k = 0; k < trace.steps.size(); k += every) {
+    const TraceStep& s = trace.steps[k];
+    append_curve(pose_ellipses, ellipse_points(s.estimate.head<2>(), s.P.topLeftCorner<2, 2>(), 2.0));
+  }
+  FigureData landmark_x, landmark_y;
+  for (Index j = 3; j + 1 < last.estimate.size(); j += 2) {
+    append_curve(landmark_ellipses,
+                 ellipse_points(last.estimate.segment<2>(j), last.P.block<2, 2>(j, j), 2.0));
+    landmark_x.push_back(last.estimate[j]);
+    landmark_y.push_back(last.estimate[j + 1]);
+  }
+  panel.series.push_back(polygon_series("vehicle 2σ", ColourRole::bound, pose_ellipses.x, pose_ellipses.y));
+  panel.series.push_back(
+      polygon_series("landmark 2σ", ColourRole::estimate, landmark_ellipses.x, landmark_ellipses.y));
+  panel.series.push_back(line_series("true path", ColourRole::truth,
+                                     over_steps(trace, [](const TraceStep& s) { return s.truth[0]; }),
+                                     over_steps(trace, [](const TraceStep& s) { return s.truth[1]; })));
+  panel.series.push_back(line_series("estimated path", ColourRole::estimate,
+                                     over_steps(trace, [](const TraceStep& s) { return s.estimate[0]; }),
+                                     over_steps(trace, [](const TraceStep& s) { return s.estimate[1]; })));
+  panel.series.push_back(point_series("landmarks, true", ColourRole::truth,
+                                      FigureData(trace.landmark_positions.row(0)),
+                                      FigureData(trace.landmark_positions.row(1))));
+  panel.series.push_back(point_series("estimated", ColourRole::estimate, landmark_x, landmark_y));
+  if (trace.anchor_positions.cols() > 0) {
+    Series anchors = point_series("anchors", ColourRole::exact, FigureData(trace.anchor_positions.row(0)),
+                                  FigureData(trace.anchor_positions.row(1)));
+    anchors.marker = MarkerShape::square;
+    panel.series.push_back(anchors);
+  }
+  return panel;
+}
+
+}  // namespace
+
+Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
+                    const FigureData& exact) {
+  Panel panel{.title = title, .x_label = "step", .y_label = y_label};
+  const FigureData x = index_axis(static_cast<Index>(verdict.steps.size()));
+  FigureData mean, lower, upper, outer_lower, outer_upper, expected;
+  for (const StepTest& step : verdict.steps) {
+    const bool tested = step.count > 0 && step.total_dof > 0.0;
+    mean.push_back(tested ? step.mean : kNaN);
+    lower.push_back(tested ? step.lower : kNaN);
+    upper.push_back(tested ? step.upper : kNaN);
+    outer_lower.push_back(tested ? step.simultaneous_lower : kNaN);
+    outer_upper.push_back(tested ? step.simultaneous_upper : kNaN);
+    expected.push_back(tested ? step.expected : kNaN);
+  }
+  panel.series.push_back(band_series(fmt::format("{:g} % of single steps", 100.0 * verdict.confidence),
+                                     ColourRole::bound, x, lower, upper));
+  panel.series.push_back(line_series("all steps together", ColourRole::bound, x, outer_lower));
+  panel.series.push_back(line_series("", ColourRole::bound, x, outer_upper));
+  panel.series.push_back(line_series("expected", ColourRole::neutral, x, expected));
+  panel.series.push_back(line_series("measured mean", ColourRole::estimate, x, mean));
+  if (!exact.empty())
+    panel.series.push_back(
+        line_series("exact", ColourRole::exact, index_axis(static_cast<Index>(exact.size())), exact));
+  return panel;
+}
+
+Figure monobot_run_figure(const std::string& name, const RunTrace& trace) {
+  const FigureData steps = index_axis(static_cast<Index>(trace.steps.size()), 0);
+  const Index n = trace.steps.front().truth.size();
+  Figure figure{
+      .name = name + "-run",
+      .caption = fmt::format("Run {}, as in the paper's columns: positions with 2σ bounds and noisy "
+                             "measurements, vehicle error, landmark errors, Kalman gains.",
+                             trace.run),
+      .rows = 2,
+      .cols = 2};
+  figure.panels.push_back(positions_panel(trace, steps));
+  figure.panels.push_back(errors_panel("Vehicle error", "error (m)", trace, steps, 0, 1));
+  figure.panels.push_back(errors_panel("Landmark errors", "error (m)", trace, steps, 1, n));
+  figure.panels.push_back(gains_panel(trace, steps));
+  return figure;
+}
+
+Figure planar_run_figure(const std::string& name, const RunTrace& trace, double dt_s) {
+  FigureData time;
+  for (std::size_t k = 0; k < trace.steps.size(); ++k) time.push_back(dt_s * static_cast<double>(k));
+  Figure figure{.name = name + "-run",
+                .caption = fmt::format(
+                    "Run {}: paths, landmarks and 2σ ellipses; errors of the pose with 2σ.", trace.run),
+                .rows = 2,
+                .cols = 2};
+  figure.panels.push_back(map_panel(trace));
+  const char* titles[] = {"Error in x", "Error in y", "Error in heading"};
+  for (Index i = 0; i < 3; ++i) {
+    Panel panel{.title = titles[i], .x_label = "time (s)", .y_label = i < 2 ? "error (m)" : "error (°)"};
+    add_error(panel, time, trace, i, "error", ColourRole::estimate, true,
+              i < 2 ? 1.0 : 1.0 / kRadiansPerDegree, i == 2);
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis) {
+  Figure figure{
+      .name = name + "-consistency",
+      .caption = fmt::format("NEES and NIS, means over {} runs. A consistent filter stays within the band "
+                             "at {:g} % of single steps, and between the outer lines at all steps.",
+                             analysis.statistics.runs, 100.0 * analysis.nees.confidence),
+      .rows = 1,
+      .cols = 3};
+  FigureData exact_nees, exact_nis;
+  for (const ExactMoments& e : analysis.exact) {
+    exact_nees.push_back(e.nees);
+    exact_nis.push_back(e.nis);
+  }
+  figure.panels.push_back(verdict_panel("ANEES", "mean NEES", analysis.nees, exact_nees));
+  figure.panels.push_back(verdict_panel("NIS", "mean NIS", analysis.nis, exact_nis));
+  const CovarianceCurves& c = analysis.covariance;
+  const bool planar = analysis.scenario.world.model == WorldModel::planar;
+  Panel panel{.title = "Covariance", .x_label = "step", .y_label = "trace (m²)"};
+  const FigureData x = index_axis(static_cast<Index>(c.trace.size()));
+  panel.series.push_back(
+      line_series(planar ? "vehicle position" : "vehicle", ColourRole::first, x, c.vehicle));
+  panel.series.push_back(line_series("landmarks", ColourRole::second, x, c.landmarks));
+  figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
+std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
+                                  const RunTrace& trace) {
+  std::vector<Figure> figures;
+  if (analysis.scenario.world.model == WorldModel::monobot) {
+    figures.push_back(monobot_run_figure(name, trace));
+  } else {
+    figures.push_back(planar_run_figure(name, trace, analysis.scenario.world.dt));
+  }
+  figures.push_back(consistency_figure(name, analysis));
+  if (analysis.battery) figures.push_back(battery_figure(name, *analysis.battery));
+  return figures;
+}
+
+}  // namespace credence

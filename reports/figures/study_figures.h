@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/study_analysis.h"
+#include "montecarlo/engine/experiment.h"
+#include "reports/figures/figure.h"
+
+/// @file
+/// The figures of one study. `name` begins the file name of each.
+
+namespace credence {
+
+/// The paper's four columns for one run of a monobot: positions with 2σ and measurements; vehicle error with
+/// 2σ; landmark errors with 2σ; Kalman gains.
+Figure monobot_run_figure(const std::string& name, const RunTrace& trace);
+
+/// One run in the plane: true and estimated path, landmarks, and their 2σ ellipses; pose errors with 2σ.
+Figure planar_run_figure(const std::string& name, const RunTrace& trace, double dt_s);
+
+/// ANEES and mean NIS over the steps with pointwise and simultaneous bounds and, for linear models, the exact
+/// curves; and the traces of P.
+Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis);
+
+/// The means of every step with pointwise and simultaneous bounds; `exact` may be empty.
+Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
+                    const FigureData& exact);
+
+/// All figures of a study, of which `trace` is one run.
+std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
+                                  const RunTrace& trace);
+
+}  // namespace credence

@@ -1,0 +1,79 @@
+#include "reports/render/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <system_error>
+
+namespace credence {
+namespace {
+
+// Threads of one process and several processes may write into one folder.
+std::filesystem::path temporary_beside(const std::filesystem::path& target) {
+  static std::atomic<unsigned> count{0};
+  return target.parent_path() / fmt::format(".{}.{}.{}.tmp", target.filename().string(), getpid(), count++);
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target) {
+  std::error_code error;
+  const auto status = std::filesystem::status(target, error);
+  // Renaming onto /dev/stdout or a pipe would destroy it.
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw OutputError(fmt::format("cannot write '{}': it exists and is {}", target.string(),
+                                  std::filesystem::is_directory(status) ? "a directory" : "no regular file"));
+  }
+  if (std::filesystem::is_regular_file(status)) {
+    const auto resolved = std::filesystem::canonical(target, error);
+    if (!error) target_ = resolved;
+  }
+  temporary_ = temporary_beside(target_);
+  descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) fail(errno);
+}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ < 0) return;
+  close(descriptor_);
+  unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(errno);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void AtomicFile::commit() {
+  if (fsync(descriptor_) != 0) fail(errno);
+  if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+  close(descriptor_);
+  descriptor_ = -1;
+}
+
+void AtomicFile::fail(int error) const {
+  throw OutputError(
+      fmt::format("cannot write '{}': {}", target_.string(), std::generic_category().message(error)));
+}
+
+void write_file(const std::filesystem::path& target, std::string_view bytes) {
+  AtomicFile file(target);
+  file.write(bytes);
+  file.commit();
+}
+
+void make_directories(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error)
+    throw OutputError(fmt::format("cannot make the folder {}: {}", directory.string(), error.message()));
+}
+
+}  // namespace credence

@@ -1,0 +1,104 @@
+#include "reports/render/utf8_text.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+namespace credence {
+namespace {
+
+constexpr char32_t kReplacement = 0xFFFD;
+
+struct CodeRange {
+  char32_t first, last;
+};
+
+template <std::size_t N>
+bool contains(const std::array<CodeRange, N>& ranges, char32_t c) {
+  return std::any_of(ranges.begin(), ranges.end(), [c](CodeRange r) { return r.first <= c && c <= r.last; });
+}
+
+// Zero-width and combining characters.
+constexpr std::array<CodeRange, 5> kNarrow{
+    {{0x0300, 0x036F}, {0x1AB0, 0x1AFF}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F}, {0xFE20, 0xFE2F}}};
+constexpr std::array<CodeRange, 8> kWide{{{0x1100, 0x115F},
+                                          {0x2E80, 0xA4CF},
+                                          {0xAC00, 0xD7A3},
+                                          {0xF900, 0xFAFF},
+                                          {0xFE30, 0xFE6F},
+                                          {0xFF00, 0xFF60},
+                                          {0x1F300, 0x1FAFF},
+                                          {0x20000, 0x3FFFD}}};
+// Direction marks and zero-width characters can make a name read as another one; private use has no meaning.
+constexpr std::array<CodeRange, 8> kHidden{{{0x200B, 0x200F},
+                                            {0x202A, 0x202E},
+                                            {0x2060, 0x206F},
+                                            {0xFEFF, 0xFEFF},
+                                            {0xE000, 0xF8FF},
+                                            {0xFFF0, 0xFFFB},
+                                            {0xFFFE, 0xFFFF},
+                                            {0xF0000, 0x10FFFF}}};
+constexpr std::array<CodeRange, 3> kControl{{{0x00, 0x1F}, {0x7F, 0x9F}, {0x2028, 0x2029}}};
+
+}  // namespace
+
+char32_t next_code_point(std::string_view text, std::size_t& position) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned lead = byte(position++);
+  if (lead < 0x80) return lead;
+  const unsigned length = lead >= 0xF0 && lead < 0xF8 ? 3 : lead >= 0xE0 ? 2 : 1;
+  if (lead < 0xC2 || lead >= 0xF5 || position + length > text.size()) return kReplacement;
+  char32_t code_point = lead & (0x3Fu >> length);
+  for (unsigned i = 0; i < length; ++i) {
+    const unsigned next = byte(position + i);
+    if ((next & 0xC0u) != 0x80u) return kReplacement;
+    code_point = (code_point << 6) | (next & 0x3Fu);
+  }
+  // Overlong forms and surrogates are not UTF-8.
+  constexpr std::array<char32_t, 4> kSmallest{0, 0x80, 0x800, 0x10000};
+  const bool surrogate = code_point >= 0xD800 && code_point <= 0xDFFF;
+  if (code_point < kSmallest[length] || surrogate || code_point > 0x10FFFF) return kReplacement;
+  position += length;
+  return code_point;
+}
+
+void append_utf8(std::string& out, char32_t c) {
+  const auto put = [&out](char32_t bits) { out.push_back(static_cast<char>(bits)); };
+  if (c < 0x80) {
+    put(c);
+  } else if (c < 0x800) {
+    put(0xC0 | (c >> 6));
+    put(0x80 | (c & 0x3F));
+  } else if (c < 0x10000) {
+    put(0xE0 | (c >> 12));
+    put(0x80 | ((c >> 6) & 0x3F));
+    put(0x80 | (c & 0x3F));
+  } else {
+    put(0xF0 | (c >> 18));
+    put(0x80 | ((c >> 12) & 0x3F));
+    put(0x80 | ((c >> 6) & 0x3F));
+    put(0x80 | (c & 0x3F));
+  }
+}
+
+std::string printable_line(std::string_view text) {
+  std::string line;
+  line.reserve(text.size());
+  for (std::size_t i = 0; i < text.size();) {
+    const char32_t c = next_code_point(text, i);
+    if (contains(kHidden, c)) continue;
+    append_utf8(line, contains(kControl, c) ? U' ' : c);
+  }
+  return line;
+}
+
+std::size_t display_width(std::string_view text) {
+  std::size_t width = 0;
+  for (std::size_t i = 0; i < text.size();) {
+    const char32_t c = next_code_point(text, i);
+    width += contains(kNarrow, c) ? 0 : contains(kWide, c) ? 2 : 1;
+  }
+  return width;
+}
+
+}  // namespace credence

@@ -1,0 +1,122 @@
+// The engine against its oracle: Monte Carlo means of linear worlds must be the exact ones.
+
+#include "analysis/evidence/study_analysis.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <tuple>
+
+#include "montecarlo/engine/engine.h"
+
+namespace credence {
+namespace {
+
+StudyAnalysis study(const Scenario& scenario) {
+  const auto experiment = make_experiment(scenario);
+  const StudyTask task{"", experiment.get(), scenario.study.runs};
+  return analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {}).front()));
+}
+
+Scenario monobot(Index landmarks, Index anchors, FilterInflation inflation, std::int64_t runs) {
+  Scenario s = default_scenario(WorldModel::monobot);
+  s.world.landmarks = landmarks;
+  s.world.anchors = anchors;
+  s.world.observability = anchors > 0 ? Observability::full : Observability::partial;
+  s.filter.inflation = inflation;
+  s.study.runs = runs;
+  return s;
+}
+
+/// Landmarks, anchors, inflation: the cases of the paper's Figures 1 to 4.
+class FigureCase : public testing::TestWithParam<std::tuple<Index, Index, FilterInflation>> {};
+
+TEST_P(FigureCase, TenThousandRunsHaveTheExactMeans) {
+  const auto [landmarks, anchors, inflation] = GetParam();
+  constexpr std::int64_t kRuns = 10'000;
+  constexpr double kStandardErrors = 5.0;
+  const StudyAnalysis a = study(monobot(landmarks, anchors, inflation, kRuns));
+  ASSERT_EQ(a.exact.size(), 100U);
+  for (std::size_t k = 9; k < 100; k += 10) {
+    for (const auto& [name, quantity, exact] : {std::tuple{"NEES", Quantity::nees, a.exact[k].nees},
+                                                std::tuple{"NIS", Quantity::nis, a.exact[k].nis}}) {
+      const Moments& m = a.statistics.steps[k][quantity];
+      const double standard_error = std::sqrt(m.variance() / static_cast<double>(kRuns));
+      const double low = exact - kStandardErrors * standard_error,
+                   high = exact + kStandardErrors * standard_error;
+      EXPECT_TRUE(low <= m.mean && m.mean <= high)
+          << name << " at step " << k + 1 << ": low " << low << ", got " << m.mean << ", high " << high;
+      EXPECT_GT(standard_error, 0.0);
+    }
+  }
+  if (inflation == FilterInflation::none) {
+    EXPECT_EQ(a.nees.verdict, Verdict::consistent);
+    EXPECT_EQ(a.nis.verdict, Verdict::consistent);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Paper, FigureCase,
+                         testing::Combine(testing::Values(1, 2), testing::Values(0, 1),
+                                          testing::Values(FilterInflation::none, FilterInflation::full,
+                                                          FilterInflation::map)));
+
+TEST(StudyAnalysis, ExactMomentsAreThoseOfTheTheory) {
+  // theory section 6: E[NEES] and E[NIS] after the update of step 100, Q = R = 0.1, P0 = I.
+  const std::vector<std::tuple<Index, Index, FilterInflation, double, double>> rows = {
+      {1, 0, FilterInflation::none, 2.0, 1.0},
+      {1, 0, FilterInflation::full, 1.976957769, 0.025033555},
+      {1, 1, FilterInflation::none, 2.0, 2.0},
+      {1, 1, FilterInflation::full, 1.636610019, 1.726779962},
+      {2, 0, FilterInflation::none, 3.0, 2.0},
+      {2, 0, FilterInflation::full, 2.947689567, 0.076303405},
+      {2, 0, FilterInflation::map, 2.888204333, 1.223591335}};
+  for (const auto& [landmarks, anchors, inflation, nees, nis] : rows) {
+    const StudyAnalysis a = study(monobot(landmarks, anchors, inflation, 1));
+    EXPECT_NEAR(a.exact.back().nees, nees, std::max(1e-8 * nees, 0.501e-9));
+    EXPECT_NEAR(a.exact.back().nis, nis, std::max(1e-8 * nis, 0.501e-9));
+  }
+}
+
+TEST(StudyAnalysis, AWrongMeasurementNoiseIsCalledByItsName) {
+  for (const auto& [scale, verdict] :
+       {std::pair{0.5, Verdict::optimistic}, std::pair{2.0, Verdict::pessimistic}}) {
+    Scenario s = monobot(2, 0, FilterInflation::none, 1000);
+    s.filter.measurement_scale = scale;
+    const StudyAnalysis a = study(s);
+    EXPECT_EQ(a.nees.verdict, verdict) << scale;
+    EXPECT_EQ(a.nis.verdict, verdict) << scale;
+    EXPECT_EQ(overall_verdict(a), verdict);
+  }
+}
+
+TEST(StudyAnalysis, APlanarFilterIsConsistentWhileItIsNearlyLinear) {
+  Scenario s = default_scenario(WorldModel::planar);
+  s.world.landmarks = 6;
+  s.world.anchors = 2;
+  s.world.observability = Observability::full;
+  s.noise = {.speed_std = 0.01, .turn_rate_std = 0.005, .range_std = 0.01, .bearing_std_deg = 0.1};
+  s.initial = {.position_std = 0.005, .heading_std_deg = 0.1};
+  s.study.runs = 500;
+  s.study.steps = 80;
+  const StudyAnalysis a = study(s);
+  EXPECT_EQ(a.nees.verdict, Verdict::consistent) << a.nees.mean << " for " << a.nees.expected;
+  EXPECT_EQ(a.nis.verdict, Verdict::consistent) << a.nis.mean << " for " << a.nis.expected;
+  EXPECT_EQ(a.statistics.count(Outcome::ok), 500);
+
+  s.filter.process_scale = s.filter.measurement_scale = 0.5;
+  const StudyAnalysis wrong = study(s);
+  EXPECT_EQ(wrong.nees.verdict, Verdict::optimistic);
+  EXPECT_EQ(wrong.nis.verdict, Verdict::optimistic);
+}
+
+TEST(StudyAnalysis, AllRunsFailedIsUndecidedWithAReason) {
+  Scenario s = monobot(1, 0, FilterInflation::none, 10);
+  s.noise = {.process_variance = 0.0, .measurement_variance = 0.0, .initial_variance = 0.0};
+  const StudyAnalysis a = study(s);
+  EXPECT_EQ(a.nees.verdict, Verdict::undecided);
+  EXPECT_FALSE(a.nees.reason.empty());
+  EXPECT_EQ(a.statistics.count(Outcome::not_positive_definite), 10);
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,186 @@
+#include "analysis/laws/effective_sample.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include "tests/analysis/evidence/synthetic_studies.h"
+
+namespace credence {
+namespace {
+
+// A vector random walk in noise: stationary errors e_k = φ e_{k−1} + noise of unit covariance.
+NeesTimeLaw autoregressive_law(Index dim, std::size_t steps, double phi) {
+  const std::vector<Matrix> transitions(steps, phi * Matrix::Identity(dim, dim));
+  const std::vector<Matrix> covariances(steps, Matrix::Identity(dim, dim));
+  return linear_nees_time_law(transitions, covariances);
+}
+
+TEST(EffectiveSample, LinearLawOfAnAutoregression) {
+  // ‖C_kl‖² = n φ^{2|k−l|}.
+  const NeesTimeLaw law = autoregressive_law(2, 5, 0.8);
+  double variance = 0.0;
+  for (int k = 0; k < 5; ++k) {
+    for (int l = 0; l < 5; ++l) {
+      EXPECT_NEAR(law.correlation(k, l), std::pow(0.64, std::abs(k - l)), 1e-12);
+      variance += 2.0 * 2.0 * std::pow(0.64, std::abs(k - l));
+    }
+  }
+  EXPECT_NEAR(law.run_sum.mean, 10.0, 1e-12);
+  EXPECT_NEAR(law.run_sum.variance, variance, 1e-10);
+  EXPECT_NEAR(law.effective_steps, 5.0 * 20.0 / variance, 1e-12);
+}
+
+TEST(EffectiveSample, LimitsOfTheLinearLaw) {
+  const NeesTimeLaw white = autoregressive_law(3, 20, 0.0);
+  EXPECT_NEAR(white.effective_steps, 20.0, 1e-12);
+  EXPECT_NEAR(white.effective_dof, 60.0, 1e-12);
+  EXPECT_NEAR(white.run_sum.third, 8.0 * 60.0, 1e-9);
+  const NeesTimeLaw constant = autoregressive_law(3, 20, 1.0);
+  EXPECT_NEAR(constant.effective_steps, 1.0, 1e-9);
+  EXPECT_NEAR(constant.effective_dof, 3.0, 1e-9);
+  EXPECT_NEAR(constant.run_sum.third, std::pow(20.0, 3) * 8.0 * 3.0, 1e-6 * std::pow(20.0, 3));
+}
+
+TEST(EffectiveSample, KnownStatesHaveNoPartInTheLaw) {
+  Matrix P = Matrix::Identity(2, 2);
+  P(0, 0) = 0.0;
+  const NeesTimeLaw law =
+      linear_nees_time_law(std::vector<Matrix>(4, 0.5 * Matrix::Identity(2, 2)), std::vector<Matrix>(4, P));
+  EXPECT_NEAR(law.run_sum.mean, 4.0, 1e-12);
+  EXPECT_THROW(linear_nees_time_law(std::vector<Matrix>(3, P), std::vector<Matrix>(4, P)),
+               std::invalid_argument);
+  EXPECT_THROW(linear_nees_time_law(std::vector<Matrix>(1, P), std::vector<Matrix>(1, -P)),
+               std::invalid_argument);
+}
+
+// NEES of M runs of an autoregressive error of the given dimension, one run in each row.
+Matrix simulate(Index runs, Index steps, Index dim, double phi, std::mt19937_64& generator) {
+  std::normal_distribution<double> normal;
+  Matrix nees(runs, steps);
+  for (Index run = 0; run < runs; ++run) {
+    Vector e = Vector::NullaryExpr(dim, [&] { return normal(generator); });
+    for (Index k = 0; k < steps; ++k) {
+      nees(run, k) = e.squaredNorm();
+      e = phi * e + std::sqrt(1.0 - phi * phi) * Vector::NullaryExpr(dim, [&] { return normal(generator); });
+    }
+  }
+  return nees;
+}
+
+TEST(EffectiveSample, EmpiricalLawAgreesWithTheExactOne) {
+  std::mt19937_64 generator(1);
+  const NeesTimeLaw exact = autoregressive_law(2, 10, 0.9);
+  const NeesTimeLaw empirical = empirical_nees_time_law(simulate(20000, 10, 2, 0.9, generator));
+  EXPECT_NEAR(empirical.effective_steps / exact.effective_steps, 1.0, 0.06);
+  EXPECT_NEAR(empirical.run_sum.variance / exact.run_sum.variance, 1.0, 0.06);
+  EXPECT_LT((empirical.correlation - exact.correlation).cwiseAbs().maxCoeff(), 0.05);
+  EXPECT_THROW(empirical_nees_time_law(Matrix::Ones(1, 5)), std::invalid_argument);
+}
+
+TEST(EffectiveSample, TimeAverageIsCalibratedWhereTheSumIsNot) {
+  constexpr int kStudies = 2000;
+  std::mt19937_64 generator(2);
+  const NeesTimeLaw law = autoregressive_law(1, 40, 0.95);
+  for (const Index runs : {12, 40}) {
+    int empirical[2] = {0, 0};
+    int exact[2] = {0, 0};
+    int naive = 0;
+    for (int study = 0; study < kStudies; ++study) {
+      const Vector sums = simulate(runs, 40, 1, 0.95, generator).rowwise().sum();
+      Moments moments;
+      for (const double sum : sums) moments.add(sum);
+      const double p = test_time_average(moments, 40.0, 40.0, 0.95).p_value;
+      const double q = two_sided_p_value(sums.sum(), law.run_sum * static_cast<double>(runs));
+      empirical[0] += p <= 0.05;
+      empirical[1] += p <= 0.01;
+      exact[0] += q <= 0.05;
+      exact[1] += q <= 0.01;
+      naive += two_sided_p_value(sums.sum(), 40.0 * static_cast<double>(runs)) <= 0.05;
+    }
+    for (int i = 0; i < 2; ++i) {
+      const double alpha = i == 0 ? 0.05 : 0.01;
+      const double five_errors = 5.0 * test::binomial_standard_error(alpha, kStudies);
+      EXPECT_NEAR(empirical[i] / 2000.0, alpha, five_errors) << runs;
+      EXPECT_NEAR(exact[i] / 2000.0, alpha, five_errors) << runs;
+    }
+    EXPECT_GT(naive / 2000.0, 0.3);
+  }
+}
+
+TEST(EffectiveSample, TimeAverageFindsBothDirections) {
+  std::mt19937_64 generator(3);
+  Moments high, low;
+  for (const double sum : Vector(simulate(100, 20, 2, 0.9, generator).rowwise().sum())) {
+    high.add(1.6 * sum);
+    low.add(0.6 * sum);
+  }
+  EXPECT_EQ(test_time_average(high, 40.0, 20.0, 0.95).verdict, Verdict::optimistic);
+  EXPECT_EQ(test_time_average(low, 40.0, 20.0, 0.95).verdict, Verdict::pessimistic);
+  EXPECT_GT(test_time_average(high, 40.0, 20.0, 0.95).run_sum.lower, 40.0);
+}
+
+TEST(EffectiveSample, DegenerateTimeAverages) {
+  EXPECT_EQ(test_time_average({}, 1.0, 1.0, 0.95).verdict, Verdict::undecided);
+  EXPECT_FALSE(test_time_average({}, 1.0, 1.0, 0.95).run_sum.reason.empty());
+  const Moments one{.count = 1, .mean = 3.0, .m2 = 0.0};
+  EXPECT_EQ(test_time_average(one, 1.0, 1.0, 0.95).verdict, Verdict::undecided);
+  const Moments nan{.count = 3, .mean = std::nan(""), .m2 = 0.0};
+  EXPECT_EQ(test_time_average(nan, 1.0, 1.0, 0.95).verdict, Verdict::undecided);
+  EXPECT_THROW(test_time_average(one, 0.0, 1.0, 0.95), std::invalid_argument);
+  EXPECT_THROW(test_time_average(one, 1.0, 0.0, 0.95), std::invalid_argument);
+}
+
+TEST(EffectiveSample, CorrelationTimeOfSquaredAutoregression) {
+  // ρ_h = φ^{2h}: τ = (1 + φ²) / (1 − φ²).
+  std::mt19937_64 generator(4);
+  for (const double phi : {0.0, 0.7, 0.9}) {
+    const Matrix nees = simulate(1, 50000, 1, phi, generator);
+    const std::vector<double> series(nees.data(), nees.data() + nees.size());
+    const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series}, 1.0);
+    const double exact = (1.0 + phi * phi) / (1.0 - phi * phi);
+    EXPECT_NEAR(sample.correlation_time / exact, 1.0, 0.15) << phi;
+    EXPECT_NEAR(sample.size, 50000.0 / sample.correlation_time, 1e-6);
+  }
+  EXPECT_FALSE(effective_sample({}, 1.0).reason.empty());
+  const std::vector<double> constant(10, 1.0);
+  EXPECT_FALSE(effective_sample(std::vector<std::span<const double>>{constant}, 1.0).reason.empty());
+}
+
+TEST(EffectiveSample, SingleRunIsCalibrated) {
+  constexpr int kStudies = 2000;
+  std::mt19937_64 generator(5);
+  int at_5 = 0;
+  int at_1 = 0;
+  int found = 0;
+  int undecided = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    const Matrix nees = simulate(1, 1000, 2, 0.7, generator) / 2.0;
+    std::vector<double> series(nees.data(), nees.data() + nees.size());
+    const TimeAverageTest test = test_single_run(series, 0.95);
+    undecided += test.verdict == Verdict::undecided;
+    at_5 += test.p_value <= 0.05;
+    at_1 += test.p_value <= 0.01;
+    for (double& x : series) x *= 1.6;
+    found += test_single_run(series, 0.95).verdict == Verdict::optimistic;
+  }
+  EXPECT_NEAR(at_5 / 2000.0, 0.05, 5.0 * test::binomial_standard_error(0.05, kStudies));
+  EXPECT_NEAR(at_1 / 2000.0, 0.01, 5.0 * test::binomial_standard_error(0.01, kStudies));
+  EXPECT_GT(found / 2000.0, 0.8);
+  EXPECT_LE(undecided, 2);
+}
+
+TEST(EffectiveSample, AShortRunIsUndecided) {
+  std::mt19937_64 generator(6);
+  const Matrix nees = simulate(1, 60, 1, 0.95, generator);
+  const std::vector<double> series(nees.data(), nees.data() + nees.size());
+  EXPECT_EQ(test_single_run(series, 0.95).verdict, Verdict::undecided);
+  EXPECT_FALSE(test_single_run(series, 0.95).run_sum.reason.empty());
+  EXPECT_FALSE(test_single_run({}, 0.95).run_sum.reason.empty());
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,132 @@
+#include "analysis/laws/sample_size.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/consistency.h"
+#include "tests/analysis/evidence/synthetic_studies.h"
+
+namespace credence {
+namespace {
+
+TEST(SampleSize, PowerOfAConsistentFilterIsTheLevel) {
+  for (const double dof : {1.0, 10.0, 1e4}) EXPECT_NEAR(chi_square_power(1.0, dof, 0.05), 0.05, 1e-10);
+}
+
+TEST(SampleSize, TwoDofPowerInClosedForm) {
+  // χ²(2): P(χ² > x) = e^{−x/2}. Level 5 %: quantiles −2 ln 0.975 and −2 ln 0.025; factor 2 halves the
+  // exponent.
+  const double expected = 1.0 - std::sqrt(0.975) + std::sqrt(0.025);
+  EXPECT_NEAR(chi_square_power(2.0, 2.0, 0.05), expected, 1e-12);
+}
+
+TEST(SampleSize, PowerGrowsWithRunsAndWithTheFactor) {
+  const VerdictDesign design{.steps = 50.0, .dof_per_step = 2.0};
+  EXPECT_LT(verdict_power(design, 1.2, 50.0), verdict_power(design, 1.2, 200.0));
+  EXPECT_LT(verdict_power(design, 1.2, 50.0), verdict_power(design, 1.4, 50.0));
+  EXPECT_LT(verdict_power(design, 0.9, 50.0), verdict_power(design, 0.7, 50.0));
+}
+
+TEST(SampleSize, RunsNeededAreTheFewest) {
+  const VerdictDesign design{.steps = 1.0, .dof_per_step = 2.0};
+  for (const double factor : {0.5, 0.9, 1.1, 1.5, 3.0}) {
+    const RunsNeeded needed = runs_to_detect(design, factor, 0.9);
+    EXPECT_GE(needed.power, 0.9);
+    if (needed.runs > 1) {
+      EXPECT_LT(verdict_power(design, factor, static_cast<double>(needed.runs - 1)), 0.9) << factor;
+    }
+  }
+  // Normal approximation for a small deviation: M n (ln f)²/2 ≈ (1.96 + 1.2816)².
+  const double approximate = 2.0 * std::pow(1.95996 + 1.28155, 2) / (2.0 * std::pow(std::log(1.02), 2));
+  EXPECT_NEAR(static_cast<double>(runs_to_detect(design, 1.02, 0.9).runs) / approximate, 1.0, 0.03);
+}
+
+TEST(SampleSize, DetectableFactorInvertsRunsNeeded) {
+  const VerdictDesign design{.steps = 40.0, .dof_per_step = 2.0, .white = true};
+  const DetectableFactors factors = detectable_factors(design, 50.0, 0.9);
+  EXPECT_NEAR(verdict_power(design, factors.above, 50.0), 0.9, 1e-6);
+  EXPECT_NEAR(verdict_power(design, factors.below, 50.0), 0.9, 1e-6);
+  EXPECT_LE(runs_to_detect(design, factors.above * 1.001, 0.9).runs, 50);
+  EXPECT_GE(runs_to_detect(design, 1.0 + 0.9 * (factors.above - 1.0), 0.9).runs, 50);
+}
+
+// Share of studies that the verdict rejects, with the statistic scaled by `factor`.
+double simulated_power(const VerdictDesign& design, double factor, int runs, double phi, int studies,
+                       unsigned seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  const std::size_t steps = static_cast<std::size_t>(design.steps);
+  const std::vector<double> dofs(steps, runs * design.dof_per_step);
+  int rejected = 0;
+  for (int study = 0; study < studies; ++study) {
+    std::vector<Moments> moments(steps);
+    for (int run = 0; run < runs; ++run) {
+      double a = normal(generator);
+      double b = normal(generator);
+      for (Moments& step : moments) {
+        step.add(factor * (a * a + b * b));
+        a = phi * a + std::sqrt(1.0 - phi * phi) * normal(generator);
+        b = phi * b + std::sqrt(1.0 - phi * phi) * normal(generator);
+      }
+    }
+    const ConsistencyVerdict verdict = design.white ? judge_nis(moments, dofs, design.confidence)
+                                                    : judge_nees(moments, dofs, design.confidence);
+    rejected += verdict.verdict != Verdict::consistent;
+  }
+  return static_cast<double>(rejected) / studies;
+}
+
+TEST(SampleSize, WhitePlanIsWhatSimulationFinds) {
+  constexpr int kStudies = 1000;
+  const VerdictDesign design{.steps = 20.0, .dof_per_step = 2.0, .white = true};
+  for (const double factor : {0.8, 1.25}) {
+    const RunsNeeded needed = runs_to_detect(design, factor, 0.8);
+    const double power = simulated_power(design, factor, static_cast<int>(needed.runs), 0.0, kStudies, 1);
+    // The plan counts the sum alone: a lower bound, and the steps add little.
+    const double error = test::binomial_standard_error(needed.power, kStudies);
+    EXPECT_GE(power, needed.power - 5.0 * error) << factor;
+    EXPECT_LE(power, needed.power + 0.05 + 5.0 * error) << factor;
+    RecordProperty("planned_" + std::to_string(factor), std::to_string(needed.power));
+    RecordProperty("simulated_" + std::to_string(factor), std::to_string(power));
+  }
+}
+
+TEST(SampleSize, CorrelatedPlanIsWhatSimulationFinds) {
+  constexpr int kStudies = 1000;
+  // φ = 1: one effective step, exact up to the share of the steps' own test.
+  const VerdictDesign constant{.steps = 10.0, .dof_per_step = 2.0};
+  const RunsNeeded needed = runs_to_detect(constant, 1.5, 0.8);
+  const double error = test::binomial_standard_error(needed.power, kStudies);
+  EXPECT_NEAR(simulated_power(constant, 1.5, static_cast<int>(needed.runs), 1.0, kStudies, 2), needed.power,
+              5.0 * error);
+  // φ = 0.9 over 10 steps: at least the power planned for full correlation.
+  EXPECT_GE(simulated_power(constant, 1.5, static_cast<int>(needed.runs), 0.9, kStudies, 3),
+            needed.power - 5.0 * error);
+}
+
+TEST(SampleSize, RunsForPrecision) {
+  // n = 2, one effective step: the mean of M values of relative variance 1 to ± 10 %.
+  EXPECT_EQ(runs_for_precision({.steps = 10.0, .dof_per_step = 2.0}, 0.1), 385);
+  EXPECT_EQ(runs_for_precision({.steps = 10.0, .dof_per_step = 2.0}, 100.0), 2);
+  EXPECT_EQ(runs_for_precision({.steps = 10.0, .dof_per_step = 2.0, .effective_steps = 5.0}, 0.1), 77);
+}
+
+TEST(SampleSize, RejectsImpossiblePlans) {
+  const VerdictDesign design;
+  EXPECT_THROW(runs_to_detect(design, 1.0, 0.9), std::invalid_argument);
+  EXPECT_THROW(runs_to_detect(design, -1.0, 0.9), std::invalid_argument);
+  EXPECT_THROW(runs_to_detect(design, 2.0, 1.0), std::invalid_argument);
+  EXPECT_THROW(runs_to_detect(design, 1.0 + 1e-9, 0.9), std::invalid_argument);
+  EXPECT_THROW(verdict_power({.steps = 0.0}, 2.0, 10.0), std::invalid_argument);
+  EXPECT_THROW(verdict_power(design, 2.0, 0.0), std::invalid_argument);
+  EXPECT_THROW(chi_square_power(2.0, 0.0, 0.05), std::invalid_argument);
+  EXPECT_THROW(runs_for_precision(design, 0.0), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence

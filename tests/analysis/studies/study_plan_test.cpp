@@ -1,0 +1,147 @@
+#include "analysis/studies/study_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "analysis/evidence/consistency.h"
+#include "analysis/laws/effective_sample.h"
+#include "analysis/studies/selftest_study.h"
+#include "tests/analysis/evidence/synthetic_studies.h"
+
+namespace credence {
+namespace {
+
+struct Power {
+  double nees = 0.0, nis = 0.0;
+};
+
+// Share of studies that the verdicts reject when the true covariance is `factor` times the claimed one: all
+// three variances that the filter assumes are too small by it, which leaves its gain right.
+Power simulated_power(double factor, std::int64_t runs, int studies) {
+  const double assumed = 1.0 / factor;
+  const SyntheticFilter filter(
+      {.process_scale = assumed, .measurement_scale = assumed, .initial_scale = assumed});
+  const NoiseSource noise(11, 1);
+  const std::int64_t blocks = (runs + SyntheticFilter::kRuns - 1) / SyntheticFilter::kRuns;
+  Power power;
+  for (int study = 0; study < studies; ++study) {
+    std::vector<Moments> nees(SyntheticFilter::kSteps), nis = nees;
+    for (std::int64_t run = 0; run < runs; ++run) {
+      const int lane = static_cast<int>(run % SyntheticFilter::kRuns);
+      static std::vector<SyntheticFilter::Sample> samples;
+      if (lane == 0) samples = filter.simulate(noise, study * blocks + run / SyntheticFilter::kRuns);
+      for (std::size_t k = 0; k < nees.size(); ++k) {
+        nees[k].add(filter.whitened(static_cast<int>(k), samples[k].error).col(lane).squaredNorm());
+        nis[k].add(samples[k].innovation.col(lane).squaredNorm());
+      }
+    }
+    const std::vector<double> dofs = synthetic_dofs(nis, 2.0);
+    power.nees += is_inconsistent(judge_nees(nees, dofs, 0.95).verdict) ? 1.0 : 0.0;
+    power.nis += is_inconsistent(judge_nis(nis, dofs, 0.95).verdict) ? 1.0 : 0.0;
+  }
+  power.nees /= studies;
+  power.nis /= studies;
+  return power;
+}
+
+TEST(StudyPlan, PlannedRunsHaveThePlannedPower) {
+  constexpr int kStudies = 300;
+  const SyntheticFilter filter({});
+  VerdictDesign design{.steps = SyntheticFilter::kSteps, .dof_per_step = 2.0};
+  design.effective_steps = linear_nees_time_law(filter.transitions(), filter.covariances()).effective_steps;
+  VerdictDesign white = design;
+  white.white = true;
+  for (const double factor : {1.6, 1.0 / 1.6}) {
+    const RunsNeeded nees = runs_to_detect(design, factor, 0.8);
+    const double error = test::binomial_standard_error(nees.power, kStudies);
+    const double measured = simulated_power(factor, nees.runs, kStudies).nees;
+    // A lower bound: the two parts of the verdict help each other.
+    EXPECT_GE(measured, nees.power - 5.0 * error) << factor;
+    EXPECT_LE(measured, nees.power + 0.08 + 5.0 * error) << factor;
+    // Half the runs do not do.
+    EXPECT_LT(simulated_power(factor, nees.runs / 2, kStudies).nees, nees.power - error) << factor;
+    RecordProperty("nees_runs", std::to_string(nees.runs));
+    RecordProperty("nees_measured", std::to_string(measured));
+  }
+  for (const double factor : {1.2, 1.0 / 1.2}) {
+    const RunsNeeded nis = runs_to_detect(white, factor, 0.8);
+    const double error = test::binomial_standard_error(nis.power, kStudies);
+    const double measured = simulated_power(factor, nis.runs, kStudies).nis;
+    EXPECT_GE(measured, nis.power - 5.0 * error) << factor;
+    EXPECT_LE(measured, nis.power + 0.05 + 5.0 * error) << factor;
+  }
+}
+
+Scenario short_monobot() {
+  Scenario scenario = default_scenario(WorldModel::monobot);
+  scenario.study.steps = 20;
+  return scenario;
+}
+
+TEST(StudyPlan, LinearScenarioIsPlannedByItsExactLaw) {
+  const Scenario scenario = short_monobot();
+  const auto experiment = make_experiment(scenario);
+  const StudyPlan plan = plan_study(scenario, *experiment, {.factor = 1.3, .threads = 1});
+  EXPECT_EQ(plan.correlation, CorrelationSource::exact_law);
+  EXPECT_EQ(plan.nees.design.steps, 20.0);
+  EXPECT_EQ(plan.nees.design.dof_per_step, 3.0);
+  EXPECT_EQ(plan.nis.design.dof_per_step, 2.0);
+  EXPECT_GT(plan.nees.design.effective_steps, 1.0);
+  EXPECT_LT(plan.nees.design.effective_steps, 20.0);
+  ASSERT_EQ(plan.nees.detections.size(), 2U);
+  EXPECT_EQ(plan.nees.detections[0].factor, 1.3);
+  EXPECT_GE(plan.nees.detections[0].needed.power, 0.9);
+  EXPECT_EQ(plan.nees.detections[0].needed.runs, runs_to_detect(plan.nees.design, 1.3, 0.9).runs);
+  EXPECT_LE(plan.nis.detections[0].needed.runs, plan.nees.detections[0].needed.runs);
+  EXPECT_GE(plan.runs_for_all, plan.runs_for_precision);
+  EXPECT_GT(plan.pilot.seconds_per_run, 0.0);
+}
+
+TEST(StudyPlan, ExactLawAgreesWithItsRuns) {
+  const Scenario scenario = short_monobot();
+  const auto experiment = make_experiment(scenario);
+  constexpr Index kRuns = 400;
+  Matrix nees(kRuns, 20);
+  for (Index run = 0; run < kRuns; ++run) {
+    Index k = -1;
+    experiment->visit(run, [&](const TraceStep& step) {
+      if (k >= 0) nees(run, k) = step.nees;
+      ++k;
+    });
+  }
+  const double measured = empirical_nees_time_law(nees).effective_steps;
+  const StudyPlan plan = plan_study(scenario, *experiment, {.threads = 1});
+  // The variance of a variance: √(2/400) and the kurtosis of χ² make about 10 %.
+  EXPECT_NEAR(measured / plan.nees.design.effective_steps, 1.0, 0.5);
+}
+
+TEST(StudyPlan, CostOfASweepIsThatOfAllConfigurations) {
+  const Scenario scenario = short_monobot();
+  StudyPlan plan;
+  plan.scenario = scenario;
+  plan.pilot.seconds_per_run = 0.01;
+  plan.runs_for_all = 300;
+  StudyPlan slow = plan;
+  slow.pilot.seconds_per_run = 0.03;
+  slow.runs_for_all = 500;
+  const std::vector<StudyPlan> plans{plan, slow};
+  const SweepCost cost = sweep_cost(plans, 10);
+  EXPECT_EQ(cost.runs, 500);
+  EXPECT_NEAR(cost.seconds, 10 * 0.02 * 500, 1e-9);
+  EXPECT_NEAR(cost.scenario_seconds, 10 * 0.02 * static_cast<double>(scenario.study.runs), 1e-9);
+  EXPECT_EQ(sweep_cost({}, 0).runs, 0);
+}
+
+TEST(StudyPlan, RefusesImpossibleQuestions) {
+  const Scenario scenario = short_monobot();
+  const auto experiment = make_experiment(scenario);
+  EXPECT_THROW(plan_study(scenario, *experiment, {.factor = 1.0, .threads = 1}), std::invalid_argument);
+  EXPECT_THROW(plan_study(scenario, *experiment, {.factor = -2.0, .threads = 1}), std::invalid_argument);
+  EXPECT_THROW(plan_study(scenario, *experiment, {.power = 1.0, .threads = 1}), std::invalid_argument);
+  EXPECT_THROW(plan_study(scenario, *experiment, {.precision = 0.0, .threads = 1}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence

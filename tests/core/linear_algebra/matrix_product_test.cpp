@@ -1,0 +1,89 @@
+#include "core/linear_algebra/matrix_product.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+namespace credence {
+namespace {
+
+Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  Matrix M(rows, columns);
+  for (double& x : M.reshaped()) x = normal(generator);
+  return M;
+}
+
+/// As the header says: over k, ascending, by fused multiply-adds.
+Matrix by_definition(const Matrix& A, const Matrix& B) {
+  Matrix C = Matrix::Zero(A.rows(), B.cols());
+  for (Index i = 0; i < C.rows(); ++i) {
+    for (Index j = 0; j < C.cols(); ++j) {
+      for (Index k = 0; k < A.cols(); ++k) C(i, j) = std::fma(A(i, k), B(k, j), C(i, j));
+    }
+  }
+  return C;
+}
+
+std::vector<InstructionSet> sets() {
+  std::vector<InstructionSet> all;
+  for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2, InstructionSet::avx512}) {
+    if (is_supported(set)) all.push_back(set);
+  }
+  return all;
+}
+
+constexpr Index kShapes[][3] = {{1, 1, 1}, {8, 8, 8}, {7, 9, 5}, {16, 3, 40}, {33, 17, 65}, {3, 50, 0}};
+
+TEST(MatrixProduct, is_the_sum_in_its_order_to_the_bit) {
+  for (const InstructionSet set : sets()) {
+    MatrixProduct multiply(set);  // its memory is used again for other shapes
+    for (const auto& [rows, columns, depth] : kShapes) {
+      const Matrix A = random_matrix(rows, depth, 1), B = random_matrix(depth, columns, 2);
+      const Matrix expected = by_definition(A, B);
+      Matrix C;
+      multiply.set(C, A, B);
+      EXPECT_EQ(C, expected) << instruction_set_name(set) << ' ' << rows << 'x' << columns << 'x' << depth;
+      const Matrix A_t = A.transpose(), B_t = B.transpose();
+      multiply.set(C, Factor::transposed(A_t), Factor::transposed(B_t));
+      EXPECT_EQ(C, expected) << instruction_set_name(set);
+    }
+  }
+}
+
+TEST(MatrixProduct, a_lower_triangle_is_added_to) {
+  for (const InstructionSet set : sets()) {
+    MatrixProduct multiply(set);
+    for (const Index n : {1, 8, 13, 40}) {
+      const Matrix A = random_matrix(n, n / 2, 3), start = random_matrix(n, n, 4);
+      const Matrix expected = start + by_definition(A, A.transpose());
+      Matrix C = start;
+      multiply.add_lower(C, A, Factor::transposed(A));
+      for (Index j = 0; j < n; ++j) {
+        for (Index i = j; i < n; ++i) EXPECT_EQ(C(i, j), expected(i, j)) << i << ' ' << j;
+      }
+    }
+  }
+}
+
+TEST(MatrixProduct, what_is_not_finite_stays_where_it_is) {
+  Matrix A = random_matrix(9, 9, 5);
+  A(4, 3) = std::nan("");
+  Matrix C;
+  MatrixProduct().set(C, A, Matrix(Matrix::Identity(9, 9)));
+  for (Index i = 0; i < 9; ++i) EXPECT_EQ(C.row(i).hasNaN(), i == 4);
+}
+
+TEST(MatrixProduct, shapes_that_do_not_match_are_refused) {
+  MatrixProduct multiply;
+  Matrix C = Matrix::Zero(3, 3);
+  EXPECT_THROW(multiply.set(C, Matrix(3, 2), Matrix(3, 3)), std::invalid_argument);
+  EXPECT_THROW(multiply.add_lower(C, Matrix(2, 2), Matrix(2, 2)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,193 @@
+#include "datasets/logs/filter_log.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+#include "datasets/data_error.h"
+#include "tests/datasets/data_folder.h"
+
+namespace credence {
+namespace {
+
+const std::string kHeader =
+    "step,estimate.x,estimate.heading:angle,truth.x,truth.heading,P.1.1,P.1.2,P.2.2,innovation.1,S.1.1\n";
+
+class FilterLog : public ::testing::Test {
+ protected:
+  std::filesystem::path write(const std::string& text) const {
+    std::ofstream(folder_.path() / "log.csv", std::ios::binary) << text;
+    return folder_.path() / "log.csv";
+  }
+
+  std::vector<FilterRow> read(const std::string& text) const {
+    FilterLogReader reader(write(text));
+    std::vector<FilterRow> rows;
+    FilterRow row;
+    while (reader.next(row)) rows.push_back(row);
+    return rows;
+  }
+
+  std::string error(const std::string& text) const {
+    try {
+      read(text);
+    } catch (const DataError& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(FilterLog, HoldsErrorsCovariancesAndInnovations) {
+  const auto rows = read(kHeader + "1,2.5,3.1,2,-3.1,4,0.5,9,0.25,2\n3,1,0,1,0,1,0,1,,\r\n");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].step, 1);
+  EXPECT_EQ(rows[0].line, 2);
+  EXPECT_EQ(rows[0].error[0], 0.5);
+  EXPECT_NEAR(rows[0].error[1], 6.2 - 2.0 * std::numbers::pi, 1e-15);  // wrapped
+  EXPECT_EQ(rows[0].P(0, 1), 0.5);
+  EXPECT_EQ(rows[0].P(1, 0), 0.5);
+  EXPECT_EQ(rows[0].P(1, 1), 9.0);
+  EXPECT_EQ(rows[0].innovations.at(0).nu[0], 0.25);
+  EXPECT_EQ(rows[0].innovations.at(0).S(0, 0), 2.0);
+  EXPECT_EQ(rows[1].step, 3);
+  EXPECT_EQ(rows[1].innovations.at(0).nu.size(), 0);
+}
+
+TEST_F(FilterLog, LeavesOutStatesThatAreBlankWithTheirVariances) {
+  const auto rows = read(kHeader + "1,,3,,2.5,,,9,,\n2,1,3,,3,4,0,9,,\n");
+  ASSERT_EQ(rows.size(), 2U);
+  for (const FilterRow& row : rows) {
+    EXPECT_EQ(row.states, std::vector<Index>{1});
+    EXPECT_EQ(row.P(0, 0), 9.0);
+  }
+}
+
+TEST_F(FilterLog, TakesSeveralSensorsOfVaryingDimension) {
+  FilterLogReader reader(
+      write("innovation.gps.1,innovation.gps.2,S.gps.1.1,S.gps.1.2,S.gps.2.2,innovation.odo.1,S.odo.1.1\n"
+            "1,2,3,0.5,4,,\n,2,,,4,7,8\n"));
+  EXPECT_FALSE(reader.layout().has_truth);
+  EXPECT_EQ(reader.layout().sensors, (std::vector<std::string>{"gps", "odo"}));
+  FilterRow row;
+  ASSERT_TRUE(reader.next(row));
+  EXPECT_EQ(row.innovations[0].nu.size(), 2);
+  EXPECT_EQ(row.innovations[0].S(1, 0), 0.5);
+  EXPECT_EQ(row.innovations[1].nu.size(), 0);
+  ASSERT_TRUE(reader.next(row));
+  EXPECT_EQ(row.innovations[0].nu.size(), 1);
+  EXPECT_EQ(row.innovations[0].S(0, 0), 4.0);
+  EXPECT_EQ(row.innovations[1].S(0, 0), 8.0);
+}
+
+TEST_F(FilterLog, KeepsTheRunsOfARunColumnApart) {
+  FilterLogReader reader(
+      write("run,estimate.x,truth.x,P.1.1\n7,1,0,1\n7,1,0,1\n# failed: diverged at step 3\n2,1,0,1\n"));
+  FilterRow row;
+  ASSERT_TRUE(reader.next(row));
+  EXPECT_TRUE(reader.run_began());
+  ASSERT_TRUE(reader.next(row));
+  EXPECT_FALSE(reader.run_began());
+  EXPECT_EQ(row.step, 2);
+  ASSERT_TRUE(reader.next(row));
+  EXPECT_TRUE(reader.run_began());
+  EXPECT_EQ(row.step, 1);
+  ASSERT_TRUE(reader.failure().has_value());
+  EXPECT_EQ(reader.failure()->step, 3);
+  EXPECT_FALSE(reader.next(row));
+}
+
+TEST_F(FilterLog, AnAsymmetricCovarianceIsAProblemOfTheRow) {
+  const auto rows = read(
+      "estimate.x,estimate.y,truth.x,truth.y,P.1.1,P.1.2,P.2.1,P.2.2\n1,1,0,0,1,0.5,0.5,1\n1,1,0,0,1,0.5,0.4,"
+      "1\n");
+  EXPECT_EQ(rows.at(0).problem, "");
+  EXPECT_EQ(rows.at(1).problem, "a covariance is not symmetric");
+}
+
+TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
+  const std::string row = "1,2,3,2,3,4,0,9,0,2\n";
+  const std::pair<std::string, std::string> cases[] = {
+      {"", "is empty"},
+      {"\n\n", "is empty"},
+      {kHeader, "log.csv:1: holds no rows"},
+      {kHeader + row + "2,2,3,2,3,4,0,9,0,2", "log.csv:3: the last line has no end"},
+      {kHeader + row + "2,2,3\n", "log.csv:3: 3 fields where the header names 10 columns"},
+      {kHeader + row + "2,2,3,2,3,4,0,9,0,2,5\n", "log.csv:3: 11 fields"},
+      {kHeader + "1,nan,3,2,3,4,0,9,0,2\n", "log.csv:2: column estimate.x: 'nan' is not a finite number"},
+      {kHeader + "1,inf,3,2,3,4,0,9,0,2\n", "'inf' is not a finite number"},
+      {kHeader + "1,2.5.1,3,2,3,4,0,9,0,2\n", "'2.5.1' is not a finite number"},
+      {kHeader + "1,\x01\x02,3,2,3,4,0,9,0,2\n", "'?\?' is not a finite number"},
+      {kHeader + row + row, "log.csv:3: step 1 does not increase"},
+      {kHeader + "0,2,3,2,3,4,0,9,0,2\n", "step 0: accepted are whole numbers"},
+      {kHeader + "1e12,2,3,2,3,4,0,9,0,2\n", "accepted are whole numbers from 1 to 10000000"},
+      {kHeader + ",2,3,2,3,4,0,9,0,2\n", "column step is blank"},
+      {kHeader + "1,2,3,2,3,4,,9,0,2\n", "column P.1.2 is blank"},
+      {kHeader + "1,2,3,2,3,4,0,9,0,\n", "column S.1.1 is blank"},
+      {"estimate.x,truth.x\n1,1\n", "log.csv:1: column P.1.1 is missing"},
+      {"estimate.x,truth.y,P.1.1\n1,1,1\n", "column truth.x is missing"},
+      {"estimate.x,P.1.1\n1,1\n", "nothing to judge"},
+      {"estimate.x,truth.x,P.1.1,P.1.1\n1,1,1,1\n", "twice"},
+      {"estimate.x,truth.x,P.1.1,P.1.2\n1,1,1,1\n", "lies outside"},
+      {"estimate.x,truth.x,P.1.1,weight\n1,1,1,1\n", "unknown column 'weight'"},
+      {"innovation.1,innovation.3,S.1.1\n1,1,1\n", "column innovation.2 is missing"},
+      {"innovation.1\n1\n", "column S.1.1 is missing"},
+      {"time,innovation.1,S.1.1\n2,1,1\n2,1,1\n", "log.csv:3: time 2 does not increase"},
+      {"run,innovation.1,S.1.1\n1,1,1\n2,1,1\n1,1,1\n", "log.csv:4: the rows of run 1 do not stand together"},
+      {kHeader + row + "# failed: tired at step 3\n", "log.csv:3: accepted is"}};
+  for (const auto& [text, expected] : cases) {
+    EXPECT_NE(error(text).find(expected), std::string::npos)
+        << "expected " << expected << "\ngot " << error(text);
+  }
+  EXPECT_THROW(FilterLogReader(folder_.path() / "absent.csv"), DataError);
+  EXPECT_THROW(FilterLogReader(folder_.path()), DataError);
+}
+
+TEST_F(FilterLog, NoBytesMakeItDoAnythingElseThanReadOrRefuse) {
+  const std::string good = kHeader + "1,2,3,2,3,4,0,9,0,2\n2,1,1,1,1,1,0,1,,\n# failed: diverged at step 3\n";
+  std::mt19937 random(7);
+  int refused = 0;
+  for (int i = 0; i < 600; ++i) {
+    std::string text = good;
+    const auto changes = 1 + random() % 4;
+    for (unsigned c = 0; c < changes; ++c) {
+      const std::size_t at = random() % text.size();
+      switch (random() % 3) {
+        case 0:
+          text[at] = static_cast<char>(random() % 256);
+          break;
+        case 1:
+          text.erase(at, 1 + random() % 8);
+          break;
+        default:
+          text.insert(at, text.substr(random() % text.size(), random() % 40));
+      }
+      if (text.empty()) text = "\n";
+    }
+    try {
+      for (const FilterRow& row : read(text)) {
+        ASSERT_TRUE(row.error.allFinite());
+        ASSERT_EQ(row.P.rows(), row.error.size());
+      }
+    } catch (const DataError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 300);
+}
+
+TEST_F(FilterLog, StreamsLinesLongerThanItsBuffer) {
+  const std::string padding(200'000, ' ');
+  const auto rows = read("innovation.1,S.1.1\n" + padding + "1," + padding + "2\n3,4\n");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].innovations[0].S(0, 0), 2.0);
+  EXPECT_EQ(rows[1].innovations[0].nu[0], 3.0);
+}
+
+}  // namespace
+}  // namespace credence

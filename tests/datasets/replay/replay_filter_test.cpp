@@ -1,0 +1,228 @@
+#include "datasets/replay/replay_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/manifold/angle.h"
+
+namespace credence {
+namespace {
+
+/// A world in which the filter's assumptions hold: a unicycle on a circle among four landmarks, all in view.
+struct World {
+  ReplaySettings settings;
+  ReplayStart start;
+  Vehicle vehicle{VehicleKind::unicycle, {}};
+
+  World() {
+    settings.vehicle = VehicleKind::unicycle;
+    settings.initial = {.position_std = 0.02, .heading_std_deg = 0.5, .heading_deg = 0};
+    settings.noise = {.speed_std = 0.1, .steering_std_deg = 0, .turn_rate_std = 0.05};
+    settings.noise.range_std = 0.05;
+    settings.noise.bearing_std_deg = 0.5;
+    start.survey_m = {{4, 1}, {-3, 4}, {-2, -5}, {5, -4}};
+    start.first_seen = {0, 1, 2, 3};
+    start.time_s = 100;
+  }
+
+  /// One run of the filter with noise from `seed`; the world's range noise is `noise_ratio` times the
+  /// assumed.
+  ReplayResult run(unsigned seed, int steps, double noise_ratio = 1) const {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    const double degree = kRadiansPerDegree;
+    Pose truth = start.pose;
+    truth(0) += settings.initial.position_std * normal(random);
+    truth(1) += settings.initial.position_std * normal(random);
+    truth(2) += settings.initial.heading_std_deg * degree * normal(random);
+    ReplayFilter filter(settings, start);
+    for (int k = 1; k <= steps; ++k) {
+      const Control measured(0.5, 0.2);
+      Control actual = measured;
+      actual(0) += settings.noise.speed_std * normal(random);
+      actual(1) += settings.noise.turn_rate_std * normal(random);
+      truth = vehicle.moved(truth, actual, 0.1);
+      filter.set_control(measured);
+      filter.advance_to(start.time_s + 0.1 * k);
+      std::vector<Sight> sights;
+      for (std::size_t i = 0; i < start.survey_m.size(); ++i) {
+        RangeBearing z = measure_range_bearing(truth, start.survey_m[i]);
+        z(0) += noise_ratio * settings.noise.range_std * normal(random);
+        z(1) = wrap_angle(z(1) + settings.noise.bearing_std_deg * degree * normal(random));
+        sights.push_back({static_cast<int>(i), z});
+      }
+      filter.observe(start.time_s + 0.1 * k, sights);
+      filter.compare_pose(start.time_s + 0.1 * k, truth);
+    }
+    return filter.finish();
+  }
+};
+
+// In a world as the filter assumes it NEES and NIS have the means 3, 2, 2. The bounds are 5 standard errors
+// of the mean over runs (NEES at the last step) and of the sum over sights (NIS is white).
+TEST(ReplayFilter, IsConsistentWhereItsAssumptionsHold) {
+  const World world;
+  constexpr int kRuns = 60, kSteps = 60;
+  double nees = 0, landmark_nees = 0, nis = 0;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    const ReplayResult result = world.run(seed, kSteps);
+    nees += result.references.back().nees / kRuns;
+    landmark_nees += result.landmark_nees.mean() / kRuns;
+    nis += result.nis.mean() / kRuns;
+  }
+  EXPECT_NEAR(nees, 3, 5 * std::sqrt(2 * 3.0 / kRuns));
+  EXPECT_NEAR(landmark_nees, 2, 5 * std::sqrt(2 * 2.0 / kRuns));
+  EXPECT_NEAR(nis, 2, 5 * std::sqrt(2 * 2.0 / (kRuns * (kSteps - 1) * 4)));
+}
+
+// The power of the same test: range noise of twice or half the assumed is found in one run.
+TEST(ReplayFilter, NisTellsWrongNoise) {
+  const World world;
+  constexpr int kSteps = 60;
+  const double five_errors = 5 * std::sqrt(2 * 2.0 / ((kSteps - 1) * 4));
+  EXPECT_GT(world.run(1, kSteps, 2.0).nis.mean(), 2 + five_errors);
+  EXPECT_LT(world.run(1, 4 * kSteps, 0.5).nis.mean(), 2 - five_errors / 2);
+}
+
+TEST(ReplayFilter, EverySightHasOneOutcome) {
+  const World world;
+  const ReplayResult result = world.run(7, 50);
+  EXPECT_EQ(result.observations, 200);
+  EXPECT_EQ(result.scans_with_observations, 50);
+  EXPECT_EQ(result.associated, 200);
+  EXPECT_EQ(result.initialised, 4);
+  EXPECT_EQ(result.updated, 196);
+  EXPECT_EQ(result.nis.count, 196);
+  EXPECT_EQ(result.updates.size(), 49U);
+  EXPECT_EQ(result.steps.size(), 50U);
+  EXPECT_EQ(result.references.size(), 50U);
+  EXPECT_EQ(result.map.size(), 4U);
+  EXPECT_NEAR(result.duration_s, 5, 1e-9);
+  EXPECT_NEAR(result.steps.back().time_s, 5, 1e-9);
+  EXPECT_GT(result.steps.back().gain.range, 0);
+  EXPECT_GT(result.steps.back().landmarks[0].gain.bearing, 0);
+  EXPECT_EQ(result.nis.expected, 2);
+}
+
+TEST(ReplayFilter, AnchorsAreNoStates) {
+  World world;
+  world.settings.world = {.full = true, .anchors = 2};
+  world.start.first_seen = {2, 0, 1, 3};
+  const ReplayResult result = world.run(7, 50);
+  EXPECT_EQ(result.anchors, (std::vector<int>{2, 0}));
+  EXPECT_EQ(result.map.size(), 2U);
+  EXPECT_EQ(result.updated, 198);
+}
+
+/// A filter that stands still at the origin and knows landmark 0 and, half a metre beside it, landmark 1.
+ReplayFilter standing_filter(double gate, ReplayAssociation association) {
+  World world;
+  world.settings.filter.gate = gate;
+  world.settings.filter.association = association;
+  world.start.survey_m = {{4, 0}, {4, 0.5}, {-20, 0}};
+  ReplayFilter filter(world.settings, world.start);
+  for (int k = 0; k < 20; ++k)
+    filter.observe(world.start.time_s + 1e-3 * k,
+                   std::vector<Sight>{{0, {4, 0}}, {1, {std::hypot(4, 0.5), std::atan2(0.5, 4)}}});
+  return filter;
+}
+
+TEST(ReplayFilter, TheGateRejectsAndCounts) {
+  ReplayFilter filter = standing_filter(0.99, ReplayAssociation::survey);
+  filter.observe(100.1, std::vector<Sight>{{0, {5, 0}}});   // a metre too far
+  filter.observe(100.2, std::vector<Sight>{{0, {4, 0}}});   // right
+  filter.observe(100.3, std::vector<Sight>{{-1, {9, 1}}});  // nobody's
+  const ReplayResult result = filter.finish();
+  EXPECT_EQ(result.rejected, 1);
+  EXPECT_EQ(result.unassociated, 1);
+  EXPECT_EQ(result.associated, 42);
+  EXPECT_EQ(result.updated, 39);
+  EXPECT_EQ(result.ambiguous, 0);
+  EXPECT_EQ(result.nis.count, 39) << "a rejected sight is not in the mean";
+  EXPECT_GT(result.sights[40].nis, 9.21);
+  EXPECT_NEAR(result.sights[40].innovation(0), 1, 0.01);
+  EXPECT_NEAR(result.nis.expected, 1.907, 5e-4) << "theory: section 7";
+}
+
+TEST(ReplayFilter, CompatibilityFindsLandmarksByItself) {
+  ReplayFilter filter = standing_filter(0.99, ReplayAssociation::compatibility);
+  filter.observe(100.1, std::vector<Sight>{{2, {20, 3.1}}});  // far from all: new
+  filter.observe(100.2, std::vector<Sight>{{1, {4, 0}}});     // says 1, looks like 0
+  filter.observe(100.3, std::vector<Sight>{{0, {4.2, 0}}});   // neither fits nor is new
+  const ReplayResult result = filter.finish();
+  EXPECT_EQ(result.initialised, 3);
+  EXPECT_EQ(result.map.size(), 3U);
+  EXPECT_EQ(result.map[2].landmark, 2);
+  EXPECT_EQ(result.mismatched, 1);
+  EXPECT_EQ(result.rejected, 1);
+  EXPECT_EQ(result.updated, 39);
+}
+
+// Two landmarks that the filter cannot tell apart.
+TEST(ReplayFilter, AmbiguousSightsAreCounted) {
+  World world;
+  world.settings.filter.gate = 0.99;
+  world.start.survey_m = {{4, 0}, {4, 0.02}};
+  ReplayFilter filter(world.settings, world.start);
+  filter.observe(101, std::vector<Sight>{{0, {4, 0}}, {1, {4, 0.005}}});
+  filter.observe(102, std::vector<Sight>{{0, {4, 0}}});
+  const ReplayResult result = filter.finish();
+  EXPECT_EQ(result.ambiguous, 1);
+  EXPECT_EQ(result.updated, 1) << "known association uses it all the same";
+}
+
+TEST(ReplayFilter, ALandmarkSeenTwiceAtOneTimeIsUsedTwice) {
+  World world;
+  ReplayFilter filter(world.settings, world.start);
+  filter.observe(101, std::vector<Sight>{{0, {4, 0.2}}, {0, {4, 0.21}}});
+  const ReplayResult result = filter.finish();
+  EXPECT_EQ(result.initialised, 1);
+  EXPECT_EQ(result.updated, 1);
+  EXPECT_EQ(result.scans_with_observations, 1);
+}
+
+TEST(ReplayFilter, PositionsAreComparedWithoutTouchingTheFilter) {
+  World world;
+  ReplayFilter with(world.settings, world.start), without(world.settings, world.start);
+  for (ReplayFilter* filter : {&with, &without}) filter->set_control({1, 0});
+  with.compare_position(100.5, {0.5, 0});
+  for (ReplayFilter* filter : {&with, &without}) filter->advance_to(101);
+  const ReplayResult compared = with.finish(), plain = without.finish();
+  ASSERT_EQ(compared.references.size(), 1U);
+  EXPECT_NEAR(compared.references[0].estimate(0), 0.5, 1e-12) << "extrapolated to the time of the fix";
+  EXPECT_EQ(compared.references[0].dof, 2);
+  EXPECT_NEAR(compared.references[0].nees, 0, 1e-20);
+  EXPECT_EQ(compared.covariance.vehicle_final, plain.covariance.vehicle_final);
+}
+
+// A pose that is known exactly has no NEES; it is kept and said, not averaged.
+TEST(ReplayFilter, ASingularCovarianceIsSaid) {
+  World world;
+  world.settings.initial.position_std = 0;
+  world.settings.initial.heading_std_deg = 0;
+  ReplayFilter filter(world.settings, world.start);
+  filter.compare_pose(100, world.start.pose);
+  const ReplayResult result = filter.finish();
+  EXPECT_TRUE(result.references[0].singular);
+  EXPECT_EQ(result.vehicle_nees.count, 0);
+}
+
+TEST(ReplayFilter, ExpectedNisOfAGate) {
+  EXPECT_EQ(expected_nis(0), 2);
+  EXPECT_NEAR(expected_nis(0.99), 1.907, 5e-4);
+  EXPECT_NEAR(gate_threshold(0.99), 9.21034, 1e-5);
+  // The mean of the exponential law cut at g, by the midpoint rule.
+  const double g = gate_threshold(0.9);
+  double mean = 0, mass = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const double x = g * (i + 0.5) / 20000;
+    mean += x * std::exp(-x / 2);
+    mass += std::exp(-x / 2);
+  }
+  EXPECT_NEAR(expected_nis(0.9), mean / mass, 1e-7);
+}
+
+}  // namespace
+}  // namespace credence

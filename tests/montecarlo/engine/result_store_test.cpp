@@ -1,0 +1,493 @@
+#include "montecarlo/engine/result_store.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "montecarlo/scenario/scenario_difference.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/scenario/scenario_text.h"
+
+namespace credence {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+using Bytes = std::vector<std::byte>;
+constexpr const char* kVersion = "0.1.0";
+
+/// A directory of the test's own, gone with it.
+class ScratchDirectory {
+ public:
+  ScratchDirectory() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "credence_store_XXXXXX").string();
+    path_ = mkdtemp(pattern.data());
+  }
+  ~ScratchDirectory() {
+    std::error_code error;
+    std::filesystem::permissions(path_, std::filesystem::perms::owner_all, error);
+    std::filesystem::remove_all(path_, error);
+  }
+  ScratchDirectory(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+
+  std::filesystem::path operator/(const char* name) const { return path_ / name; }
+  std::filesystem::path database(const char* name) const { return path_ / name / "results.sqlite"; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Bytes that depend on a number, of any length, with zeros among them.
+Bytes payload(int number, std::size_t size = 100) {
+  Bytes bytes(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    bytes[i] = static_cast<std::byte>((static_cast<std::size_t>(number) * 31 + i * i) % 251);
+  }
+  return bytes;
+}
+
+ChunkKey chunk(int number, const std::string& configuration = "c1") {
+  return {configuration, 64 * number, 64};
+}
+
+std::string scenario_text(const std::vector<std::string>& overrides = {}) {
+  return canonical_toml(load_scenario_text("[world]\nmodel = \"monobot\"\n", "x.toml", overrides));
+}
+
+ResultStore filled(const std::filesystem::path& directory, int first, int last) {
+  ResultStore store = ResultStore::open_to_write(directory, kVersion);
+  store.require_same_scenario(scenario_text());
+  store.put_configuration("c1", "text of c1");
+  for (int i = first; i < last; ++i) store.put_chunk(chunk(i), payload(i));
+  store.commit();
+  return store;
+}
+
+std::string said_by(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const StoreError& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+void run_sql(const std::filesystem::path& file, const char* sql) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
+  sqlite3_close(database);
+}
+
+TEST(ResultStore, GivesBackWhatWasPut) {
+  const ScratchDirectory scratch;
+  {
+    ResultStore store = ResultStore::open_to_write(scratch / "new/deep", kVersion);
+    EXPECT_EQ(store.scenario(), "");
+    store.require_same_scenario(scenario_text());
+    store.put_configuration("c2", "text of c2");
+    store.put_configuration("c1", "text of c1");
+    store.put_configuration("c1", "text of c1");
+    store.put_chunk({"c1", 128, 64}, payload(2));
+    store.put_chunk({"c1", 0, 64}, payload(0, 300'000));
+    store.put_chunk({"c1", 128, 8}, payload(3));
+    store.put_chunk({"c2", 0, 64}, {});
+    EXPECT_EQ(store.get_chunk({"c1", 128, 64}), payload(2)) << "before the commit";
+  }
+  const ResultStore store = ResultStore::open_to_read(scratch / "new/deep");
+  EXPECT_EQ(store.scenario(), scenario_text());
+  EXPECT_EQ(store.tool_version(), kVersion);
+  EXPECT_THAT(store.configurations(), ElementsAre("c1", "c2"));
+  EXPECT_EQ(store.configuration("c1"), "text of c1");
+  EXPECT_EQ(store.configuration("c3"), std::nullopt);
+  EXPECT_THAT(store.chunks("c1"),
+              ElementsAre(ChunkKey{"c1", 0, 64}, ChunkKey{"c1", 128, 8}, ChunkKey{"c1", 128, 64}));
+  EXPECT_EQ(store.get_chunk({"c1", 0, 64}), payload(0, 300'000));
+  EXPECT_EQ(store.get_chunk({"c1", 128, 8}), payload(3));
+  EXPECT_EQ(store.get_chunk({"c2", 0, 64}), Bytes());
+  EXPECT_EQ(store.get_chunk({"c1", 0, 63}), std::nullopt);
+}
+
+TEST(ResultStore, TheSameChunkTwiceIsFineWithOtherBitsAnError) {
+  const ScratchDirectory scratch;
+  ResultStore store = filled(scratch / "a", 0, 3);
+  store.put_chunk(chunk(1), payload(1));
+  Bytes other = payload(1);
+  other.back() ^= std::byte{1};
+  const std::string said = said_by([&] { store.put_chunk(chunk(1), other); });
+  EXPECT_THAT(said, AllOf(HasSubstr("runs 64 to 127 of configuration c1"), HasSubstr("other bits")));
+  EXPECT_THAT(said_by([&] { store.put_chunk(chunk(1), payload(1, 99)); }), HasSubstr("other bits"));
+  EXPECT_EQ(store.get_chunk(chunk(1)), payload(1)) << "what was there stays";
+  store.put_chunk(chunk(3), payload(3));  // and the store goes on
+  EXPECT_EQ(store.chunks("c1").size(), 4U);
+  EXPECT_THAT(said_by([&] { store.put_configuration("c1", "text"); }), HasSubstr("configuration c1"));
+}
+
+TEST(ResultStore, RefusesKeysThatMakeNoSense) {
+  const ScratchDirectory scratch;
+  ResultStore store = filled(scratch / "a", 0, 1);
+  EXPECT_THROW(store.put_chunk({"c1", -1, 64}, payload(1)), std::invalid_argument);
+  EXPECT_THROW(store.put_chunk({"c1", 0, 0}, payload(1)), std::invalid_argument);
+  EXPECT_THROW(store.put_chunk({"unknown", 0, 64}, payload(1)), std::invalid_argument);
+  store.put_chunk(chunk(1), payload(1));
+  EXPECT_EQ(store.chunks("c1").size(), 2U);
+}
+
+TEST(ResultStore, RefusesAnotherScenarioShowingTheDifference) {
+  const ScratchDirectory scratch;
+  ResultStore store = filled(scratch / "a", 0, 1);
+  store.require_same_scenario(scenario_text());
+  const std::string said = said_by([&] {
+    store.require_same_scenario(scenario_text({"world.landmarks=3", "filter.inflation=map", "study.runs=9"}));
+  });
+  EXPECT_THAT(said, HasSubstr((scratch / "a").string()));
+  EXPECT_THAT(said,
+              HasSubstr("- filter.inflation = \"none\"\n+ filter.inflation = \"map\"\n"
+                        "+ filter.solution = \"pairwise\"\n- world.landmarks = 2\n+ world.landmarks = 3\n"));
+  EXPECT_THAT(said, Not(HasSubstr("runs")));
+  EXPECT_EQ(store.scenario(), scenario_text()) << "nothing was written over";
+}
+
+TEST(ResultStore, MoreRunsAndAnotherConfidenceExtendAStudy) {
+  const ScratchDirectory scratch;
+  ResultStore store = filled(scratch / "a", 0, 1);
+  const std::string more = scenario_text({"study.runs=1000", "study.confidence=0.99"});
+  store.require_same_scenario(more);
+  EXPECT_EQ(store.scenario(), more);
+}
+
+TEST(ScenarioDifference, ListsKeysOnceEachSide) {
+  EXPECT_EQ(scenario_difference("[a]\nx = 1\n", "[a]\nx = 1\n"), "");
+  EXPECT_EQ(scenario_difference("[a]\nx = 1\n[b]\nx = 1\n", "[a]\nx = 1\n[b]\nx = 2\ny = 3"),
+            "- b.x = 1\n+ b.x = 2\n+ b.y = 3\n");
+  EXPECT_EQ(scenario_difference("[sweep]\nworld.landmarks = [1, 2]\n", ""),
+            "- sweep.world.landmarks = [1, 2]\n");
+  EXPECT_EQ(scenario_difference("[study]\nruns = 1\nseed = 1\n", "[study]\nruns = 2\nseed = 1\n"), "");
+}
+
+TEST(ResultStore, OneProcessWritesWhileOthersRead) {
+  const ScratchDirectory scratch;
+  ResultStore writer = filled(scratch / "a", 0, 2);
+  EXPECT_THAT(said_by([&] { ResultStore::open_to_write(scratch / "a", kVersion); }),
+              AllOf(HasSubstr("is writing there"), HasSubstr("pid " + std::to_string(getpid()))));
+  const ResultStore reader = ResultStore::open_to_read(scratch / "a");
+  EXPECT_EQ(reader.chunks("c1").size(), 2U);
+  writer.put_chunk(chunk(2), payload(2));
+  writer.commit();
+  EXPECT_EQ(reader.chunks("c1").size(), 3U) << "a reader follows";
+}
+
+TEST(ResultStore, SaysThatAnotherProgramHoldsTheFile) {
+  const ScratchDirectory scratch;
+  { filled(scratch / "a", 0, 1); }
+  sqlite3* other = nullptr;
+  ASSERT_EQ(sqlite3_open(scratch.database("a").c_str(), &other), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  {
+    ResultStore store = ResultStore::open_to_write(scratch / "a", kVersion);
+    EXPECT_THAT(said_by([&] { store.put_chunk(chunk(1), payload(1)); }),
+                HasSubstr("locked by another process"));
+    sqlite3_exec(other, "ROLLBACK", nullptr, nullptr, nullptr);
+    sqlite3_close(other);
+    store.put_chunk(chunk(1), payload(1));
+  }
+  EXPECT_EQ(ResultStore::open_to_read(scratch / "a").chunks("c1").size(), 2U);
+}
+
+TEST(ResultStore, AStoreOpenedToReadTakesNothing) {
+  const ScratchDirectory scratch;
+  { filled(scratch / "a", 0, 1); }
+  ResultStore store = ResultStore::open_to_read(scratch / "a");
+  EXPECT_THAT(said_by([&] { store.put_chunk(chunk(1), payload(1)); }), HasSubstr("opened to read"));
+  store.require_same_scenario(scenario_text({"study.runs=9"}));
+  EXPECT_EQ(store.scenario(), scenario_text());
+  EXPECT_THAT(said_by([&] { store.require_same_scenario(scenario_text({"study.seed=9"})); }),
+              HasSubstr("study.seed"));
+}
+
+/// Runs `body` in a process of its own, which is killed by signal 9 once it has reported `reports` numbers.
+/// Returns how many it had reported when it died.
+int killed_after(int reports, const std::function<void(const std::function<void()>&)>& body) {
+  int ends[2] = {};
+  if (pipe(ends) != 0) return -1;
+  const pid_t child = fork();
+  if (child == 0) {
+    close(ends[0]);
+    try {
+      body([&] {
+        if (write(ends[1], "x", 1) != 1) _exit(1);
+      });
+    } catch (...) {
+      _exit(2);
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  int count = 0;
+  char byte = 0;
+  while (count < reports && read(ends[0], &byte, 1) == 1) ++count;
+  kill(child, SIGKILL);
+  while (read(ends[0], &byte, 1) == 1) ++count;
+  close(ends[0]);
+  waitpid(child, nullptr, 0);
+  return count;
+}
+
+// Every chunk that the killed process knew to be committed is there with its bits, and the work goes on.
+TEST(ResultStore, LosesNothingCommittedWhenKilled) {
+  const ScratchDirectory scratch;
+  int known = 0;
+  for (const int reports : {1, 2, 7, 20, 40}) {
+    const int committed = killed_after(reports, [&](const std::function<void()>& report) {
+      ResultStore store = ResultStore::open_to_write(scratch / "a", kVersion);
+      store.require_same_scenario(scenario_text());
+      store.put_configuration("c1", "text of c1");
+      for (int i = 0; i < 10'000; ++i) {
+        if (store.get_chunk(chunk(i))) continue;
+        store.put_chunk(chunk(i), payload(i, 5000));
+        store.commit();
+        report();
+      }
+    });
+    ASSERT_GE(committed, reports);
+    known += committed;
+    const ResultStore store = ResultStore::open_to_read(scratch / "a");
+    const std::vector<ChunkKey> keys = store.chunks("c1");
+    ASSERT_GE(keys.size(), static_cast<std::size_t>(known));
+    ASSERT_LE(keys.size(), static_cast<std::size_t>(known) + 5) << "at most one a kill was not yet reported";
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      EXPECT_EQ(keys[i], chunk(static_cast<int>(i)));
+      EXPECT_EQ(store.get_chunk(keys[i]), payload(static_cast<int>(i), 5000));
+    }
+  }
+  ResultStore store = filled(scratch / "a", 10'000, 10'001);
+  EXPECT_EQ(store.get_chunk(chunk(10'000)), payload(10'000));
+}
+
+TEST(ResultStore, ShowsNothingOfWhatWasNotCommittedWhenKilled) {
+  const ScratchDirectory scratch;
+  killed_after(1, [&](const std::function<void()>& report) {
+    ResultStore store = filled(scratch / "a", 0, 3);  // the commit is less than half a second ago: these wait
+    for (int i = 3; i < 6; ++i) store.put_chunk(chunk(i), payload(i));
+    report();
+    pause();
+  });
+  EXPECT_EQ(ResultStore::open_to_read(scratch / "a").chunks("c1").size(), 3U);
+}
+
+TEST(ResultStore, CommitsByItselfAfterHalfASecond) {
+  const ScratchDirectory scratch;
+  ResultStore writer = filled(scratch / "a", 0, 1);
+  usleep(510'000);
+  writer.put_chunk(chunk(1), payload(1));
+  EXPECT_EQ(ResultStore::open_to_read(scratch / "a").chunks("c1").size(), 2U);
+}
+
+// A limit on the size of files stands for the full disk, which a test cannot make.
+TEST(ResultStore, KeepsWhatWasSavedWhenThereIsNoRoom) {
+  const ScratchDirectory scratch;
+  const int committed = killed_after(1'000'000, [&](const std::function<void()>& report) {
+    ResultStore store = filled(scratch / "a", 0, 1);
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{300'000, 300'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const std::string said = said_by([&] {
+      for (int i = 1; i < 1000; ++i) {
+        store.put_chunk(chunk(i), payload(i, 5000));
+        store.commit();
+        report();
+      }
+    });
+    const bool clear =
+        said.find("results.sqlite: ") != std::string::npos && said.find("is kept") != std::string::npos;
+    if (clear &&
+        said_by([&] { store.put_chunk(chunk(2000), payload(1)); }).find("no more") != std::string::npos) {
+      report();  // one more, for the messages
+    }
+  });
+  ASSERT_GT(committed, 10);
+  const ResultStore store = ResultStore::open_to_read(scratch / "a");
+  EXPECT_EQ(store.chunks("c1").size(), static_cast<std::size_t>(committed))
+      << "first chunk and messages cancel";
+  for (int i = 1; i < committed; ++i) EXPECT_EQ(store.get_chunk(chunk(i)), payload(i, 5000));
+}
+
+TEST(ResultStore, SaysThatTheDiskIsFull) {
+  const ScratchDirectory scratch;
+  std::filesystem::create_directories(scratch / "a");
+  const SqliteDatabase database(scratch.database("a"), SqliteDatabase::Mode::create);
+  database.execute("PRAGMA max_page_count = 4; CREATE TABLE t(x BLOB)");
+  const std::string said = said_by(
+      [&] { SqliteStatement(database, "INSERT INTO t VALUES(?)").bind(1, payload(0, 50'000)).run(); });
+  EXPECT_THAT(said, AllOf(HasSubstr("results.sqlite"), HasSubstr("the disk is full")));
+}
+
+TEST(ResultStore, FindsDamage) {
+  const ScratchDirectory scratch;
+  { filled(scratch / "a", 0, 200); }
+  const auto size = std::filesystem::file_size(scratch.database("a"));
+  std::filesystem::create_directories(scratch / "b");
+  for (const std::uintmax_t kept : {size - 4096, size / 2, std::uintmax_t{4096}, std::uintmax_t{100}}) {
+    std::filesystem::copy_file(scratch.database("a"), scratch.database("b"),
+                               std::filesystem::copy_options::overwrite_existing);
+    std::filesystem::resize_file(scratch.database("b"), kept);
+    for (const bool writing : {false, true}) {
+      const std::string said = said_by([&] {
+        writing ? ResultStore::open_to_write(scratch / "b", kVersion)
+                : ResultStore::open_to_read(scratch / "b");
+      });
+      EXPECT_THAT(said, AllOf(HasSubstr("results.sqlite: "),
+                              testing::AnyOf(HasSubstr("damaged"), HasSubstr("no result store"))))
+          << kept << " of " << size;
+      EXPECT_EQ(std::filesystem::file_size(scratch.database("b")), kept) << "left as it was";
+    }
+  }
+}
+
+// One byte of the file is changed: the store complains, or what it gives is right.
+TEST(ResultStore, NeverGivesWrongBits) {
+  const ScratchDirectory scratch;
+  { filled(scratch / "a", 0, 100); }
+  const auto size = static_cast<std::streamoff>(std::filesystem::file_size(scratch.database("a")));
+  int complaints = 0;
+  for (std::streamoff at = 24; at < size; at += 709) {
+    std::fstream file(scratch.database("a"), std::ios::in | std::ios::out | std::ios::binary);
+    const auto flip = [&] {
+      file.seekg(at);
+      const auto byte = static_cast<char>(file.get());
+      file.seekp(at);
+      file.put(static_cast<char>(byte ^ 0x10)).flush();
+    };
+    flip();
+    const std::string said = said_by([&] {
+      const ResultStore store = ResultStore::open_to_read(scratch / "a");
+      for (const ChunkKey& key : store.chunks("c1")) {
+        EXPECT_EQ(store.get_chunk(key), payload(static_cast<int>(key.first_run / 64))) << "byte " << at;
+      }
+    });
+    complaints += said == "nothing" ? 0 : 1;
+    flip();
+  }
+  EXPECT_GT(complaints, 10);
+}
+
+TEST(ResultStore, FindsAChangedPayload) {
+  const ScratchDirectory scratch;
+  { filled(scratch / "a", 0, 3); }
+  run_sql(scratch.database("a"), "UPDATE chunks SET payload = zeroblob(100) WHERE first_run = 64");
+  run_sql(scratch.database("a"), "UPDATE chunks SET runs = 32 WHERE first_run = 128");
+  const ResultStore store = ResultStore::open_to_read(scratch / "a");
+  EXPECT_EQ(store.get_chunk(chunk(0)), payload(0));
+  EXPECT_THAT(said_by([&] { store.get_chunk(chunk(1)); }),
+              AllOf(HasSubstr("runs 64 to 127"), HasSubstr("damaged")));
+  EXPECT_THAT(said_by([&] { store.get_chunk({"c1", 128, 32}); }), HasSubstr("damaged"));
+}
+
+TEST(ResultStore, RefusesFilesThatAreNoStoreAndLeavesThem) {
+  const ScratchDirectory scratch;
+  std::filesystem::create_directories(scratch / "text");
+  std::ofstream(scratch.database("text")) << "this is a text of more than sixteen bytes\n";
+  std::filesystem::create_directories(scratch / "foreign");
+  run_sql(scratch.database("foreign"), "CREATE TABLE addresses(name TEXT)");
+  { filled(scratch / "newer", 0, 1); }
+  run_sql(scratch.database("newer"), "PRAGMA user_version = 2");
+  for (const bool writing : {false, true}) {
+    const auto open = [&](const char* name) {
+      return said_by([&] {
+        writing ? ResultStore::open_to_write(scratch / name, kVersion)
+                : ResultStore::open_to_read(scratch / name);
+      });
+    };
+    EXPECT_THAT(open("text"), AllOf(HasSubstr("text/results.sqlite"), HasSubstr("no result store")));
+    EXPECT_THAT(open("foreign"), HasSubstr("another program"));
+    EXPECT_THAT(open("newer"), HasSubstr("newer version (layout 2"));
+  }
+  std::string word;
+  std::ifstream(scratch.database("text")) >> word;
+  EXPECT_EQ(word, "this");
+}
+
+TEST(ResultStore, RefusesDirectoriesItCannotUse) {
+  const ScratchDirectory scratch;
+  EXPECT_THAT(said_by([&] { ResultStore::open_to_read(scratch / "missing"); }),
+              AllOf(HasSubstr("missing: "), HasSubstr("no results")));
+  EXPECT_FALSE(std::filesystem::exists(scratch / "missing"));
+  std::ofstream(scratch / "file") << "x";
+  EXPECT_THAT(said_by([&] { ResultStore::open_to_write(scratch / "file", kVersion); }), HasSubstr("file: "));
+  EXPECT_THAT(said_by([&] { ResultStore::open_to_write(scratch / "file/below", kVersion); }),
+              HasSubstr("below: "));
+  EXPECT_THAT(said_by([&] { ResultStore::open_to_write("/proc/credence", kVersion); }),
+              HasSubstr("/proc/credence: "));
+  std::filesystem::create_directories(scratch / "empty");
+  std::ofstream(scratch.database("empty")).flush();
+  EXPECT_THAT(said_by([&] { ResultStore::open_to_read(scratch / "empty"); }), HasSubstr("no results yet"));
+}
+
+TEST(ResultStore, ReadsWhereItCannotWrite) {
+  const ScratchDirectory scratch;
+  { filled(scratch / "odd ?name#%20", 0, 2); }
+  const auto directory = scratch / "odd ?name#%20";
+  std::filesystem::permissions(directory,
+                               std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  const bool is_root = access(directory.c_str(), W_OK) == 0;  // whom no permission stops
+  EXPECT_EQ(ResultStore::open_to_read(directory).chunks("c1").size(), 2U);
+  if (!is_root) {
+    std::filesystem::remove(directory / "results.sqlite.lock");
+    EXPECT_THAT(said_by([&] { ResultStore::open_to_write(directory, kVersion); }),
+                HasSubstr("cannot be written"));
+  }
+  std::filesystem::permissions(directory, std::filesystem::perms::owner_all);
+  const SqliteDatabase frozen(directory / "results.sqlite", SqliteDatabase::Mode::immutable);
+  EXPECT_EQ(frozen.integer("SELECT count(*) FROM chunks"), 2);
+}
+
+TEST(ResultStore, MergesShards) {
+  const ScratchDirectory scratch;
+  const ResultStore first = filled(scratch / "a", 0, 5);
+  const ResultStore second = filled(scratch / "b", 3, 8);
+  ResultStore whole = ResultStore::open_to_write(scratch / "out", kVersion);
+  const auto one = whole.merge_from(first), two = whole.merge_from(second), again = whole.merge_from(second);
+  EXPECT_EQ(one.added, 5);
+  EXPECT_EQ(two.added, 3);
+  EXPECT_EQ(two.already_there, 2);
+  EXPECT_EQ(again.added, 0);
+  EXPECT_EQ(whole.scenario(), scenario_text());
+  ASSERT_EQ(whole.chunks("c1").size(), 8U);
+  for (int i = 0; i < 8; ++i) EXPECT_EQ(whole.get_chunk(chunk(i)), payload(i));
+}
+
+TEST(ResultStore, MergesAllOfAShardOrNothing) {
+  const ScratchDirectory scratch;
+  ResultStore whole = filled(scratch / "a", 4, 5);
+  {
+    ResultStore other = filled(scratch / "b", 0, 3);
+    other.put_chunk(chunk(4), payload(99));
+  }
+  const ResultStore contradicting = ResultStore::open_to_read(scratch / "b");
+  EXPECT_THAT(said_by([&] { whole.merge_from(contradicting); }),
+              AllOf(HasSubstr("runs 256 to 319"), HasSubstr("other bits")));
+  EXPECT_THAT(whole.chunks("c1"), ElementsAre(chunk(4)));
+  whole.put_chunk(chunk(5), payload(5));  // and the store goes on
+  EXPECT_EQ(whole.chunks("c1").size(), 2U);
+  ResultStore foreign = ResultStore::open_to_write(scratch / "c", kVersion);
+  foreign.require_same_scenario(scenario_text({"study.seed=2"}));
+  EXPECT_THAT(said_by([&] { whole.merge_from(foreign); }), HasSubstr("- study.seed = 1\n+ study.seed = 2"));
+}
+
+}  // namespace
+}  // namespace credence

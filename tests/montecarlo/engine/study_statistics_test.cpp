@@ -1,0 +1,90 @@
+#include "montecarlo/engine/study_statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace credence {
+namespace {
+
+StudyStatistics sample(std::uint64_t seed, std::int64_t runs, std::int64_t first = 0) {
+  std::mt19937_64 rng(seed);
+  std::normal_distribution<double> normal;
+  StudyStatistics s;
+  s.runs = runs;
+  s.steps.resize(3);
+  for (std::int64_t r = 0; r < runs; ++r) {
+    for (StepStatistics& step : s.steps) {
+      for (Moments& m : step.quantities) m.add(normal(rng));
+      step.nees_dof += 2;
+      step.nis_dof += 1;
+    }
+  }
+  s.failures.push_back({first + runs / 2, 2, Outcome::diverged});
+  return s;
+}
+
+TEST(Moments, MergingIsAddingAllValues) {
+  std::mt19937_64 rng(3);
+  std::normal_distribution<double> normal(5.0, 2.0);
+  Moments all, left, right;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = normal(rng);
+    all.add(x);
+    (i < 300 ? left : right).add(x);
+  }
+  left.merge(right);
+  EXPECT_EQ(left.count, all.count);
+  EXPECT_NEAR(left.mean, all.mean, 1e-13);
+  EXPECT_NEAR(left.m2 / all.m2, 1.0, 1e-13);
+  Moments empty;
+  empty.merge(all);
+  EXPECT_EQ(empty, all);
+  empty.merge({});
+  EXPECT_EQ(empty, all);
+}
+
+TEST(StudyStatistics, BytesReadBackToTheSame) {
+  const StudyStatistics s = sample(1, 10);
+  EXPECT_EQ(statistics_from_bytes(to_bytes(s)), s);
+}
+
+TEST(StudyStatistics, BytesThatAreCutOrChangedAreRefused) {
+  const std::vector<std::byte> bytes = to_bytes(sample(1, 10));
+  for (std::size_t n = 0; n < bytes.size(); n += 7) {
+    EXPECT_THROW(statistics_from_bytes(std::span(bytes).first(n)), std::runtime_error) << n;
+  }
+  std::vector<std::byte> longer = bytes;
+  longer.push_back(std::byte{0});
+  EXPECT_THROW(statistics_from_bytes(longer), std::runtime_error);
+  std::vector<std::byte> huge_count = bytes;
+  for (std::size_t i = 12; i < 20; ++i) huge_count[i] = std::byte{0xff};
+  EXPECT_THROW(statistics_from_bytes(huge_count), std::runtime_error);
+}
+
+TEST(StudyStatistics, CountsOutcomes) {
+  StudyStatistics s = sample(1, 10);
+  s.merge(sample(2, 20, 10));
+  EXPECT_EQ(s.runs, 30);
+  EXPECT_EQ(s.count(Outcome::ok), 28);
+  EXPECT_EQ(s.count(Outcome::diverged), 2);
+  EXPECT_EQ(s.count(Outcome::not_positive_definite), 0);
+  EXPECT_EQ(s.steps[0].nees_dof, 60);
+  EXPECT_EQ(s.steps[0].nis_dof, 30);
+  StudyStatistics other;
+  EXPECT_THROW(s.merge(other), std::invalid_argument);
+}
+
+TEST(StudyStatistics, DofsAreTheSumsOfEveryStep) {
+  StudyStatistics statistics;
+  statistics.steps.resize(2);
+  statistics.steps[0].nees_dof = 6;
+  statistics.steps[1].nees_dof = 8;
+  statistics.steps[1].nis_dof = 3;
+  EXPECT_EQ(statistics.dofs(Quantity::nees), (std::vector<double>{6.0, 8.0}));
+  EXPECT_EQ(statistics.dofs(Quantity::nis), (std::vector<double>{0.0, 3.0}));
+  EXPECT_THROW(statistics.dofs(Quantity::trace), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,109 @@
+#include "reports/figures/figure_axis.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace credence {
+namespace {
+
+using testing::ElementsAre;
+
+std::vector<std::string> labels(const Axis& axis) {
+  std::vector<std::string> texts;
+  for (const AxisTick& tick : axis.ticks) texts.push_back(tick.label.text);
+  return texts;
+}
+
+Panel panel_of(Series series) {
+  Panel panel;
+  panel.series = {std::move(series)};
+  return panel;
+}
+
+TEST(FigureAxis, TicksAreRoundAndShareTheirDecimals) {
+  EXPECT_THAT(labels(make_axis({0, 100}, false, 5)), ElementsAre("0", "20", "40", "60", "80", "100"));
+  EXPECT_THAT(labels(make_axis({-0.5, 1.02}, false, 3)), ElementsAre("−0.5", "0.0", "0.5", "1.0"));
+  EXPECT_THAT(labels(make_axis({4512345, 4512395}, false, 3)), ElementsAre("4512360", "4512380"));
+}
+
+TEST(FigureAxis, ExtremeMagnitudesArePowers) {
+  EXPECT_THAT(labels(make_axis({0, 2e-5}, false, 2)), ElementsAre("0", "1×10^{−5}", "2×10^{−5}"));
+  EXPECT_THAT(labels(make_axis({-1.5e10, 0}, false, 3)),
+              ElementsAre("−1.5×10^{10}", "−1.0×10^{10}", "−0.5×10^{10}", "0"));
+}
+
+TEST(FigureAxis, LogTicksAreDecadesOrOneTwoFive) {
+  EXPECT_THAT(labels(make_axis({0.1, 10}, true, 7)), ElementsAre("0.1", "0.2", "0.5", "1", "2", "5", "10"));
+  EXPECT_THAT(labels(make_axis({1e-6, 1e-1}, true, 5)),
+              ElementsAre("10^{−6}", "10^{−5}", "10^{−4}", "10^{−3}", "10^{−2}", "10^{−1}"));
+  EXPECT_LE(make_axis({1e-200, 1e200}, true, 5).ticks.size(), 7u);
+  EXPECT_GE(make_axis({2, 3}, true, 4).ticks.size(), 2u) << "less than a decade needs labels too";
+}
+
+TEST(FigureAxis, TicksStayWithinTheRange) {
+  for (const auto& [low, high] : {std::pair{1.0, 100.0}, {-1e-9, 1e9}, {1e15, 1e15 + 4}, {-3e299, 3e299}}) {
+    const Axis axis = make_axis({low, high}, false, 6);
+    EXPECT_LE(axis.ticks.size(), 50u);
+    for (const AxisTick& tick : axis.ticks) {
+      EXPECT_GE(tick.value, low - 1e-8 * (high - low));
+      EXPECT_LE(tick.value, high + 1e-8 * (high - low));
+    }
+  }
+}
+
+TEST(FigureAxis, RangesHoldTheDataAndIgnoreWhatIsNotFinite) {
+  const double nan = std::nan("");
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Panel panel = panel_of(line_series("", ColourRole::first, {1, 2, 3}, {nan, -1, infinity}));
+  EXPECT_EQ(x_range_of(panel).low, 1.0);
+  EXPECT_EQ(x_range_of(panel).high, 3.0);
+  EXPECT_LT(y_range_of(panel).low, -1.0);
+  EXPECT_GT(y_range_of(panel).high, -1.0);
+}
+
+TEST(FigureAxis, BandsLevelsAndBarsCount) {
+  const Panel band = panel_of(band_series("", ColourRole::bound, {1, 2}, {-5, -4}, {4, 6}));
+  EXPECT_LE(y_range_of(band).low, -5.0);
+  EXPECT_GE(y_range_of(band).high, 6.0);
+  EXPECT_GE(y_range_of(panel_of(level_series("", ColourRole::bound, 7))).high, 7.0);
+  EXPECT_GE(y_range_of(panel_of(error_bar_series("", ColourRole::first, {1}, {1}, {0}, {9}))).high, 9.0);
+}
+
+TEST(FigureAxis, NothingToShowStillGivesAnAxis) {
+  const AxisRange range = y_range_of(panel_of(line_series("", ColourRole::first, {}, {})));
+  EXPECT_LT(range.low, range.high);
+  Panel log = panel_of(line_series("", ColourRole::first, {-1}, {0}));
+  log.log_y = log.log_x = true;
+  EXPECT_GT(y_range_of(log).low, 0.0);
+  EXPECT_GT(x_range_of(log).low, 0.0);
+}
+
+TEST(FigureAxis, TheStatedRangeWins) {
+  Panel panel = panel_of(line_series("", ColourRole::first, {1, 2}, {1, 1e9}));
+  panel.y_range = AxisRange{0, 10};
+  EXPECT_EQ(y_range_of(panel).high, 10.0);
+}
+
+TEST(FigureAxis, CellEdgesLieBetweenCentres) {
+  EXPECT_THAT(cell_edges({1, 2, 4}, false), ElementsAre(0.5, 1.5, 3, 5));
+  const auto log = cell_edges({1, 100}, true);
+  EXPECT_NEAR(log[0], 0.1, 1e-12);
+  EXPECT_NEAR(log[1], 10.0, 1e-10);
+  EXPECT_NEAR(log[2], 1000.0, 1e-8);
+  EXPECT_EQ(cell_edges({3}, false).size(), 2u);
+}
+
+TEST(FigureAxis, EqualiseGivesOneScale) {
+  AxisRange x{0, 10};
+  AxisRange y{0, 1};
+  equalise(x, y, 2.0);
+  EXPECT_DOUBLE_EQ(x.high - x.low, 10.0);
+  EXPECT_DOUBLE_EQ(y.high - y.low, 5.0);
+  EXPECT_DOUBLE_EQ(y.high + y.low, 1.0) << "grows about its middle";
+}
+
+}  // namespace
+}  // namespace credence

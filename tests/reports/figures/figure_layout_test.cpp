@@ -1,0 +1,101 @@
+#include "reports/figures/figure_layout.h"
+
+#include <gtest/gtest.h>
+
+namespace credence {
+namespace {
+
+Panel panel_with(int labels, const std::string& y_label) {
+  Panel panel;
+  panel.title = "title";
+  panel.x_label = "step";
+  panel.y_label = y_label;
+  for (int i = 0; i < labels; ++i) {
+    panel.series.push_back(
+        line_series("landmark " + std::to_string(i), numbered_role(i), {0, 100}, {0, 1.0 + i}));
+  }
+  return panel;
+}
+
+Figure grid(int rows, int cols, std::vector<Panel> panels) {
+  Figure figure;
+  figure.name = "grid";
+  figure.rows = rows;
+  figure.cols = cols;
+  figure.panels = std::move(panels);
+  return figure;
+}
+
+TEST(FigureLayout, AxesOfARowAndAColumnLineUp) {
+  const auto layout = lay_out(
+      grid(2, 2, {panel_with(1, "a"), panel_with(6, "b"), panel_with(2, ""), panel_with(1, "d")}), 900);
+  ASSERT_EQ(layout.panels.size(), 4u);
+  EXPECT_EQ(layout.panels[0].box.bottom, layout.panels[1].box.bottom);
+  EXPECT_EQ(layout.panels[0].box.top, layout.panels[1].box.top);
+  EXPECT_EQ(layout.panels[0].box.left, layout.panels[2].box.left);
+  EXPECT_EQ(layout.panels[1].box.right, layout.panels[3].box.right);
+}
+
+TEST(FigureLayout, EverythingIsOnTheCanvas) {
+  for (const int labels : {0, 1, 5, 30}) {
+    const auto layout = lay_out(grid(2, 3, std::vector<Panel>(5, panel_with(labels, "position (m)"))), 1000);
+    for (const PanelLayout& panel : layout.panels) {
+      EXPECT_GE(panel.box.left, 30.0);
+      EXPECT_LE(panel.box.right, 1000.0);
+      EXPECT_LE(panel.title_y, layout.height);
+      EXPECT_GT(panel.box.height(), 100.0);
+      for (const LegendEntry& entry : panel.legend) EXPECT_GT(entry.y, 5.0);
+    }
+  }
+}
+
+TEST(FigureLayout, LegendsStandBelowTheirAxesAndAboveTheNextRow) {
+  const auto layout = lay_out(grid(2, 1, {panel_with(9, "y"), panel_with(9, "y")}), 600);
+  ASSERT_EQ(layout.panels[0].legend.size(), 9u);
+  for (const LegendEntry& entry : layout.panels[0].legend) {
+    EXPECT_LT(entry.y, layout.panels[0].box.bottom - 20.0);
+    EXPECT_GT(entry.y, layout.panels[1].box.top + 10.0);
+    EXPECT_GE(entry.x, 0.0);
+  }
+}
+
+TEST(FigureLayout, LegendEntriesDoNotOverlap) {
+  const Panel panel = panel_with(9, "y");
+  const auto layout = lay_out(grid(1, 1, {panel}), 400);
+  const auto& entries = layout.panels[0].legend;
+  for (std::size_t i = 1; i < entries.size(); ++i) {
+    const double end = entries[i - 1].x + entries[i - 1].sample_width + text_width(panel.series[i - 1].label);
+    EXPECT_TRUE(entries[i].y < entries[i - 1].y || entries[i].x > end);
+  }
+}
+
+TEST(FigureLayout, EqualAspectMeansEqualScales) {
+  Panel map;
+  map.equal_aspect = true;
+  map.series = {line_series("", ColourRole::truth, {0, 10}, {0, 70})};
+  const auto layout = lay_out(grid(1, 2, {map, panel_with(1, "y")}), 900);
+  const PanelLayout& panel = layout.panels[0];
+  const double x_scale = panel.box.width() / (panel.x.range.high - panel.x.range.low);
+  const double y_scale = panel.box.height() / (panel.y.range.high - panel.y.range.low);
+  EXPECT_NEAR(x_scale / y_scale, 1.0, 1e-9);
+  EXPECT_LE(panel.x.range.low, 0.0);
+  EXPECT_GE(panel.y.range.high, 70.0);
+}
+
+TEST(FigureLayout, ColourBarsHaveRoom) {
+  Panel heat;
+  heat.colour_label = "trace (m²)";
+  heat.series = {heat_series({1, 2}, {1, 2}, 3e-5 * Matrix::Identity(2, 2))};
+  const auto layout = lay_out(grid(1, 1, {heat}), 600);
+  EXPECT_TRUE(layout.panels[0].has_colour_bar);
+  EXPECT_GT(layout.panels[0].colour_bar_x, layout.panels[0].box.right);
+  EXPECT_LT(layout.panels[0].colour_label_x, 600.0 - 5.0);
+}
+
+TEST(FigureLayout, MarkupTakesNoRoom) {
+  EXPECT_EQ(text_width(figure_markup("K_{f1}")), text_width("Kf1"));
+  EXPECT_EQ(text_width("K_{f1}"), text_width("123456"));
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,89 @@
+#include "reports/render/atomic_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string message_of_writing(const std::filesystem::path& path) {
+  try {
+    write_file(path, "text");
+  } catch (const OutputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(AtomicFile, WritesAndReplaces) {
+  const TemporaryFolder folder;
+  write_file(folder / "a.txt", "first");
+  write_file(folder / "a.txt", "second");
+  EXPECT_EQ(folder.read("a.txt"), "second");
+  EXPECT_EQ(folder.entries(), 1);
+}
+
+TEST(AtomicFile, WithoutCommitTheTargetKeepsWhatItHad) {
+  const TemporaryFolder folder;
+  write_file(folder / "a.txt", "first");
+  {
+    AtomicFile file(folder / "a.txt");
+    file.write("half");
+    EXPECT_EQ(folder.read("a.txt"), "first");
+  }
+  EXPECT_EQ(folder.read("a.txt"), "first");
+  EXPECT_EQ(folder.entries(), 1) << "a temporary file was left";
+}
+
+TEST(AtomicFile, NamesThePathThatCannotBeWritten) {
+  const TemporaryFolder folder;
+  write_file(folder / "file", "x");
+  EXPECT_THAT(message_of_writing(folder / "missing/a.html"),
+              AllOf(HasSubstr("missing/a.html"), HasSubstr("No such")));
+  EXPECT_THAT(message_of_writing(folder / "file/a.html"),
+              AllOf(HasSubstr("file/a.html"), HasSubstr("directory")));
+  EXPECT_THAT(message_of_writing(folder.path()),
+              AllOf(HasSubstr(folder.path().string()), HasSubstr("a directory")));
+  EXPECT_THAT(message_of_writing(""), HasSubstr("cannot write ''"));
+}
+
+TEST(AtomicFile, RefusesDevicesInsteadOfReplacingThem) {
+  EXPECT_THAT(message_of_writing("/dev/null"), HasSubstr("no regular file"));
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+}
+
+TEST(AtomicFile, WritesThroughALink) {
+  const TemporaryFolder folder;
+  write_file(folder / "a.txt", "first");
+  std::filesystem::create_symlink(folder / "a.txt", folder / "link");
+  write_file(folder / "link", "second");
+  EXPECT_EQ(folder.read("a.txt"), "second");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+}
+
+// A limit on the size of files stands for a full disk.
+TEST(AtomicFile, AFailedWriteLeavesTheOldFile) {
+  const TemporaryFolder folder;
+  write_file(folder / "a.txt", "first");
+  rlimit old_limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old_limit), 0);
+  const auto old_handler = signal(SIGXFSZ, SIG_IGN);
+  rlimit limit = old_limit;
+  limit.rlim_cur = 1000;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  EXPECT_THROW(write_file(folder / "a.txt", std::string(5000, 'x')), OutputError);
+  setrlimit(RLIMIT_FSIZE, &old_limit);
+  signal(SIGXFSZ, old_handler);
+  EXPECT_EQ(folder.read("a.txt"), "first");
+  EXPECT_EQ(folder.entries(), 1);
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,151 @@
+#include "reports/render/html_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "reports/render/atomic_file.h"
+#include "tests/reports/render/markup_check.h"
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// The page without its head, whose void elements and style sheet are no XML.
+std::string body_of(const HtmlPage& page) {
+  const std::string html = page.str();
+  const std::size_t start = html.find("<body>");
+  return html.substr(start, html.find("</html>") - start);
+}
+
+Figure named_figure(const std::string& name) {
+  Figure figure;
+  figure.name = name;
+  figure.caption = "Errors with 2σ bounds.";
+  return figure;
+}
+
+TEST(HtmlPage, HoldsItsPartsInOrder) {
+  HtmlPage page("Study", "200 runs");
+  page.section("Verdicts");
+  page.paragraph("All is well.");
+  page.callout(CellTone::good, "Consistent.");
+  page.facts({{"study.runs", "200"}});
+  page.subsection("Details");
+  page.bullets({"one", "two"});
+  page.verbatim("[world]\nlandmarks = 2");
+  page.section("Figures");
+  page.figure(named_figure("anees"), {"<svg viewBox=\"0 0 600 300\"></svg>", "", "out/figures/anees.pdf"},
+              "out");
+  const std::string body = body_of(page);
+  EXPECT_EQ(xml_problem(body), "");
+  std::size_t position = 0;
+  for (const char* part :
+       {"<h1>Study</h1>", "200 runs", "href=\"#verdicts\"", "href=\"#figures\"", "id=\"verdicts\"",
+        "All is well.", "class=\"callout good\"", "<dt>study.runs</dt><dd>200</dd>", "<h3 id=\"details\">",
+        "<li>one</li>", "[world]\nlandmarks = 2\n</pre>", "id=\"figures\"", "id=\"figure-anees\"", "<svg",
+        "Figure 1.", "2σ bounds", "href=\"figures/anees.pdf\""}) {
+    const std::size_t found = body.find(part, position);
+    ASSERT_NE(found, std::string::npos) << part;
+    position = found;
+  }
+}
+
+TEST(HtmlPage, NeedsNothingFromOutside) {
+  HtmlPage page("Study");
+  page.section("One");
+  for (const char* outside : {"<script", "<link", "@import", "url(", "src=", "http"}) {
+    EXPECT_THAT(page.str(), Not(HasSubstr(outside)));
+  }
+}
+
+TEST(HtmlPage, EscapesEverything) {
+  const std::string evil = "\"><script>alert('x')</script>&\x01";
+  HtmlPage page(evil, evil);
+  page.section(evil);
+  page.subsection(evil);
+  page.paragraph(evil);
+  page.bullets({evil});
+  page.callout(CellTone::alarm, evil);
+  page.facts({{evil, evil}});
+  page.verbatim(evil);
+  page.link(evil, evil);
+  ReportTable table{evil, {{evil, ColumnAlign::words}, {evil}}, {}, {evil}};
+  table.add({evil, {evil, CellTone::alarm}});
+  page.table(table);
+  Figure figure = named_figure("f");
+  figure.caption = evil;
+  page.figure(figure, {"", evil, ""});
+  page.figure(figure, {"<svg></svg>", "", "a/\"><script>.pdf"});
+  page.section("second");
+  EXPECT_EQ(xml_problem(body_of(page)), "");
+  EXPECT_THAT(page.str(), Not(HasSubstr("<script")));
+  EXPECT_EQ(page.str().find('\x01'), std::string::npos);
+}
+
+TEST(HtmlPage, LinksOnlyToPagesAndFiles) {
+  HtmlPage page("Study");
+  page.link("results", "results.json");
+  page.link("project", "https://example.org/?a=1&b=2");
+  page.link("evil", "javascript:alert(1)");
+  page.link("evil", "JavaScript:alert(1)");
+  page.link("evil", "data:text/html,x");
+  EXPECT_THAT(page.str(), HasSubstr("<a href=\"results.json\">results</a>"));
+  EXPECT_THAT(page.str(), HasSubstr("<a href=\"https://example.org/?a=1&amp;b=2\">"));
+  EXPECT_EQ(count_of(page.str(), "<a "), 2);
+}
+
+TEST(HtmlPage, TablesSayAndColourVerdicts) {
+  ReportTable table{
+      "Verdicts", {{"case", ColumnAlign::words}, {"mean"}, {"verdict", ColumnAlign::words}}, {}, {"note"}};
+  table.add({"a", 2.5, {"optimistic", CellTone::alarm}});
+  table.add({"b", 12, {"consistent", CellTone::good}});
+  HtmlPage page("Study");
+  page.table(table);
+  const std::string body = body_of(page);
+  EXPECT_EQ(xml_problem(body), "");
+  EXPECT_THAT(body, HasSubstr("<td class=\"alarm\">optimistic</td>"));
+  EXPECT_THAT(body, HasSubstr("<td class=\"good\">consistent</td>"));
+  EXPECT_THAT(body, HasSubstr("<td class=\"number\">2.500</td>"));
+  EXPECT_THAT(body, HasSubstr("<td class=\"number\">12\u2008\u2007\u2007\u2007</td>"))
+      << "decimal points in line";
+  EXPECT_THAT(body, HasSubstr("<b>Table 1.</b> Verdicts"));
+}
+
+TEST(HtmlPage, SaysWhyAFigureIsMissing) {
+  HtmlPage page("Study");
+  page.figure(named_figure("a"), {"", "the program 'gnuplot' was not found", ""});
+  EXPECT_THAT(visible_text(page.str()),
+              HasSubstr("Figure not drawn because the program 'gnuplot' was not found."));
+}
+
+TEST(HtmlPage, AnchorsAreUnique) {
+  HtmlPage page("Study");
+  page.section("Results");
+  page.section("Results");
+  page.section("結果");
+  page.figure(named_figure("a"), {"<svg></svg>", "", ""});
+  page.figure(named_figure("a"), {"<svg></svg>", "", ""});
+  for (const char* anchor :
+       {"id=\"results\"", "id=\"results-2\"", "id=\"section\"", "id=\"figure-a\"", "id=\"figure-a-2\""}) {
+    EXPECT_EQ(count_of(page.str(), anchor), 1) << anchor;
+  }
+}
+
+TEST(HtmlPage, IsWrittenWholeOrNotAtAll) {
+  const TemporaryFolder folder;
+  const HtmlPage page("Study");
+  page.write(folder / "index.html");
+  EXPECT_EQ(folder.read("index.html"), page.str());
+  try {
+    page.write(folder / "missing/index.html");
+    FAIL() << "expected an error";
+  } catch (const OutputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("missing/index.html"));
+  }
+}
+
+}  // namespace
+}  // namespace credence

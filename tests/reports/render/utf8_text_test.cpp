@@ -1,0 +1,49 @@
+#include "reports/render/utf8_text.h"
+
+#include <gtest/gtest.h>
+
+namespace credence {
+namespace {
+
+TEST(Utf8Text, CountsColumnsAndNotBytes) {
+  EXPECT_EQ(display_width(""), 0u);
+  EXPECT_EQ(display_width("trace"), 5u);
+  EXPECT_EQ(display_width("σ² × −1"), 7u);
+  EXPECT_EQ(display_width("e\u0301"), 1u) << "a combining accent takes no column";
+  EXPECT_EQ(display_width("日本"), 4u);
+}
+
+TEST(Utf8Text, KeepsGoodText) {
+  EXPECT_EQ(printable_line("2σ bounds, K₁ – 日本 😀"), "2σ bounds, K₁ – 日本 😀");
+}
+
+TEST(Utf8Text, ControlCharactersBecomeSpaces) {
+  EXPECT_EQ(printable_line("a\nb\tc\x1b[31md"), "a b c [31md");
+  EXPECT_EQ(printable_line(std::string_view("a\0b", 3)), "a b");
+  EXPECT_EQ(printable_line("a\u0085b\u2028c"), "a b c");
+}
+
+TEST(Utf8Text, InvalidBytesBecomeReplacementCharacters) {
+  EXPECT_EQ(printable_line("a\xff"), "a\uFFFD");
+  EXPECT_EQ(printable_line("\xc0\xaf"), "\uFFFD\uFFFD") << "overlong slash";
+  EXPECT_EQ(printable_line("\xed\xa0\x80"), "\uFFFD\uFFFD\uFFFD") << "surrogate";
+  EXPECT_EQ(printable_line("\xe2\x88"), "\uFFFD\uFFFD") << "cut within a character";
+  EXPECT_EQ(printable_line("\xf4\x90\x80\x80"), "\uFFFD\uFFFD\uFFFD\uFFFD") << "beyond the last code point";
+}
+
+TEST(Utf8Text, DropsWhatHidesOrReorders) {
+  EXPECT_EQ(printable_line("a\u202Eb\u200Bc\uE026d\uFEFF"), "abcd");
+}
+
+TEST(Utf8Text, CodePointsSurviveEncodingAndDecoding) {
+  for (const char32_t c : {U'a', U'²', U'−', U'😀', char32_t{0x7FF}, char32_t{0x800}, char32_t{0xFFFD}}) {
+    std::string bytes;
+    append_utf8(bytes, c);
+    std::size_t position = 0;
+    EXPECT_EQ(next_code_point(bytes, position), c);
+    EXPECT_EQ(position, bytes.size());
+  }
+}
+
+}  // namespace
+}  // namespace credence
