@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/paths.h"
 #include "tests/temporary_folder.h"
 
 namespace credence {
@@ -27,7 +28,8 @@ class CommandTest : public ::testing::Test {
 
   /// Starts the binary with its output in files. No data set is named by the environment.
   pid_t start(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), CREDENCE_BINARY);
+    const std::string binary = testing::credence_binary();
+    arguments.insert(arguments.begin(), binary);
     const pid_t child = fork();
     if (child != 0) return child;
     std::vector<char*> argv;
@@ -36,7 +38,7 @@ class CommandTest : public ::testing::Test {
     unsetenv("CREDENCE_DATA");
     redirect(STDOUT_FILENO, "stdout");
     redirect(STDERR_FILENO, "stderr");
-    if (chdir(folder_.path().c_str()) == 0) execv(CREDENCE_BINARY, argv.data());
+    if (chdir(folder_.path().c_str()) == 0) execv(binary.c_str(), argv.data());
     _exit(127);
   }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tests/app/command.h"
+#include "tests/paths.h"
 
 namespace credence {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 class StabilityCommand : public CommandTest {
  protected:
   static std::string scenario(const std::string& name) {
-    return std::string(CREDENCE_SOURCE_DIR) + "/scenarios/" + name + ".toml";
+    return testing::source_folder() / "scenarios" / (name + ".toml");
   }
 };
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/paths.h"
 #include "tests/temporary_folder.h"
 
 namespace credence::testing {
@@ -14,9 +15,8 @@ namespace credence::testing {
 /// if absent.
 inline std::filesystem::path data_folder(const std::string& name) {
   const char* const named = std::getenv("CREDENCE_DATA");
-  const std::filesystem::path root = named != nullptr
-                                         ? std::filesystem::path(named)
-                                         : std::filesystem::path(CREDENCE_SOURCE_DIR "/../shared/data");
+  const std::filesystem::path root =
+      named != nullptr ? std::filesystem::path(named) : source_folder() / "../shared/data";
   return std::filesystem::is_directory(root / name) ? root / name : std::filesystem::path();
 }
 

@@ -10,6 +10,7 @@
 
 #include "analysis/stability/riccati_doubling.h"
 #include "core/models/linear_model.h"
+#include "tests/paths.h"
 
 namespace credence::testing {
 
@@ -52,9 +53,8 @@ inline Matrix iterated(const RiccatiProblem& problem, Matrix P, int steps) {
 /// A file of golden values in $CREDENCE_GOLDEN or ../shared/golden beside the project; empty if absent.
 inline std::filesystem::path golden_file(const std::string& name) {
   const char* const named = std::getenv("CREDENCE_GOLDEN");
-  const std::filesystem::path folder = named != nullptr
-                                           ? std::filesystem::path(named)
-                                           : std::filesystem::path(CREDENCE_SOURCE_DIR "/../shared/golden");
+  const std::filesystem::path folder =
+      named != nullptr ? std::filesystem::path(named) : testing::source_folder() / "../shared/golden";
   const std::filesystem::path file = folder / name;
   return std::filesystem::exists(file) ? file : std::filesystem::path();
 }

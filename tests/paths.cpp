@@ -1,0 +1,9 @@
+#include "tests/paths.h"
+
+namespace credence::testing {
+
+std::filesystem::path source_folder() { return CREDENCE_SOURCE_DIR; }
+
+std::filesystem::path credence_binary() { return CREDENCE_BINARY; }
+
+}  // namespace credence::testing
