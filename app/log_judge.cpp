@@ -68,7 +68,7 @@ void read_own_log(const std::filesystem::path& file, LogAccumulator& sums,
   constexpr std::int64_t kRowsBetween = 4096;
   FilterLogReader reader(file);
   sums.begin_file(file, reader.layout());
-  FilterRow row;
+  Step row;
   std::int64_t rows = 0, told = 0;
   bool open = false;
   const auto end_failed = [&] {

@@ -36,7 +36,7 @@ LogFileReader TrajectoryJudge::reader() {
     const TrajectoryErrors errors = trajectory_errors(estimate, *truth_of(file), matching_);
     sums.begin_file(file, errors.layout);
     sums.begin_run();
-    for (const FilterRow& row : errors.rows) sums.add(row);
+    for (const Step& row : errors.rows) sums.add(row);
     unmatched_ += errors.unmatched;
     advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
   };

@@ -156,7 +156,7 @@ Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, 
   return -1;
 }
 
-void FilterLogReader::read_state(FilterRow& row) const {
+void FilterLogReader::read_state(Step& row) const {
   row.states.clear();
   const Index n = std::ssize(header_.estimate);
   if (!header_.layout.has_truth) return;
@@ -180,7 +180,7 @@ void FilterLogReader::read_state(FilterRow& row) const {
   }
 }
 
-void FilterLogReader::read_innovations(FilterRow& row) const {
+void FilterLogReader::read_innovations(Step& row) const {
   row.innovations.resize(header_.innovations.size());
   std::vector<Index> kept;
   for (std::size_t s = 0; s < header_.innovations.size(); ++s) {
@@ -191,7 +191,7 @@ void FilterLogReader::read_innovations(FilterRow& row) const {
         kept.push_back(i);
       }
     }
-    FilterInnovation& innovation = row.innovations[s];
+    Innovation& innovation = row.innovations[s];
     innovation.nu.resize(std::ssize(kept));
     for (std::size_t i = 0; i < kept.size(); ++i) {
       innovation.nu[static_cast<Index>(i)] =
@@ -205,7 +205,7 @@ void FilterLogReader::read_innovations(FilterRow& row) const {
   }
 }
 
-bool FilterLogReader::next(FilterRow& row) {
+bool FilterLogReader::next(Step& row) {
   failure_.reset();
   std::string_view line;
   if (!next_line(line)) {

@@ -16,15 +16,15 @@ namespace credence {
 ///
 /// Throws DataError with file and line for what cannot be meant: an empty file, a header or a row that does
 /// not fit, a field that is no finite number, steps or times that do not increase, a run whose rows do not
-/// stand together. A row whose covariance is not symmetric is data: FilterRow::problem says so.
+/// stand together. A row whose covariance is not symmetric is data: Step::problem says so.
 class FilterLogReader {
  public:
   explicit FilterLogReader(const std::filesystem::path& file);
 
-  const FilterLogLayout& layout() const { return header_.layout; }
+  const RunLayout& layout() const { return header_.layout; }
 
   /// Reads the next row; false at the end. `row` keeps its memory from call to call.
-  bool next(FilterRow& row);
+  bool next(Step& row);
 
   /// True if the row last read begins another run.
   bool run_began() const { return run_began_; }
@@ -44,8 +44,8 @@ class FilterLogReader {
   void parse_fields(std::string_view line);
   void read_comment(std::string_view line);
   void check_order();
-  void read_state(FilterRow& row) const;
-  void read_innovations(FilterRow& row) const;
+  void read_state(Step& row) const;
+  void read_innovations(Step& row) const;
   /// Returns a column that is blank although it is needed, else −1.
   Index read_symmetric(const FilterLogHeader::Symmetric& matrix, std::span<const Index> kept, Index size,
                        Matrix& out, std::string_view& problem) const;

@@ -106,7 +106,8 @@ class HeaderParser {
     const Index n = std::ssize(h.layout.states);
     h.layout.has_truth = !truth_.empty();
     if (h.layout.has_truth || !P_.empty()) h.P = symmetric(P_, n, "P");
-    for (const std::string& sensor : h.layout.sensors) add_sensor(sensor);
+    for (Sensor& sensor : h.layout.sensors) add_sensor(sensor);
+    add_named_blocks(h.layout);
     if (!h.layout.has_truth && h.layout.sensors.empty()) {
       throw std::invalid_argument(
           "nothing to judge: there is neither a truth.NAME for the estimates nor an innovation.i");
@@ -144,7 +145,7 @@ class HeaderParser {
     const bool angle = name.ends_with(":angle");
     if (angle) name.remove_suffix(6);
     if (name.empty()) return false;
-    FilterLogLayout& layout = header_.layout;
+    RunLayout& layout = header_.layout;
     if (std::ranges::find(layout.states, name) != layout.states.end()) {
       throw std::invalid_argument(fmt::format("column estimate.{} is there twice", name));
     }
@@ -166,8 +167,8 @@ class HeaderParser {
   SensorColumns* sensor(std::string_view rest) {
     const std::optional<std::string> name = sensor_name(rest);
     if (!name) return nullptr;
-    std::vector<std::string>& names = header_.layout.sensors;
-    if (std::ranges::find(names, *name) == names.end()) names.push_back(*name);
+    std::vector<Sensor>& sensors = header_.layout.sensors;
+    if (std::ranges::find(sensors, *name, &Sensor::name) == sensors.end()) sensors.push_back({.name = *name});
     return &sensors_[*name];
   }
 
@@ -184,7 +185,8 @@ class HeaderParser {
     return of != nullptr && add_entry(of->S, rest, column).has_value();
   }
 
-  void add_sensor(const std::string& name) {
+  void add_sensor(Sensor& sensor) {
+    const std::string& name = sensor.name;
     const SensorColumns& columns = sensors_[name];
     const std::string suffix = name.empty() ? "" : "." + name;
     const Index m = std::ssize(columns.nu);
@@ -199,7 +201,7 @@ class HeaderParser {
     if (m == 0) throw std::invalid_argument(fmt::format("column innovation{}.1 is missing", suffix));
     innovation.S = symmetric(columns.S, m, "S" + suffix);
     header_.innovations.push_back(std::move(innovation));
-    header_.layout.sensor_dims.push_back(m);
+    sensor.dim = sensor.piece = m;
   }
 
   FilterLogHeader header_;

@@ -4,7 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/record/filter_row.h"
+#include "core/record/run_layout.h"
+#include "core/record/step.h"
 
 /// @file
 /// The first line of a log in the project's own format (docs/formats.md): which column holds what.
@@ -24,7 +25,7 @@ struct FilterLogHeader {
     Symmetric S;
   };
 
-  FilterLogLayout layout;
+  RunLayout layout;
   Index columns = 0;
   Index run = -1, step = -1, time = -1;
   std::vector<Index> estimate, truth;  ///< truth is empty without truth

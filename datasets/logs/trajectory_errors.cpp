@@ -132,13 +132,12 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
   result.layout = {
       .states = {"position.x", "position.y", "position.z", "orientation.x", "orientation.y", "orientation.z"},
       .angles = std::vector<bool>(6, false),
-      .sensors = {},
-      .sensor_dims = {},
+      .blocks = {{"position", Part::position, {0, 1, 2}}, {"orientation", Part::other, {3, 4, 5}}},
       .has_truth = true,
       .joint_covariance = estimate.joint_covariance};
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const SpatialPose moved{motion * true_poses[i].position, turn * true_poses[i].orientation};
-    FilterRow row;
+    Step row;
     row.step = static_cast<std::int64_t>(i) + 1;
     row.line = estimate.lines[rows[i]];
     row.states = {0, 1, 2, 3, 4, 5};

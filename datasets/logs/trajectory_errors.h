@@ -5,7 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/record/filter_row.h"
+#include "core/record/run_layout.h"
+#include "core/record/step.h"
 #include "datasets/logs/trajectory.h"
 
 /// @file
@@ -48,8 +49,8 @@ Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::
 
 /// Errors of an estimate: position.x … z and orientation.x … z.
 struct TrajectoryErrors {
-  FilterLogLayout layout;
-  std::vector<FilterRow> rows;
+  RunLayout layout;
+  std::vector<Step> rows;
   std::int64_t unmatched = 0;  ///< estimates without a truth at their time
 };
 

@@ -35,12 +35,15 @@ std::unique_ptr<Experiment> planar_experiment(F filter, PlanarWorld world, const
 
 RunTrace Experiment::trace(std::int64_t run) const {
   RunTrace trace = describe_world();
+  trace.layout = layout_;
   trace.run = run;
   trace.outcome = visit(run, [&](const TraceStep& step) { trace.steps.push_back(step); });
   return trace;
 }
 
-std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
+namespace {
+
+std::unique_ptr<Experiment> experiment_of(const Scenario& scenario) {
   const NoiseSource source(scenario.study.seed, noise_group(scenario));
   if (scenario.world.model == WorldModel::monobot) return linear_experiment(scenario, source);
   PlanarWorld world = make_planar_world(scenario);
@@ -56,6 +59,21 @@ std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
   }
   EkfSlam<PlanarModel> filter = make_planar_filter(scenario, world);
   return planar_experiment(std::move(filter), std::move(world), scenario, source);
+}
+
+/// Of one landmark's measurement, as the filter believes them to be.
+std::vector<double> assumed_measurement_variances(const Scenario& scenario) {
+  if (scenario.world.model == WorldModel::monobot) return {make_assumed_model(scenario).R(0, 0)};
+  const RangeBearing variance = AssumedPlanarNoise::of(scenario).measurement_variance;
+  return {variance[0], variance[1]};
+}
+
+}  // namespace
+
+std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
+  std::unique_ptr<Experiment> experiment = experiment_of(scenario);
+  experiment->assume_measurement_variances(assumed_measurement_variances(scenario));
+  return experiment;
 }
 
 }  // namespace credence

@@ -5,25 +5,29 @@
 #include <memory>
 #include <vector>
 
-#include "core/record/block_layout.h"
+#include "core/record/run_layout.h"
+#include "core/record/step.h"
 #include "core/types.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/scenario/scenario.h"
 
 namespace credence {
 
-/// One step of one run with everything in it. Step 0 is the start: no measurement.
-struct TraceStep {
-  Vector truth{};       ///< state of the world in the order of the filter's state
-  Vector estimate{};    ///< x̂ after the update
-  Matrix P{};           ///< its covariance
-  Vector innovation{};  ///< ν
-  Matrix S{};           ///< its covariance
-  Matrix K{};           ///< gain, n×dim ν
+/// One step of one run with everything in it: after the update, and of one sensor. Step 0 is the start: no
+/// measurement.
+struct TraceStep : Step {
+  Vector truth{};     ///< state of the world in the order of the filter's state
+  Vector estimate{};  ///< x̂
+  Matrix K{};         ///< gain, n×dim ν
   Vector z{};           ///< the measurement H x + w; empty in planar runs
+  Outcome outcome = Outcome::ok;  ///< other: the run failed here, and the numbers mean nothing
   double nees = 0.0, nis = 0.0;
   Index nees_dof = 0, nis_dof = 0;
   std::vector<int> landmarks{};  ///< their numbers in the order of the state
+
+  TraceStep() { innovations.resize(1); }
+  const Vector& innovation() const { return innovations.front().nu; }  ///< ν
+  const Matrix& S() const { return innovations.front().S; }            ///< its covariance
 };
 
 /// Takes the steps of a run in order, from the start (0) on; the reference is good only during the call.
@@ -33,7 +37,7 @@ using StepVisitor = std::function<void(const TraceStep&)>;
 struct RunTrace {
   std::int64_t run = 0;
   Outcome outcome = Outcome::ok;
-  Index vehicle_dim = 1, landmark_dim = 1;
+  RunLayout layout{};
   std::vector<TraceStep> steps{};  ///< 0 … T
   Matrix landmark_positions{};     ///< d×N: all landmarks that are states, by number
   Matrix anchor_positions{};       ///< d×anchors
@@ -43,7 +47,16 @@ struct RunTrace {
 /// had by its index, by any thread, with the same bits.
 class Experiment {
  public:
+  explicit Experiment(RunLayout layout) : layout_(std::move(layout)) {}
   virtual ~Experiment() = default;
+
+  /// What the steps of its runs have in common.
+  const RunLayout& layout() const { return layout_; }
+
+  /// Tells which variances of one landmark's measurement the filter assumes, which it need not say itself.
+  void assume_measurement_variances(std::vector<double> variances) {
+    layout_.sensors.front().variances = std::move(variances);
+  }
 
   /// Runs first_run … first_run + runs − 1. `const` and safe to call from several threads.
   virtual StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const = 0;
@@ -55,8 +68,11 @@ class Experiment {
   /// A single run with all its steps.
   RunTrace trace(std::int64_t run) const;
 
-  /// What a trace says of the world it ran in: dimensions, landmarks and anchors.
+  /// What a trace says of the world it ran in: landmarks and anchors.
   virtual RunTrace describe_world() const = 0;
+
+ private:
+  RunLayout layout_;
 };
 
 /// A visit of a run at its start: `step(k)` does step k and tells how it went, `show()` gives what there is
@@ -68,6 +84,8 @@ Outcome visit_steps(Index steps, const StepVisitor& take, Step step, Show show) 
   for (Index k = 1; k <= steps && outcome == Outcome::ok; ++k) {
     outcome = step(k);
     TraceStep now = show();
+    now.step = k;
+    now.outcome = outcome;
     if (outcome != Outcome::ok) now.nees_dof = now.nis_dof = 0;
     take(now);
   }

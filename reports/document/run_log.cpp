@@ -12,36 +12,23 @@ namespace {
 
 constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
 
-std::vector<std::string> state_names(const RunTrace& trace) {
-  const bool line = trace.vehicle_dim == 1;
-  std::vector<std::string> names =
-      line ? std::vector<std::string>{"vehicle"}
-           : std::vector<std::string>{"vehicle.x", "vehicle.y", "vehicle.heading"};
-  for (const int landmark : trace.steps.back().landmarks) {
-    const std::string name = fmt::format("landmark{}", landmark + 1);
-    if (line) {
-      names.push_back(name);
-    } else {
-      names.push_back(name + ".x");
-      names.push_back(name + ".y");
-    }
-  }
-  return names;
-}
-
-std::string log_header(const std::vector<std::string>& names, Index measurements) {
+/// The columns of these states of the layout and of this many measurements.
+std::string log_header(const RunLayout& layout, const std::vector<Index>& states, Index measurements) {
   std::string text = "step";
   const auto out = std::back_inserter(text);
-  for (const std::string& name : names) {
-    fmt::format_to(out, ",estimate.{}{}", name, name == "vehicle.heading" ? ":angle" : "");
+  for (const Index state : states) {
+    const auto i = static_cast<std::size_t>(state);
+    fmt::format_to(out, ",estimate.{}{}", layout.states[i], layout.angles[i] ? ":angle" : "");
   }
-  for (const std::string& name : names) fmt::format_to(out, ",truth.{}", name);
+  for (const Index state : states) {
+    fmt::format_to(out, ",truth.{}", layout.states[static_cast<std::size_t>(state)]);
+  }
   const auto triangle = [&](const char* name, Index n) {
     for (Index i = 1; i <= n; ++i) {
       for (Index j = i; j <= n; ++j) fmt::format_to(out, ",{}.{}.{}", name, i, j);
     }
   };
-  triangle("P", std::ssize(names));
+  triangle("P", std::ssize(states));
   for (Index i = 1; i <= measurements; ++i) fmt::format_to(out, ",innovation.{}", i);
   triangle("S", measurements);
   return text + "\n";
@@ -68,21 +55,21 @@ void append(std::string& text, const Matrix& M, Index n) {
 
 void write_run_log(const std::filesystem::path& target, const RunTrace& trace, std::size_t end,
                    const std::string& failure) {
-  const std::vector<std::string> names = state_names(trace);
-  const Index n = std::ssize(names);
+  const std::vector<Index>& states = trace.steps.back().states;
+  const Index n = std::ssize(states);
   end = std::min(end, trace.steps.size());
   Index m = 0;
-  for (std::size_t k = 1; k < end; ++k) m = std::max(m, trace.steps[k].innovation.size());
+  for (std::size_t k = 1; k < end; ++k) m = std::max(m, trace.steps[k].innovation().size());
   AtomicFile file(target);
-  std::string text = log_header(names, m);
+  std::string text = log_header(trace.layout, states, m);
   for (std::size_t k = 1; k < end; ++k) {
     const TraceStep& step = trace.steps[k];
     fmt::format_to(std::back_inserter(text), "{}", k);
     append(text, step.estimate, n);
     append(text, step.truth, n);
     append(text, step.P, n);
-    append(text, step.innovation, m);
-    append(text, step.S, m);
+    append(text, step.innovation(), m);
+    append(text, step.S(), m);
     text += '\n';
     if (text.size() < kBlockBytes) continue;
     file.write(text);

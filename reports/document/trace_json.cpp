@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "core/manifold/angle.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
@@ -17,10 +16,8 @@ Json vector_json(const Vector& v) { return json_numbers(std::vector<double>(v.da
 /// The errors of the vehicle, each with its 2σ.
 std::string errors_text(const RunTrace& trace, const TraceStep& s) {
   std::string text;
-  for (Index i = 0; i < trace.vehicle_dim; ++i) {
-    double e = s.estimate[i] - s.truth[i];
-    if (trace.vehicle_dim == 3 && i == 2) e = wrap_angle(e);
-    text += fmt::format("{}{} ± {}", i > 0 ? ", " : "", number_text(e, 3),
+  for (const Index i : trace.layout.blocks.front().states) {
+    text += fmt::format("{}{} ± {}", i > 0 ? ", " : "", number_text(s.error[i], 3),
                         number_text(2.0 * std::sqrt(s.P(i, i)), 3));
   }
   return text;
@@ -46,8 +43,8 @@ std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
                      {"estimate", vector_json(s.estimate)},
                      {"covariance", json_matrix(s.P)},
                      {"measurement", vector_json(s.z)},
-                     {"innovation", vector_json(s.innovation)},
-                     {"innovation_covariance", json_matrix(s.S)},
+                     {"innovation", vector_json(s.innovation())},
+                     {"innovation_covariance", json_matrix(s.S())},
                      {"gain", json_matrix(s.K)},
                      {"nees", json_number(s.nees)},
                      {"nees_dof", s.nees_dof},
@@ -66,7 +63,7 @@ ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
       .title = fmt::format("{}, run {}, seed {}: {}", scenario.name, trace.run, scenario.study.seed,
                            to_string(trace.outcome)),
       .columns = {{"step"},
-                  {trace.vehicle_dim == 3 ? "error of x (m), y (m), θ (rad) ± 2σ" : "vehicle error (m) ± 2σ",
+                  {trace.layout.blocks.front().part == Part::pose ? "error of x (m), y (m), θ (rad) ± 2σ" : "vehicle error (m) ± 2σ",
                    words},
                   {"NEES"},
                   {"dof"},

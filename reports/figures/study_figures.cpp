@@ -25,16 +25,15 @@ double at(const Vector& v, Index i) { return i < v.size() ? v[i] : kNaN; }
 double sigma_at(const TraceStep& step, Index i) { return i < step.P.rows() ? std::sqrt(step.P(i, i)) : kNaN; }
 
 FigureText state_name(const RunTrace& trace, Index i) {
-  return i < trace.vehicle_dim ? FigureText("vehicle r")
-                               : figure_markup(fmt::format("landmark f_{{{}}}", i - trace.vehicle_dim + 1));
+  const Index vehicle = std::ssize(trace.layout.blocks.front().states);
+  return i < vehicle ? FigureText("vehicle r")
+                     : figure_markup(fmt::format("landmark f_{{{}}}", i - vehicle + 1));
 }
 
 void add_error(Panel& panel, const FigureData& x, const RunTrace& trace, Index i, const FigureText& label,
-               ColourRole role, bool label_bounds, double scale = 1.0, bool angle = false) {
-  const FigureData error = over_steps(trace, [&](const TraceStep& s) {
-    const double e = at(s.estimate, i) - at(s.truth, i);
-    return scale * (angle ? wrap_angle(e) : e);
-  });
+               ColourRole role, bool label_bounds, double scale = 1.0) {
+  const FigureData error =
+      over_steps(trace, [&](const TraceStep& s) { return scale * at(s.error, i); });
   const FigureData upper =
       over_steps(trace, [&](const TraceStep& s) { return 2.0 * scale * sigma_at(s, i); });
   FigureData lower = upper;
@@ -193,7 +192,7 @@ Figure planar_run_figure(const std::string& name, const RunTrace& trace, double 
   for (Index i = 0; i < 3; ++i) {
     Panel panel{.title = titles[i], .x_label = "time (s)", .y_label = i < 2 ? "error (m)" : "error (°)"};
     add_error(panel, time, trace, i, "error", ColourRole::estimate, true,
-              i < 2 ? 1.0 : 1.0 / kRadiansPerDegree, i == 2);
+              i < 2 ? 1.0 : 1.0 / kRadiansPerDegree);
     figure.panels.push_back(std::move(panel));
   }
   return figure;

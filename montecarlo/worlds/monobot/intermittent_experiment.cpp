@@ -8,6 +8,7 @@
 #include "core/nan.h"
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/worlds/monobot/linear_world.h"
+#include "montecarlo/worlds/slam_layout.h"
 
 namespace credence {
 
@@ -26,6 +27,7 @@ class IntermittentExperiment::Run {
         detection_(StepDraws::events(source_, NoisePurpose::detection, e.problem_.detection_probability,
                                      truth_.measurement_dim())) {
     now_.landmarks = linear_landmarks(truth_.layout);
+    slam_states(truth_.layout, now_.landmarks, now_.states);
   }
 
   void start(std::int64_t run) {
@@ -36,6 +38,7 @@ class IntermittentExperiment::Run {
     error_ = initial_root_ * start;
     now_.truth = linear_start(truth_.layout);
     now_.P = filter_.last().P;
+    now_.error = -error_;
     now_.estimate = now_.truth - error_;
   }
 
@@ -50,15 +53,15 @@ class IntermittentExperiment::Run {
     const LinearFilterStep& filter = filter_.step(rows_);
     now_.z = Vector::Constant(w.size(), kNaN);
     now_.z(rows_) = truth_.H(rows_, Eigen::all) * now_.truth + w(rows_);
-    now_.innovation = truth_.H(rows_, Eigen::all) * error_ + w(rows_);
-    now_.S = filter.S;
+    Innovation& innovation = now_.innovations.front();
+    innovation = {truth_.H(rows_, Eigen::all) * error_ + w(rows_), filter.S};
     now_.K = Matrix::Zero(error_.size(), w.size());
     if (!filter.ok) return Outcome::not_positive_definite;
     now_.K(Eigen::all, rows_) = filter.K;
-    error_ -= filter.K * now_.innovation;
+    error_ -= filter.K * innovation.nu;
     if (!error_.allFinite()) return Outcome::diverged;
     const Matrix of_S = psd_whitening(filter.S), of_P = psd_whitening(filter.P);
-    judge(filter.P, (of_P * error_).squaredNorm(), of_P.rows(), (of_S * now_.innovation).squaredNorm(),
+    judge(filter.P, (of_P * error_).squaredNorm(), of_P.rows(), (of_S * innovation.nu).squaredNorm(),
           of_S.rows());
     return Outcome::ok;
   }
@@ -96,6 +99,7 @@ class IntermittentExperiment::Run {
   }
 
   void judge(const Matrix& P, double nees, Index nees_dof, double nis, Index nis_dof) {
+    now_.error = -error_;
     now_.estimate = now_.truth - error_;
     now_.P = P;
     now_.nees = nees;
@@ -115,7 +119,8 @@ class IntermittentExperiment::Run {
 };
 
 IntermittentExperiment::IntermittentExperiment(IntermittentProblem problem, Index steps, NoiseSource source)
-    : problem_(std::move(problem)),
+    : Experiment(slam_layout(problem.truth.layout, problem.truth.measurement_dim(), false)),
+      problem_(std::move(problem)),
       steps_(steps),
       source_(source),
       lanes_(IntermittentLanes::support(problem_)) {}

@@ -2,6 +2,7 @@
 
 #include "core/linear_algebra/psd_root.h"
 #include "montecarlo/worlds/monobot/linear_world.h"
+#include "montecarlo/worlds/slam_layout.h"
 
 namespace credence {
 namespace {
@@ -26,7 +27,8 @@ LinearErrorSystem make_error_system(const LinearModel& truth, const std::vector<
 
 LinearExperiment::LinearExperiment(LinearModel truth, const LinearModel& assumed, const InflationRule& rule,
                                    Index steps, NoiseSource source)
-    : truth_(std::move(truth)),
+    : Experiment(slam_layout(truth.layout, truth.measurement_dim(), true)),
+      truth_(std::move(truth)),
       steps_(steps),
       source_(source),
       filter_steps_(linear_filter_steps(assumed, rule, steps)),
@@ -63,22 +65,30 @@ Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const
   const LinearRunTrace errors = trace_linear(system_, source_, run);
   const std::vector<int> landmarks = linear_landmarks(truth_.layout);
   Vector x = linear_start(truth_.layout);
-  take({.truth = x, .estimate = x - errors.initial_error, .P = truth_.P0, .landmarks = landmarks});
+  TraceStep now;
+  slam_states(truth_.layout, landmarks, now.states);
+  now.landmarks = landmarks;
+  now.truth = x;
+  now.error = -errors.initial_error;
+  now.estimate = x - errors.initial_error;
+  now.P = truth_.P0;
+  take(now);
   for (std::size_t k = 0; k < system_.steps.size(); ++k) {
     const LinearFilterStep& filter = filter_steps_[k];
     x = truth_.F * x + errors.process_noise[k];
-    take({.truth = x,
-          .estimate = x - errors.errors[k],
-          .P = filter.P,
-          .innovation = errors.innovations[k],
-          .S = filter.S,
-          .K = filter.K,
-          .z = truth_.H * x + errors.measurement_noise[k],
-          .nees = errors.nees[k],
-          .nis = errors.nis[k],
-          .nees_dof = system_.steps[k].error_whitening.rows(),
-          .nis_dof = system_.steps[k].innovation_whitening.rows(),
-          .landmarks = landmarks});
+    now.step = static_cast<std::int64_t>(k) + 1;
+    now.truth = x;
+    now.error = -errors.errors[k];
+    now.estimate = x - errors.errors[k];
+    now.P = filter.P;
+    now.innovations.front() = {errors.innovations[k], filter.S};
+    now.K = filter.K;
+    now.z = truth_.H * x + errors.measurement_noise[k];
+    now.nees = errors.nees[k];
+    now.nis = errors.nis[k];
+    now.nees_dof = system_.steps[k].error_whitening.rows();
+    now.nis_dof = system_.steps[k].innovation_whitening.rows();
+    take(now);
   }
   return system_.steps.size() < static_cast<std::size_t>(steps_) ? Outcome::not_positive_definite
                                                                  : Outcome::ok;

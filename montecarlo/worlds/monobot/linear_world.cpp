@@ -15,9 +15,7 @@ Vector linear_start(const BlockLayout& layout) {
 
 RunTrace describe_linear_world(const LinearModel& model) {
   const BlockLayout& layout = model.layout;
-  return {.vehicle_dim = layout.vehicle,
-          .landmark_dim = layout.landmark,
-          .landmark_positions = linear_start(layout).tail(layout.landmarks).transpose(),
+  return {.landmark_positions = linear_start(layout).tail(layout.landmarks).transpose(),
           .anchor_positions = Matrix::Zero(1, model.measurement_dim() - layout.landmarks)};
 }
 

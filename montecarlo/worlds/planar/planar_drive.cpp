@@ -1,6 +1,8 @@
 #include "montecarlo/worlds/planar/planar_drive.h"
 
 #include "core/manifold/angle.h"
+#include "montecarlo/worlds/planar/state_error.h"
+#include "montecarlo/worlds/slam_layout.h"
 
 namespace credence {
 
@@ -60,8 +62,25 @@ std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
   return observations_;
 }
 
+BlockLayout planar_blocks(const PlanarWorld& world) {
+  return {.vehicle = 3, .landmark = 2, .landmarks = world.states()};
+}
+
+RunLayout planar_layout(const PlanarWorld& world) {
+  RunLayout layout = slam_layout(planar_blocks(world), 2 * std::ssize(world.landmarks), false);
+  layout.sensors.front().angles = {false, true};  // range, bearing
+  return layout;
+}
+
+void record_planar_error(const Pose& pose, const PlanarWorld& world, TraceStep& step) {
+  step.truth = true_state(pose, world.landmarks, step.landmarks);
+  step.error = step.estimate - step.truth;
+  step.error[2] = wrap_angle(step.error[2]);
+  slam_states(planar_blocks(world), step.landmarks, step.states);
+}
+
 RunTrace describe_planar_world(const PlanarWorld& world) {
-  RunTrace trace{.vehicle_dim = 3, .landmark_dim = 2};
+  RunTrace trace;
   trace.landmark_positions.resize(2, world.states());
   trace.anchor_positions.resize(2, world.anchors);
   for (Index i = 0; i < world.states() + world.anchors; ++i) {

@@ -57,6 +57,12 @@ class PlanarDrive {
   std::vector<Observation<PlanarModel>> observations_;
 };
 
+/// What the steps of runs in a planar world have in common.
+RunLayout planar_layout(const PlanarWorld& world);
+
+/// Fills in truth, error x̂ ⊟ x (the heading wrapped) and states of a step with an estimate and its landmarks.
+void record_planar_error(const Pose& pose, const PlanarWorld& world, TraceStep& step);
+
 /// What a trace says of a planar world.
 RunTrace describe_planar_world(const PlanarWorld& world);
 

@@ -22,7 +22,7 @@ class PlanarExperiment final : public Experiment {
  public:
   PlanarExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
                    std::function<F()> make_filter)
-      : world_(std::move(world)), noise_(noise), source_(source), make_filter_(std::move(make_filter)) {}
+      : Experiment(planar_layout(world)), world_(std::move(world)), noise_(noise), source_(source), make_filter_(std::move(make_filter)) {}
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
     StudyStatistics statistics;
@@ -87,17 +87,16 @@ class PlanarExperiment final : public Experiment {
 
     TraceStep trace_step() const {
       TraceStep step;
+      step.landmarks.assign(filter_.landmarks().begin(), filter_.landmarks().end());
       step.estimate = filter_.state();
-      step.truth = true_state(drive_.pose(), e_.world_.landmarks, filter_.landmarks());
+      record_planar_error(drive_.pose(), e_.world_, step);
       step.P = dense_covariance(filter_.covariance());
       step.nees = step_.nees;
       step.nees_dof = step_.nees_dof;
       step.nis = step_.update.nis;
       step.nis_dof = step_.update.dof;
-      step.landmarks.assign(filter_.landmarks().begin(), filter_.landmarks().end());
       if (step_.update.dof > 0) {
-        step.innovation = filter_.innovation();
-        step.S = filter_.innovation_covariance();
+        step.innovations.front() = {filter_.innovation(), filter_.innovation_covariance()};
         step.K = filter_.gain();
       }
       return step;

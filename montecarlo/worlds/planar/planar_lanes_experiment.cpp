@@ -62,15 +62,14 @@ class PlanarLanesExperiment::Batch {
     const PlanarStep& step = lanes_.step(0);
     t.landmarks = lanes_.landmarks(0);
     t.estimate = lanes_.state(0);
-    t.truth = true_state(drives_[0].pose(), e_.world_.landmarks, t.landmarks);
+    record_planar_error(drives_[0].pose(), e_.world_, t);
     t.P = lanes_.covariance(0);
     t.nees = step.nees;
     t.nees_dof = step.nees_dof;
     t.nis = step.update.nis;
     t.nis_dof = step.update.dof;
     if (step.update.dof > 0 && step.update.ok) {
-      t.innovation = lanes_.innovation(0);
-      t.S = lanes_.innovation_covariance(0);
+      t.innovations.front() = {lanes_.innovation(0), lanes_.innovation_covariance(0)};
       t.K = lanes_.gain(0);
     }
     return t;

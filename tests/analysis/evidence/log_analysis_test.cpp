@@ -10,7 +10,7 @@
 namespace credence {
 namespace {
 
-FilterLogLayout plane_layout() {
+RunLayout plane_layout() {
   return {.states = {"vehicle.x", "vehicle.y", "vehicle.heading", "bias"},
           .angles = {false, false, true, false},
           .sensors = {"gps"},
@@ -29,9 +29,9 @@ class SyntheticFilter {
     e_ = normals(4);
   }
 
-  FilterRow next(std::int64_t step) {
+  Step next(std::int64_t step) {
     e_ = memory_ * e_ + std::sqrt(1.0 - memory_ * memory_) * normals(4);
-    FilterRow row;
+    Step row;
     row.step = step;
     row.line = step + 1;
     row.states = {0, 1, 2, 3};
@@ -58,7 +58,7 @@ class SyntheticFilter {
 
 /// The sums of some runs, as a reader of files would add them.
 LogStatistics logs_of(int runs, std::int64_t steps, double memory, double scale,
-                      const std::function<void(FilterRow&, int run)>& change = {}) {
+                      const std::function<void(Step&, int run)>& change = {}) {
   LogAccumulator sums;
   LogStatistics all;
   sums.begin_file("synthetic.csv", plane_layout());
@@ -66,7 +66,7 @@ LogStatistics logs_of(int runs, std::int64_t steps, double memory, double scale,
     SyntheticFilter filter(static_cast<unsigned>(run) + 1, memory, scale);
     sums.begin_run();
     for (std::int64_t k = 1; k <= steps; ++k) {
-      FilterRow row = filter.next(k);
+      Step row = filter.next(k);
       if (change) change(row, run);
       sums.add(row);
     }
@@ -98,7 +98,7 @@ TEST(LogAnalysis, FindsAConsistentFilterConsistent) {
 }
 
 TEST(LogAnalysis, NamesTheBlockWhoseErrorsAreTooLarge) {
-  const auto worse = [](FilterRow& row, int) { row.error[3] *= 1.6; };
+  const auto worse = [](Step& row, int) { row.error[3] *= 1.6; };
   const LogAnalysis a = analyse_logs(logs_of(100, 30, 0.5, 1.0, worse), 0.95, false);
   EXPECT_EQ(a.nees.verdict, Verdict::optimistic);
   ASSERT_GE(a.responsible.index, 0);
@@ -106,7 +106,7 @@ TEST(LogAnalysis, NamesTheBlockWhoseErrorsAreTooLarge) {
 }
 
 TEST(LogAnalysis, AZeroVarianceLowersTheDof) {
-  const auto known = [](FilterRow& row, int) {
+  const auto known = [](Step& row, int) {
     row.error[3] = 0.0;
     row.P.row(3).setZero();
     row.P.col(3).setZero();
@@ -117,7 +117,7 @@ TEST(LogAnalysis, AZeroVarianceLowersTheDof) {
 }
 
 TEST(LogAnalysis, CountsAndNamesRowsThatNoFilterMayWrite) {
-  const auto broken = [](FilterRow& row, int run) {
+  const auto broken = [](Step& row, int run) {
     if (run == 3 && row.step == 5) row.P(0, 0) = -1.0;
     if (run == 3 && row.step == 6) row.innovations[0].S(0, 0) = -4.0;
     if (run == 4 && row.step == 1) {
@@ -182,7 +182,7 @@ TEST(LogAnalysis, ASingleRunOfACorrelatedConsistentFilterIsSeldomAccused) {
   int accused = 0, runs = 100;
   for (int i = 0; i < runs; ++i) {
     LogAccumulator sums;
-    FilterLogLayout layout = plane_layout();
+    RunLayout layout = plane_layout();
     sums.begin_file("x", layout);
     sums.begin_run();
     SyntheticFilter filter(static_cast<unsigned>(1000 + i), 0.95);
@@ -194,7 +194,7 @@ TEST(LogAnalysis, ASingleRunOfACorrelatedConsistentFilterIsSeldomAccused) {
 }
 
 TEST(LogAnalysis, SensitivityStandsBesideTheVerdict) {
-  const auto outlier = [](FilterRow& row, int run) {
+  const auto outlier = [](Step& row, int run) {
     if (run % 10 == 0 && row.step == 7) row.error *= 40.0;
   };
   const LogAnalysis a = analyse_logs(logs_of(100, 20, 0.0, 1.0, outlier), 0.95, true);
@@ -208,7 +208,7 @@ TEST(LogAnalysis, SensitivityStandsBesideTheVerdict) {
 
 TEST(LogAnalysis, WithoutCovariancesBetweenBlocksTheSumIsJudgedForEveryDependence) {
   // Two blocks with the same error: the naive χ²(2) would have half the variance.
-  FilterLogLayout layout{.states = {"a.x", "b.x"}, .angles = {false, false}};
+  RunLayout layout{.states = {"a.x", "b.x"}, .angles = {false, false}};
   layout.joint_covariance = false;
   int accused = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
@@ -219,7 +219,7 @@ TEST(LogAnalysis, WithoutCovariancesBetweenBlocksTheSumIsJudgedForEveryDependenc
     for (int run = 0; run < 40; ++run) {
       sums.begin_run();
       const double e = normal(random);
-      FilterRow row;
+      Step row;
       row.step = 1;
       row.states = {0, 1};
       row.error = Vector::Constant(2, e);
@@ -234,7 +234,7 @@ TEST(LogAnalysis, WithoutCovariancesBetweenBlocksTheSumIsJudgedForEveryDependenc
 }
 
 TEST(LogAnalysis, ADimensionThatVariesIsTestedByTheSum) {
-  const auto blind = [](FilterRow& row, int) {
+  const auto blind = [](Step& row, int) {
     if (row.step % 3 == 0) {
       row.innovations[0].nu = row.innovations[0].nu.head(1).eval();
       row.innovations[0].S = row.innovations[0].S.topLeftCorner(1, 1).eval();
@@ -252,7 +252,7 @@ TEST(LogAnalysis, ADimensionThatVariesIsTestedByTheSum) {
 }
 
 TEST(LogAnalysis, InnovationsAloneAreJudgedWithoutTruth) {
-  FilterLogLayout layout{.states = {}, .angles = {}, .sensors = {""}, .sensor_dims = {1}};
+  RunLayout layout{.states = {}, .angles = {}, .sensors = {""}, .sensor_dims = {1}};
   layout.has_truth = false;
   LogAccumulator sums;
   sums.begin_file("x", layout);
@@ -260,7 +260,7 @@ TEST(LogAnalysis, InnovationsAloneAreJudgedWithoutTruth) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   for (std::int64_t k = 1; k <= 500; ++k) {
-    FilterRow row;
+    Step row;
     row.step = k;
     row.innovations = {{Vector::Constant(1, 1.4 * normal(random)), Matrix::Identity(1, 1)}};
     sums.add(row);

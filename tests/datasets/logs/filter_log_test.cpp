@@ -23,10 +23,10 @@ class FilterLog : public ::testing::Test {
     return folder_.path() / "log.csv";
   }
 
-  std::vector<FilterRow> read(const std::string& text) const {
+  std::vector<Step> read(const std::string& text) const {
     FilterLogReader reader(write(text));
-    std::vector<FilterRow> rows;
-    FilterRow row;
+    std::vector<Step> rows;
+    Step row;
     while (reader.next(row)) rows.push_back(row);
     return rows;
   }
@@ -62,7 +62,7 @@ TEST_F(FilterLog, HoldsErrorsCovariancesAndInnovations) {
 TEST_F(FilterLog, LeavesOutStatesThatAreBlankWithTheirVariances) {
   const auto rows = read(kHeader + "1,,3,,2.5,,,9,,\n2,1,3,,3,4,0,9,,\n");
   ASSERT_EQ(rows.size(), 2U);
-  for (const FilterRow& row : rows) {
+  for (const Step& row : rows) {
     EXPECT_EQ(row.states, std::vector<Index>{1});
     EXPECT_EQ(row.P(0, 0), 9.0);
   }
@@ -73,8 +73,9 @@ TEST_F(FilterLog, TakesSeveralSensorsOfVaryingDimension) {
       write("innovation.gps.1,innovation.gps.2,S.gps.1.1,S.gps.1.2,S.gps.2.2,innovation.odo.1,S.odo.1.1\n"
             "1,2,3,0.5,4,,\n,2,,,4,7,8\n"));
   EXPECT_FALSE(reader.layout().has_truth);
-  EXPECT_EQ(reader.layout().sensors, (std::vector<std::string>{"gps", "odo"}));
-  FilterRow row;
+  EXPECT_EQ(reader.layout().sensors,
+            (std::vector<Sensor>{{.name = "gps", .dim = 2, .piece = 2}, {.name = "odo", .dim = 1, .piece = 1}}));
+  Step row;
   ASSERT_TRUE(reader.next(row));
   EXPECT_EQ(row.innovations[0].nu.size(), 2);
   EXPECT_EQ(row.innovations[0].S(1, 0), 0.5);
@@ -88,7 +89,7 @@ TEST_F(FilterLog, TakesSeveralSensorsOfVaryingDimension) {
 TEST_F(FilterLog, KeepsTheRunsOfARunColumnApart) {
   FilterLogReader reader(
       write("run,estimate.x,truth.x,P.1.1\n7,1,0,1\n7,1,0,1\n# failed: diverged at step 3\n2,1,0,1\n"));
-  FilterRow row;
+  Step row;
   ASSERT_TRUE(reader.next(row));
   EXPECT_TRUE(reader.run_began());
   ASSERT_TRUE(reader.next(row));
@@ -170,7 +171,7 @@ TEST_F(FilterLog, NoBytesMakeItDoAnythingElseThanReadOrRefuse) {
       if (text.empty()) text = "\n";
     }
     try {
-      for (const FilterRow& row : read(text)) {
+      for (const Step& row : read(text)) {
         ASSERT_TRUE(row.error.allFinite());
         ASSERT_EQ(row.P.rows(), row.error.size());
       }

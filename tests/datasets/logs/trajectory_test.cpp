@@ -83,7 +83,7 @@ TEST_F(TrajectoryFiles, OpenVinsHasTheRotationBlockFirstAndErrorsInTheBody) {
   const TrajectoryErrors errors = trajectory_errors(estimate, read_truth(write_truth(truth)), {});
   EXPECT_FALSE(errors.layout.joint_covariance);
   ASSERT_EQ(errors.rows.size(), 5U);
-  for (const FilterRow& row : errors.rows) {
+  for (const Step& row : errors.rows) {
     EXPECT_LT((row.error.head<3>() - kPositionError).norm(), 1e-12);
     EXPECT_LT((row.error.tail<3>() - kTurn).norm(), 1e-12);
     EXPECT_EQ(row.P(0, 0), 10.0);
@@ -107,8 +107,8 @@ TEST_F(TrajectoryFiles, TumHoldsAJointCovarianceWithErrorsInTheAxesThatOneNames)
   const Trajectory truth_read = read_truth(write_truth(truth));
   const Trajectory world = read_estimate(file, TrajectoryFormat::tum, {.orientation_in_world = true});
   const Trajectory body = read_estimate(file, TrajectoryFormat::tum, {});
-  const FilterRow in_world = trajectory_errors(world, truth_read, {}).rows.at(2);
-  const FilterRow in_body = trajectory_errors(body, truth_read, {}).rows.at(2);
+  const Step in_world = trajectory_errors(world, truth_read, {}).rows.at(2);
+  const Step in_body = trajectory_errors(body, truth_read, {}).rows.at(2);
   EXPECT_LT((in_world.error.tail<3>() - kTurn).norm(), 1e-12);
   EXPECT_LT((in_body.error.tail<3>() - truth[2].orientation.conjugate() * kTurn).norm(), 1e-12);
   EXPECT_EQ(in_world.P(0, 5), 6.0);
@@ -130,13 +130,13 @@ TEST_F(TrajectoryFiles, CnspySaysItsAxesInAColumn) {
   const SpatialPose& t = truth[1];
   // type1: p = p̂ + R̂ e, R = R̂ Exp(e); the estimate is off by −e.
   const Quaterniond R_hat = t.orientation * rotation_exp(kTurn);
-  const FilterRow body = error_of("type1", {t.position + R_hat * kPositionError, R_hat});
+  const Step body = error_of("type1", {t.position + R_hat * kPositionError, R_hat});
   EXPECT_LT((body.error.head<3>() - kPositionError).norm(), 1e-12);
   EXPECT_LT((body.error.tail<3>() - kTurn).norm(), 1e-12);
-  const FilterRow mixed = error_of("type5", {t.position + kPositionError, R_hat});
+  const Step mixed = error_of("type5", {t.position + kPositionError, R_hat});
   EXPECT_LT((mixed.error.head<3>() - kPositionError).norm(), 1e-12);
   EXPECT_LT((mixed.error.tail<3>() - kTurn).norm(), 1e-12);
-  const FilterRow world =
+  const Step world =
       error_of("type6", {t.position + kPositionError, rotation_exp(kTurn) * t.orientation});
   EXPECT_LT((world.error.tail<3>() - kTurn).norm(), 1e-12);
   EXPECT_EQ(world.P.diagonal(), (Vector(6) << 1, 2, 3, 4, 5, 6).finished());
@@ -194,7 +194,7 @@ TEST_F(TrajectoryFiles, AlignmentMovesTheTruthAlone) {
       estimate.covariances.push_back(PoseCovariance::Identity());
     }
     double largest = 0.0;
-    for (const FilterRow& row : trajectory_errors(estimate, given, {.alignment = alignment}).rows) {
+    for (const Step& row : trajectory_errors(estimate, given, {.alignment = alignment}).rows) {
       EXPECT_EQ(row.P, Matrix::Identity(6, 6));
       largest = std::max(largest, row.error.cwiseAbs().maxCoeff());
     }

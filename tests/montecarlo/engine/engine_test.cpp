@@ -194,6 +194,7 @@ TEST(Engine, MoreRunsExtendAStudy) {
 /// Fails on purpose, to see that the engine passes it on.
 class ThrowingExperiment final : public Experiment {
  public:
+  ThrowingExperiment() : Experiment(RunLayout{}) {}
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
     if (first_run > 0) throw std::runtime_error("on purpose");
     StudyStatistics s;
@@ -246,7 +247,7 @@ TEST(LinearExperiment, NeesOfATraceIsThatOfItsErrorAndCovariance) {
     const TraceStep& s = trace.steps[k];
     const Vector e = s.truth - s.estimate;
     EXPECT_NEAR(s.nees / e.dot(s.P.llt().solve(e)), 1.0, 1e-9);
-    EXPECT_NEAR(s.nis / s.innovation.dot(s.S.llt().solve(s.innovation)), 1.0, 1e-9);
+    EXPECT_NEAR(s.nis / s.innovation().dot(s.S().llt().solve(s.innovation())), 1.0, 1e-9);
   }
 }
 

@@ -56,10 +56,10 @@ void expect_same(const TraceStep& lanes, const TraceStep& matrices, double toler
   EXPECT_EQ(lanes.nis_dof, matrices.nis_dof);
   EXPECT_NEAR(lanes.nees, matrices.nees, 1e3 * tolerance * (1.0 + matrices.nees));
   EXPECT_NEAR(lanes.nis, matrices.nis, 1e3 * tolerance * (1.0 + matrices.nis));
-  ASSERT_EQ(lanes.innovation.size(), matrices.innovation.size());
-  if (lanes.innovation.size() == 0) return;
-  EXPECT_LT((lanes.innovation - matrices.innovation).cwiseAbs().maxCoeff(), tolerance);
-  EXPECT_LT((lanes.S - matrices.S).cwiseAbs().maxCoeff(), tolerance * matrices.S.cwiseAbs().maxCoeff());
+  ASSERT_EQ(lanes.innovation().size(), matrices.innovation().size());
+  if (lanes.innovation().size() == 0) return;
+  EXPECT_LT((lanes.innovation() - matrices.innovation()).cwiseAbs().maxCoeff(), tolerance);
+  EXPECT_LT((lanes.S() - matrices.S()).cwiseAbs().maxCoeff(), tolerance * matrices.S().cwiseAbs().maxCoeff());
   // A landmark new in this step has no row in the gain of a matrix filter; they come last there.
   const Index n = matrices.K.rows();
   for (Index i = 0; i < lanes.K.rows(); ++i) {

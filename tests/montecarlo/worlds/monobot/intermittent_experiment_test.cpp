@@ -241,9 +241,9 @@ TEST(IntermittentExperiment, a_run_alone_has_the_numbers_of_its_chunk) {
       EXPECT_EQ(step.nis, of_chunk[Quantity::nis].mean);
       EXPECT_EQ(step.nees_dof, of_chunk.nees_dof);
       EXPECT_EQ(step.nis_dof, of_chunk.nis_dof);
-      EXPECT_EQ(step.nis_dof, step.innovation.size());
+      EXPECT_EQ(step.nis_dof, step.innovation().size());
       if (step.nis_dof == 0) continue;
-      EXPECT_NEAR(step.nis, step.innovation.dot(step.S.llt().solve(step.innovation)), 1e-9 * step.nis);
+      EXPECT_NEAR(step.nis, step.innovation().dot(step.S().llt().solve(step.innovation())), 1e-9 * step.nis);
     }
   }
 }

@@ -1,0 +1,146 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "analysis/laws/consistency_vector_moments.h"
+#include "analysis/laws/coverage.h"
+#include "analysis/laws/goodness_of_fit_histogram.h"
+#include "analysis/laws/whiteness.h"
+#include "core/record/run_layout.h"
+#include "montecarlo/engine/study_statistics.h"
+
+/// @file
+/// What the steps of a filter add up to, whoever produced them: the engine, a log, a replay or the selftest.
+/// Sums only; judgement.h concludes. Everything merges, in the order of the runs for the same bits.
+
+namespace credence {
+
+/// One number at one step over all runs, with the sum of its dof.
+struct StepSums {
+  Moments value;
+  std::int64_t dof = 0;
+
+  void add(double x, Index x_dof) {
+    value.add(x);
+    dof += x_dof;
+  }
+  void merge(const StepSums& later) {
+    value.merge(later.value);
+    dof += later.dof;
+  }
+  bool operator==(const StepSums&) const = default;
+};
+
+/// Step k is entry k − 1; series of different lengths add up to the longer one.
+using SumsOverSteps = std::vector<StepSums>;
+void merge_sums(SumsOverSteps& sums, const SumsOverSteps& later);
+
+/// The entry of step k (from 1), made if it is not there.
+StepSums& sums_at(SumsOverSteps& sums, std::int64_t step);
+
+/// One block of the state.
+struct BlockSums {
+  std::string name;
+  Part part = Part::other;
+  SumsOverSteps nees;
+  Moments squared_error;  ///< over whole runs: ‖e‖² averaged over the steps, of a map for each landmark
+
+  void merge(const BlockSums& later);
+};
+
+/// How often the truth lies within kσ of the whole state.
+struct CoverageSums {
+  static constexpr std::array<double, 3> kSigmas = {1.0, 2.0, 3.0};
+
+  struct Region {
+    std::vector<CoverageCount> count;  ///< at each step
+    std::vector<double> expected;      ///< sum over runs of P(χ²(dof) ≤ k²)
+  };
+  std::array<Region, kSigmas.size()> regions;
+
+  void add(std::int64_t step, double nees, Index dof);
+  void merge(const CoverageSums& later);
+
+ private:
+  std::map<Index, std::array<double, kSigmas.size()>> expected_of_dof_;  ///< computed once for each dof
+};
+
+/// The innovations of one sensor, normalised as u = L⁻¹ν, S = L Lᵀ: independent N(0, I) for a consistent
+/// filter. A u is taken apart into pieces (Sensor::piece), the j-th being followed through time. Correlation
+/// and mean leave out the first fifth of each run, where a wrong start would show in everything.
+struct SensorSums {
+  static constexpr Index kLags = 20;
+  static constexpr Index kLargestWhitened = 12;  ///< a larger piece is looked at by one number, Σ u_i/√m
+  static constexpr double kFarTail = 0.9999;  ///< NIS beyond this quantile of its law counts as an outlier
+
+  explicit SensorSums(Sensor of);  ///< with a piece of at least 1
+  void merge(const SensorSums& later);
+
+  Sensor sensor;        ///< dim: the largest of all logs
+  bool varies;    ///< the dimension is no multiple of the piece, or not the same in all logs
+  SumsOverSteps nis;
+  std::map<Index, StepSums> by_dimension;
+  UniformHistogram fit;     ///< F(NIS)
+  CoverageCount far_tail;   ///< NIS values within the quantile kFarTail
+  LagProducts lags;         ///< of the pieces; means nothing once the dimension varies
+  VectorMoments run_means;  ///< over runs: the mean piece of each, so that it holds for coloured ones too
+  /// Of Σ u_i/√m, which is N(0, 1) under consistency for any m.
+  LagProducts scalar_lags;
+  VectorMoments scalar_run_means;
+  VectorMoments values, scalar_values;  ///< of all pieces: for too few runs to compare their means
+  Moments measurement_share;            ///< tr(S⁻¹ R)/m: the part of S that is R
+  std::int64_t unwrapped = 0;           ///< components that are angles, beyond half a turn
+};
+
+/// What whole runs say. Only runs that ended well count.
+struct RunSums {
+  static constexpr std::size_t kKept = 1024;  ///< runs of which the course in time is kept
+
+  Moments nees_values;                    ///< of all steps
+  Moments nees_sum;                       ///< over runs: Σ_k NEES
+  double expected_nees_sum = 0.0;         ///< the sum over runs of Σ_k dof
+  std::vector<std::vector<double>> nees;  ///< of each of the first kKept runs, NEES over its steps
+  std::vector<Vector> last_error;         ///< of the pose, or else of the first block, at the end of each
+  std::vector<Matrix> last_covariance;
+  VectorMoments last_whitened;  ///< L⁻¹ e of the whole state at the end; only of runs with as many states
+
+  void merge(const RunSums& later);
+};
+
+/// Rows left out for one reason.
+struct RejectedRows {
+  std::int64_t count = 0;
+  std::string first;  ///< "FILE:LINE"
+};
+
+/// All runs of a filter.
+struct Evidence {
+  RunLayout layout;       ///< of the first log, or of the world
+  StudyStatistics study;  ///< its failures count the runs from 0
+  std::vector<BlockSums> blocks;
+  std::vector<SensorSums> sensors;
+  CoverageSums coverage;
+  RunSums whole_runs;
+  SumsOverSteps clean_nees, clean_nis;  ///< without gross outliers
+  std::int64_t nees_outliers = 0, nis_outliers = 0;
+  std::int64_t rows = 0;                         ///< steps seen, rejected ones included
+  std::map<std::string, RejectedRows> rejected;  ///< by the reason
+  std::vector<double> first_run;  ///< NEES / dof of a run alone at its rows; empty once there are more runs
+  Index state_dim = 0;            ///< the largest of all logs
+  bool joint_covariance = true, has_truth = false;
+
+  void merge(Evidence later);
+  std::int64_t rejected_rows() const;
+  BlockSums& block(const Block& of);      ///< made if it is not there
+  SensorSums& sensor(const Sensor& of);  ///< made if it is not there
+};
+
+/// Beyond this upper quantile of its χ² law a value is a gross outlier: once in a million for a consistent
+/// filter.
+inline constexpr double kGrossOutlier = 1e-6;
+
+}  // namespace credence

@@ -1,0 +1,359 @@
+#include "analysis/evidence/evidence_recorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "analysis/evidence/consistency_nees.h"
+#include "analysis/laws/chi_square.h"
+
+namespace credence {
+namespace {
+
+/// The value beyond which a χ²(dof) is a gross outlier.
+double outlier_limit(Index dof) {
+  constexpr std::size_t kCached = 64;
+  static const std::vector<double> limits = [] {
+    std::vector<double> all(kCached, 0.0);
+    for (std::size_t i = 1; i < kCached; ++i) {
+      all[i] = chi_square_upper_quantile(kGrossOutlier, static_cast<double>(i));
+    }
+    return all;
+  }();
+  const auto i = static_cast<std::size_t>(dof);
+  return i < kCached ? limits[i] : chi_square_upper_quantile(kGrossOutlier, static_cast<double>(dof));
+}
+
+/// A Cholesky factor of P that rounding has not eaten: every pivot well above it, relative to the variance.
+bool well_conditioned(const Eigen::LLT<Matrix>& factor, const Matrix& P) {
+  const double tolerance = 100.0 * static_cast<double>(P.rows()) * std::numeric_limits<double>::epsilon();
+  for (Index i = 0; i < P.rows(); ++i) {
+    const double pivot = factor.matrixLLT()(i, i);
+    if (!(pivot * pivot > tolerance * P(i, i))) return false;
+  }
+  return true;
+}
+
+/// tr(S⁻¹ R)/m with R of pieces of these variances.
+double share_of_noise(const Matrix& S, const std::vector<double>& variances) {
+  const Index m = S.rows(), d = std::ssize(variances);
+  Matrix R = Matrix::Zero(m, m);
+  for (Index i = 0; i < m; ++i) R(i, i) = variances[static_cast<std::size_t>(i % d)];
+  return S.llt().solve(R).trace() / static_cast<double>(m);
+}
+
+/// Beyond it an angle is not wrapped; the least above π.
+constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
+
+/// A whole state is compared over the runs up to this dimension.
+constexpr Index kLargestState = 60;
+
+/// Where the first fifth of a run ends: what comes before may be coloured by a wrong start.
+std::size_t settled_from(std::size_t steps) { return steps / 5; }
+
+}  // namespace
+
+void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLayout& layout) {
+  file_ = file.string();
+  if (sums_.layout.states.empty()) sums_.layout = layout;
+  if (layout == layout_) return;
+  close_run(true);
+  layout_ = layout;
+  states_.clear();
+  places_.assign(layout.blocks.size(), {});
+}
+
+void EvidenceRecorder::begin_run() {
+  close_run(true);
+  if (sums_.study.runs == kChunkRuns) full_.push_back(take());
+  ++sums_.study.runs;
+  run_ = {};
+  run_.open = true;
+  run_.squared_error.resize(layout_.blocks.size());
+  run_.innovations.resize(layout_.sensors.size());
+}
+
+void EvidenceRecorder::end_run(Outcome outcome, std::int64_t step) {
+  if (outcome != Outcome::ok) sums_.study.failures.push_back({sums_.study.runs - 1, step, outcome});
+  close_run(outcome == Outcome::ok);
+}
+
+Evidence EvidenceRecorder::take() {
+  close_run(true);
+  Evidence taken = std::move(sums_);
+  sums_ = Evidence();
+  sums_.layout = layout_;
+  return taken;
+}
+
+EvidenceRecorder::Normalised EvidenceRecorder::normalise(const Vector& error, const Matrix& P) {
+  // The common case, with the arithmetic of the engine.
+  const bool regular = (P.diagonal().array() > 0.0).all();
+  if (regular) {
+    const NeesValue nees = solver_.solve(error, P);
+    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver_.factor(), P)) {
+      return {.value = nees.value, .whitened = solver_.whitened(), .dof = nees.dof};
+    }
+  }
+  const NormalisedError general = normalised_error(error, P);
+  if (!general.ok) return {.problem = general.reason};
+  if (!std::isfinite(general.value)) return {.problem = "an error where the covariance claims certainty"};
+  return {.value = general.value, .whitened = general.whitened, .dof = general.dof};
+}
+
+void EvidenceRecorder::find_places(const Step& step) {
+  if (step.states == states_) return;
+  states_ = step.states;
+  std::vector<Index> place(layout_.states.size(), -1);
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    place[static_cast<std::size_t>(states_[i])] = static_cast<Index>(i);
+  }
+  for (std::size_t b = 0; b < places_.size(); ++b) {
+    places_[b].clear();
+    for (const Index state : layout_.blocks[b].states) {
+      if (const Index at = place[static_cast<std::size_t>(state)]; at >= 0) places_[b].push_back(at);
+    }
+  }
+}
+
+std::string_view EvidenceRecorder::judge_state(const Step& step) {
+  state_ = {};
+  blocks_.assign(layout_.blocks.size(), {});
+  if (step.states.empty()) return {};
+  find_places(step);
+  if (layout_.joint_covariance) {
+    state_ = normalise(step.error, step.P);
+    if (!state_.problem.empty()) return state_.problem;
+  } else {
+    state_.dof = 0;
+  }
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (places_[b].empty()) continue;
+    const bool whole = std::ssize(places_[b]) == step.error.size() && layout_.joint_covariance;
+    blocks_[b] = whole ? state_ : normalise(step.error(places_[b]), step.P(places_[b], places_[b]));
+    if (!blocks_[b].problem.empty()) return blocks_[b].problem;
+    if (layout_.joint_covariance) continue;
+    state_.value += blocks_[b].value;
+    state_.dof += blocks_[b].dof;
+  }
+  return {};
+}
+
+std::string_view EvidenceRecorder::judge_innovations(const Step& step) {
+  innovations_.clear();
+  for (const Innovation& innovation : step.innovations) {
+    innovations_.push_back(innovation.nu.size() == 0 ? Normalised{} : normalise(innovation.nu, innovation.S));
+    if (!innovations_.back().problem.empty()) return "S of an innovation is not positive semidefinite";
+  }
+  return {};
+}
+
+void EvidenceRecorder::add_traces(const Step& step, StepStatistics& s) const {
+  s[Quantity::trace].add(step.P.trace());
+  for (std::size_t b = 0; b < places_.size(); ++b) {
+    const std::vector<Index>& places = places_[b];
+    const Part part = layout_.blocks[b].part;
+    if (part == Part::other || part == Part::pose || part == Part::landmark) continue;
+    double trace = 0.0, squared = 0.0;
+    for (const Index i : places) {
+      trace += step.P(i, i);
+      squared += step.error[i] * step.error[i];
+    }
+    if (part == Part::map) {
+      s[Quantity::trace_landmarks].add(trace);
+      const double landmarks = static_cast<double>(places.size()) / static_cast<double>(layout_.landmark_dim);
+      if (!places.empty()) s[Quantity::landmark_error_squared].add(squared / landmarks);
+    } else if (!places.empty() && part == Part::position) {
+      s[Quantity::trace_vehicle].add(trace);
+      s[Quantity::position_error_squared].add(squared);
+    } else if (!places.empty()) {
+      s[Quantity::heading_error_squared].add(squared);
+    }
+  }
+}
+
+void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
+  s[Quantity::nees].add(state_.value);
+  s.nees_dof += state_.dof;
+  add_traces(step, s);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (blocks_[b].dof < 0) continue;
+    const Block& block = layout_.blocks[b];
+    if (block.part == Part::pose) s[Quantity::vehicle_nees].add(blocks_[b].value);
+    sums_at(sums_.block(block).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
+    double squared = step.error(places_[b]).squaredNorm();
+    if (block.part == Part::map) {
+      squared *= static_cast<double>(layout_.landmark_dim) / static_cast<double>(places_[b].size());
+    }
+    run_.squared_error[b].add(squared);
+  }
+  if (state_.dof <= 0) return;
+  sums_.coverage.add(step.step, state_.value, state_.dof);
+  run_.values.add(state_.value);
+  run_.nees.push_back(state_.value);
+  run_.dof += static_cast<double>(state_.dof);
+  run_.last_whitened = state_.whitened;
+  if (!places_.empty()) {
+    run_.last_error = step.error(places_.front());
+    run_.last_covariance = step.P(places_.front(), places_.front());
+  }
+  if (sums_.study.runs == 1) sums_.first_run.push_back(state_.value / static_cast<double>(state_.dof));
+  if (state_.value > outlier_limit(state_.dof)) {
+    ++sums_.nees_outliers;
+  } else {
+    sums_at(sums_.clean_nees, step.step).add(state_.value, state_.dof);
+  }
+}
+
+void EvidenceRecorder::add_missing(std::size_t sensor) {
+  RunInnovations& run = run_.innovations[sensor];
+  run.begins.push_back(run.values.size());
+}
+
+void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
+  const Normalised& value = innovations_[i];
+  const Sensor& sensor = layout_.sensors[i];
+  SensorSums& sums = sums_.sensor(sensor);
+  const bool pieces = sensor.piece <= SensorSums::kLargestWhitened && value.dof % sensor.piece == 0 &&
+                      step.innovations[i].nu.size() == value.dof &&
+                      (sensor.piece < sensor.dim || value.dof == sensor.dim);
+  sums.varies = sums.varies || !pieces;
+  sums_at(sums.nis, step.step).add(value.value, value.dof);
+  sums.by_dimension[value.dof].add(value.value, value.dof);
+  const double u = chi_square_cdf(value.value, static_cast<double>(value.dof));
+  sums.fit.add(u);
+  sums.far_tail.add(u <= SensorSums::kFarTail);
+  if (!sensor.variances.empty()) {
+    sums.measurement_share.add(share_of_noise(step.innovations[i].S, sensor.variances));
+  }
+  for (Index j = 0; j < step.innovations[i].nu.size() && !sensor.angles.empty(); ++j) {
+    const bool angle = sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))];
+    if (angle && std::abs(step.innovations[i].nu[j]) > kHalfTurn) ++sums.unwrapped;
+  }
+  RunInnovations& run = run_.innovations[i];
+  run.begins.push_back(run.values.size());
+  run.values.insert(run.values.end(), value.whitened.begin(), value.whitened.end());
+}
+
+void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
+  double total = 0.0;
+  Index dof = 0;
+  for (std::size_t i = 0; i < innovations_.size(); ++i) {
+    if (innovations_[i].dof <= 0) {
+      add_missing(i);
+      continue;
+    }
+    total += innovations_[i].value;
+    dof += innovations_[i].dof;
+    add_innovation(i, step);
+  }
+  if (dof == 0) return;
+  s[Quantity::nis].add(total);
+  s.nis_dof += dof;
+  if (total > outlier_limit(dof)) {
+    ++sums_.nis_outliers;
+  } else {
+    sums_at(sums_.clean_nis, step.step).add(total, dof);
+  }
+}
+
+void EvidenceRecorder::reject(const Step& step, std::string_view problem) {
+  RejectedRows& rejected = sums_.rejected[std::string(problem)];
+  if (rejected.count++ == 0) rejected.first = fmt::format("{}:{}", file_, step.line);
+  for (std::size_t i = 0; i < run_.innovations.size(); ++i) add_missing(i);
+}
+
+void EvidenceRecorder::add(const Step& step) {
+  ++sums_.rows;
+  sums_.has_truth = sums_.has_truth || layout_.has_truth;
+  sums_.joint_covariance = sums_.joint_covariance && layout_.joint_covariance;
+  const auto k = static_cast<std::size_t>(step.step) - 1;
+  if (sums_.study.steps.size() <= k) sums_.study.steps.resize(k + 1);
+  std::string_view problem = step.problem;
+  if (problem.empty()) problem = judge_state(step);
+  if (problem.empty()) problem = judge_innovations(step);
+  if (!problem.empty()) return reject(step, problem);
+  StepStatistics& s = sums_.study.steps[k];
+  sums_.state_dim = std::max(sums_.state_dim, step.error.size());
+  if (!step.states.empty()) add_state(step, s);
+  add_innovations(step, s);
+}
+
+void EvidenceRecorder::close_innovations(std::size_t i) {
+  SensorSums& sums = sums_.sensor(layout_.sensors[i]);
+  const RunInnovations& run = run_.innovations[i];
+  const std::size_t steps = run.begins.size(), first = settled_from(steps);
+  const auto count_at = [&](std::size_t k) {
+    return (k + 1 < steps ? run.begins[k + 1] : run.values.size()) - run.begins[k];
+  };
+  const auto d = static_cast<std::size_t>(sums.varies ? 1 : sums.lags.dim());
+  std::size_t most = 0;
+  Moments scalar_mean;
+  LagProducts scalar(1, SensorSums::kLags);
+  for (std::size_t k = first; k < steps; ++k) {
+    const std::size_t count = count_at(k);
+    most = std::max(most, count / d);
+    if (count == 0) {
+      scalar.add_missing();
+      continue;
+    }
+    double sum = 0.0;
+    for (std::size_t j = 0; j < count; ++j) sum += run.values[run.begins[k] + j];
+    const Vector value = Vector::Constant(1, sum / std::sqrt(static_cast<double>(count)));
+    scalar.add(value);
+    scalar_mean.add(value[0]);
+    sums.scalar_values.add(value);
+  }
+  sums.scalar_lags.merge(scalar);
+  if (scalar_mean.count > 0) sums.scalar_run_means.add(Vector::Constant(1, scalar_mean.mean));
+  if (sums.varies) return;
+
+  Vector total = Vector::Zero(static_cast<Index>(d));
+  double pieces = 0.0;
+  for (std::size_t j = 0; j < most; ++j) {
+    LagProducts piece(static_cast<Index>(d), SensorSums::kLags);
+    for (std::size_t k = first; k < steps; ++k) {
+      if (j >= count_at(k) / d) {
+        piece.add_missing();
+        continue;
+      }
+      const Eigen::Map<const Vector> u(run.values.data() + run.begins[k] + j * d, static_cast<Index>(d));
+      piece.add(u);
+      sums.values.add(u);
+      total += u;
+      pieces += 1.0;
+    }
+    sums.lags.merge(piece);
+  }
+  if (pieces > 0.0) sums.run_means.add(total / pieces);
+}
+
+void EvidenceRecorder::close_run(bool well) {
+  if (!run_.open) return;
+  run_.open = false;
+  for (std::size_t i = 0; i < run_.innovations.size(); ++i) close_innovations(i);
+  if (!well || run_.nees.empty()) return;
+  RunSums& runs = sums_.whole_runs;
+  runs.nees_values.merge(run_.values);
+  runs.nees_sum.add(run_.values.mean * static_cast<double>(run_.values.count));
+  runs.expected_nees_sum += run_.dof;
+  runs.nees.push_back(std::move(run_.nees));
+  for (std::size_t b = 0; b < run_.squared_error.size(); ++b) {
+    if (run_.squared_error[b].count > 0) {
+      sums_.block(layout_.blocks[b]).squared_error.add(run_.squared_error[b].mean);
+    }
+  }
+  if (const Vector& u = run_.last_whitened; u.size() > 0 && u.size() <= kLargestState) {
+    if (runs.last_whitened.count == 0 || runs.last_whitened.mean.size() == u.size()) {
+      runs.last_whitened.add(u);
+    }
+  }
+  if (run_.last_error.size() == 0) return;
+  runs.last_error.push_back(std::move(run_.last_error));
+  runs.last_covariance.push_back(std::move(run_.last_covariance));
+}
+
+}  // namespace credence

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "analysis/evidence/evidence.h"
+#include "core/record/step.h"
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/worlds/planar/covariance_statistics.h"
+
+namespace credence {
+
+/// Adds the steps of runs to the sums: NEES over the range of P, NIS, and their relatives.
+///
+/// A step whose P or S is not positive semidefinite, not symmetric, or whose error lies where P claims
+/// certainty, is counted as rejected with its reason and never repaired: neither its NEES nor its NIS counts.
+class EvidenceRecorder {
+ public:
+  EvidenceRecorder() = default;
+  /// The next steps are of this layout, and none of a file.
+  explicit EvidenceRecorder(const RunLayout& layout) { begin_file({}, layout); }
+
+  /// The next rows come from this file.
+  void begin_file(const std::filesystem::path& file, const RunLayout& layout);
+  /// The next steps belong to another run.
+  void begin_run();
+  void add(const Step& step);
+  /// The run that is open ended so, at this step.
+  void end_run(Outcome outcome, std::int64_t step);
+
+  /// The chunks of kChunkRuns runs that are full; the caller merges them in their order.
+  std::vector<Evidence> take_chunks() { return std::exchange(full_, {}); }
+  /// The sums of the last chunk; the next ones begin at nothing.
+  Evidence take();
+
+ private:
+  struct Normalised {
+    double value = 0.0;
+    Vector whitened{};
+    Index dof = -1;  ///< −1: nothing to normalise
+    std::string_view problem = {};
+  };
+
+  /// What the steps of the open run leave behind for its end: the normalised innovations of one sensor.
+  struct RunInnovations {
+    std::vector<double> values;         ///< one after the other
+    std::vector<std::size_t> begins{};  ///< of each step in `values`; an empty one had no measurement
+  };
+
+  /// The open run.
+  struct OpenRun {
+    bool open = false;
+    std::vector<double> nees{};
+    double dof = 0.0;
+    Moments values{};                          ///< of NEES
+    std::vector<Moments> squared_error{};      ///< of each block
+    std::vector<RunInnovations> innovations{};  ///< of each sensor of the layout
+    Vector last_error{};
+    Matrix last_covariance{};
+    Vector last_whitened{};  ///< of the whole state
+  };
+
+  Normalised normalise(const Vector& error, const Matrix& P);
+  void find_places(const Step& step);
+  std::string_view judge_state(const Step& step);
+  std::string_view judge_innovations(const Step& step);
+  void reject(const Step& step, std::string_view problem);
+  void add_state(const Step& step, StepStatistics& sums);
+  void add_traces(const Step& step, StepStatistics& sums) const;
+  void add_innovations(const Step& step, StepStatistics& sums);
+  void add_innovation(std::size_t sensor, const Step& step);
+  void add_missing(std::size_t sensor);
+  void close_run(bool well);
+  void close_innovations(std::size_t sensor);
+
+  std::string file_;
+  RunLayout layout_;
+  Evidence sums_;
+  std::vector<Evidence> full_;
+  OpenRun run_;
+  NeesSolver solver_;
+  std::vector<Index> states_;                      ///< of the step that places_ is of
+  std::vector<std::vector<Index>> places_;         ///< of the states of each block in the step at hand
+  Normalised state_;                               ///< of the step at hand
+  std::vector<Normalised> blocks_, innovations_;  ///< of the step at hand
+};
+
+}  // namespace credence

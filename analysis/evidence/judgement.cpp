@@ -1,0 +1,376 @@
+#include "analysis/evidence/judgement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "analysis/evidence/consistency_judge.h"
+#include "analysis/evidence/effective_steps.h"
+#include "analysis/evidence/settling_power.h"
+#include "analysis/laws/multiple_tests.h"
+#include "analysis/laws/sample_size.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+/// Moments and dof of every step, as the judges want them.
+struct StepSeries {
+  std::vector<Moments> moments;
+  std::vector<double> dof;
+};
+
+StepSeries series_of(const SumsOverSteps& sums, std::size_t steps) {
+  StepSeries series;
+  series.moments.resize(std::max(steps, sums.size()));
+  series.dof.resize(series.moments.size());
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    series.moments[k] = sums[k].value;
+    series.dof[k] = static_cast<double>(sums[k].dof);
+  }
+  return series;
+}
+
+/// Blocks without their covariances: each step, too, is a sum of dependent χ².
+VerdictLaws separate_block_laws(std::size_t blocks) {
+  const double parts = static_cast<double>(blocks);
+  VerdictLaws laws;
+  laws.step = [=](double dof, double) { return dependent_law(std::vector<double>(blocks, dof / parts)); };
+  laws.overall = [=](const std::vector<StepTest>& tested) {
+    std::vector<double> dofs;
+    for (const StepTest& step : tested) dofs.insert(dofs.end(), blocks, step.total_dof / parts);
+    return dependent_law(dofs);
+  };
+  laws.method =
+      "NEES summed over blocks whose covariances are not in the log; every step and the sum over steps by a "
+      "bound for every dependence, Bonferroni over the steps";
+  return laws;
+}
+
+/// The verdict on the NEES of the whole state.
+ConsistencyVerdict judge_state(const Evidence& e, const StepSeries& series, double confidence) {
+  if (e.joint_covariance || e.blocks.size() < 2) return judge_nees(series.moments, series.dof, confidence);
+  return judge_sums(series.moments, series.dof, confidence, separate_block_laws(e.blocks.size()));
+}
+
+void judge_verdicts(const Evidence& e, const JudgementContext& context, Judgement& j) {
+  const StudyStatistics& s = context.all_runs != nullptr ? *context.all_runs : e.study;
+  j.nees = judge_state(e, {s.series(Quantity::nees), s.dofs(Quantity::nees)}, j.confidence);
+  j.nis = judge_nis(s.series(Quantity::nis), s.dofs(Quantity::nis), j.confidence);
+}
+
+void judge_blocks(const Evidence& e, Judgement& j) {
+  const std::size_t steps = e.study.steps.size();
+  for (const BlockSums& block : e.blocks) {
+    // A map of one landmark is that landmark.
+    const bool single = block.part == Part::map && std::ranges::count(e.blocks, Part::landmark, &BlockSums::part) == 1;
+    if (single) continue;
+    const StepSeries s = series_of(block.nees, steps);
+    ConsistencyVerdict verdict = judge_nees(s.moments, s.dof, j.confidence);
+    if (block.part == Part::pose) j.vehicle_nees = verdict;
+    j.blocks.push_back({block.name, std::move(verdict)});
+  }
+  if (j.blocks.size() < 2) j.blocks.clear();
+  if (j.blocks.empty()) return;
+  // Of the same runs as the blocks: all runs of a long study see what the blocks of fewer cannot.
+  const StudyStatistics& s = e.study;
+  j.responsible = responsible_block(
+      judge_state(e, {s.series(Quantity::nees), s.dofs(Quantity::nees)}, j.confidence), j.blocks);
+}
+
+CoverageVerdict judge_region(const CoverageSums::Region& region, double confidence) {
+  std::vector<double> expected;
+  for (std::size_t k = 0; k < region.count.size(); ++k) {
+    const auto total = static_cast<double>(region.count[k].total);
+    expected.push_back(total > 0.0 ? std::min(1.0, region.expected[k] / total) : 0.0);
+  }
+  return judge_coverage(region.count, expected, confidence);
+}
+
+/// Against the law cut off at the edge of the bins that hold anything, where that many empty bins at the top
+/// cannot be chance.
+std::optional<GoodnessOfFit> fit_to_a_gate(const UniformHistogram& fit) {
+  constexpr double kFewest = 20.0;  // values expected beyond; none there has probability 2e-9
+  const std::vector<std::int64_t>& counts = fit.counts();
+  std::size_t used = counts.size();
+  while (used > 0 && counts[used - 1] == 0) --used;
+  const double beyond = static_cast<double>(counts.size() - used) / static_cast<double>(counts.size());
+  if (used < 2 || static_cast<double>(fit.count()) * beyond < kFewest) return std::nullopt;
+  return test_uniform(UniformHistogram(std::span(counts).first(used), fit.invalid()));
+}
+
+SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double confidence) {
+  SensorJudgement result;
+  result.name = s.sensor.name;
+  result.of_sum = s.varies;
+  const StepSeries nis = series_of(s.nis, steps);
+  result.nis = judge_nis(nis.moments, nis.dof, confidence);
+  result.whiteness = test_whiteness(s.varies ? s.scalar_lags : s.lags, confidence);
+  const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
+  const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
+  result.mean = test_innovation_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
+  result.fit = test_uniform(s.fit);
+  result.histogram = s.fit.counts();
+  result.gated_fit = fit_to_a_gate(s.fit);
+  return result;
+}
+
+/// NaN unless there are enough whole runs of one length for a correlation in time.
+double effective_steps_of(const RunSums& runs, std::size_t steps) {
+  constexpr std::size_t kEnough = 50;
+  const auto whole = [steps](const std::vector<double>& run) { return run.size() == steps; };
+  if (runs.nees.size() < kEnough || steps < 2 || !std::ranges::all_of(runs.nees, whole)) return kNaN;
+  return measured_effective_steps(runs.nees);
+}
+
+VerdictDesign design_of(const ConsistencyVerdict& v, double runs, bool white, double effective_steps) {
+  const auto steps = static_cast<double>(std::max<std::int64_t>(1, v.steps_tested));
+  const double effective = std::isfinite(effective_steps) ? std::clamp(effective_steps, 1.0, steps) : 1.0;
+  return {.steps = steps,
+          .dof_per_step = std::max(1e-9, v.dof / (steps * runs)),
+          .confidence = v.confidence,
+          .white = white,
+          .effective_steps = white ? steps : effective};
+}
+
+SettlingRuns settle(const ConsistencyVerdict& v, bool white, double effective_steps) {
+  if (v.steps_tested == 0) return {.detectable = {}, .reason = "no data"};
+  const double runs = static_cast<double>(v.count) / static_cast<double>(v.steps_tested);
+  return runs_to_settle(v, design_of(v, runs, white, effective_steps), runs, kSettlingPower);
+}
+
+void judge_scales(const Evidence& e, Judgement& j) {
+  const RunSums& runs = e.whole_runs;
+  const auto count = static_cast<double>(runs.nees_sum.count);
+  j.scale_covariance = count > 0.0 ? scale_of_covariance(runs.nees_sum, runs.expected_nees_sum / count, j.confidence)
+                                   : no_scale("no run ended well");
+  j.scale_innovation = scale_of_innovation(j.nis);
+  Moments share;
+  for (const SensorSums& sensor : e.sensors) share.merge(sensor.measurement_share);
+  j.scale_measurement_noise = share.count > 0
+                                  ? scale_of_measurement_noise(j.scale_innovation, std::min(1.0, share.mean))
+                                  : no_scale("R is not known");
+}
+
+void judge_ends(const Evidence& e, Judgement& j) {
+  const RunSums& runs = e.whole_runs;
+  const Index n = runs.last_error.empty() ? 0 : runs.last_error.front().size();
+  const auto same = [n](const Vector& error) { return error.size() == n; };
+  const bool enough = std::ssize(runs.last_error) > n && std::ranges::all_of(runs.last_error, same);
+  j.credibility = n > 0 && enough
+                      ? credibility_index(runs.last_error, runs.last_covariance, j.confidence)
+                      : CredibilityIndex{.reason = "fewer whole runs than the vehicle has dimensions"};
+  j.error_correlation = test_error_correlation(runs.last_whitened);
+  for (const BlockSums& block : e.blocks) {
+    if (block.part == Part::other || block.part == Part::pose || block.part == Part::landmark) continue;
+    RmseInterval& rmse = block.part == Part::position  ? j.position
+                         : block.part == Part::heading ? j.heading
+                                                       : j.landmark;
+    rmse = rmse_interval(block.squared_error, j.confidence);
+  }
+}
+
+/// At most kLongest averages of successive values: correlation times of long runs cost the square of their
+/// length.
+struct ThinnedSeries {
+  std::vector<double> values;
+  double rows_per_value = 1.0;
+};
+
+ThinnedSeries thinned(const std::vector<double>& values) {
+  constexpr std::size_t kLongest = 20'000;
+  const std::size_t group = (values.size() + kLongest - 1) / kLongest;
+  if (group <= 1) return {values, 1.0};
+  ThinnedSeries result{{}, static_cast<double>(group)};
+  for (std::size_t i = 0; i + group <= values.size(); i += group) {
+    double sum = 0.0;
+    for (std::size_t j = i; j < i + group; ++j) sum += values[j];
+    result.values.push_back(sum / static_cast<double>(group));
+  }
+  return result;
+}
+
+/// Adds to the verdict what the course of one run in time says.
+void judge_single_run(const Evidence& e, Judgement& j) {
+  const ThinnedSeries series = thinned(e.first_run);
+  if (j.nees.verdict == Verdict::undecided || series.values.empty()) return;
+  ConsistencyVerdict& v = j.nees;
+  SingleRunJudgement single;
+  // Two tests by the union bound, each at half the level.
+  const double half = 1.0 - 0.5 * (1.0 - j.confidence);
+  single.time_average = test_single_run(series.values, half);
+  single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, 1.0);
+  single.sample.correlation_time *= series.rows_per_value;
+  const double p_average = single.time_average.p_value;
+  const bool tested = !std::isnan(p_average);
+  v.p_value = std::min(1.0, 2.0 * (tested ? std::min(v.p_value, p_average) : v.p_value));
+  v.method += "; average over stretches of the run longer than its correlation in time";
+  if (tested) ++v.tests;
+  if (v.p_value > 1.0 - j.confidence) {
+    v.verdict = tested ? Verdict::consistent : Verdict::undecided;
+  } else if (v.verdict == Verdict::consistent) {
+    v.verdict = v.mean > v.expected ? Verdict::optimistic : Verdict::pessimistic;
+  }
+  j.effective_steps = std::isnan(single.sample.size) ? 1.0 : single.sample.size;
+  ConsistencyVerdict assumed = v;
+  if (v.verdict == Verdict::undecided) assumed.verdict = Verdict::consistent;
+  j.settle_nees = settle(assumed, false, j.effective_steps);
+  if (v.verdict == Verdict::undecided) {
+    v.reason = fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
+                           e.first_run.size(), j.effective_steps);
+    if (j.settle_nees.runs > 0) {
+      v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
+                              j.settle_nees.runs, j.settle_nees.observed_factor);
+    }
+  }
+  j.single = single;
+}
+
+NamedTest verdict_test(std::string name, const ConsistencyVerdict& v) {
+  if (v.verdict == Verdict::undecided) return {std::move(name), kNaN, kNaN, v.reason};
+  return {std::move(name), v.p_value, kNaN,
+          fmt::format("mean {:.4g}, expected {:.4g}, {} tests", v.mean, v.expected, v.tests)};
+}
+
+/// A test with a reason where it was not made.
+NamedTest reasoned_test(std::string name, std::string_view reason, double p_value, std::string says) {
+  if (!reason.empty()) return {std::move(name), kNaN, kNaN, std::string(reason)};
+  return {std::move(name), p_value, kNaN, std::move(says)};
+}
+
+constexpr const char* kNisBody = "NIS against its law, body";
+constexpr const char* kNisTails = "NIS against its law, tails";
+constexpr const char* kWhiteness = "whiteness of the innovation";
+constexpr const char* kInnovationMean = "mean of the innovation";
+constexpr const char* kErrorCorrelation = "correlation of the whitened errors";
+
+/// The name of a test of one sensor.
+std::string of_sensor(const char* test, const SensorJudgement& sensor) {
+  return sensor.name.empty() ? test : fmt::format("{} of {}", test, sensor.name);
+}
+
+void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& tests) {
+  if (!alone) tests.push_back(verdict_test("NIS of " + s.name, s.nis));
+  tests.push_back(reasoned_test(
+      of_sensor(kNisBody, s), s.fit.reason, s.fit.kolmogorov_p_value,
+      fmt::format("Kolmogorov-Smirnov D = {:.3g} of {} values", s.fit.kolmogorov, s.fit.count)));
+  tests.push_back(reasoned_test(of_sensor(kNisTails, s), s.fit.reason, s.fit.anderson_p_value,
+                                fmt::format("Anderson-Darling A² = {:.3g}", s.fit.anderson)));
+  tests.push_back(
+      reasoned_test(of_sensor(kWhiteness, s), s.whiteness.reason, s.whiteness.p_value,
+                    fmt::format("portmanteau Q = {:.4g}, dof {:g}", s.whiteness.statistic, s.whiteness.dof)));
+  const double largest = s.mean.mean.size() > 0 ? s.mean.mean.cwiseAbs().maxCoeff() : 0.0;
+  tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), s.mean.reason, s.mean.p_value,
+                                fmt::format("largest {:.3g} σ", largest)));
+}
+
+void list_errors(const Judgement& j, std::vector<NamedTest>& tests) {
+  for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+    const CoverageVerdict& c = j.coverage[i];
+    if (c.tests == 0) continue;
+    const double share = static_cast<double>(c.pooled.inside) / static_cast<double>(c.pooled.total);
+    tests.push_back({fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]), c.p_value, kNaN,
+                     fmt::format("{:.4g} % inside, {:.4g} % expected", 100.0 * share, 100.0 * c.expected)});
+  }
+  tests.push_back(reasoned_test("credibility of the vehicle's P", j.credibility.reason, j.credibility.p_value,
+                                fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
+                                            j.credibility.inclination, j.credibility.noncredibility)));
+  tests.push_back(reasoned_test(
+      kErrorCorrelation, j.error_correlation.reason, j.error_correlation.p_value,
+      fmt::format("largest {:.3g} at the last step, dof {:g}", j.error_correlation.largest, j.error_correlation.dof)));
+}
+
+std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {
+  std::vector<NamedTest> tests;
+  if (e.has_truth) tests.push_back(verdict_test("NEES", j.nees));
+  tests.push_back(verdict_test("NIS", j.nis));
+  for (const BlockVerdict& block : j.blocks) tests.push_back(verdict_test("NEES of " + block.name, block.verdict));
+  for (const SensorJudgement& sensor : j.sensors) list_sensor(sensor, j.sensors.size() == 1, tests);
+  if (e.has_truth) list_errors(j, tests);
+  std::vector<double> p_values;
+  p_values.reserve(tests.size());
+  for (const NamedTest& test : tests) p_values.push_back(test.p_value);
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 0; i < tests.size(); ++i) tests[i].adjusted = adjusted[i];
+  return tests;
+}
+
+/// Whether a test speaks against the filter when the whole suite is taken together; a cause named for less
+/// would be a guess.
+bool speaks(const Judgement& j, std::string_view name) {
+  const auto test = std::ranges::find(j.tests, name, &NamedTest::name);
+  return test != j.tests.end() && test->adjusted <= 1.0 - j.confidence;
+}
+
+/// What speaks of one sensor.
+void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
+  if (speaks(j, of_sensor(kWhiteness, s))) f.whiteness = s.whiteness;
+  if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
+  if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
+  f.fit = s.fit;
+  f.gated_fit = s.gated_fit;
+  f.far_tail = sums.far_tail;
+}
+
+std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
+  Findings findings{.nees = j.nees, .nis = j.nis};
+  Moments share;
+  for (std::size_t i = 0; i < j.sensors.size(); ++i) {
+    add_sensor_findings(e.sensors[i], j.sensors[i], j, findings);
+    findings.unwrapped_innovations += e.sensors[i].unwrapped;
+    share.merge(e.sensors[i].measurement_share);
+  }
+  findings.far_tail_probability = SensorSums::kFarTail;
+  findings.block = j.responsible;
+  if (speaks(j, kErrorCorrelation)) findings.error_correlation = j.error_correlation;
+  findings.nees_values = e.whole_runs.nees_values;
+  findings.nonlinear = e.layout.nonlinear;
+  if (share.count > 0) findings.measurement_noise_share = share.mean;
+  return find_causes(findings);
+}
+
+void judge_sensitivity(const Evidence& e, Judgement& j) {
+  const StepSeries nees = series_of(e.clean_nees, e.study.steps.size());
+  const StepSeries nis = series_of(e.clean_nis, e.study.steps.size());
+  j.sensitivity = SensitivityJudgement{.nees_outliers = e.nees_outliers,
+                                       .nis_outliers = e.nis_outliers,
+                                       .nees = judge_state(e, nees, j.confidence),
+                                       .nis = judge_nis(nis.moments, nis.dof, j.confidence)};
+}
+
+}  // namespace
+
+Judgement judge(const Evidence& e, const JudgementContext& context) {
+  Judgement j;
+  j.runs = e.study.runs;
+  j.confidence = context.confidence;
+  judge_verdicts(e, context, j);
+  judge_blocks(e, j);
+  for (const SensorSums& sensor : e.sensors) {
+    j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence));
+  }
+  for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+    j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
+  }
+  judge_ends(e, j);
+  j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
+  judge_scales(e, j);
+  j.settle_nees = settle(j.nees, false, j.effective_steps);
+  j.settle_nis = settle(j.nis, true, j.effective_steps);
+  if (e.study.runs == 1 && context.all_runs == nullptr) judge_single_run(e, j);
+  j.tests = list_tests(e, j);
+  j.causes = causes_of(e, j);
+  if (context.sensitivity) judge_sensitivity(e, j);
+  return j;
+}
+
+Verdict overall_verdict(const Judgement& j, bool has_truth) {
+  if (!has_truth) return j.nis.verdict;
+  if (is_inconsistent(j.nees.verdict) || j.nis.count == 0) return j.nees.verdict;
+  if (j.nis.verdict != Verdict::consistent) return j.nis.verdict;
+  return j.nees.verdict;
+}
+
+}  // namespace credence

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/advice.h"
+#include "analysis/evidence/advice_cause.h"
+#include "analysis/evidence/consistency.h"
+#include "analysis/evidence/evidence.h"
+#include "analysis/laws/coverage.h"
+#include "analysis/laws/credibility.h"
+#include "analysis/laws/credibility_rmse.h"
+#include "analysis/laws/effective_sample.h"
+#include "analysis/laws/error_correlation.h"
+#include "analysis/laws/goodness_of_fit.h"
+#include "analysis/laws/whiteness.h"
+#include "analysis/laws/whiteness_innovation_mean.h"
+
+/// @file
+/// What the evidence says of a filter, beside the verdicts on NEES and NIS: where an inconsistency sits, what
+/// causes it, and what would mend it (theory: section 7). The same for a study of our own, for logs, for a
+/// replay and for the selftest, which measures what each of these tests does to a consistent filter. Each test
+/// holds its own false-alarm rate, and `adjusted` tells which of them still speak when all are taken together.
+
+namespace credence {
+
+/// One line of the test suite.
+struct NamedTest {
+  std::string name;
+  double p_value = 0.0;   ///< of this test alone; NaN: not made
+  double adjusted = 0.0;  ///< Holm's over the whole suite
+  std::string says;       ///< in words, the number included
+};
+
+/// The innovations of one sensor.
+struct SensorJudgement {
+  std::string name;
+  ConsistencyVerdict nis;
+  WhitenessTest whiteness;
+  InnovationMeanTest mean;  ///< of run means; of all values where there are too few runs, which assumes them white
+  bool of_sum = false;      ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
+  GoodnessOfFit fit;        ///< of NIS against χ²
+  std::vector<std::int64_t> histogram;     ///< counts of F(NIS), equally likely bins
+  std::optional<GoodnessOfFit> gated_fit;  ///< against the law cut off where the largest values seem to be
+};
+
+/// A single run, whose NEES is correlated in time (theory: section 7).
+struct SingleRunJudgement {
+  TimeAverageTest time_average;  ///< of NEES / dof over the run
+  EffectiveSample sample;        ///< in rows
+};
+
+/// The verdicts without gross outliers, beside those with them.
+struct SensitivityJudgement {
+  std::int64_t nees_outliers = 0, nis_outliers = 0;
+  ConsistencyVerdict nees, nis;
+};
+
+/// The evidence, judged.
+struct Judgement {
+  std::int64_t runs = 0;  ///< that it rests on: of a study the first ones
+  double confidence = 0.95;
+  ConsistencyVerdict nees, nis;                    ///< of all runs of a study
+  std::optional<ConsistencyVerdict> vehicle_nees;  ///< of a block that is a pose
+  std::vector<BlockVerdict> blocks;                ///< empty if the whole state is one block
+  ResponsibleBlock responsible;
+  std::vector<SensorJudgement> sensors;
+  std::array<CoverageVerdict, CoverageSums::kSigmas.size()> coverage;
+  CredibilityIndex credibility;            ///< of the pose, or the first block, at the last step
+  ErrorCorrelationTest error_correlation;  ///< of the whole state at the last step
+  RmseInterval position, heading, landmark;  ///< averaged over the steps
+  double effective_steps = 0.0;  ///< independent steps that the NEES of a run is worth; NaN: not known
+  ScaleAdvice scale_covariance, scale_innovation, scale_measurement_noise;
+  SettlingRuns settle_nees, settle_nis;
+  std::vector<CauseFound> causes;
+  std::vector<NamedTest> tests;
+  std::optional<SingleRunJudgement> single;
+  std::optional<SensitivityJudgement> sensitivity;
+};
+
+/// What the judge knows besides the evidence.
+struct JudgementContext {
+  double confidence = 0.95;
+  bool sensitivity = false;  ///< also judge without gross outliers
+  /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
+  const StudyStatistics* all_runs = nullptr;
+};
+
+/// Judges the sums.
+///
+/// One run: the verdict on NEES joins, by the union bound at half the level each, that for any correlation in
+/// time and the test of the run's average over nearly independent stretches; where the run is too short for
+/// the latter and nothing rejects, it is undecided, with the runs that would settle it. Covariances between
+/// blocks unknown: the sum of their NEES is tested by a bound for every dependence.
+Judgement judge(const Evidence& evidence, const JudgementContext& context = {});
+
+/// The one word over NEES and NIS: what NEES says, or NIS where NEES is consistent or there is no truth;
+/// undecided when either is and the other does not reject.
+Verdict overall_verdict(const Judgement& judgement, bool has_truth);
+
+}  // namespace credence
