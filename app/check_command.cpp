@@ -4,16 +4,16 @@
 #include <chrono>
 #include <memory>
 
-#include "analysis/evidence/log_analysis.h"
+#include "analysis/evidence/study_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
-#include "app/log_judge.h"
 #include "app/progress.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
-#include "app/trajectory_judge.h"
+#include "datasets/logs/judge_logs.h"
+#include "datasets/logs/trajectory_judge.h"
 #include "reports/document/log_report.h"
 
 namespace credence {
@@ -91,7 +91,7 @@ int check(const CheckOptions& options) {
   const std::unique_ptr<TrajectoryJudge> trajectories = trajectory_judge(options, files);
   LogJudgeResult result = judge(options, files, trajectories ? trajectories->reader() : read_own_log);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-  if (result.statistics.rows == 0 && !result.complete) {
+  if (result.evidence.rows == 0 && !result.complete) {
     fmt::print(stderr, "credence: interrupted before the first rows were judged\n");
     return kInterrupted;
   }
@@ -100,22 +100,23 @@ int check(const CheckOptions& options) {
       .format = format_text(options),
       .files = result.files,
       .unmatched_rows = trajectories ? trajectories->unmatched() : 0,
-      .analysis = analyse_logs(std::move(result.statistics), options.confidence, options.sensitivity)};
+      .analysis = analyse_logs(std::move(result.evidence), options.confidence, options.sensitivity)};
   logs.analysis.complete = result.complete;
   if (options.format == "json") {
     fmt::print("{}\n", log_json(logs));
   } else {
     fmt::print("{}", terminal_text(log_table(logs)));
   }
-  const std::int64_t rows = logs.analysis.statistics.rows;
+  const std::int64_t rows = logs.analysis.evidence.rows;
   if (!options.quiet) {
     fmt::print(stderr, "{} rows in {:.2f} s, {:.0f} rows/s\n", rows, elapsed.count(),
                static_cast<double>(rows) / elapsed.count());
   }
   if (!options.out.empty()) tell_report(options, write_log_report(options.out, logs));
-  const LogStatistics& s = logs.analysis.statistics;
+  const Evidence& s = logs.analysis.evidence;
   return study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
-                         overall_verdict(logs.analysis) == Verdict::consistent, options);
+                         overall_verdict(logs.analysis.judgement, s.has_truth) == Verdict::consistent,
+                         options);
 }
 
 }  // namespace

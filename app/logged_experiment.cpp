@@ -2,13 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "app/log_judge.h"
+#include "analysis/evidence/evidence_recorder.h"
+#include "core/linear_algebra/mirror.h"
+#include "core/manifold/angle.h"
 #include "reports/document/run_log.h"
 #include "reports/render/atomic_file.h"
 
@@ -33,6 +36,20 @@ std::vector<std::filesystem::path> logs_in(const std::filesystem::path& director
   return logs;
 }
 
+/// The step as its log holds it: the error is the difference of what is written, and of P and S the lower
+/// triangle is.
+Step as_logged(const RunLayout& layout, const TraceStep& trace) {
+  Step step = trace;
+  step.error = trace.estimate - trace.truth;
+  for (Index i = 0; i < step.error.size(); ++i) {
+    const auto state = static_cast<std::size_t>(step.states[static_cast<std::size_t>(i)]);
+    if (layout.angles[state]) step.error[i] = wrap_angle(step.error[i]);
+  }
+  mirror_lower(step.P);
+  mirror_lower(step.innovations.front().S);
+  return step;
+}
+
 }  // namespace
 
 void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
@@ -40,7 +57,7 @@ void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
 }
 
 LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::path directory, bool fresh)
-    : inner_(inner), directory_(std::move(directory)) {
+    : Experiment(inner.layout()), inner_(inner), directory_(std::move(directory)) {
   make_directories(directory_);
   if (fresh) discard_logs(directory_, 0);
   if (!logs_in(directory_, 0).empty()) {
@@ -52,23 +69,26 @@ LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::pat
 
 StudyStatistics LoggedExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
   StudyStatistics statistics = inner_.run_chunk(first_run, runs);
-  LogAccumulator sums;
+  EvidenceRecorder recorder(layout());
   auto failure = statistics.failures.begin();
   for (std::int64_t run = first_run; run < first_run + runs; ++run) {
     const bool failed = failure != statistics.failures.end() && failure->run == run;
     const std::filesystem::path file = directory_ / fmt::format("run-{:06}.csv", run);
     const std::size_t end =
         failed ? static_cast<std::size_t>(failure->step) : std::numeric_limits<std::size_t>::max();
-    write_run_log(file, inner_.trace(run), end,
+    const RunTrace trace = inner_.trace(run);
+    write_run_log(file, trace, end,
                   failed ? fmt::format("{} at step {}", to_string(failure->outcome), failure->step) : "");
     if (failed) ++failure;
-    read_own_log(file, sums, [](std::int64_t) {});
+    recorder.begin_run();
+    for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k)
+      recorder.add(as_logged(layout(), trace.steps[k]));
   }
-  LogStatistics logged = sums.take();
-  logged.study.steps.resize(statistics.steps.size());
+  StudyStatistics logged = recorder.take().study;
+  logged.steps.resize(statistics.steps.size());
   for (std::size_t k = 0; k < statistics.steps.size(); ++k) {
     StepStatistics& step = statistics.steps[k];
-    const StepStatistics& from_log = logged.study.steps[k];
+    const StepStatistics& from_log = logged.steps[k];
     for (const Quantity q : {Quantity::nees, Quantity::nis, Quantity::vehicle_nees}) step[q] = from_log[q];
     step.nees_dof = from_log.nees_dof;
     step.nis_dof = from_log.nis_dof;

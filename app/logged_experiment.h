@@ -10,8 +10,8 @@ namespace credence {
 /// Removes the logs DIR/run-NNNNNN.csv of the runs from `first` on.
 void discard_logs(const std::filesystem::path& directory, std::int64_t first);
 
-/// An experiment that writes a log of every run, DIR/run-000000.csv …, and takes NEES and NIS from what it
-/// has written, by the code of `credence check`: so both give the same numbers.
+/// An experiment that writes a log of every run, DIR/run-000000.csv …, and takes NEES and NIS of what is
+/// written, by the code of `credence check`: so both give the same numbers.
 ///
 /// Linear worlds take NEES and NIS from a vectorised kernel otherwise, whose rounding differs in the last
 /// digits.

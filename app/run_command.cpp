@@ -16,7 +16,7 @@
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
-#include "reports/document/battery_report.h"
+#include "reports/document/judgement_report.h"
 #include "reports/document/study_json.h"
 #include "reports/document/study_report.h"
 #include "reports/document/study_table.h"
@@ -88,7 +88,7 @@ void explain(StudyAnalysis& analysis, const Configuration& configuration, const 
   engine.threads = options.threads;
   engine.stop = &catch_interrupt();
   engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
-  add_battery(analysis, *configuration.experiment, engine);
+  add_judgement(analysis, *configuration.experiment, engine);
 }
 
 void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& analyses) {
@@ -99,8 +99,9 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
     for (const StudyAnalysis& a : analyses) {
       if (a.stop) fmt::print("{}: {}\n", a.scenario.name, stop_sentence(a));
     }
-    if (analyses.size() > 1 || !analyses.front().battery) return;
-    for (const std::string& sentence : advice_sentences(analyses.front())) fmt::print("{}\n", sentence);
+    if (analyses.size() > 1 || !analyses.front().judgement) return;
+    for (const std::string& sentence : advice_sentences(*analyses.front().judgement))
+      fmt::print("{}\n", sentence);
   }
 }
 

@@ -1,6 +1,9 @@
 #include "analysis/evidence/study_analysis.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "analysis/evidence/evidence_collect.h"
 
 #include "montecarlo/worlds/monobot/intermittent_experiment.h"
 #include "montecarlo/worlds/monobot/linear_experiment.h"
@@ -15,6 +18,12 @@ std::vector<double> means(const StudyStatistics& statistics, Quantity quantity) 
     result.push_back(m.count > 0 ? m.mean : std::nan(""));
   }
   return result;
+}
+
+/// Empty where no step has the quantity.
+std::vector<double> if_any(std::vector<double> curve) {
+  const bool none = std::ranges::all_of(curve, [](double value) { return std::isnan(value); });
+  return none ? std::vector<double>{} : curve;
 }
 
 std::vector<double> root_means(const StudyStatistics& statistics, Quantity quantity) {
@@ -96,10 +105,11 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   return analysis;
 }
 
-void add_battery(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options) {
-  const std::int64_t runs = battery_runs(analysis.scenario, analysis.statistics.runs);
-  const auto statistics = collect_battery(analysis.scenario, experiment, runs, options);
-  if (statistics) analysis.battery = judge_battery(*statistics, analysis.nees, analysis.nis);
+void add_judgement(StudyAnalysis& a, const Experiment& experiment, const EngineOptions& options) {
+  const std::int64_t runs = evidence_runs(a.state_dim, a.scenario.study.steps, a.statistics.runs);
+  const auto evidence = collect_evidence(experiment, runs, options);
+  if (!evidence) return;
+  a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence, .all_runs = &a.statistics});
 }
 
 Verdict overall_verdict(const StudyAnalysis& analysis) {
@@ -107,6 +117,21 @@ Verdict overall_verdict(const StudyAnalysis& analysis) {
   if (is_inconsistent(analysis.nees.verdict)) return analysis.nees.verdict;
   if (analysis.nis.verdict != Verdict::consistent) return analysis.nis.verdict;
   return analysis.nees.verdict;
+}
+
+LogAnalysis analyse_logs(Evidence evidence, double confidence, bool sensitivity) {
+  LogAnalysis a;
+  a.judgement = judge(evidence, {.confidence = confidence, .sensitivity = sensitivity});
+  const StudyStatistics& s = evidence.study;
+  a.covariance = {.trace_prior = {},
+                  .trace = if_any(means(s, Quantity::trace)),
+                  .vehicle = if_any(means(s, Quantity::trace_vehicle)),
+                  .landmarks = if_any(means(s, Quantity::trace_landmarks))};
+  a.errors = {.position_m = if_any(root_means(s, Quantity::position_error_squared)),
+              .heading_rad = if_any(root_means(s, Quantity::heading_error_squared)),
+              .landmark_m = if_any(root_means(s, Quantity::landmark_error_squared))};
+  a.evidence = std::move(evidence);
+  return a;
 }
 
 }  // namespace credence

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/battery.h"
 #include "analysis/evidence/consistency.h"
+#include "analysis/evidence/judgement.h"
 #include "analysis/evidence/sequential.h"
 #include "analysis/stability/exact_moments.h"
 #include "core/types.h"
@@ -40,7 +40,7 @@ struct StudyAnalysis {
   Index state_dim = 0;               ///< of the complete map
   ConsistencyVerdict nees, nis;
   std::optional<ConsistencyVerdict> vehicle_nees;  ///< planar: the pose alone
-  std::optional<Battery> battery;                  ///< what explains the verdicts; not made for a sweep
+  std::optional<Judgement> judgement;              ///< of the first runs; not made for a sweep
   CovarianceCurves covariance;
   ErrorCurves errors;
   std::vector<ExactMoments> exact;  ///< linear models: one for each step
@@ -54,12 +54,24 @@ struct StudyAnalysis {
 StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
                             const std::optional<StopDecision>& stop = std::nullopt);
 
-/// Plays the first runs of the study again (battery_runs) and adds what the battery says of them, unless it
-/// is stopped. `options` as for collect_battery.
-void add_battery(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options = {});
+/// Plays the first runs of the study again (evidence_runs) and adds what their evidence says, unless it is
+/// stopped. `options` as for collect_evidence.
+void add_judgement(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options = {});
 
 /// The one word over both verdicts: that of the stop rule if there is one, else what NEES says, or NIS where
 /// NEES is consistent; `undecided` when either is and the other does not reject.
 Verdict overall_verdict(const StudyAnalysis& analysis);
+
+/// Logs of a filter, judged.
+struct LogAnalysis {
+  Evidence evidence;
+  Judgement judgement;
+  bool complete = true;         ///< false: interrupted
+  CovarianceCurves covariance;  ///< without trace_prior, which a log does not hold
+  ErrorCurves errors;           ///< of a position, a heading and a map, where there are such blocks
+};
+
+/// Judges logs: the same sums as a study of our own give the same numbers.
+LogAnalysis analyse_logs(Evidence evidence, double confidence, bool sensitivity);
 
 }  // namespace credence

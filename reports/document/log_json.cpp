@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "reports/document/judgement_json.h"
 #include "reports/document/log_report.h"
 #include "reports/document/verdict_json.h"
 
@@ -22,27 +23,35 @@ Json whiteness_json(const WhitenessTest& w) {
                   w.reason);
 }
 
-Json sensor_json(const SensorAnalysis& s, const SensorStatistics& statistics) {
+Json fit_json(const GoodnessOfFit& fit) {
+  return reasoned({{"kolmogorov_p_value", json_number(fit.kolmogorov_p_value)},
+                   {"anderson_p_value", json_number(fit.anderson_p_value)},
+                   {"values", fit.count}},
+                  fit.reason);
+}
+
+Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
   Json dimensions = Json::array();
-  for (const auto& [dimension, sums] : statistics.by_dimension) {
+  for (const auto& [dimension, of] : sums.by_dimension) {
     dimensions.push_back(
-        {{"dimension", dimension}, {"mean", json_number(sums.value.mean)}, {"count", sums.value.count}});
+        {{"dimension", dimension}, {"mean", json_number(of.value.mean)}, {"count", of.value.count}});
   }
   return {{"name", s.name},
           {"nis", verdict_json(s.nis)},
           {"dimensions", std::move(dimensions)},
           {"of_sum", s.of_sum},
+          {"fit", fit_json(s.fit)},
           {"whiteness", whiteness_json(s.whiteness)},
           {"innovation_mean", reasoned({{"p_value", json_number(s.mean.p_value)}}, s.mean.reason)}};
 }
 
-Json single_run_json(const SingleRunAnalysis& s) {
+Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
   return {
       {"correlation_time_rows", json_number(s.sample.correlation_time)},
       {"effective_rows", json_number(s.sample.size)},
       {"p_value", json_number(s.time_average.p_value)},
       {"reason", s.time_average.run_sum.reason.empty() ? Json(nullptr) : Json(s.time_average.run_sum.reason)},
-      {"runs_to_settle", s.settling.runs}};
+      {"runs_to_settle", settle.runs}};
 }
 
 Json log_outcomes_json(const StudyStatistics& s) {
@@ -57,7 +66,7 @@ Json log_outcomes_json(const StudyStatistics& s) {
   return j;
 }
 
-Json rejected_json(const LogStatistics& s) {
+Json rejected_json(const Evidence& s) {
   Json j = Json::array();
   for (const auto& [reason, rows] : s.rejected) {
     j.push_back({{"reason", reason}, {"count", rows.count}, {"first", rows.first}});
@@ -68,8 +77,9 @@ Json rejected_json(const LogStatistics& s) {
 }  // namespace
 
 std::string log_json(const CheckedLogs& logs) {
-  const LogAnalysis& a = logs.analysis;
-  const LogStatistics& s = a.statistics;
+  const LogAnalysis& logged = logs.analysis;
+  const Judgement& a = logged.judgement;
+  const Evidence& s = logged.evidence;
   Json j;
   j["schema"] = kSchema;
   j["files"] = logs.files;
@@ -81,8 +91,8 @@ std::string log_json(const CheckedLogs& logs) {
   j["runs"] = s.study.runs;
   j["steps"] = s.study.steps.size();
   j["state_dim"] = s.state_dim;
-  j["complete"] = a.complete;
-  j["verdict"] = to_string(overall_verdict(a));
+  j["complete"] = logged.complete;
+  j["verdict"] = to_string(overall_verdict(a, s.has_truth));
   j["nees"] = verdict_json(a.nees);
   j["nis"] = verdict_json(a.nis);
   if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);
@@ -92,15 +102,13 @@ std::string log_json(const CheckedLogs& logs) {
   const auto responsible = static_cast<std::size_t>(a.responsible.index);
   j["responsible_block"] = a.responsible.index < 0 ? Json(nullptr) : Json(a.blocks[responsible].name);
   Json sensors = Json::array();
-  for (const SensorAnalysis& sensor : a.sensors) {
-    sensors.push_back(sensor_json(sensor, s.sensors.at(sensor.name)));
+  for (std::size_t i = 0; i < a.sensors.size(); ++i) {
+    sensors.push_back(sensor_json(a.sensors[i], s.sensors[i]));
   }
   j["sensors"] = std::move(sensors);
-  j["nis_fit"] = reasoned({{"kolmogorov_p_value", json_number(a.fit.kolmogorov_p_value)},
-                           {"anderson_p_value", json_number(a.fit.anderson_p_value)},
-                           {"values", a.fit.count}},
-                          a.fit.reason);
-  j["single_run"] = a.single ? single_run_json(*a.single) : Json(nullptr);
+  j["nis_fit"] =
+      fit_json(a.sensors.empty() ? GoodnessOfFit{.reason = "no innovations"} : a.sensors.front().fit);
+  j["single_run"] = a.single ? single_run_json(*a.single, a.settle_nees) : Json(nullptr);
   if (a.sensitivity) {
     j["sensitivity"] = {{"rule", "values beyond the upper 1e-6 quantile of their chi-square law left out"},
                         {"nees_outliers", a.sensitivity->nees_outliers},
@@ -109,12 +117,13 @@ std::string log_json(const CheckedLogs& logs) {
                         {"nis", verdict_json(a.sensitivity->nis)}};
   }
   j["covariance"] = {{"trace_prior", nullptr},
-                     {"trace", json_numbers(a.covariance.trace)},
-                     {"vehicle", json_numbers(a.covariance.vehicle)},
-                     {"landmarks", json_numbers(a.covariance.landmarks)}};
-  j["rmse"] = {{"position_m", json_numbers(a.errors.position_m)},
-               {"heading_rad", json_numbers(a.errors.heading_rad)},
-               {"landmark_m", json_numbers(a.errors.landmark_m)}};
+                     {"trace", json_numbers(logged.covariance.trace)},
+                     {"vehicle", json_numbers(logged.covariance.vehicle)},
+                     {"landmarks", json_numbers(logged.covariance.landmarks)}};
+  j["rmse"] = {{"position_m", json_numbers(logged.errors.position_m)},
+               {"heading_rad", json_numbers(logged.errors.heading_rad)},
+               {"landmark_m", json_numbers(logged.errors.landmark_m)}};
+  j["battery"] = judgement_json(a);
   j["outcomes"] = log_outcomes_json(s.study);
   j["null_reason"] = "null: no row contributes to this number, or a log cannot know it";
   return j.dump(1);

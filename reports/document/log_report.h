@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evidence/log_analysis.h"
+#include "analysis/evidence/study_analysis.h"
 #include "reports/document/report_table.h"
 
 /// @file

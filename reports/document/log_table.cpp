@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "reports/document/judgement_report.h"
 #include "reports/document/log_report.h"
 #include "reports/document/study_table.h"
 #include "reports/render/number_text.h"
@@ -14,7 +15,7 @@ void add_verdict(ReportTable& table, const std::string& what, const ConsistencyV
              number_text(v.p_value, 3), verdict_cell(v.verdict)});
 }
 
-std::string tests_of(const SensorAnalysis& s) {
+std::string tests_of(const SensorJudgement& s) {
   const std::string name = s.name.empty() ? "innovation" : s.name;
   const auto p = [](double value, std::string_view reason) {
     return reason.empty() ? "p = " + number_text(value, 3) : std::string(reason);
@@ -24,7 +25,7 @@ std::string tests_of(const SensorAnalysis& s) {
 }
 
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
-  const LogStatistics& s = logs.analysis.statistics;
+  const Evidence& s = logs.analysis.evidence;
   table.notes.push_back(fmt::format("{} rows of {} runs in {} files ({}).{}", s.rows, s.study.runs,
                                     logs.files, logs.format, logs.analysis.complete ? "" : " Interrupted."));
   if (logs.unmatched_rows > 0) {
@@ -47,8 +48,10 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
 
 ReportTable log_table(const CheckedLogs& logs) {
   using enum ColumnAlign;
-  const LogAnalysis& a = logs.analysis;
-  ReportTable table{.title = fmt::format("Can this covariance be trusted? {}", to_string(overall_verdict(a))),
+  const Evidence& evidence = logs.analysis.evidence;
+  const Judgement& a = logs.analysis.judgement;
+  ReportTable table{.title = fmt::format("Can this covariance be trusted? {}",
+                                         to_string(overall_verdict(a, evidence.has_truth))),
                     .columns = {{"what", words},
                                 {"values"},
                                 {"mean"},
@@ -69,7 +72,7 @@ ReportTable log_table(const CheckedLogs& logs) {
         fmt::format("{} more blocks are in the JSON and on the page.", a.blocks.size() - kShown));
   }
   if (a.sensors.size() > 1) {
-    for (const SensorAnalysis& s : a.sensors) add_verdict(table, "NIS of " + s.name, s.nis);
+    for (const SensorJudgement& s : a.sensors) add_verdict(table, "NIS of " + s.name, s.nis);
   }
   if (a.sensitivity) {
     add_verdict(table, "NEES without outliers", a.sensitivity->nees);
@@ -79,19 +82,16 @@ ReportTable log_table(const CheckedLogs& logs) {
                     kGrossOutlier, a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
   }
   add_read_notes(table, logs);
-  if (!a.nees.reason.empty() && a.statistics.has_truth) table.notes.push_back("NEES: " + a.nees.reason + ".");
-  if (a.responsible.index >= 0) {
-    table.notes.push_back(fmt::format("The block that deviates most: {}.",
-                                      a.blocks[static_cast<std::size_t>(a.responsible.index)].name));
-  } else if (a.responsible.joint_only) {
-    table.notes.push_back("No block alone is inconsistent: look at the cross-covariances.");
-  }
-  for (const SensorAnalysis& s : a.sensors) table.notes.push_back(tests_of(s));
-  if (a.fit.reason.empty() && a.fit.count > 0) {
+  if (!a.nees.reason.empty() && evidence.has_truth) table.notes.push_back("NEES: " + a.nees.reason + ".");
+  for (const SensorJudgement& s : a.sensors) table.notes.push_back(tests_of(s));
+  for (const SensorJudgement& s : a.sensors) {
+    if (!s.fit.reason.empty()) continue;
     table.notes.push_back(
-        fmt::format("NIS against its chi-square law: Kolmogorov-Smirnov p = {}, Anderson-Darling p = {}.",
-                    number_text(a.fit.kolmogorov_p_value, 3), number_text(a.fit.anderson_p_value, 3)));
+        fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov p = {}, Anderson-Darling p = {}.",
+                    s.name.empty() ? "" : " of " + s.name, number_text(s.fit.kolmogorov_p_value, 3),
+                    number_text(s.fit.anderson_p_value, 3)));
   }
+  for (const std::string& sentence : advice_sentences(a)) table.notes.push_back(sentence);
   table.notes.push_back(
       "consistent: P can be trusted. optimistic: errors are larger than P says. pessimistic: smaller.");
   return table;

@@ -1,7 +1,7 @@
 #include "reports/document/study_json.h"
 
 #include "montecarlo/scenario/scenario_text.h"
-#include "reports/document/battery_json.h"
+#include "reports/document/judgement_json.h"
 #include "reports/document/verdict_json.h"
 #include "reports/render/json_numbers.h"
 
@@ -82,7 +82,7 @@ Json study(const StudyAnalysis& a) {
                  {"heading_rad", json_numbers(a.errors.heading_rad)},
                  {"landmark_m", json_numbers(a.errors.landmark_m)}};
   }
-  if (a.battery) j["battery"] = battery_json(*a.battery);
+  if (a.judgement) j["battery"] = judgement_json(*a.judgement);
   j["outcomes"] = outcomes_json(a);
   j["null_reason"] = "null: no run contributes to this number";
   return j;

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "montecarlo/scenario/scenario_text.h"
-#include "reports/document/battery_report.h"
+#include "reports/document/judgement_report.h"
 #include "reports/document/study_csv.h"
 #include "reports/document/study_table.h"
 #include "reports/figures/gnuplot.h"
@@ -70,10 +70,10 @@ void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& na
   page.paragraph(verdict_sentence("NIS", a.nis));
   if (a.vehicle_nees) page.paragraph(verdict_sentence("NEES of the pose alone", *a.vehicle_nees));
   if (a.stop) page.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
-  if (a.battery) page.bullets(advice_sentences(a));
+  if (a.judgement) page.bullets(advice_sentences(*a.judgement));
   add_failures(page, a);
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
-  if (a.battery) page.table(battery_table(*a.battery));
+  if (a.judgement) page.table(tests_table(*a.judgement));
   page.link("every step as CSV", name + ".csv");
   page.subsection("Settings");
   page.verbatim(canonical_toml(a.scenario));

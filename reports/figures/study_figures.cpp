@@ -8,7 +8,7 @@
 
 #include "core/manifold/angle.h"
 #include "core/nan.h"
-#include "reports/document/battery_report.h"
+#include "reports/document/judgement_report.h"
 
 namespace credence {
 namespace {
@@ -32,8 +32,7 @@ FigureText state_name(const RunTrace& trace, Index i) {
 
 void add_error(Panel& panel, const FigureData& x, const RunTrace& trace, Index i, const FigureText& label,
                ColourRole role, bool label_bounds, double scale = 1.0) {
-  const FigureData error =
-      over_steps(trace, [&](const TraceStep& s) { return scale * at(s.error, i); });
+  const FigureData error = over_steps(trace, [&](const TraceStep& s) { return scale * at(s.error, i); });
   const FigureData upper =
       over_steps(trace, [&](const TraceStep& s) { return 2.0 * scale * sigma_at(s, i); });
   FigureData lower = upper;
@@ -233,7 +232,7 @@ std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& 
     figures.push_back(planar_run_figure(name, trace, analysis.scenario.world.dt));
   }
   figures.push_back(consistency_figure(name, analysis));
-  if (analysis.battery) figures.push_back(battery_figure(name, *analysis.battery));
+  if (analysis.judgement) figures.push_back(evidence_figure(name, *analysis.judgement));
   return figures;
 }
 

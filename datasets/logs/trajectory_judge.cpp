@@ -1,4 +1,4 @@
-#include "app/trajectory_judge.h"
+#include "datasets/logs/trajectory_judge.h"
 
 #include <fmt/format.h>
 
@@ -30,7 +30,7 @@ std::shared_ptr<const Trajectory> TrajectoryJudge::truth_of(const std::filesyste
 }
 
 LogFileReader TrajectoryJudge::reader() {
-  return [this](const std::filesystem::path& file, LogAccumulator& sums,
+  return [this](const std::filesystem::path& file, EvidenceRecorder& sums,
                 const std::function<void(std::int64_t)>& advance) {
     const Trajectory estimate = read_estimate(file, format_, axes_);
     const TrajectoryErrors errors = trajectory_errors(estimate, *truth_of(file), matching_);

@@ -1,4 +1,4 @@
-#include "analysis/evidence/log_analysis.h"
+#include "analysis/evidence/judgement.h"
 
 #include <gtest/gtest.h>
 
@@ -7,14 +7,17 @@
 #include <functional>
 #include <random>
 
+#include "analysis/evidence/evidence_recorder.h"
+
 namespace credence {
 namespace {
 
 RunLayout plane_layout() {
-  return {.states = {"vehicle.x", "vehicle.y", "vehicle.heading", "bias"},
-          .angles = {false, false, true, false},
-          .sensors = {"gps"},
-          .sensor_dims = {2}};
+  RunLayout layout{.states = {"vehicle.x", "vehicle.y", "vehicle.heading", "bias"},
+                   .angles = {false, false, true, false},
+                   .sensors = {{.name = "gps", .dim = 2, .piece = 2}}};
+  add_named_blocks(layout);
+  return layout;
 }
 
 /// A consistent filter: errors L n with P = L Lᵀ, correlated in time by `memory`, and white innovations.
@@ -57,10 +60,10 @@ class SyntheticFilter {
 };
 
 /// The sums of some runs, as a reader of files would add them.
-LogStatistics logs_of(int runs, std::int64_t steps, double memory, double scale,
-                      const std::function<void(Step&, int run)>& change = {}) {
-  LogAccumulator sums;
-  LogStatistics all;
+Evidence logs_of(int runs, std::int64_t steps, double memory, double scale,
+                 const std::function<void(Step&, int run)>& change = {}) {
+  EvidenceRecorder sums;
+  Evidence all;
   sums.begin_file("synthetic.csv", plane_layout());
   for (int run = 0; run < runs; ++run) {
     SyntheticFilter filter(static_cast<unsigned>(run) + 1, memory, scale);
@@ -71,52 +74,57 @@ LogStatistics logs_of(int runs, std::int64_t steps, double memory, double scale,
       sums.add(row);
     }
   }
-  for (const LogStatistics& chunk : sums.take_chunks()) all.merge(chunk);
+  for (const Evidence& chunk : sums.take_chunks()) all.merge(chunk);
   all.merge(sums.take());
   return all;
 }
 
-TEST(LogAnalysis, FindsAConsistentFilterConsistent) {
-  const LogAnalysis a = analyse_logs(logs_of(150, 40, 0.8, 1.0), 0.95, false);
-  EXPECT_EQ(a.statistics.study.runs, 150);
-  EXPECT_EQ(a.statistics.rows, 6000);
+TEST(Judgement, FindsAConsistentFilterConsistent) {
+  const Evidence evidence = logs_of(150, 40, 0.8, 1.0);
+  EXPECT_EQ(evidence.study.runs, 150);
+  EXPECT_EQ(evidence.rows, 6000);
+  const Judgement a = judge(evidence);
   EXPECT_EQ(a.nees.verdict, Verdict::consistent);
   EXPECT_EQ(a.nis.verdict, Verdict::consistent);
-  EXPECT_EQ(overall_verdict(a), Verdict::consistent);
+  EXPECT_EQ(overall_verdict(a, true), Verdict::consistent);
   EXPECT_EQ(a.nees.expected, 4.0);
   EXPECT_EQ(a.nis.expected, 2.0);
-  ASSERT_EQ(a.blocks.size(), 2U);  // bias, vehicle
-  EXPECT_EQ(a.blocks[1].name, "vehicle");
-  EXPECT_EQ(a.blocks[1].verdict.expected, 3.0);
+  ASSERT_EQ(a.blocks.size(), 4U);
+  EXPECT_EQ(a.blocks[0].name, "vehicle");
+  EXPECT_EQ(a.blocks[0].verdict.expected, 3.0);
+  EXPECT_EQ(a.blocks[1].name, "bias");
+  EXPECT_EQ(a.blocks[2].name, "position");
+  EXPECT_EQ(a.blocks[3].name, "heading");
+  EXPECT_TRUE(a.causes.empty());
   ASSERT_TRUE(a.vehicle_nees.has_value());
   ASSERT_EQ(a.sensors.size(), 1U);
   EXPECT_EQ(a.sensors[0].nis.mean, a.nis.mean);
   EXPECT_TRUE(a.sensors[0].whiteness.white);
   EXPECT_GT(a.sensors[0].mean.p_value, 0.01);
-  EXPECT_GT(a.fit.kolmogorov_p_value, 0.01);
+  EXPECT_GT(a.sensors[0].fit.kolmogorov_p_value, 0.01);
   EXPECT_FALSE(a.single.has_value());
 }
 
-TEST(LogAnalysis, NamesTheBlockWhoseErrorsAreTooLarge) {
+TEST(Judgement, NamesTheBlockWhoseErrorsAreTooLarge) {
   const auto worse = [](Step& row, int) { row.error[3] *= 1.6; };
-  const LogAnalysis a = analyse_logs(logs_of(100, 30, 0.5, 1.0, worse), 0.95, false);
+  const Judgement a = judge(logs_of(100, 30, 0.5, 1.0, worse));
   EXPECT_EQ(a.nees.verdict, Verdict::optimistic);
   ASSERT_GE(a.responsible.index, 0);
   EXPECT_EQ(a.blocks[static_cast<std::size_t>(a.responsible.index)].name, "bias");
 }
 
-TEST(LogAnalysis, AZeroVarianceLowersTheDof) {
+TEST(Judgement, AZeroVarianceLowersTheDof) {
   const auto known = [](Step& row, int) {
     row.error[3] = 0.0;
     row.P.row(3).setZero();
     row.P.col(3).setZero();
   };
-  const LogAnalysis a = analyse_logs(logs_of(20, 10, 0.0, 1.0, known), 0.95, false);
-  EXPECT_EQ(a.nees.expected, 3.0);
-  EXPECT_EQ(a.statistics.rejected_rows(), 0);
+  const Evidence evidence = logs_of(20, 10, 0.0, 1.0, known);
+  EXPECT_EQ(judge(evidence).nees.expected, 3.0);
+  EXPECT_EQ(evidence.rejected_rows(), 0);
 }
 
-TEST(LogAnalysis, CountsAndNamesRowsThatNoFilterMayWrite) {
+TEST(Judgement, CountsAndNamesRowsThatNoFilterMayWrite) {
   const auto broken = [](Step& row, int run) {
     if (run == 3 && row.step == 5) row.P(0, 0) = -1.0;
     if (run == 3 && row.step == 6) row.innovations[0].S(0, 0) = -4.0;
@@ -125,7 +133,7 @@ TEST(LogAnalysis, CountsAndNamesRowsThatNoFilterMayWrite) {
     }
     if (run == 5 && row.step == 2) row.problem = "a covariance is not symmetric";
   };
-  const LogStatistics s = logs_of(10, 10, 0.0, 1.0, broken);
+  const Evidence s = logs_of(10, 10, 0.0, 1.0, broken);
   EXPECT_EQ(s.rows, 100);
   EXPECT_EQ(s.rejected_rows(), 4);
   ASSERT_EQ(s.rejected.size(), 4U);
@@ -137,67 +145,68 @@ TEST(LogAnalysis, CountsAndNamesRowsThatNoFilterMayWrite) {
   EXPECT_EQ(s.study.steps[6][Quantity::nees].count, 10);
 }
 
-TEST(LogAnalysis, ChunksAddUpInTheirOrder) {
-  const LogStatistics all = logs_of(130, 5, 0.3, 1.0);
+TEST(Judgement, ChunksAddUpInTheirOrder) {
+  const Evidence all = logs_of(130, 5, 0.3, 1.0);
   EXPECT_EQ(all.study.runs, 130);
   EXPECT_EQ(all.study.steps[4][Quantity::nees].count, 130);
-  EXPECT_EQ(all.nis_fit.count(), 650);
-  EXPECT_EQ(all.sensors.at("gps").lags->pairs(1), 130 * 4);  // no product spans two runs
+  EXPECT_EQ(all.sensors.front().fit.count(), 650);
+  EXPECT_EQ(all.sensors.front().lags.pairs(1),
+            130 * 3);  // the first of five steps is left out, and no product spans two runs
   EXPECT_TRUE(all.first_run.empty());
 }
 
-TEST(LogAnalysis, LogsOfDifferentLengthAddUp) {
-  LogStatistics all = logs_of(2, 5, 0.0, 1.0);
+TEST(Judgement, LogsOfDifferentLengthAddUp) {
+  Evidence all = logs_of(2, 5, 0.0, 1.0);
   all.merge(logs_of(1, 9, 0.0, 1.0));
   all.merge(logs_of(1, 3, 0.0, 1.0));
   EXPECT_EQ(all.study.steps.size(), 9U);
   EXPECT_EQ(all.study.steps[2][Quantity::nees].count, 4);
   EXPECT_EQ(all.study.steps[8][Quantity::nees].count, 1);
-  const LogAnalysis a = analyse_logs(std::move(all), 0.95, true);
+  const Judgement a = judge(all, {.sensitivity = true});
   EXPECT_EQ(a.nees.steps.size(), 9U);
 }
 
-TEST(LogAnalysis, AShortSingleRunIsUndecidedAndSaysWhatWouldSettleIt) {
-  const LogAnalysis a = analyse_logs(logs_of(1, 60, 0.95, 1.0), 0.95, false);
+TEST(Judgement, AShortSingleRunIsUndecidedAndSaysWhatWouldSettleIt) {
+  const Judgement a = judge(logs_of(1, 60, 0.95, 1.0));
   EXPECT_EQ(a.nees.verdict, Verdict::undecided);
   EXPECT_NE(a.nees.reason.find("too few to decide"), std::string::npos) << a.nees.reason;
   ASSERT_TRUE(a.single.has_value());
   EXPECT_LT(a.single->sample.size, 40.0);
-  EXPECT_GT(a.single->settling.runs, 1);
-  EXPECT_EQ(overall_verdict(a), Verdict::undecided);
+  EXPECT_GT(a.settle_nees.runs, 1);
+  EXPECT_EQ(overall_verdict(a, true), Verdict::undecided);
 }
 
-TEST(LogAnalysis, ALongSingleRunIsDecided) {
-  const LogAnalysis right = analyse_logs(logs_of(1, 3000, 0.9, 1.0), 0.95, false);
+TEST(Judgement, ALongSingleRunIsDecided) {
+  const Judgement right = judge(logs_of(1, 3000, 0.9, 1.0));
   EXPECT_EQ(right.nees.verdict, Verdict::consistent) << right.nees.reason;
   EXPECT_LT(right.single->sample.size, 2000.0);  // of 3000 rows
-  const LogAnalysis optimistic = analyse_logs(logs_of(1, 3000, 0.9, 1.3), 0.95, false);
+  const Judgement optimistic = judge(logs_of(1, 3000, 0.9, 1.3));
   EXPECT_EQ(optimistic.nees.verdict, Verdict::optimistic);
-  const LogAnalysis pessimistic = analyse_logs(logs_of(1, 3000, 0.9, 0.7), 0.95, false);
+  const Judgement pessimistic = judge(logs_of(1, 3000, 0.9, 0.7));
   EXPECT_EQ(pessimistic.nees.verdict, Verdict::pessimistic);
 }
 
-TEST(LogAnalysis, ASingleRunOfACorrelatedConsistentFilterIsSeldomAccused) {
+TEST(Judgement, ASingleRunOfACorrelatedConsistentFilterIsSeldomAccused) {
   // Nominal 5 %; the naive test of the time-sum against χ²(T n) accuses more than half of these runs.
   int accused = 0, runs = 100;
   for (int i = 0; i < runs; ++i) {
-    LogAccumulator sums;
+    EvidenceRecorder sums;
     RunLayout layout = plane_layout();
     sums.begin_file("x", layout);
     sums.begin_run();
     SyntheticFilter filter(static_cast<unsigned>(1000 + i), 0.95);
     for (std::int64_t k = 1; k <= 500; ++k) sums.add(filter.next(k));
-    const Verdict v = analyse_logs(sums.take(), 0.95, false).nees.verdict;
+    const Verdict v = judge(sums.take()).nees.verdict;
     accused += v == Verdict::optimistic || v == Verdict::pessimistic ? 1 : 0;
   }
   EXPECT_LE(accused, 16);  // 5 + 5 standard errors of a binomial(100, 0.05)
 }
 
-TEST(LogAnalysis, SensitivityStandsBesideTheVerdict) {
+TEST(Judgement, SensitivityStandsBesideTheVerdict) {
   const auto outlier = [](Step& row, int run) {
     if (run % 10 == 0 && row.step == 7) row.error *= 40.0;
   };
-  const LogAnalysis a = analyse_logs(logs_of(100, 20, 0.0, 1.0, outlier), 0.95, true);
+  const Judgement a = judge(logs_of(100, 20, 0.0, 1.0, outlier), {.sensitivity = true});
   EXPECT_EQ(a.nees.verdict, Verdict::optimistic);
   ASSERT_TRUE(a.sensitivity.has_value());
   EXPECT_EQ(a.sensitivity->nees_outliers, 10);
@@ -206,13 +215,14 @@ TEST(LogAnalysis, SensitivityStandsBesideTheVerdict) {
   EXPECT_EQ(a.sensitivity->nis.mean, a.nis.mean);
 }
 
-TEST(LogAnalysis, WithoutCovariancesBetweenBlocksTheSumIsJudgedForEveryDependence) {
+TEST(Judgement, WithoutCovariancesBetweenBlocksTheSumIsJudgedForEveryDependence) {
   // Two blocks with the same error: the naive χ²(2) would have half the variance.
   RunLayout layout{.states = {"a.x", "b.x"}, .angles = {false, false}};
+  add_named_blocks(layout);
   layout.joint_covariance = false;
   int accused = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
-    LogAccumulator sums;
+    EvidenceRecorder sums;
     sums.begin_file("x", layout);
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
@@ -226,14 +236,14 @@ TEST(LogAnalysis, WithoutCovariancesBetweenBlocksTheSumIsJudgedForEveryDependenc
       row.P = Matrix::Identity(2, 2);
       sums.add(row);
     }
-    const LogAnalysis a = analyse_logs(sums.take(), 0.95, false);
+    const Judgement a = judge(sums.take());
     EXPECT_EQ(a.nees.expected, 2.0);
     accused += a.nees.verdict == Verdict::consistent ? 0 : 1;
   }
   EXPECT_LE(accused, 11);  // 3 + 5 standard errors of a binomial(60, 0.05)
 }
 
-TEST(LogAnalysis, ADimensionThatVariesIsTestedByTheSum) {
+TEST(Judgement, ADimensionThatVariesIsTestedByTheSum) {
   const auto blind = [](Step& row, int) {
     if (row.step % 3 == 0) {
       row.innovations[0].nu = row.innovations[0].nu.head(1).eval();
@@ -241,20 +251,21 @@ TEST(LogAnalysis, ADimensionThatVariesIsTestedByTheSum) {
     }
     if (row.step % 5 == 0) row.innovations[0] = {};
   };
-  const LogAnalysis a = analyse_logs(logs_of(70, 30, 0.0, 1.0, blind), 0.95, false);
+  const Evidence evidence = logs_of(70, 30, 0.0, 1.0, blind);
+  const Judgement a = judge(evidence);
   ASSERT_EQ(a.sensors.size(), 1U);
   EXPECT_TRUE(a.sensors[0].of_sum);
   EXPECT_TRUE(a.sensors[0].whiteness.white);
-  const auto& dimensions = a.statistics.sensors.at("gps").by_dimension;
+  const auto& dimensions = evidence.sensors.front().by_dimension;
   EXPECT_EQ(dimensions.at(1).value.count, 70 * 8);
   EXPECT_EQ(dimensions.at(2).value.count, 70 * 16);
   EXPECT_EQ(a.nis.verdict, Verdict::consistent);
 }
 
-TEST(LogAnalysis, InnovationsAloneAreJudgedWithoutTruth) {
-  RunLayout layout{.states = {}, .angles = {}, .sensors = {""}, .sensor_dims = {1}};
+TEST(Judgement, InnovationsAloneAreJudgedWithoutTruth) {
+  RunLayout layout{.states = {}, .angles = {}, .sensors = {{.dim = 1, .piece = 1}}};
   layout.has_truth = false;
-  LogAccumulator sums;
+  EvidenceRecorder sums;
   sums.begin_file("x", layout);
   sums.begin_run();
   std::mt19937 random(5);
@@ -265,10 +276,10 @@ TEST(LogAnalysis, InnovationsAloneAreJudgedWithoutTruth) {
     row.innovations = {{Vector::Constant(1, 1.4 * normal(random)), Matrix::Identity(1, 1)}};
     sums.add(row);
   }
-  const LogAnalysis a = analyse_logs(sums.take(), 0.95, false);
+  const Judgement a = judge(sums.take());
   EXPECT_EQ(a.nees.verdict, Verdict::undecided);
-  EXPECT_EQ(overall_verdict(a), Verdict::optimistic);
-  EXPECT_LT(a.fit.anderson_p_value, 1e-6);
+  EXPECT_EQ(overall_verdict(a, false), Verdict::optimistic);
+  EXPECT_LT(a.sensors[0].fit.anderson_p_value, 1e-6);
 }
 
 }  // namespace

@@ -7,17 +7,17 @@
 #include <span>
 #include <vector>
 
-#include "analysis/evidence/log_statistics.h"
+#include "analysis/evidence/evidence_recorder.h"
 
 namespace credence {
 
 /// Reads one file and hands its rows, run by run, to the accumulator; `advance` is told, now and then, how
 /// many bytes more were read. Throws DataError.
-using LogFileReader = std::function<void(const std::filesystem::path& file, LogAccumulator& sums,
+using LogFileReader = std::function<void(const std::filesystem::path& file, EvidenceRecorder& sums,
                                          const std::function<void(std::int64_t bytes)>& advance)>;
 
 /// Adds the rows of a log in the project's own format.
-void read_own_log(const std::filesystem::path& file, LogAccumulator& sums,
+void read_own_log(const std::filesystem::path& file, EvidenceRecorder& sums,
                   const std::function<void(std::int64_t)>& advance);
 
 struct LogJudgeOptions {
@@ -28,7 +28,7 @@ struct LogJudgeOptions {
 
 /// What was read.
 struct LogJudgeResult {
-  LogStatistics statistics;
+  Evidence evidence;
   std::int64_t files = 0;
   bool complete = true;
 };

@@ -1,4 +1,4 @@
-#include "reports/document/battery_report.h"
+#include "reports/document/judgement_report.h"
 
 #include <fmt/format.h>
 
@@ -26,9 +26,13 @@ void advise_settling(const char* what, const SettlingRuns& settle, std::vector<s
                   number_text(settle.detectable.below, 3), number_text(settle.detectable.above, 3)));
 }
 
-Panel histogram_panel(const Battery& battery) {
+std::string titled(const char* what, const SensorJudgement& sensor) {
+  return sensor.name.empty() ? what : fmt::format("{}: {}", what, sensor.name);
+}
+
+Panel histogram_panel(const SensorJudgement& sensor) {
   constexpr std::size_t kBars = 32;
-  const std::vector<std::int64_t>& counts = battery.nis_histogram;
+  const std::vector<std::int64_t>& counts = sensor.histogram;
   const std::size_t merged = counts.size() / kBars;
   std::int64_t total = 0;
   for (const std::int64_t count : counts) total += count;
@@ -42,7 +46,7 @@ Panel histogram_panel(const Battery& battery) {
   x.push_back(1.0);
   density.push_back(density.back());
   const double spread = 2.0 * std::sqrt((kBars - 1.0) / std::max(1.0, static_cast<double>(total)));
-  Panel panel{.title = "NIS against its law", .x_label = "F(NIS)", .y_label = "density"};
+  Panel panel{.title = titled("NIS against its law", sensor), .x_label = "F(NIS)", .y_label = "density"};
   panel.x_range = AxisRange{0.0, 1.0};
   panel.series.push_back(band_series("±2σ expected", ColourRole::bound, {0.0, 1.0},
                                      {1.0 - spread, 1.0 - spread}, {1.0 + spread, 1.0 + spread}));
@@ -50,34 +54,36 @@ Panel histogram_panel(const Battery& battery) {
   return panel;
 }
 
-Panel correlation_panel(const Battery& battery) {
-  const WhitenessTest& w = battery.whiteness;
+Panel correlation_panel(const SensorJudgement& sensor, double confidence) {
+  const WhitenessTest& w = sensor.whiteness;
   FigureData x, upper, lower;
   for (std::size_t h = 0; h < w.autocorrelation.size(); ++h) {
     x.push_back(static_cast<double>(h + 1));
     upper.push_back(w.band[h]);
     lower.push_back(-w.band[h]);
   }
-  Panel panel{.title = "Whiteness", .x_label = "lag (steps)", .y_label = "autocorrelation of innovation"};
+  Panel panel{.title = titled("Whiteness", sensor),
+              .x_label = "lag (steps)",
+              .y_label = "autocorrelation of innovation"};
   panel.series.push_back(
-      band_series(fmt::format("{:g} %", 100.0 * battery.confidence), ColourRole::bound, x, lower, upper));
+      band_series(fmt::format("{:g} %", 100.0 * confidence), ColourRole::bound, x, lower, upper));
   panel.series.push_back(point_series("measured", ColourRole::first, x, w.autocorrelation));
   return panel;
 }
 
-Panel coverage_panel(const Battery& battery) {
+Panel coverage_panel(const Judgement& j) {
   Panel panel{.title = "Coverage", .x_label = "step", .y_label = "truth inside (%)"};
-  for (std::size_t i = 0; i < battery.coverage.size(); ++i) {
+  for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     FigureData x, inside, expected;
-    for (std::size_t k = 0; k < battery.coverage[i].steps.size(); ++k) {
-      const CoverageStep& step = battery.coverage[i].steps[k];
+    for (std::size_t k = 0; k < j.coverage[i].steps.size(); ++k) {
+      const CoverageStep& step = j.coverage[i].steps[k];
       if (step.count.total == 0) continue;
       x.push_back(static_cast<double>(k + 1));
       inside.push_back(100.0 * step.interval.value);
       expected.push_back(100.0 * step.expected);
     }
     panel.series.push_back(line_series(i == 0 ? "expected" : "", ColourRole::bound, x, expected));
-    panel.series.push_back(line_series(fmt::format("{:g}σ", CoverageStatistics::kSigmas[i]),
+    panel.series.push_back(line_series(fmt::format("{:g}σ", CoverageSums::kSigmas[i]),
                                        numbered_role(static_cast<Index>(i)), x, inside));
   }
   return panel;
@@ -85,15 +91,15 @@ Panel coverage_panel(const Battery& battery) {
 
 }  // namespace
 
-ReportTable battery_table(const Battery& battery) {
+ReportTable tests_table(const Judgement& j) {
   using enum ColumnAlign;
   ReportTable table{
       .title = "All tests",
       .columns = {{"test", words}, {"measured", words}, {"p-value"}, {"adjusted"}, {"says", words}},
       .rows = {},
       .notes = {}};
-  const double alpha = 1.0 - battery.confidence;
-  for (const BatteryTest& test : battery.tests) {
+  const double alpha = 1.0 - j.confidence;
+  for (const NamedTest& test : j.tests) {
     const TableCell says = std::isnan(test.p_value) ? TableCell("not tested", CellTone::muted)
                            : test.adjusted <= alpha ? TableCell("fails", CellTone::alarm)
                            : test.p_value <= alpha  ? TableCell("fails alone", CellTone::caution)
@@ -102,8 +108,8 @@ ReportTable battery_table(const Battery& battery) {
   }
   table.notes = {
       fmt::format(
-          "Over the first {} runs, NEES and NIS over all. Each p-value holds its own false-alarm rate.",
-          battery.runs),
+          "Over {} runs, NEES and NIS over all of a study. Each p-value holds its own false-alarm rate.",
+          j.runs),
       fmt::format("adjusted (Holm): a consistent filter has any of them below {:g} with at most {:g} % "
                   "probability.",
                   alpha, 100.0 * alpha)};
@@ -130,8 +136,7 @@ std::string stop_sentence(const StudyAnalysis& a) {
       number_text(stop.p_value, 3), number_text(stop.scale.lower, 3), number_text(stop.scale.upper, 3));
 }
 
-std::vector<std::string> advice_sentences(const StudyAnalysis& a) {
-  const Battery& b = a.battery.value();
+std::vector<std::string> advice_sentences(const Judgement& b) {
   std::vector<std::string> sentences;
   if (b.responsible.index >= 0) {
     const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
@@ -148,11 +153,11 @@ std::vector<std::string> advice_sentences(const StudyAnalysis& a) {
   for (const CauseFound& cause : b.causes) {
     sentences.push_back(fmt::format("Likely cause: {} — {}.", to_string(cause.cause), cause.why));
   }
-  if (is_inconsistent(a.nees.verdict) && b.scale_covariance.reason.empty()) {
+  if (is_inconsistent(b.nees.verdict) && b.scale_covariance.reason.empty()) {
     sentences.push_back(
         fmt::format("P times {} would have the right mean NEES.", factor_text(b.scale_covariance)));
   }
-  if (is_inconsistent(a.nis.verdict) && b.scale_innovation.reason.empty()) {
+  if (is_inconsistent(b.nis.verdict) && b.scale_innovation.reason.empty()) {
     std::string sentence =
         fmt::format("S times {} would have the right mean NIS", factor_text(b.scale_innovation));
     if (b.scale_measurement_noise.reason.empty()) {
@@ -166,20 +171,24 @@ std::vector<std::string> advice_sentences(const StudyAnalysis& a) {
   return sentences;
 }
 
-Figure battery_figure(const std::string& name, const Battery& battery) {
+Figure evidence_figure(const std::string& name, const Judgement& j) {
+  constexpr std::size_t kSensors = 3;
   Figure figure{
       .name = name + "-battery",
-      .caption = fmt::format("Further tests, over the first {} runs: the values of NIS taken through "
+      .caption = fmt::format("Further tests, over {} runs: the values of NIS taken through "
                              "their distribution function, which makes them uniform; the correlation "
                              "of the normalised innovation with itself in time; how often the truth "
                              "lies within kσ of the whole state.",
-                             battery.runs),
-      .rows = 1,
-      .cols = 3};
-  figure.panels.push_back(histogram_panel(battery));
-  if (battery.whiteness.reason.empty()) figure.panels.push_back(correlation_panel(battery));
-  figure.panels.push_back(coverage_panel(battery));
-  figure.cols = static_cast<int>(figure.panels.size());
+                             j.runs)};
+  for (std::size_t i = 0; i < std::min(kSensors, j.sensors.size()); ++i) {
+    const SensorJudgement& sensor = j.sensors[i];
+    if (sensor.fit.count > 0) figure.panels.push_back(histogram_panel(sensor));
+    if (sensor.whiteness.reason.empty()) figure.panels.push_back(correlation_panel(sensor, j.confidence));
+  }
+  if (j.coverage.front().tests > 0) figure.panels.push_back(coverage_panel(j));
+  const auto panels = static_cast<int>(figure.panels.size());
+  figure.cols = std::clamp(panels, 1, 3);
+  figure.rows = std::max(1, (panels + 2) / 3);
   return figure;
 }
 

@@ -1,4 +1,4 @@
-#include "app/log_judge.h"
+#include "datasets/logs/judge_logs.h"
 
 #include <algorithm>
 #include <condition_variable>
@@ -18,7 +18,7 @@ constexpr std::size_t kGroupFiles = static_cast<std::size_t>(kChunkRuns);
 
 /// The sums of one group of files, in chunks of kChunkRuns runs, or why there are none.
 struct Group {
-  std::vector<LogStatistics> chunks;
+  std::vector<Evidence> chunks;
   std::size_t files = 0;
   std::exception_ptr error;
 };
@@ -47,11 +47,11 @@ Outcome outcome_named(const std::string& name) {
 
 Group read_group(std::span<const std::filesystem::path> files, const LogFileReader& read, ByteCount& bytes) {
   Group group;
-  LogAccumulator sums;
+  EvidenceRecorder sums;
   try {
     for (const std::filesystem::path& file : files) {
       read(file, sums, [&](std::int64_t more) { bytes.advance(more); });
-      for (LogStatistics& chunk : sums.take_chunks()) group.chunks.push_back(std::move(chunk));
+      for (Evidence& chunk : sums.take_chunks()) group.chunks.push_back(std::move(chunk));
     }
     group.chunks.push_back(sums.take());
   } catch (...) {
@@ -63,7 +63,7 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
 
 }  // namespace
 
-void read_own_log(const std::filesystem::path& file, LogAccumulator& sums,
+void read_own_log(const std::filesystem::path& file, EvidenceRecorder& sums,
                   const std::function<void(std::int64_t)>& advance) {
   constexpr std::int64_t kRowsBetween = 4096;
   FilterLogReader reader(file);
@@ -110,8 +110,8 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     turn.wait(lock, [&] { return merged == i || failed; });
     if (failed) return;
     failed = group.error != nullptr;
-    for (LogStatistics& chunk : group.chunks) {
-      if (!failed) result.statistics.merge(std::move(chunk));
+    for (Evidence& chunk : group.chunks) {
+      if (!failed) result.evidence.merge(std::move(chunk));
     }
     result.files += static_cast<std::int64_t>(group.files);
     ++merged;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/log_judge.h"
+#include "datasets/logs/judge_logs.h"
 #include "datasets/logs/trajectory_errors.h"
 
 namespace credence {

@@ -1,4 +1,4 @@
-#include "reports/document/battery_json.h"
+#include "reports/document/judgement_json.h"
 
 #include "analysis/evidence/settling_power.h"
 
@@ -25,7 +25,7 @@ Json rmse_json(const RmseInterval& rmse) {
   return j;
 }
 
-Json blocks_json(const Battery& battery) {
+Json blocks_json(const Judgement& battery) {
   Json blocks = Json::array();
   for (const BlockVerdict& block : battery.blocks) {
     Json j = {{"name", block.name},
@@ -39,11 +39,11 @@ Json blocks_json(const Battery& battery) {
   return blocks;
 }
 
-Json coverage_json(const Battery& battery) {
+Json coverage_json(const Judgement& battery) {
   Json coverage = Json::array();
   for (std::size_t i = 0; i < battery.coverage.size(); ++i) {
     const CoverageVerdict& c = battery.coverage[i];
-    coverage.push_back({{"k_sigma", CoverageStatistics::kSigmas[i]},
+    coverage.push_back({{"k_sigma", CoverageSums::kSigmas[i]},
                         {"inside", c.pooled.inside},
                         {"total", c.pooled.total},
                         {"expected_share", json_number(c.expected)},
@@ -64,11 +64,11 @@ Json settle_json(const SettlingRuns& settle) {
 
 }  // namespace
 
-Json battery_json(const Battery& b) {
+Json judgement_json(const Judgement& b) {
   Json j;
   j["runs"] = b.runs;
   Json tests = Json::array();
-  for (const BatteryTest& test : b.tests) {
+  for (const NamedTest& test : b.tests) {
     tests.push_back({{"name", test.name},
                      {"p_value", json_number(test.p_value)},
                      {"adjusted_p_value", json_number(test.adjusted)},
@@ -90,14 +90,15 @@ Json battery_json(const Battery& b) {
   j["settle"] = {
       {"power", kSettlingPower}, {"nees", settle_json(b.settle_nees)}, {"nis", settle_json(b.settle_nis)}};
   j["coverage"] = coverage_json(b);
-  j["autocorrelation"] = json_numbers(b.whiteness.autocorrelation);
+  j["autocorrelation"] =
+      b.sensors.empty() ? Json::array() : json_numbers(b.sensors.front().whiteness.autocorrelation);
   j["credibility"] = {{"noncredibility_db", json_number(b.credibility.noncredibility)},
                       {"floor_db", json_number(b.credibility.noncredibility_floor)},
                       {"inclination_db", json_number(b.credibility.inclination)}};
   add_reason(j["credibility"], b.credibility.reason);
-  j["rmse"] = {{"position_m", rmse_json(b.rmse[RunStatistics::position])},
-               {"heading_rad", rmse_json(b.rmse[RunStatistics::heading])},
-               {"landmark_m", rmse_json(b.rmse[RunStatistics::landmarks])}};
+  j["rmse"] = {{"position_m", rmse_json(b.position)},
+               {"heading_rad", rmse_json(b.heading)},
+               {"landmark_m", rmse_json(b.landmark)}};
   j["effective_steps"] = json_number(b.effective_steps);
   j["null_reason"] =
       "null: not tested, the reason stands beside it or in `measured`; effective_steps: fewer than "

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/study_analysis.h"
+#include "reports/document/report_table.h"
+#include "reports/figures/figure.h"
+
+namespace credence {
+
+/// All tests of the suite, one row each, with what remains of them when taken together.
+ReportTable tests_table(const Judgement& judgement);
+
+/// How a study with a stop rule ended, in one sentence. Expects analysis.stop.
+std::string stop_sentence(const StudyAnalysis& analysis);
+
+/// What to do about the verdicts, in sentences: the block responsible, the likely causes, the factors that
+/// would mend the mean, the runs that would settle a consistent case.
+std::vector<std::string> advice_sentences(const Judgement& judgement);
+
+/// The histogram of F(NIS) and the autocorrelation of the innovation of up to three sensors, and the coverage
+/// of the kσ regions; no panel of what there is no data for.
+Figure evidence_figure(const std::string& name, const Judgement& judgement);
+
+}  // namespace credence

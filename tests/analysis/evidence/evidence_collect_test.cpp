@@ -1,0 +1,195 @@
+#include "analysis/evidence/evidence_collect.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/evidence/evidence_recorder.h"
+#include "analysis/evidence/study_analysis.h"
+#include "core/nan.h"
+#include "montecarlo/engine/engine.h"
+
+namespace credence {
+namespace {
+
+Scenario monobot(std::int64_t runs) {
+  Scenario s = default_scenario(WorldModel::monobot);
+  s.world.landmarks = 2;
+  s.study.runs = runs;
+  s.study.steps = 60;
+  s.study.seed = 5;
+  return s;
+}
+
+Scenario planar() {
+  Scenario s = default_scenario(WorldModel::planar);
+  s.world.landmarks = 6;
+  s.study.runs = 70;
+  s.study.steps = 40;
+  s.study.seed = 3;
+  return s;
+}
+
+StudyAnalysis analysed(const Scenario& scenario) {
+  const auto experiment = make_experiment(scenario);
+  const StudyTask task{"", experiment.get(), scenario.study.runs};
+  StudyAnalysis analysis = analyse_study(scenario, *experiment, run_studies({&task, 1}, {}).front());
+  add_judgement(analysis, *experiment);
+  return analysis;
+}
+
+const NamedTest& test_of(const Judgement& judgement, const std::string& name) {
+  const auto found = std::ranges::find(judgement.tests, name, &NamedTest::name);
+  if (found == judgement.tests.end()) throw std::runtime_error("no test " + name);
+  return *found;
+}
+
+bool names(const Judgement& judgement, Cause cause) {
+  return std::ranges::any_of(judgement.causes, [&](const CauseFound& c) { return c.cause == cause; });
+}
+
+TEST(CollectedEvidence, PassesAnOptimalFilter) {
+  const StudyAnalysis analysis = analysed(monobot(320));
+  const Judgement& judgement = analysis.judgement.value();
+  EXPECT_EQ(judgement.runs, 320);
+  EXPECT_EQ(judgement.tests.size(), 2U + 4U + 4U + 5U);
+  for (const NamedTest& test : judgement.tests) {
+    // The chance of a false alarm anywhere in the judgement, at this one seed, is below 0.1 %.
+    EXPECT_GT(test.adjusted, 1e-3) << test.name << ": " << test.says;
+  }
+  EXPECT_TRUE(judgement.causes.empty());
+  EXPECT_EQ(judgement.responsible.index, -1);
+  EXPECT_FALSE(judgement.responsible.joint_only);
+}
+
+TEST(CollectedEvidence, SeesTheSameNumbersAsTheEngine) {
+  for (const Scenario& scenario : {monobot(70), planar()}) {
+    const StudyAnalysis analysis = analysed(scenario);
+    const auto experiment = make_experiment(scenario);
+    const Evidence s = collect_evidence(*experiment, 70, {.threads = 1}).value();
+    Moments nees;
+    for (const StepStatistics& step : analysis.statistics.steps) nees.merge(step[Quantity::nees]);
+    ASSERT_EQ(s.whole_runs.nees_values.count, nees.count);
+    EXPECT_NEAR(s.whole_runs.nees_values.mean, nees.mean, 1e-10 * nees.mean);
+    EXPECT_NEAR(s.whole_runs.nees_values.m2, nees.m2, 1e-9 * nees.m2);
+    if (!analysis.vehicle_nees) continue;
+    for (std::size_t k = 0; k < analysis.statistics.steps.size(); ++k) {
+      const Moments& pose = analysis.statistics.steps[k][Quantity::vehicle_nees];
+      EXPECT_EQ(s.blocks[0].nees[k].value.count, pose.count);
+      EXPECT_NEAR(s.blocks[0].nees[k].value.mean, pose.mean, 1e-9 * pose.mean) << "step " << k + 1;
+    }
+  }
+}
+
+TEST(CollectedEvidence, IsTheSameForAnyNumberOfThreads) {
+  const Scenario scenario = planar();
+  const auto experiment = make_experiment(scenario);
+  const Evidence one = collect_evidence(*experiment, 70, {.threads = 1}).value();
+  const Evidence three = collect_evidence(*experiment, 70, {.threads = 3}).value();
+  const SensorSums &sensor = one.sensors[0], &same = three.sensors[0];
+  EXPECT_EQ(sensor.fit, same.fit);
+  EXPECT_EQ(sensor.far_tail, same.far_tail);
+  EXPECT_EQ(sensor.run_means.scatter, same.run_means.scatter);
+  for (Index lag = 0; lag <= SensorSums::kLags; ++lag) {
+    EXPECT_EQ(sensor.lags.product(lag), same.lags.product(lag));
+  }
+  for (std::size_t b = 0; b < one.blocks.size(); ++b) {
+    EXPECT_EQ(one.blocks[b].nees, three.blocks[b].nees) << one.blocks[b].name;
+  }
+  EXPECT_EQ(one.whole_runs.nees, three.whole_runs.nees);
+}
+
+TEST(CollectedEvidence, NamesAWrongMeasurementNoiseAndTheFactorThatMendsIt) {
+  Scenario scenario = monobot(320);
+  scenario.filter.measurement_scale = 0.5;
+  const Judgement judgement = analysed(scenario).judgement.value();
+  EXPECT_TRUE(names(judgement, Cause::measurement_noise_too_small));
+  EXPECT_LT(test_of(judgement, "whiteness of the innovation").adjusted, 1e-6);
+  EXPECT_LT(test_of(judgement, "NIS against its law, tails").adjusted, 1e-6);
+  EXPECT_GT(judgement.scale_innovation.lower, 1.0);
+  EXPECT_GT(judgement.scale_covariance.lower, 1.0);
+  // Twice the assumed R is the truth; the advice is of first order.
+  EXPECT_GT(judgement.scale_measurement_noise.factor, 1.5);
+  EXPECT_LT(judgement.scale_measurement_noise.factor, 2.5);
+}
+
+TEST(CollectedEvidence, FindsTheBlocksOfThePlane) {
+  const Judgement judgement = analysed(planar()).judgement.value();
+  ASSERT_EQ(judgement.blocks.size(), 3U + 6U + 1U);
+  EXPECT_EQ(judgement.blocks[0].name, "pose");
+  EXPECT_NEAR(judgement.blocks[0].verdict.expected, 3.0, 1e-12);
+  EXPECT_NEAR(judgement.blocks[1].verdict.expected, 2.0, 1e-12);
+  EXPECT_NEAR(judgement.blocks[2].verdict.expected, 1.0, 1e-12);
+  EXPECT_NEAR(judgement.blocks[3].verdict.expected, 2.0, 1e-12);
+  EXPECT_EQ(judgement.blocks.back().name, "all landmarks");
+}
+
+TEST(CollectedEvidence, NamesTheLinearisationWhereOnlyTheErrorsAreWrong) {
+  Scenario scenario = planar();
+  scenario.world.landmarks = 10;
+  scenario.study.steps = 250;
+  const StudyAnalysis analysis = analysed(scenario);
+  ASSERT_EQ(analysis.nees.verdict, Verdict::optimistic);
+  ASSERT_EQ(analysis.nis.verdict, Verdict::consistent);
+  EXPECT_TRUE(names(*analysis.judgement, Cause::linearisation));
+}
+
+TEST(CollectedEvidence, CountsCoverageAgainstItsLaw) {
+  const Judgement judgement = analysed(monobot(320)).judgement.value();
+  // Three states: P(χ²(3) ≤ k²), tables of the χ² law.
+  EXPECT_NEAR(judgement.coverage[0].expected, 0.198748, 1e-6);
+  EXPECT_NEAR(judgement.coverage[1].expected, 0.738536, 1e-6);
+  EXPECT_NEAR(judgement.coverage[2].expected, 0.970709, 1e-6);
+  EXPECT_EQ(judgement.coverage[0].pooled.total, 320 * 60);
+}
+
+/// One state, whose runs fail at their third step.
+class FailingExperiment final : public Experiment {
+ public:
+  FailingExperiment()
+      : Experiment({.states = {"x"}, .angles = {false}, .blocks = {{"x", Part::other, {0}}}}) {}
+  StudyStatistics run_chunk(std::int64_t, std::int64_t) const override { return {}; }
+  Outcome visit(std::int64_t, const StepVisitor& take) const override {
+    for (std::int64_t k = 0; k <= 3; ++k) {
+      TraceStep step;
+      step.step = k;
+      step.states = {0};
+      step.error = Vector::Ones(1);
+      step.P = Matrix::Identity(1, 1);
+      step.innovations.clear();
+      if (k == 3) step.outcome = Outcome::diverged;
+      take(step);
+    }
+    return Outcome::diverged;
+  }
+  RunTrace describe_world() const override { return {}; }
+};
+
+TEST(CollectedEvidence, LeavesOutAStepThatFailed) {
+  const Evidence s = collect_evidence(FailingExperiment(), 2, {.threads = 1}).value();
+  EXPECT_EQ(s.study.runs, 2);
+  EXPECT_EQ(s.rows, 4);
+  EXPECT_EQ(s.blocks[0].nees[1].value.count, 2);
+  EXPECT_EQ(s.blocks[0].nees.size(), 2U);
+  EXPECT_TRUE(s.whole_runs.nees.empty());
+  EXPECT_EQ(s.study.failures,
+            (std::vector<RunFailure>{{0, 3, Outcome::diverged}, {1, 3, Outcome::diverged}}));
+  EXPECT_EQ(judge(s).runs, 2);
+}
+
+TEST(CollectedEvidence, StopsWhenAsked) {
+  const Scenario scenario = monobot(320);
+  const std::atomic<bool> stop = true;
+  EXPECT_FALSE(collect_evidence(*make_experiment(scenario), 320, {.threads = 2, .stop = &stop}).has_value());
+}
+
+TEST(CollectedEvidence, LooksAtNoMoreRunsThanItCanAfford) {
+  EXPECT_EQ(evidence_runs(3, 100, 1000000), 1024);
+  EXPECT_EQ(evidence_runs(3, 100, 17), 17);
+  EXPECT_EQ(evidence_runs(301, 100, 1000000) % kChunkRuns, 0);
+  EXPECT_LT(evidence_runs(301, 100, 1000000), 1024);
+}
+
+}  // namespace
+}  // namespace credence
