@@ -28,19 +28,19 @@
 /// side takes the cube root alone. A single run has the bound on both sides.
 ///
 /// Levels: for 20 runs and more asymptotically exact whatever the law, by the central limit theorem with the
-/// skewness removed. Measured at 2.5 % for each direction, in % of 20,000 studies, over pure χ²(1 … 20)/n,
-/// λ_j ∝ 0.5^j, 0.9^j, 1/j², and constant + χ²: least and largest
+/// skewness removed. Measured at 2.5 % for each direction, in % of 20,000 studies (5,000 at M = 1000), over
+/// χ²(n)/n, n = 1, 2, 4, 20, λ_j ∝ 0.5^j, 0.9^j, 1/j², and constant + χ²
+/// (tests/analysis/laws/sharp_verdict.py; the bound with n = 1): least … largest
 ///
-/// | M    | false optimistic | false pessimistic |
-/// |------|------------------|-------------------|
-/// | 5    | 0.3 … 2.1        | bound: below 0.5  |
-/// | 10   | 0.4 … 2.7        | bound: below 0.5  |
-/// | 20   | 0.6 … 2.1        | 2.4 … 5.3         |
-/// | 50   | 0.9 … 2.3        | 2.5 … 3.6         |
-/// | 200  | 1.6 … 2.5        | 2.2 … 2.9         |
-/// | 1000 | 1.7 … 2.7        | 2.2 … 2.9         |
-///
-/// The worst two-sided level is 5.9 % at 20 runs and 5.4 % from 50 runs on.
+/// | M    | false optimistic | false pessimistic | either |
+/// |------|------------------|-------------------|--------|
+/// | 2    | 0.8 … 3.1        | 0.0 … 1.4         |        |
+/// | 5    | 0.3 … 2.3        | 0.0 … 1.0         |        |
+/// | 10   | 0.4 … 2.5        | 0.0 … 1.1         |        |
+/// | 20   | 0.7 … 2.0        | 2.3 … 4.4         | ≤ 5.7  |
+/// | 50   | 0.8 … 2.3        | 2.5 … 3.5         | ≤ 5.5  |
+/// | 200  | 1.5 … 2.5        | 2.3 … 2.9         | ≤ 5.1  |
+/// | 1000 | 1.9 … 2.9        | 2.3 … 2.9         | ≤ 5.5  |
 
 namespace credence {
 
