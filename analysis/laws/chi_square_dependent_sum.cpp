@@ -66,18 +66,25 @@ ChiSquareBounds dependent_sum_bounds(std::span<const double> dofs, double confid
   return {lower_shortfall(counts, tail), upper_shortfall(counts, tail)};
 }
 
-double dependent_sum_p_value(double sum, std::span<const double> dofs) {
+TailPValues dependent_sum_tails(double sum, std::span<const double> dofs) {
   const DofCounts counts = count_dofs(dofs);
-  if (std::isnan(sum)) return sum;
-  if (std::isinf(sum) || sum < 0.0) return 0.0;
+  if (std::isnan(sum)) return {sum, sum};
+  if (sum < 0.0) return {.lower = 0.0, .upper = 1.0};
+  if (std::isinf(sum)) return {.lower = 1.0, .upper = 0.0};
   const double expected = sum_over(counts, [](double dof) { return dof; });
-  double tail = 1.0;
+  TailPValues tails;
   if (sum > expected) {
-    tail = solve_p_value([&](double log_p) { return upper_shortfall(counts, std::exp(log_p)) - sum; });
+    tails.upper = solve_p_value([&](double log_p) { return upper_shortfall(counts, std::exp(log_p)) - sum; });
   } else if (sum < expected) {
-    tail = solve_p_value([&](double log_p) { return sum - lower_shortfall(counts, std::exp(log_p)); });
+    tails.lower = solve_p_value([&](double log_p) { return sum - lower_shortfall(counts, std::exp(log_p)); });
   }
-  return std::min(1.0, 2.0 * tail);
+  return tails;
+}
+
+double dependent_sum_p_value(double sum, std::span<const double> dofs) {
+  const TailPValues tails = dependent_sum_tails(sum, dofs);
+  if (std::isnan(tails.lower)) return tails.lower;
+  return std::min(1.0, 2.0 * std::min(tails.lower, tails.upper));
 }
 
 }  // namespace credence

@@ -20,6 +20,16 @@ namespace credence {
 /// Dofs that are not finite and positive, or none, throw std::invalid_argument.
 ChiSquareBounds dependent_sum_bounds(std::span<const double> dofs, double confidence);
 
+/// P-values of one direction each.
+struct TailPValues {
+  double lower = 1.0;  ///< small: the sum is too small
+  double upper = 1.0;  ///< small: the sum is too large
+};
+
+/// The one-sided p-values of Σ X_k = sum, P(p ≤ α) ≤ α under every dependence; 1 on the other side of the
+/// expected value. NaN for a NaN sum; 0 below 1e-300.
+TailPValues dependent_sum_tails(double sum, std::span<const double> dofs);
+
 /// A two-sided p-value of Σ X_k = sum, P(p ≤ α) ≤ α under every dependence; 1 at the expected value.
 /// NaN for a NaN sum; 0 below 1e-300.
 double dependent_sum_p_value(double sum, std::span<const double> dofs);

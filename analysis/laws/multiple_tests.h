@@ -14,6 +14,13 @@ namespace credence {
 /// Holm (1979): P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
 std::vector<double> holm(std::span<const double> p_values);
 
+/// Holm's procedure with weights (his section 4): p_i is compared in the order of p_i / w_i, adjusted to
+/// max over j before i of min(1, p_j / w_j Σ_{l not before j} w_l). Each test gets the share of the level
+/// that its weight has among those not yet rejected. Weights need not sum to one; equal ones give `holm`.
+/// Throws std::invalid_argument for sizes that differ or a weight of a member that is not finite and
+/// positive.
+std::vector<double> weighted_holm(std::span<const double> p_values, std::span<const double> weights);
+
 /// Benjamini and Hochberg (1995): expected share of false among the rejections ≤ α for independent or
 /// positively dependent tests, such as the configurations of a sweep that share their noise.
 std::vector<double> benjamini_hochberg(std::span<const double> p_values);

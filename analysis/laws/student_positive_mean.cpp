@@ -27,13 +27,18 @@ bool has_variance(const Moments& moments) {
 
 }  // namespace
 
+double positive_mean_score(const Moments& moments, double expected) {
+  if (!has_variance(moments) || moments.m2 <= 0.0) return kNaN;
+  const double c = cube_root_variance(moments);
+  return (std::cbrt(moments.mean / expected) - (1.0 - c)) / std::sqrt(c);
+}
+
 double positive_mean_p_value(const Moments& moments, double expected) {
   if (!(expected > 0.0)) throw std::invalid_argument(fmt::format("expected = {} must be > 0", expected));
   if (!has_variance(moments)) return kNaN;
   if (moments.m2 <= 0.0) return moments.mean == expected ? 1.0 : 0.0;
-  const double c = cube_root_variance(moments);
-  const double z = (std::cbrt(moments.mean / expected) - (1.0 - c)) / std::sqrt(c);
-  return student_two_sided_p_value(z, static_cast<double>(moments.count - 1));
+  return student_two_sided_p_value(positive_mean_score(moments, expected),
+                                   static_cast<double>(moments.count - 1));
 }
 
 MeanInterval positive_mean_interval(const Moments& moments, double confidence) {

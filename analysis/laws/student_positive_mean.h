@@ -18,6 +18,10 @@
 
 namespace credence {
 
+/// The score z of the hypothesis that the mean is `expected`: large when the sample mean is. For at least two
+/// values of positive mean and variance, else NaN.
+double positive_mean_score(const Moments& moments, double expected);
+
 /// The p-value of the hypothesis that the mean is `expected`. NaN without a variance: fewer than two values,
 /// values that are not finite, or a mean that is not positive; for a zero variance 1 if the mean is
 /// `expected`, else 0. Throws std::invalid_argument unless expected > 0.

@@ -1,0 +1,147 @@
+#include "analysis/laws/run_mean.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "analysis/laws/chi_square.h"
+#include "analysis/laws/chi_square_dependent_sum.h"
+#include "analysis/laws/require.h"
+#include "analysis/laws/student_positive_mean.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+// From here on the scores hold their level on the pessimistic side too.
+constexpr std::int64_t kFewestRunsForScores = 20;
+
+Moments plain(const SkewedMoments& moments) {
+  return {.count = moments.count, .mean = moments.mean, .m2 = moments.m2};
+}
+
+bool has_mean(const SkewedMoments& moments) {
+  return moments.count > 0 && std::isfinite(moments.mean) && moments.mean >= 0.0 &&
+         std::isfinite(moments.m2) && std::isfinite(moments.m3);
+}
+
+double skewness(const SkewedMoments& moments) {
+  if (!(moments.m2 > 0.0)) return 0.0;
+  return std::sqrt(static_cast<double>(moments.count)) * moments.m3 / std::pow(moments.m2, 1.5);
+}
+
+double hall_score(const SkewedMoments& moments, double expected) {
+  const double root_runs = std::sqrt(static_cast<double>(moments.count));
+  const double gamma = skewness(moments);
+  const double u = (moments.mean - expected) / std::sqrt(moments.variance());
+  return root_runs * u * (1.0 + gamma * u / 3.0 + gamma * gamma * u * u / 27.0) + gamma / (6.0 * root_runs);
+}
+
+// The U of the header at which Hall's score is z.
+double inverse_hall_score(const SkewedMoments& moments, double z) {
+  const double root_runs = std::sqrt(static_cast<double>(moments.count));
+  const double gamma = skewness(moments);
+  const double y = (z - gamma / (6.0 * root_runs)) / root_runs;
+  const double x = gamma * y;
+  if (std::abs(x) < 0.5) return gamma == 0.0 ? y : 3.0 / gamma * std::expm1(std::log1p(x) / 3.0);
+  return 3.0 / gamma * (std::cbrt(1.0 + x) - 1.0);
+}
+
+// P(T ≥ t), T ~ t(dof).
+double student_upper_p_value(double t, double dof) {
+  const double tail = 0.5 * student_two_sided_p_value(t, dof);
+  return t > 0.0 ? tail : 1.0 - tail;
+}
+
+DirectedPValues bound_p_values(const SkewedMoments& moments, double expected, double least_dof) {
+  const std::array dof{static_cast<double>(moments.count) * least_dof};
+  const TailPValues tails = dependent_sum_tails(moments.mean / expected * dof[0], dof);
+  return {.optimistic = tails.upper, .pessimistic = tails.lower};
+}
+
+// Of runs that are all equal: their mean is what they say.
+DirectedPValues equal_runs_p_values(double mean, double expected) {
+  return {.optimistic = mean > expected ? 0.0 : 1.0, .pessimistic = mean < expected ? 0.0 : 1.0};
+}
+
+DirectedPValues score_p_values(const SkewedMoments& moments, double expected) {
+  const double dof = static_cast<double>(moments.count - 1);
+  const double cube = positive_mean_score(plain(moments), expected);
+  const double hall = hall_score(moments, expected);
+  return {.optimistic = student_upper_p_value(std::min(cube, hall), dof),
+          .pessimistic = student_upper_p_value(-std::max(cube, hall), dof)};
+}
+
+}  // namespace
+
+double DirectedPValues::two_sided() const {
+  if (std::isnan(optimistic) || std::isnan(pessimistic)) return kNaN;
+  return std::min(1.0, 2.0 * std::min(optimistic, pessimistic));
+}
+
+DirectedPValues run_mean_p_values(const SkewedMoments& run_averages, double expected, double least_dof) {
+  require_positive("expected", expected);
+  require_positive("least_dof", least_dof);
+  if (!has_mean(run_averages)) return {.optimistic = kNaN, .pessimistic = kNaN};
+  if (run_averages.count == 1) return bound_p_values(run_averages, expected, least_dof);
+  const bool equal = run_averages.m2 <= 0.0;
+  const DirectedPValues scores =
+      equal ? equal_runs_p_values(run_averages.mean, expected) : score_p_values(run_averages, expected);
+  if (run_averages.count >= kFewestRunsForScores) return scores;
+  const double cube = equal ? scores.optimistic
+                            : student_upper_p_value(positive_mean_score(plain(run_averages), expected),
+                                                    static_cast<double>(run_averages.count - 1));
+  return {.optimistic = cube, .pessimistic = bound_p_values(run_averages, expected, least_dof).pessimistic};
+}
+
+MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confidence, double least_dof) {
+  require_confidence(confidence);
+  require_positive("least_dof", least_dof);
+  const double runs = static_cast<double>(run_averages.count);
+  MeanInterval interval{
+      .mean = run_averages.count > 0 ? run_averages.mean : kNaN,
+      .lower = kNaN,
+      .upper = kNaN,
+      .standard_error = run_averages.count > 1 ? std::sqrt(run_averages.variance() / runs) : kNaN,
+      .count = run_averages.count};
+  if (!has_mean(run_averages)) {
+    interval.reason = run_averages.count == 0 ? "no runs" : "the mean is negative or not finite";
+    return interval;
+  }
+  const double tail = 0.5 * (1.0 - confidence);
+  const double dof = runs * least_dof;
+  if (run_averages.count == 1) {
+    interval.lower = interval.mean * dof / chi_square_upper_tail_mean(tail, dof);
+  } else {
+    interval.lower = positive_mean_interval(plain(run_averages), confidence).lower;
+  }
+  if (run_averages.count < kFewestRunsForScores) {
+    interval.upper = interval.mean * dof / chi_square_lower_tail_mean(tail, dof);
+    return interval;
+  }
+  interval.upper = positive_mean_interval(plain(run_averages), confidence).upper;
+  if (run_averages.m2 > 0.0) {
+    const double t = student_quantile_two_sided(confidence, runs - 1.0);
+    const double deviation = std::sqrt(run_averages.variance());
+    interval.lower =
+        std::min(interval.lower, interval.mean - deviation * inverse_hall_score(run_averages, t));
+    interval.upper =
+        std::max(interval.upper, interval.mean - deviation * inverse_hall_score(run_averages, -t));
+  }
+  return interval;
+}
+
+RunMeanTest test_run_mean(const SkewedMoments& run_averages, double confidence, double least_dof) {
+  RunMeanTest test{.mean = run_mean_interval(run_averages, confidence, least_dof),
+                   .skewness = skewness(run_averages),
+                   .p_value = run_mean_p_values(run_averages, 1.0, least_dof),
+                   .method = "cube-root and Hall's score of the run averages, both"};
+  if (run_averages.count < kFewestRunsForScores) {
+    test.method = "optimistic: cube-root score of the run averages; pessimistic: bound for any dependence";
+  }
+  if (run_averages.count == 1) test.method = "bound for any dependence";
+  return test;
+}
+
+}  // namespace credence
