@@ -22,7 +22,7 @@
 #include "montecarlo/scenario/scenario.h"
 
 /// @file
-/// What the whole battery of theory section 7 says of a filter, beside the two verdicts on NEES and NIS:
+/// What the whole battery (theory, section 7) says of a filter, beside the two verdicts on NEES and NIS:
 /// where an inconsistency sits, what causes it, and what would mend it. These tests explain a verdict; each
 /// holds its own false-alarm rate, and `adjusted` tells which of them still speak when all are taken
 /// together.

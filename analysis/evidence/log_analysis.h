@@ -20,7 +20,7 @@
 
 namespace credence {
 
-/// A single run, whose NEES is correlated in time (theory: section 7).
+/// A single run, whose NEES is correlated in time (theory, section 7).
 struct SingleRunAnalysis {
   TimeAverageTest time_average;  ///< of NEES / dof over the run
   EffectiveSample sample;        ///< in rows

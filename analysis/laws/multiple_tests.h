@@ -11,14 +11,14 @@
 
 namespace credence {
 
-/// Holm (1979): P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
+/// [Holm 1979]: P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
 std::vector<double> holm(std::span<const double> p_values);
 
-/// Benjamini and Hochberg (1995): expected share of false among the rejections ≤ α for independent or
+/// [Benjamini 1995]: expected share of false among the rejections ≤ α for independent or
 /// positively dependent tests, such as the configurations of a sweep that share their noise.
 std::vector<double> benjamini_hochberg(std::span<const double> p_values);
 
-/// Benjamini and Yekutieli (2001): the same under any dependence, at the price of a factor Σ 1/i.
+/// [Benjamini 2001]: the same under any dependence, at the price of a factor Σ 1/i.
 std::vector<double> benjamini_yekutieli(std::span<const double> p_values);
 
 }  // namespace credence
