@@ -196,7 +196,7 @@ void find_scale(const Findings& findings, std::vector<CauseFound>& found) {
 }
 
 // Jacobians at changing estimates make directions seem observable that are not: P shrinks there, which no
-// innovation can show (theory: section 5, rank O at the estimates).
+// innovation can show (theory, section 5, rank O at the estimates).
 void find_linearisation(const Findings& findings, std::vector<CauseFound>& found) {
   if (!findings.nonlinear || findings.nees.verdict != Verdict::optimistic) return;
   if (findings.nis.verdict != Verdict::consistent) return;

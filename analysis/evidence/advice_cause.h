@@ -66,7 +66,7 @@ struct CauseFound {
 /// The causes that the findings point to, the most specific first; empty for a consistent filter but for
 /// chance.
 ///
-/// Rules, each a signature of theory (docs: statistics, "Which cause"): an angle innovation beyond half a
+/// Rules, each a signature (statistics, "Which cause"): an angle innovation beyond half a
 /// turn; outliers beyond the far tail; a law cut off at a gate; a mean innovation; an inconsistency of the
 /// first fifth of the steps that is all but gone in the second half; innovations more correlated than a wrong
 /// gain makes them; the sign of the lag-1 autocorrelation with that of the NIS (gain too small: positive, too

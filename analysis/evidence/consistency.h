@@ -11,7 +11,7 @@
 #include "montecarlo/engine/moments.h"
 
 /// @file
-/// One verdict over all steps of a Monte Carlo study of NEES or NIS (theory: section 7).
+/// One verdict over all steps of a Monte Carlo study of NEES or NIS (theory, section 7).
 ///
 /// A verdict joins two tests by the union bound, each at half the level α = 1 − confidence:
 ///  - steps: every step's mean against its χ² law, Bonferroni over the T steps. Proved for any dependence

@@ -17,7 +17,7 @@ struct NormalisedError {
   std::vector<Index> zero_variance;  ///< states of zero variance: they lower the dof
 };
 
-/// eᵀ P⁺ e over the range of P, with its dof (theory: section 7, "rank-aware").
+/// eᵀ P⁺ e over the range of P, with its dof (theory, section 7, "rank-aware").
 ///
 /// P is judged in correlation form D^{-1/2} P D^{-1/2}, so that units do not matter. A state counts as known
 /// when its variance is 0; further rank is lost when an eigenvalue of the correlation is below n ε. For full

@@ -21,7 +21,7 @@
 
 /// @file
 /// What the evidence says of a filter, beside the verdicts on NEES and NIS: where an inconsistency sits, what
-/// causes it, and what would mend it (theory: section 7). The same for a study of our own, for logs, for a
+/// causes it, and what would mend it (theory, section 7). The same for a study of our own, for logs, for a
 /// replay and for the selftest, which measures what each of these tests does to a consistent filter. Each test
 /// holds its own false-alarm rate, and `adjusted` tells which of them still speak when all are taken together.
 
@@ -47,7 +47,7 @@ struct SensorJudgement {
   std::optional<GoodnessOfFit> gated_fit;  ///< against the law cut off where the largest values seem to be
 };
 
-/// A single run, whose NEES is correlated in time (theory: section 7).
+/// A single run, whose NEES is correlated in time (theory, section 7).
 struct SingleRunJudgement {
   TimeAverageTest time_average;  ///< of NEES / dof over the run
   EffectiveSample sample;        ///< in rows

@@ -11,7 +11,7 @@
 /// When a Monte Carlo study may stop.
 ///
 /// Looking often at a fixed-sample test inflates its false alarms (every 25 runs, stop at the first
-/// rejection: 30.5 % instead of 5 %; theory: section 7). Here α = 1 − confidence is split: one half for the
+/// rejection: 30.5 % instead of 5 %; theory, section 7). Here α = 1 − confidence is split: one half for the
 /// e-values of NEES and NIS (sequential_e_value.h), valid at every look, and one half for the fixed-sample
 /// verdicts at the last look, whose number of runs was set in advance. By the union bound P(a consistent
 /// filter is ever called optimistic or pessimistic) ≤ α. Decide only on the contiguous prefix of finished

@@ -10,7 +10,7 @@
 ///
 /// An e-value is a non-negative statistic with mean at most 1 under consistency. Taken along the runs these
 /// are martingales, so by Ville's inequality P(they ever reach 1/α) ≤ α, however often one looks and whenever
-/// one stops (Ville 1939; Ramdas, Grünwald, Vovk, Shafer 2023). They depend on a prefix of the runs only by
+/// one stops ([Ville 1939]; [Ramdas 2023]). They depend on a prefix of the runs only by
 /// its sums.
 ///
 /// Alternative: the sum of d degrees of freedom is χ²(d)/τ, P being wrong by the factor 1/τ, with τ drawn

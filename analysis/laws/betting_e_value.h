@@ -17,7 +17,7 @@
 /// Gaussian law is needed; for W⁻ because X is an average of variables χ²_n/n, hence below χ²_n/n in convex
 /// order, and (b − x)⁺ is convex with mean π_b under that law (docs/statistics.md has the proof). So both
 /// are non-negative supermartingales along independent runs, and P(W⁺ ever ≥ 1/α) ≤ α, the same for W⁻ and
-/// for ½ (W⁺ + W⁻) (Ville 1939; Waudby-Smith and Ramdas, "Estimating means of bounded random variables by
+/// for ½ (W⁺ + W⁻) ([Ville 1939]; Waudby-Smith and Ramdas, "Estimating means of bounded random variables by
 /// betting", J. R. Stat. Soc. B 2024). Unequal dofs in a run: π_b of their mean weighted by dof, see
 /// BettingRun.
 ///

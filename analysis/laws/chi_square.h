@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// The chi-square law behind every NEES and NIS verdict (theory: section 7).
+/// The chi-square law behind every NEES and NIS verdict (theory, section 7).
 ///
 /// Accurate to about 1e-13 relative up to 1e6 degrees of freedom (1e-10 is tested) and usable far beyond:
-/// above 1e9 the cube-root normal law of Wilson and Hilferty (1931) takes over, whose error in the normal
+/// above 1e9 the cube-root normal law of [Wilson 1931] takes over, whose error in the normal
 /// score is then below 1e-9 in the range of any test. A dof that is not finite and positive throws
 /// std::invalid_argument; a statistic that is NaN gives NaN, because it is data.
 

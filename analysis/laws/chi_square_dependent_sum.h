@@ -9,8 +9,8 @@
 ///
 /// If X_k ~ χ²(d_k) with ANY dependence, the quantile of the sum is at most its expected shortfall, and
 /// expected shortfall is subadditive, so P(Σ X_k > Σ ES_p(d_k)) ≤ p with ES_p(d) the mean of χ²(d) in its
-/// upper tail of probability p; likewise below (McNeil, Frey, Embrechts, "Quantitative Risk Management",
-/// section 8.1; Bernard, Jiang, Wang 2014). The bound is proved for every dependence and nearly attained by
+/// upper tail of probability p; likewise below ([McNeil 2015], section 8.1; [Bernard 2014]).
+/// The bound is proved for every dependence and nearly attained by
 /// strongly correlated terms: for many dof it asks for 2.34 standard deviations of one term where
 /// 1.96 are needed when all terms are equal.
 

@@ -7,7 +7,7 @@
 ///
 /// An innovation accepted by a validation gate is no longer χ²: with 2 dof and the 99 % gate its mean
 /// is 1.907 and not 2, so a plain NIS test calls every gated filter pessimistic once enough values are in
-/// (theory: section 7). dof and gate must be > 0 (std::invalid_argument); an infinite gate is no gate.
+/// (theory, section 7). dof and gate must be > 0 (std::invalid_argument); an infinite gate is no gate.
 
 namespace credence {
 

@@ -7,7 +7,7 @@
 #include "analysis/evidence/consistency.h"
 
 /// @file
-/// How often the truth lies in the kσ region that a covariance draws around the estimate (theory: section 7).
+/// How often the truth lies in the kσ region that a covariance draws around the estimate (theory, section 7).
 ///
 /// The truth is inside when NEES ≤ k²; a consistent filter of dof n does so with probability P(χ²(n) ≤ k²):
 /// 68.3, 95.4, 99.7 % for k = 1, 2, 3 in one dimension, 39.3, 86.5, 98.9 % in two.
@@ -40,7 +40,7 @@ struct ProportionInterval {
   double upper = 1.0;
 };
 
-/// The interval of Clopper and Pearson (1934): covers the true proportion with probability at least
+/// The interval of [Clopper 1934]: covers the true proportion with probability at least
 /// `confidence`, whatever it is. Without trials [0, 1] and a NaN value. Throws std::invalid_argument unless
 /// 0 ≤ inside ≤ total and 0 < confidence < 1.
 ProportionInterval clopper_pearson(const CoverageCount& count, double confidence);

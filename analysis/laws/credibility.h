@@ -8,7 +8,7 @@
 
 namespace credence {
 
-/// How far the claimed covariances are from the errors really made, in decibels (Li and Zhao).
+/// How far the claimed covariances are from the errors really made, in decibels [Li 2006].
 struct CredibilityIndex {
   std::int64_t runs = 0;
   double noncredibility = 0.0;        ///< NCI: 0 for a credible filter of infinitely many runs
@@ -24,8 +24,8 @@ struct CredibilityIndex {
 ///
 ///   NCI = (10/M) Σ |log₁₀ ρ_i|,  I² = (10/M) Σ log₁₀ ρ_i,  ρ_i = e_iᵀ P_i⁻¹ e_i / e_iᵀ Σ̂⁻¹ e_i,
 ///
-/// with Σ̂ = (1/M) Σ e_i e_iᵀ (X. R. Li, Z. Zhao, "Measuring Estimator's Credibility: Noncredibility Index",
-/// Fusion 2006). For a consistent filter E[ln ρ] = ψ(M/2) − ln(M/2) exactly, as e_iᵀ Σ̂⁻¹ e_i / M is a Beta
+/// with Σ̂ = (1/M) Σ e_i e_iᵀ [Li 2006].
+/// For a consistent filter E[ln ρ] = ψ(M/2) − ln(M/2) exactly, as e_iᵀ Σ̂⁻¹ e_i / M is a Beta
 /// variable. Its mean over the runs is taken as the logarithm of χ²(ν)/ν, ν = n (M − 1.4), which fits its
 /// variance 2/(nM) and its skewness (measured; exact for n = 1 but for the 1.4); E|ln ρ| is asymptotically
 /// 2/√(πM). errors: M vectors of dimension n < M; covariances: M of them, or one for all runs. Not positive

@@ -13,7 +13,7 @@
 ///
 /// NEES is correlated in time: for jointly Gaussian errors Cov(ε_k, ε_l) = 2 ‖C_kl‖_F² with C_kl the
 /// correlation of the whitened errors at steps k and l. Summed over a run its variance is 2 Σ_kl ‖C_kl‖_F²,
-/// and not 2 Σ n_k, which is why the time-sum is no χ²(Σ n_k) (theory: section 7).
+/// and not 2 Σ n_k, which is why the time-sum is no χ²(Σ n_k) (theory, section 7).
 
 namespace credence {
 
@@ -61,7 +61,7 @@ struct EffectiveSample {
   std::string_view reason = {};   ///< why there is none, else empty
 };
 
-/// τ summed over the window of Sokal (1989), the least W ≥ 5 τ(W). Pools several series (runs of one filter):
+/// τ summed over the window of [Sokal 1989], the least W ≥ 5 τ(W). Pools several series (runs of one filter):
 /// their products are averaged before the sum. The mean is not estimated, so that single short runs are not
 /// biased. A series whose deviations are all zero, or none, gives a reason.
 EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean);

@@ -112,7 +112,7 @@ double anderson_limit_survival(double a) {
     return 1.0 - std::exp(-1.2337141 / a) / std::sqrt(a) * polynomial;
   }
   // The largest weight of A² = Σ Z_j² / (j (j + 1)) is ½; the others contribute Π (1 − λ_j/λ_1)^{−½} = √3,
-  // and 0.3/a is the next term, fitted to the exact series of Anderson and Darling (1954) for 5 ≤ a ≤ 15.
+  // and 0.3/a is the next term, fitted to the exact series of [Anderson 1954] for 5 ≤ a ≤ 15.
   constexpr double kFarTail = 5.0;
   if (a > kFarTail) return std::sqrt(3.0) * std::erfc(std::sqrt(a)) * (1.0 + 0.3 / a);
   const double polynomial =

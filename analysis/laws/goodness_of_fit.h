@@ -7,7 +7,7 @@
 
 /// @file
 /// NIS values against their fully specified law: χ²(dof), or truncated by a gate; no fitted parameter
-/// (theory: section 7).
+/// (theory, section 7).
 ///
 /// Values are first taken through their distribution function, so that dimensions may differ; under
 /// consistency the results are independent and uniform on [0, 1]. Assumed: white innovations; all values of a
@@ -25,11 +25,11 @@ struct GoodnessOfFit {
   std::string_view reason = {};  ///< why there is no test (p-values NaN), else empty
 };
 
-/// P(D_n > d) for n independent uniform values (Marsaglia, Tsang, Wang 2003: exact, for n ≤ 140; beyond,
-/// Kolmogorov's limit with Vrbik's 2018 correction, error below 2e-4). Throws unless n ≥ 1.
+/// P(D_n > d) for n independent uniform values ([Marsaglia 2003]: exact, for n ≤ 140; beyond,
+/// Kolmogorov's limit with the correction of [Vrbik 2018], error below 2e-4). Throws unless n ≥ 1.
 double kolmogorov_p_value(double d, std::int64_t n);
 
-/// P(A²_n > a) for n independent uniform values (Marsaglia and Marsaglia 2004, error below 2e-5 in the
+/// P(A²_n > a) for n independent uniform values ([Marsaglia 2004], error below 2e-5 in the
 /// limit; far tail: the leading terms √3 erfc(√a) (1 + 0.3/a) of its weighted χ² series, relative error below
 /// 1e-3). Throws unless n ≥ 1.
 double anderson_p_value(double a, std::int64_t n);

@@ -11,7 +11,7 @@
 
 namespace credence {
 
-/// Holm (1979): P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
+/// [Holm 1979]: P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
 std::vector<double> holm(std::span<const double> p_values);
 
 /// Holm's procedure with weights (his section 4): p_i is compared in the order of p_i / w_i, adjusted to
@@ -21,11 +21,11 @@ std::vector<double> holm(std::span<const double> p_values);
 /// positive.
 std::vector<double> weighted_holm(std::span<const double> p_values, std::span<const double> weights);
 
-/// Benjamini and Hochberg (1995): expected share of false among the rejections ≤ α for independent or
+/// [Benjamini 1995]: expected share of false among the rejections ≤ α for independent or
 /// positively dependent tests, such as the configurations of a sweep that share their noise.
 std::vector<double> benjamini_hochberg(std::span<const double> p_values);
 
-/// Benjamini and Yekutieli (2001): the same under any dependence, at the price of a factor Σ 1/i.
+/// [Benjamini 2001]: the same under any dependence, at the price of a factor Σ 1/i.
 std::vector<double> benjamini_yekutieli(std::span<const double> p_values);
 
 }  // namespace credence

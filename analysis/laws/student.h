@@ -22,7 +22,7 @@ struct MeanInterval {
 /// The interval of a mean over independent runs from their empirical variance, by Student's t.
 ///
 /// The right interval for the mean NEES of a filter that may be inconsistent: its NEES is then not χ²
-/// (theory: section 7). Approximate for skewed values and few runs; no interval, with a reason, for fewer
+/// (theory, section 7). Approximate for skewed values and few runs; no interval, with a reason, for fewer
 /// than two values or a mean that is not finite. A zero variance gives the interval [mean, mean]. Throws
 /// std::invalid_argument unless 0 < confidence < 1.
 MeanInterval student_interval(const Moments& moments, double confidence);

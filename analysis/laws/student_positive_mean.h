@@ -8,7 +8,7 @@
 ///
 /// Student's t is off for such values: with 20 runs of χ²(2) it rejects a true mean in 8.4 % of all studies
 /// at nominal 5 %, and in 3.5 % at 1 %. Here the mean is taken as gamma with its shape estimated from the
-/// data; the cube root of a gamma variable is nearly normal (Wilson and Hilferty 1931), and the score
+/// data; the cube root of a gamma variable is nearly normal ([Wilson 1931]), and the score
 ///
 ///   z = ((x̄/μ)^{1/3} − (1 − c)) / √c,  c = 2 / (9 ν),  ν = 2 M (x̄²/s² − 1/M)
 ///

@@ -7,7 +7,7 @@
 #include "core/types.h"
 
 /// @file
-/// Whiteness of the normalised innovation u_k = L⁻¹ ν_k, S_k = L Lᵀ (theory: section 7).
+/// Whiteness of the normalised innovation u_k = L⁻¹ ν_k, S_k = L Lᵀ (theory, section 7).
 ///
 /// For a consistent filter the u_k are independent N(0, I). The test looks at the products u_k u_{k−h}ᵀ,
 /// summed over steps and runs, after standardising them by the measured covariance of u: so it sees
@@ -65,8 +65,8 @@ struct WhitenessTest {
   std::string_view reason = {};  ///< why there is no test (p_value NaN), else empty
 };
 
-/// The multivariate portmanteau test of Hosking (1980), which for one component and one run is Ljung and Box
-/// (1978), over many runs:
+/// The multivariate portmanteau test of [Hosking 1980], which for one component and one run is
+/// [Ljung 1978], over many runs:
 ///
 ///   Q = Σ_h m² ‖C_0^{-1/2} C_h C_0^{-1/2}‖_F² / E_h ~ χ²(H m²),
 ///   E_h = c_h / (N (N + 2)) [m + m (m − 1) (N + 1) / (N − 1)],

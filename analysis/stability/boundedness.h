@@ -8,7 +8,7 @@
 
 /// @file
 /// Does a covariance with inflation stay bounded? What the exact condition says, what the paper's eq. (22)
-/// says, and what is measured (theory: section 5). P0 > 0 throughout.
+/// says, and what is measured (theory, section 5). P0 > 0 throughout.
 
 namespace credence {
 
@@ -76,7 +76,7 @@ class AccumulatedNoise {
 };
 
 /// The condition for ΔP_k that vary along a run: the functionals that no noise ever touches, Z = ker S, pair
-/// non-singularly with the unobservable directions at the first step (theory: section 5; an argument, not a
+/// non-singularly with the unobservable directions at the first step (theory, section 5; an argument, not a
 /// proof).
 ///
 /// `psd_tolerance` must be above the accuracy of the ΔP_k: an exact minimal trace that has not converged

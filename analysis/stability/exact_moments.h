@@ -6,7 +6,7 @@
 #include "core/models/linear_model.h"
 
 /// @file
-/// The exact second moment of a suboptimal linear filter, without Monte Carlo (theory: section 3).
+/// The exact second moment of a suboptimal linear filter, without Monte Carlo (theory, section 3).
 
 namespace credence {
 

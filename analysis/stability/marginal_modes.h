@@ -5,7 +5,7 @@
 
 /// @file
 /// The modes on and outside the unit circle that no measurement sees or no noise touches: they decide
-/// whether P stays bounded and what it tends to (theory: sections 3 and 5).
+/// whether P stays bounded and what it tends to (theory, sections 3 and 5).
 
 namespace credence {
 

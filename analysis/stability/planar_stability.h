@@ -10,7 +10,7 @@
 
 /// @file
 /// Does EKF-SLAM in the plane with inflated covariance stay stable? Ranks and growth along the nominal path,
-/// with Jacobians at the truth and at the filter's own estimates (theory: section 5, planar table).
+/// with Jacobians at the truth and at the filter's own estimates (theory, section 5, planar table).
 
 namespace credence {
 

@@ -51,7 +51,7 @@ struct Controllability {
 };
 
 /// Controllability of the noise that enters through B: B = G Q^{1/2} or any matrix of the same range, such
-/// as Q_t itself (theory: section 3). O(n³).
+/// as Q_t itself (theory, section 3). O(n³).
 Controllability controllability(MatrixRef F, MatrixRef B, double tolerance = kRankTolerance);
 
 /// The same for B = G Q^{1/2}, Q symmetric positive semidefinite.
@@ -67,7 +67,7 @@ struct ObservabilityAnalysis {
 ObservabilityAnalysis observability(MatrixRef F, MatrixRef H, double tolerance = kRankTolerance);
 
 /// Local observability along a trajectory: the null space of the stack of H_k Φ_k, Φ_0 = I,
-/// Φ_{k+1} = F_k Φ_k (theory: section 5, planar table).
+/// Φ_{k+1} = F_k Φ_k (theory, section 5, planar table).
 ///
 /// `H` may have one entry more than `F` or as many; a step that saw nothing has an H_k of no rows. The
 /// unobservable directions are those of the state at k = 0; Φ_k d at step k. O(steps · n³).

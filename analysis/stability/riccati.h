@@ -6,7 +6,7 @@
 #include "analysis/stability/riccati_doubling.h"
 
 /// @file
-/// What the covariance of a filter tends to (theory: section 3).
+/// What the covariance of a filter tends to (theory, section 3).
 
 namespace credence {
 
@@ -35,7 +35,7 @@ struct RiccatiSolution {
   Matrix P;               ///< the limit of P_{k+1|k}; where there is none, P after `steps` steps
   Matrix K;               ///< filter gain P Hᵀ (H P Hᵀ + R)⁻¹, n×m; the predictor's gain is F K
   double residual = 0.0;  ///< ‖one step from P, minus P‖ / ‖P‖, in balanced units (Frobenius)
-  double growth_exponent = 0.0;  ///< g of the last doubling computed: 0 bounded, 1 linear (theory: section 3)
+  double growth_exponent = 0.0;  ///< g of the last doubling computed: 0 bounded, 1 linear (theory, section 3)
   bool exponential = false;      ///< P grew beyond 1e100
   double steps = 0.0;            ///< how many steps were followed, by doubling
   Eigen::VectorXcd closed_loop_eigenvalues;  ///< of F − F K H, by falling modulus

@@ -7,7 +7,7 @@
 #include "core/types.h"
 
 /// @file
-/// The filter Riccati equation as a map that is closed under composition (theory: section 3).
+/// The filter Riccati equation as a map that is closed under composition (theory, section 3; [Chu 2004]).
 
 namespace credence {
 
@@ -113,7 +113,7 @@ enum class GrowthGuard {
   two_maps,  ///< follow P around two centres and stop where they disagree by 10⁻³; twice the time
 };
 
-/// Follows P from P0 through 2^doublings steps (theory: section 3). Never throws for a valid problem.
+/// Follows P from P0 through 2^doublings steps (theory, section 3). Never throws for a valid problem.
 RiccatiGrowth riccati_growth(const RiccatiProblem& problem, const Matrix& P0, int doublings = 21,
                              GrowthGuard guard = GrowthGuard::two_maps);
 

@@ -3,7 +3,7 @@
 #include "analysis/stability/riccati_doubling.h"
 
 /// @file
-/// The last digits of a stabilising Riccati solution (theory: section 3, "accuracy, regular case").
+/// The last digits of a stabilising Riccati solution (theory, section 3, "accuracy, regular case").
 
 namespace credence {
 
@@ -19,7 +19,7 @@ struct RiccatiResidual {
 RiccatiResidual riccati_residual(const RiccatiProblem& problem, const Matrix& P);
 
 /// Improves P by Newton corrections, P += X with X = A X Aᵀ + defect, A = F − F K H, the Stein equation by
-/// Smith doubling.
+/// Smith doubling [Smith 1968].
 ///
 /// Stops at a residual of `target`, or when a step brings no more, and keeps the best P. Returns false, with
 /// P as good as it got, when A is not stable or the residual stays above 1e-8: there is then no certificate

@@ -11,7 +11,7 @@
 
 /// @file
 /// Does a linear filter with inflated covariance stay stable? All instruments on one model, side by side
-/// (theory: sections 3 and 5).
+/// (theory, sections 3 and 5).
 
 namespace credence {
 

@@ -30,12 +30,12 @@ struct Claim {
   ClaimVerdict verdict = ClaimVerdict::not_measured;
 };
 
-/// The claims on the monobot, with the paper's Q = R = 0.1, P0 = I and 100 steps (theory: sections 3 to 6).
+/// The claims on the monobot, with the paper's Q = R = 0.1, P0 = I and 100 steps (theory, sections 3 to 6).
 /// Everything is computed from covariances and single runs; no Monte Carlo. Takes about a second.
 std::vector<Claim> monobot_claims();
 
 /// The claims on the plane: ranks and growth along twenty loops of a circle with six landmarks and a range of
-/// 12 m (theory: section 5). Takes a few seconds.
+/// 12 m (theory, section 5). Takes a few seconds.
 std::vector<Claim> planar_claims();
 
 }  // namespace credence

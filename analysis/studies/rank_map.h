@@ -8,7 +8,7 @@
 
 /// @file
 /// The map of rank ΔP against rank O: where does a filter with a constant inflation keep its covariance
-/// bounded, by what is measured, by the exact condition, and by the paper's eq. (22) (theory: section 5)?
+/// bounded, by what is measured, by the exact condition, and by the paper's eq. (22) (theory, section 5)?
 
 namespace credence {
 

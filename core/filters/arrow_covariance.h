@@ -8,7 +8,7 @@
 namespace credence {
 
 /// A covariance of vehicle and map whose landmarks are uncorrelated with each other: P_rr (n_r×n_r), P_rf
-/// (n_r×n_f) and one d×d block for each of N landmarks (theory: section 4, O(N) filter).
+/// (n_r×n_f) and one d×d block for each of N landmarks (theory, section 4, O(N) filter).
 ///
 /// Never an n×n matrix: memory is n_r·d + d(d+1)/2 doubles a landmark, kept as arrays over the landmarks for
 /// the kernels. n_r ≤ 3 and d ≤ 2.

@@ -14,7 +14,7 @@
 
 namespace credence {
 
-/// EKF-SLAM whose map stays block diagonal, O(N) in time and memory (theory: sections 4 and 5, `sequential`).
+/// EKF-SLAM whose map stays block diagonal, O(N) in time and memory (theory, sections 4 and 5, `sequential`).
 ///
 /// The filter that EkfSlam is with inflation of the map and the solution `sequential`, with an arrow for a
 /// covariance and never an n×n matrix: a predict costs O(1), an update with m landmarks O(m N), and so does

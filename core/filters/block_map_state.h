@@ -13,7 +13,7 @@
 namespace credence {
 
 /// State and covariance of the O(N) filter: scalar updates whose inflation keeps the map block diagonal
-/// (theory: sections 4 and 5), as sequential_update does it with a dense P.
+/// (theory, sections 4 and 5), as sequential_update does it with a dense P.
 ///
 /// What a step does to the correlation of the vehicle with a landmark that it does not measure is the same
 /// n_r×n_r matrix for all landmarks: P_rf,j = T X_j, and likewise x_j = x⁰_j + X_jᵀ w. T and w are kept up to

@@ -33,7 +33,7 @@ struct UpdateResult {
   bool converged = true;     ///< the exact minimal trace was reached to its tolerance
 };
 
-/// EKF-SLAM by the paper's eqs (3)-(10): dense covariance, Joseph form, known association.
+/// EKF-SLAM by eqs (3)-(10) of [Vidal-Calleja 2004]: dense covariance, Joseph form, known association.
 ///
 /// x = [pose; landmarks in the order of first sight]. A step is predict(u) then update(z); covariance
 /// inflation, if any, comes between the two, or within the update if the rule is sequential. A predict costs

@@ -9,7 +9,7 @@
 
 namespace credence {
 
-/// One step of a linear filter's covariance: predict, inflate, update (the order of theory: section 6).
+/// One step of a linear filter's covariance: predict, inflate, update (the order of theory, section 6).
 struct LinearFilterStep {
   Matrix P_prior;         ///< P_{k|k−1} after the inflation, n×n
   Matrix S;               ///< H P_prior Hᵀ + R, m×m

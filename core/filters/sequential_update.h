@@ -13,7 +13,7 @@ struct SequentialWorkspace {
 };
 
 /// One batch update by scalar measurements in turn, each followed by the exact O(N) inflation of the map
-/// (theory: section 5, `sequential`) or its dropping bound: P_ff stays block diagonal, vehicle and
+/// (theory, section 5, `sequential`) or its dropping bound: P_ff stays block diagonal, vehicle and
 /// vehicle-map terms are exact.
 ///
 /// P is the prior, n×n, with the landmark blocks of `layout` uncorrelated; it becomes the posterior. H is

@@ -6,7 +6,7 @@
 
 namespace credence {
 
-/// Which blocks the added pseudo-noise ΔP decorrelates (theory: section 4).
+/// Which blocks the added pseudo-noise ΔP decorrelates (theory, section 4).
 enum class Inflation {
   none,  ///< ΔP = 0, the optimal filter
   full,  ///< vehicle block and every landmark block: P + ΔP is block diagonal
@@ -24,7 +24,7 @@ enum class InflationSolution {
 /// Adds to the covariance P, in place, the ΔP ⪰ 0 that makes the chosen blocks of P + ΔP block diagonal.
 ///
 /// With blocks C_jk off the diagonal of P, ΔP = E − offdiag(P) on the chosen set and zero elsewhere, where
-/// pairwise takes E_j = Σ_k (C_jk C_jkᵀ)^{1/2} and min_trace the E of least trace (theory: section 4).
+/// pairwise takes E_j = Σ_k (C_jk C_jkᵀ)^{1/2} and min_trace the E of least trace (theory, section 4).
 /// P is n×n symmetric psd, n = layout.state_dim(); its symmetry is kept exactly. Throws std::invalid_argument
 /// for a P of another size, and for `sequential` and `drop`, which are rules within an update and not maps of
 /// P.

@@ -40,7 +40,7 @@ Matrix without_diagonal_blocks(const MatrixRef& A, const Blocks& blocks) {
 }
 
 /// Rows p of the factor V: with p(p+1)/2 above the number of constraints the factorised dual has, but for
-/// special data, no false maxima (Boumal, Voroninski, Bandeira 2016); p = m is always enough.
+/// special data, no false maxima ([Boumal 2016]); p = m is always enough.
 Index factor_rows(const Blocks& blocks) {
   Index total = 0, constraints = 0, widest = 0;
   for (const DiagonalBlock& b : blocks) {

@@ -36,7 +36,7 @@ struct MinTraceBound {
   Matrix inflation(const MatrixRef& A, const BlockLayout& layout) const;
 };
 
-/// min tr E subject to E − offdiag(A) ⪰ 0, E block diagonal (theory: section 4).
+/// min tr E subject to E − offdiag(A) ⪰ 0, E block diagonal (theory, section 4).
 ///
 /// A is m×m symmetric, m = layout.state_dim(), its blocks those of `layout`; layout.vehicle = 0 means
 /// landmarks only. Only the off-diagonal blocks are read. Dual: max ⟨offdiag(A), X⟩, X ⪰ 0, X_jj = I, by

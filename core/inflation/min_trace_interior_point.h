@@ -19,8 +19,8 @@ struct MinTraceInteriorPoint {
   Index steps = 0;
 };
 
-/// Solves min tr E, E − O ⪰ 0, and its dual max ⟨O, X⟩, X ⪰ 0, X_jj = I, by primal-dual steps (Helmberg,
-/// Rendl, Vanderbei, Wolkowicz 1996) with Mehrotra's corrector, from X = I and an E with E − O ≻ 0.
+/// Solves min tr E, E − O ⪰ 0, and its dual max ⟨O, X⟩, X ⪰ 0, X_jj = I, by primal-dual steps [Helmberg 1996]
+/// with the corrector of [Mehrotra 1992], from X = I and an E with E − O ≻ 0.
 ///
 /// O is symmetric with zero diagonal blocks. Ends when ⟨E − O, X⟩ ≤ relative_gap · tr E or when it no longer
 /// falls; what was reached is for the caller to measure. O(m³) a step, about 15 steps.

@@ -7,7 +7,7 @@ namespace credence {
 
 /// The two square roots that belong to one off-diagonal block C: what decorrelating two blocks costs each.
 ///
-/// [left, −C; −Cᵀ, right] ⪰ 0, and of all such pairs this one has the least trace, 2‖C‖_* (theory: section
+/// [left, −C; −Cᵀ, right] ⪰ 0, and of all such pairs this one has the least trace, 2‖C‖_* (theory, section
 /// 4).
 struct TwoBlockBound {
   Matrix left;       ///< (C Cᵀ)^{1/2}, rows(C) × rows(C)
@@ -15,10 +15,10 @@ struct TwoBlockBound {
   double trace = 0;  ///< the added trace, 2‖C‖_*
 };
 
-/// The exact minimal-trace bound of two blocks whose correlation is C, any shape (theory: section 4).
+/// The exact minimal-trace bound of two blocks whose correlation is C, any shape (theory, section 4).
 TwoBlockBound two_block_bound(const MatrixRef& C);
 
-/// Makes A block diagonal, in place, by the pairwise sum E_j = Σ_k (A_jk A_jkᵀ)^{1/2} (theory: section 4).
+/// Makes A block diagonal, in place, by the pairwise sum E_j = Σ_k (A_jk A_jkᵀ)^{1/2} (theory, section 4).
 ///
 /// The blocks of A are those of `layout`; layout.vehicle = 0 means landmarks only. A is symmetric and stays
 /// so to the last bit; its off-diagonal blocks become exact zeros. O(n²) for landmark blocks up to 3×3,

@@ -7,7 +7,7 @@
 
 namespace credence {
 
-/// Where the range of a constant ΔP lies (theory: section 5).
+/// Where the range of a constant ΔP lies (theory, section 5).
 enum class InflationRange {
   generic,       ///< anywhere in the state space
   map,           ///< in the landmarks: no vehicle state is touched

@@ -8,7 +8,7 @@
 namespace credence {
 
 /// A bound in closed form for a map that is block diagonal minus a low rank, P_f = D − L Lᵀ, as one update
-/// leaves it: E_j = factor_j L_j L_jᵀ, with L_j the d×m rows of landmark j (theory: sections 4 and 5).
+/// leaves it: E_j = factor_j L_j L_jᵀ, with L_j the d×m rows of landmark j (theory, sections 4 and 5).
 ///
 /// With i the distinguished landmark, σ_j = ‖L_j‖ (Frobenius) and T = Σ_{j≠i} σ_j:
 ///   factor_i = t,  factor_j = 1 + excess/σ_j,  excess = (1/t − 1) T,  for any t in (0, 1].
@@ -52,7 +52,7 @@ enum class MapBound {
   drop,         ///< drop_bound: no landmark's variance ever falls
 };
 
-/// The exact minimal-trace bound of D − l lᵀ (theory: section 4): i the largest a_j = ‖l_j‖, L = Σ_{j≠i} a_j;
+/// The exact minimal-trace bound of D − l lᵀ (theory, section 4): i the largest a_j = ‖l_j‖, L = Σ_{j≠i} a_j;
 /// if a_i ≤ L then e_j = a_j², else e_i = a_i L and e_j = a_j² + a_j (a_i − L). The trace kept is (a_i − L)².
 ///
 /// l is n_f×1, in blocks of d. One pass, O(N), no allocation, and no cancellation in L. Throws

@@ -20,8 +20,8 @@ struct LinearModel {
   Index measurement_dim() const { return H.rows(); }
 };
 
-/// The monobot (theory: section 2 of the paper, eqs (13)-(15)): a vehicle on a line that sees every landmark
-/// at every step, x = [r, f_1 … f_N], F = I, G = [1 0 … 0]ᵀ, z_i = f_i − r + w_i.
+/// The monobot (theory, section 2; [Vidal-Calleja 2004], eqs (13)-(15)): a vehicle on a line that sees every
+/// landmark at every step, x = [r, f_1 … f_N], F = I, G = [1 0 … 0]ᵀ, z_i = f_i − r + w_i.
 ///
 /// With `anchors` > 0 that many more landmarks stand at known positions a and are no states: their
 /// measurement, less the known a, is z_a − a = −r + w; they are the first rows of H.

@@ -3,7 +3,7 @@
 #include "core/types.h"
 
 /// @file
-/// Planar vehicles: x⁺ = f(x, u), pose x = (x m, y m, θ rad), with their Jacobians (theory: section 2).
+/// Planar vehicles: x⁺ = f(x, u), pose x = (x m, y m, θ rad), with their Jacobians (theory, section 2).
 
 namespace credence {
 

@@ -10,7 +10,7 @@ namespace credence {
 /// The rigid motion of the plane (no scale, no mirror) that takes `from` to `to` with the least squared
 /// error.
 ///
-/// Umeyama, IEEE PAMI 13(4):376-380, 1991. Fewer than two points fix no rotation: then the identity with the
+/// [Umeyama 1991]. Fewer than two points fix no rotation: then the identity with the
 /// mean shift. Throws std::invalid_argument for lists of unequal length.
 Eigen::Isometry2d align_rigidly(const std::vector<Eigen::Vector2d>& from,
                                 const std::vector<Eigen::Vector2d>& to);

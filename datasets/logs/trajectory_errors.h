@@ -43,7 +43,7 @@ std::optional<SpatialPose> truth_at(const Trajectory& truth, double time_s,
                                     const TrajectoryMatching& matching);
 
 /// The motion that takes the points of the truth to those of the estimate with the least squared error
-/// (Umeyama 1991 without scale; heading alone: align_rigidly).
+/// ([Umeyama 1991] without scale; heading alone: align_rigidly).
 Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::vector<SpatialPose>& estimate,
                               TruthAlignment alignment);
 

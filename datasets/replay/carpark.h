@@ -37,8 +37,7 @@ struct CarparkEvent {
   std::size_t index = 0;  ///< from 0, into the list of that sensor
 };
 
-/// The car park run of 16 May 2001 (E. Nebot, J. Guivant, J. Nieto, ACFR, University of Sydney):
-/// docs/datasets.md.
+/// The car park run of 16 May 2001 ([Nebot 2002], docs/datasets.md).
 struct CarparkLog {
   std::vector<CarparkEvent> events;  ///< in order of time
   std::vector<CarparkGps> gps;

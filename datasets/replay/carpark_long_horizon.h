@@ -42,7 +42,7 @@ struct LongHorizonResult {
 };
 
 /// The covariance recursion of EKF-SLAM with Jacobians along the reference path, for as long as one likes:
-/// what two laps hide (theory: section 5).
+/// what two laps hide (theory, section 5).
 ///
 /// The reference is a localisation on the survey; every scan shows the beacons that it showed on the day, at
 /// their surveyed places and without noise, so that the state stays at the reference and P alone evolves. F

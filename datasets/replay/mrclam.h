@@ -37,7 +37,7 @@ struct MrclamLandmark {
   Eigen::Vector2d std_m;
 };
 
-/// The log of one robot (Leung, Halpern, Barfoot, Liu, IJRR 30(8):969-974, 2011): docs/datasets.md.
+/// The log of one robot ([Leung 2011], docs/datasets.md).
 ///
 /// All times are Unix seconds and in order.
 struct MrclamLog {

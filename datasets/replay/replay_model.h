@@ -17,7 +17,7 @@ struct ReplayTruthPoint {
 /// The planar model of a replay; with a truth point its F, G, H are those at the truth, while states and
 /// innovations stay those of the estimate.
 ///
-/// The "ideal" EKF of Huang, Mourikis and Roumeliotis (IJRR 29(5):502-528, 2010): linearised there it knows
+/// The "ideal" EKF of [Huang 2010]: linearised there it knows
 /// that the frame of the map is unobservable, and gains no heading from landmarks that it placed itself.
 struct ReplayModel : PlanarModel {
   std::optional<ReplayTruthPoint> truth;

@@ -6,14 +6,14 @@ namespace credence {
 
 /// Count, mean and sum of squared deviations of a sample: what adds up, from which the rest is derived.
 ///
-/// Merging follows Chan, Golub and LeVeque (1983); it is associative only up to rounding, so whoever wants
+/// Merging follows [Chan 1983]; it is associative only up to rounding, so whoever wants
 /// the same bits merges in one fixed order.
 struct Moments {
   std::int64_t count = 0;
   double mean = 0.0;
   double m2 = 0.0;  ///< Σ (x − mean)²
 
-  /// Adds one value (Welford).
+  /// Adds one value [Welford 1962].
   void add(double x) {
     ++count;
     const double delta = x - mean;

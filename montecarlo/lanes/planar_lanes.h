@@ -12,8 +12,9 @@
 
 namespace credence {
 
-/// EKF-SLAM (paper eqs (3)-(10)) for eight runs of one planar world at a time, one run in a lane: what
-/// EkfSlam<PlanarModel> without inflation computes, to rounding, several times faster where the map is small.
+/// EKF-SLAM ([Vidal-Calleja 2004], eqs (3)-(10)) for eight runs of one planar world at a time, one run in a
+/// lane: what EkfSlam<PlanarModel> without inflation computes, to rounding, several times faster where the
+/// map is small.
 ///
 /// Landmark i has its place in the state from the start, with zero rows in P until a run has seen it, so that
 /// all lanes do the same arithmetic whatever they see; a measurement that a lane does not have is one of

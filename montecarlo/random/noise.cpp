@@ -16,7 +16,7 @@ constexpr std::uint32_t kEvent = std::uint32_t{1} << 30, kUniform = std::uint32_
 
 static_assert(NoiseSource::kLanes == kNoiseLanes);
 
-/// Output function of splitmix64 (Steele, Lea, Flood 2014), a bijection.
+/// Output function of splitmix64 ([Steele 2014]), a bijection.
 std::uint64_t splitmix64(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;

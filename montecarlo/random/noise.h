@@ -8,11 +8,11 @@
 /// @file
 /// Random numbers as a pure function of what they are for: no state, no order of drawing, no worker.
 ///
-/// A key names one number: (seed, noise group, run, step, purpose, slot). Philox4x32-10 (Salmon et al., SC11)
+/// A key names one number: (seed, noise group, run, step, purpose, slot). Philox4x32-10 ([Salmon 2011])
 /// encrypts it:
 ///
 ///   key      64 bits: splitmix64(splitmix64(seed) ^ group), low word first, where splitmix64 is the output
-///            function of Steele et al. (2014), a bijection: no two groups of one seed share a key
+///            function of [Steele 2014], a bijection: no two groups of one seed share a key
 ///   counter  word 0  run, low 32 bits
 ///            word 1  (step + 3) / 4 for normals and events, step for uniforms
 ///            word 2  slot (bits 0-23), purpose (bits 24-29), 1 for events (bit 30), 1 for uniforms (bit 31)

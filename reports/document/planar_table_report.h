@@ -9,7 +9,7 @@
 #include "reports/document/report_table.h"
 
 /// @file
-/// The stability of many planar configurations side by side: theory section 5's table, measured.
+/// The stability of many planar configurations side by side: the table of theory, section 5, measured.
 
 namespace credence {
 

@@ -8,7 +8,7 @@
 namespace credence {
 
 /// Many runs of one linear filter. Its covariances and gains depend on no data and are computed once; a run
-/// is the propagation of its error alone (theory: section 3).
+/// is the propagation of its error alone (theory, section 3).
 class LinearExperiment final : public Experiment {
  public:
   /// `truth` makes the noise, `assumed` is what the filter believes.

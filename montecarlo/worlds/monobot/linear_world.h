@@ -5,7 +5,7 @@
 
 namespace credence {
 
-/// Where the truth of a linear run starts: the vehicle at −1 m, the landmarks around +1 m (theory: section
+/// Where the truth of a linear run starts: the vehicle at −1 m, the landmarks around +1 m (theory, section
 /// 2).
 Vector linear_start(const BlockLayout& layout);
 

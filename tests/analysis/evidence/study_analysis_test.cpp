@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Paper, FigureCase,
                                                           FilterInflation::map)));
 
 TEST(StudyAnalysis, ExactMomentsAreThoseOfTheTheory) {
-  // theory section 6: E[NEES] and E[NIS] after the update of step 100, Q = R = 0.1, P0 = I.
+  // theory, section 6: E[NEES] and E[NIS] after the update of step 100, Q = R = 0.1, P0 = I.
   const std::vector<std::tuple<Index, Index, FilterInflation, double, double>> rows = {
       {1, 0, FilterInflation::none, 2.0, 1.0},
       {1, 0, FilterInflation::full, 1.976957769, 0.025033555},

@@ -57,7 +57,7 @@ TEST(ChiSquare, QuantilesAgreeWithIndependentTable) {
 }
 
 TEST(ChiSquare, MatchesPrintedTable) {
-  // Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation", table 1.5.4-1.
+  // [Bar-Shalom 2001], table 1.5.4-1.
   EXPECT_NEAR(chi_square_quantile(0.025, 30.0), 16.791, 5e-4);
   EXPECT_NEAR(chi_square_quantile(0.975, 100.0), 129.561, 5e-4);
   EXPECT_NEAR(chi_square_quantile(0.025, 100.0), 74.222, 5e-4);

@@ -16,7 +16,7 @@ namespace credence {
 namespace {
 
 TEST(ChiSquareTruncated, TwoDofAt99PercentHasMean1907) {
-  // theory: section 7. By hand: gate g = −2 ln 0.01, mean 2 (1 − (1 + g/2) / 100) / 0.99.
+  // theory, section 7. By hand: gate g = −2 ln 0.01, mean 2 (1 − (1 + g/2) / 100) / 0.99.
   const double gate = chi_square_quantile(0.99, 2.0);
   const double by_hand = 2.0 * (1.0 - (1.0 + 0.5 * gate) / 100.0) / 0.99;
   EXPECT_NEAR(truncated_chi_square_cumulants(2.0, gate).mean, by_hand, 1e-12);

@@ -27,7 +27,7 @@ TEST(Coverage, ClopperPearsonKnownIntervals) {
   EXPECT_EQ(clopper_pearson({.inside = 0, .total = 20}, 0.95).lower, 0.0);
   EXPECT_NEAR(clopper_pearson({.inside = 20, .total = 20}, 0.95).lower, 1.0 - bound, 1e-12);
   EXPECT_EQ(clopper_pearson({.inside = 20, .total = 20}, 0.95).upper, 1.0);
-  // Printed in Clopper and Pearson's charts and every text: 5 of 10 at 95 % is (0.1871, 0.8129).
+  // Printed in the charts of [Clopper 1934] and every text: 5 of 10 at 95 % is (0.1871, 0.8129).
   EXPECT_NEAR(clopper_pearson({.inside = 5, .total = 10}, 0.95).lower, 0.1871, 5e-5);
   EXPECT_NEAR(clopper_pearson({.inside = 5, .total = 10}, 0.95).upper, 0.8129, 5e-5);
 }

@@ -15,11 +15,11 @@ namespace credence {
 namespace {
 
 TEST(GoodnessOfFit, KolmogorovMatchesPublishedDigits) {
-  // Marsaglia, Tsang, Wang (2003), Journal of Statistical Software 8(18): P(D_10 < .274) = .6284796154565.
+  // [Marsaglia 2003]: P(D_10 < .274) = .6284796154565.
   EXPECT_NEAR(1.0 - kolmogorov_p_value(0.274, 10), 0.6284796154565, 1e-11);
   // One value: P(D_1 > d) = 2 (1 − d) for d ≥ ½.
   EXPECT_NEAR(kolmogorov_p_value(0.7, 1), 0.6, 1e-12);
-  // Kolmogorov's limit: 1.3581 is the 5 % point, 1.6276 the 1 % point (Smirnov 1948).
+  // Kolmogorov's limit: 1.3581 is the 5 % point, 1.6276 the 1 % point ([Smirnov 1948]).
   EXPECT_NEAR(kolmogorov_p_value(1.3581 / 1e4, 100000000), 0.05, 1e-4);
   EXPECT_NEAR(kolmogorov_p_value(1.6276 / 1e4, 100000000), 0.01, 1e-4);
 }
@@ -33,7 +33,7 @@ TEST(GoodnessOfFit, KolmogorovIsSmoothWhereTheMethodsJoin) {
 }
 
 TEST(GoodnessOfFit, AndersonMatchesTheExactLimit) {
-  // The series of Anderson and Darling (1954) summed with 25 digits apart from this library (mpmath).
+  // The series of [Anderson 1954] summed with 25 digits apart from this library (mpmath).
   constexpr double kTable[][2] = {{0.3, 0.9381576361},    {0.7, 0.5588232039},    {1.0, 0.3572666732},
                                   {1.5, 0.1764753728},    {2.492, 0.05002218636}, {3.857, 0.01024115323},
                                   {6.0, 0.0009674519415}, {8.0, 0.0001138141557}, {15.0, 7.63322318e-8}};

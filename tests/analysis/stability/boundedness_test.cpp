@@ -93,7 +93,7 @@ TEST(Boundedness, ExactConditionAgreesWithDoublingInEveryCell) {
 }
 
 TEST(Boundedness, PaperErrsWhereTheoryNamesIt) {
-  // theory: section 5: N = 2 partial, generic ΔP of rank 2 = rank O.
+  // theory, section 5: N = 2 partial, generic ΔP of rank 2 = rank O.
   std::mt19937_64 generator(3);
   const LinearModel two = monobot_model(2, 0, 0.1, 0.1, 1.0);
   const Matrix U = random_matrix(3, 2, generator);

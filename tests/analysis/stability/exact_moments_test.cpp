@@ -29,7 +29,7 @@ struct Reference {
   std::vector<double> eigenvalues;  // of F − K H, rising; six digits
 };
 
-// theory: section 6, after the update of step 100.
+// theory, section 6, after the update of step 100.
 const Reference kReferences[] = {
     {1, 0, Inflation::none, 1.236649890, 1.136649890, 0.599226644, 0.537423246, 0, 2, 1, 0, 1, {0.381966, 1}},
     {1,

@@ -10,7 +10,7 @@
 
 namespace credence::testing {
 
-/// Jacobians of planar range-bearing SLAM along a loop, written out from the model of theory: section 2.
+/// Jacobians of planar range-bearing SLAM along a loop, written out from the model of theory, section 2.
 ///
 /// x = (x, y, θ, l_1x, l_1y, …); a unicycle drives a circle; every landmark and anchor is seen at every step.
 /// With `disturbance` > 0 each Jacobian is taken at a point that is off by so much (m, rad): an EKF's.

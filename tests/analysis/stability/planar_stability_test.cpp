@@ -32,7 +32,7 @@ const PlanarFollowed& find(const PlanarStability& a, Linearisation at, Inflation
   throw std::logic_error("no such filter was followed");
 }
 
-// theory: section 5, the first three rows of the planar table.
+// theory, section 5, the first three rows of the planar table.
 TEST(PlanarStability, RanksAtTheTruthAndAtTheEstimate) {
   struct {
     Index anchors, lost_at_truth, lost_at_estimate;
@@ -71,7 +71,7 @@ TEST(PlanarStability, WithoutInflationTheCovarianceStaysBounded) {
   EXPECT_FALSE(std::isnan(a.followed.back().pose_nees));
 }
 
-// theory: section 5: of the map alone, the pairwise sum is unbounded and the exact least trace is not.
+// theory, section 5: of the map alone, the pairwise sum is unbounded and the exact least trace is not.
 TEST(PlanarStability, TheBoundThatIsUsedDecides) {
   const PlanarStability a = analyse_planar_stability(planar(4, 0, FilterInflation::map, 12.0), 20);
   const PlanarFollowed& pairwise = find(a, Linearisation::truth, InflationSolution::pairwise);

@@ -164,7 +164,7 @@ Matrix anchors_at(std::initializer_list<Eigen::Vector2d> points) {
   return anchors;
 }
 
-// theory: section 5, first three rows of the planar table.
+// theory, section 5, first three rows of the planar table.
 TEST(LocalObservability, OfThePlaneAtTheTruth) {
   for (const Index N : {1, 2, 6}) {
     const Index n = 3 + 2 * N;

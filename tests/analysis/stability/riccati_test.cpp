@@ -289,8 +289,8 @@ TEST(RiccatiMarginal, FourLandmarksOfTheory) {
   variances << 0.3, 1.0, 2.0, 0.5, 0.7;
   const RiccatiSolution solution = solve_riccati(riccati_problem(model), Matrix(variances.asDiagonal()));
   const TwoStateLimit limit = two_state_limit(0.3L, variances.tail(4), 0.1L, 0.1L);
-  EXPECT_NEAR(limit.vehicle, 0.244986, 5e-7);     // theory: section 3
-  EXPECT_NEAR(limit.landmark, 0.12427537, 5e-9);  // theory: section 3
+  EXPECT_NEAR(limit.vehicle, 0.244986, 5e-7);     // theory, section 3
+  EXPECT_NEAR(limit.landmark, 0.12427537, 5e-9);  // theory, section 3
   expect_monobot_limit(solution, limit, 1e-12);
 }
 
@@ -335,7 +335,7 @@ TEST(RiccatiMarginal, EigenvaluesOfOneLandmarkAreOneAndROverS) {
   const RiccatiSolution solution = solve_riccati(riccati_problem(model), model.P0);
   const double s = (model.H * solution.P * model.H.transpose() + model.R)(0, 0);
   ASSERT_EQ(solution.closed_loop_eigenvalues.size(), 2);
-  EXPECT_NEAR(std::abs(solution.closed_loop_eigenvalues[0] - 1.0), 0.0, 1e-13);  // paper eq. (14), corrected
+  EXPECT_NEAR(std::abs(solution.closed_loop_eigenvalues[0] - 1.0), 0.0, 1e-13);  // eq. (14), corrected
   EXPECT_NEAR(std::abs(solution.closed_loop_eigenvalues[1] - 0.2 / s), 0.0, 1e-13);
 }
 

@@ -1,4 +1,4 @@
-// Stability of the monobot, against the reference values of theory: section 6 and the claims of section 5.
+// Stability of the monobot, against the reference values of theory, section 6 and the claims of section 5.
 
 #include "analysis/stability/stability_analysis.h"
 

@@ -9,7 +9,7 @@ namespace credence {
 namespace {
 
 TEST(Claims, OfTheMonobotComeOutAsTheTheorySays) {
-  // docs/theory.md, sections 3 to 6.
+  // theory, sections 3 to 6.
   const std::map<std::string, ClaimVerdict> expected = {
       {"unit-eigenvalue", ClaimVerdict::holds},    {"bounded-error", ClaimVerdict::holds},
       {"psd-limit", ClaimVerdict::holds},          {"controllability-rank", ClaimVerdict::holds},
@@ -30,7 +30,7 @@ TEST(Claims, OfTheMonobotComeOutAsTheTheorySays) {
 }
 
 TEST(Claims, OfThePlaneComeOutAsTheTheorySays) {
-  // docs/theory.md, section 5.
+  // theory, section 5.
   const std::map<std::string, ClaimVerdict> expected = {{"planar-controllability", ClaimVerdict::holds},
                                                         {"one-beacon", ClaimVerdict::fails},
                                                         {"planar-full-unbounded", ClaimVerdict::holds},
@@ -47,7 +47,7 @@ TEST(Claims, OfThePlaneComeOutAsTheTheorySays) {
 TEST(Claims, CarryTheirNumbers) {
   for (const Claim& claim : monobot_claims()) {
     if (claim.id == "map-bounded") {
-      // The last row of theory section 6.
+      // The last row of theory, section 6.
       EXPECT_NE(claim.measured.find("1.872825"), std::string::npos) << claim.measured;
       EXPECT_NE(claim.measured.find("0.437066"), std::string::npos) << claim.measured;
     }

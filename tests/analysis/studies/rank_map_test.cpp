@@ -24,7 +24,7 @@ RankMapCell cell_of(Index landmarks, Index anchors, InflationRange range, Index 
   return rank_map_cell(analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {}).front())));
 }
 
-// theory: section 5. Without an anchor rank O = N, and the process noise adds its own rank to that of ΔP.
+// theory, section 5. Without an anchor rank O = N, and the process noise adds its own rank to that of ΔP.
 TEST(RankMap, TheExactConditionAgreesWithTheRecursionAndEq22DoesNot) {
   std::vector<RankMapCell> cells;
   for (const std::uint64_t seed : {1U, 2U}) {

@@ -1,5 +1,5 @@
-// Reference values of theory section 6: monobot, Q = R = 0.1, P0 = I, after the update of step 100. They were
-// computed for the theory by an independent program.
+// Reference values of theory, section 6: monobot, Q = R = 0.1, P0 = I, after the update of step 100. They
+// were computed for the theory by an independent program.
 
 #include "core/filters/linear_filter.h"
 

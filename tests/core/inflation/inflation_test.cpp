@@ -195,7 +195,7 @@ TEST(DescribeInflation, AnIndefiniteStepIsSeen) {
   EXPECT_THROW(describe_inflation(P, Matrix::Identity(3, 3), layout, Inflation::map), std::invalid_argument);
 }
 
-/// Monobot with Q = R = 0.1, P0 = I after 100 steps of predict, inflate, update (theory: section 6).
+/// Monobot with Q = R = 0.1, P0 = I after 100 steps of predict, inflate, update (theory, section 6).
 struct Reference {
   Index landmarks, anchors;
   Inflation inflation;

@@ -41,7 +41,7 @@ TEST(Alignment, RecoversARigidMotion) {
   }
 }
 
-// The general solution by singular values (Umeyama 1991, as in Eigen) on noisy points.
+// The general solution by singular values ([Umeyama 1991], as in Eigen) on noisy points.
 TEST(Alignment, AgreesWithTheGeneralSolution) {
   const Points from = random_points(2, 12);
   Points to = moved(from, motion_of(1.1, -4, 9));

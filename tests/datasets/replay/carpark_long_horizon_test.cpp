@@ -18,7 +18,7 @@ ReplaySettings settings(Inflation inflation, InflationSolution solution, Index a
   return result;
 }
 
-// What stays bounded and what does not: the table of theory.md section 5, on the geometry of the car park.
+// What stays bounded and what does not: the table of theory, section 5, on the geometry of the car park.
 TEST(CarparkLongHorizon, PairwiseGrowsAndTheReferenceDoesNot) {
   CREDENCE_DATA_OR_SKIP(data, "carpark");
   const CarparkLog log = read_carpark(data);

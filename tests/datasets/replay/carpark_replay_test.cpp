@@ -123,7 +123,7 @@ TEST(CarparkReplay, OrderOfTheFiguresWithTheExactMinimalTrace) {
   EXPECT_GT(six.landmarks_final, seven.landmarks_final);
 }
 
-// Two anchors make the map independent of P0, one does not: the paper's claim needs the second (theory:
+// Two anchors make the map independent of P0, one does not: the paper's claim needs the second (theory,
 // section 5).
 TEST(CarparkReplay, IndependenceOfP0NeedsTwoAnchors) {
   CREDENCE_DATA_OR_SKIP(data, "carpark");

@@ -143,7 +143,7 @@ TEST(ReplayFilter, TheGateRejectsAndCounts) {
   EXPECT_EQ(result.nis.count, 39) << "a rejected sight is not in the mean";
   EXPECT_GT(result.sights[40].nis, 9.21);
   EXPECT_NEAR(result.sights[40].innovation(0), 1, 0.01);
-  EXPECT_NEAR(result.nis.expected, 1.907, 5e-4) << "theory: section 7";
+  EXPECT_NEAR(result.nis.expected, 1.907, 5e-4) << "theory, section 7";
 }
 
 TEST(ReplayFilter, CompatibilityFindsLandmarksByItself) {

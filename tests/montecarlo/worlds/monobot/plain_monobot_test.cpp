@@ -9,7 +9,7 @@
 namespace credence {
 namespace {
 
-// The filter is consistent, so that the exact means are the dimensions (theory: sections 3 and 6), and the
+// The filter is consistent, so that the exact means are the dimensions (theory, sections 3 and 6), and the
 // variances those of chi-square, twice as large.
 TEST(PlainMonobot, MeansAndVariancesAreThoseOfAConsistentFilter) {
   for (const Index N : {1, 2, 5}) {
