@@ -115,8 +115,7 @@ int check(const CheckOptions& options) {
   if (!options.out.empty()) tell_report(options, write_log_report(options.out, logs));
   const Evidence& s = logs.analysis.evidence;
   return study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
-                         overall_verdict(logs.analysis.judgement, s.has_truth) == Verdict::consistent,
-                         options);
+                         logs.analysis.judgement.word.verdict == Verdict::consistent, options);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "analysis/laws/multiple_tests.h"
-#include "analysis/laws/student_positive_mean.h"
 #include "core/nan.h"
 
 namespace credence {
@@ -31,14 +30,10 @@ ScaleAdvice no_scale(std::string_view reason) {
   return {.factor = kNaN, .lower = kNaN, .upper = kNaN, .reason = reason};
 }
 
-ScaleAdvice scale_of_covariance(const Moments& run_average, double expected, double confidence) {
-  if (!(expected > 0.0)) throw std::invalid_argument(fmt::format("expected = {} must be > 0", expected));
-  const MeanInterval interval = positive_mean_interval(run_average, confidence);
-  if (!interval.reason.empty()) return no_scale(interval.reason);
-  return {.factor = interval.mean / expected,
-          .lower = interval.lower / expected,
-          .upper = interval.upper / expected,
-          .reason = {}};
+ScaleAdvice scale_of_covariance(const ConsistencyVerdict& nees) {
+  const MeanInterval& factor = nees.factor;
+  if (!factor.reason.empty()) return no_scale(factor.reason);
+  return {.factor = factor.mean, .lower = factor.lower, .upper = factor.upper, .reason = {}};
 }
 
 ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis) {

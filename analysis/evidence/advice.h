@@ -25,12 +25,10 @@ struct ScaleAdvice {
 /// No factor, and why.
 ScaleAdvice no_scale(std::string_view reason);
 
-/// The factor on P that would make the mean NEES the expected one: mean / expected, with the interval of the
-/// mean over runs (student_positive_mean.h), since the filter may be inconsistent.
-///
-/// run_average: over runs, the average of NEES over the steps of each run; expected: of that average. A
-/// factor mends the mean only; where the bias changes in time, see the steps. Throws unless expected > 0.
-ScaleAdvice scale_of_covariance(const Moments& run_average, double expected, double confidence);
+/// The factor on P that would make the mean NEES the expected one, from the averages of whole runs
+/// (ConsistencyVerdict::factor): the interval holds for an inconsistent filter too. It mends the mean only;
+/// where the deviation changes in time, see the steps.
+ScaleAdvice scale_of_covariance(const ConsistencyVerdict& nees);
 
 /// The factor on S that would make the mean NIS the expected one, NIS being white: sum / dof with the exact
 /// χ² interval. Undefined, with a reason, without data.

@@ -32,6 +32,8 @@ std::string_view to_string(Verdict verdict) {
       return "optimistic";
     case Verdict::pessimistic:
       return "pessimistic";
+    case Verdict::mixed:
+      return "mixed";
     case Verdict::undecided:
       return "undecided";
   }
@@ -39,12 +41,16 @@ std::string_view to_string(Verdict verdict) {
 }
 
 ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
-                              double confidence) {
+                              double confidence, const RunAverages* runs) {
+  const bool of_runs = runs != nullptr && runs->moments.count >= kFewestRunsCompared;
   return judge_sums(per_step, total_dof_per_step, confidence,
                     {.step = chi_square_step,
                      .overall = any_correlation,
-                     .method = "every step (Bonferroni) and the sum over steps (expected-shortfall bound), "
-                               "both valid for any correlation in time"});
+                     .method = of_runs ? "every step (Bonferroni) and the averages of whole runs, which are "
+                                         "independent whatever the correlation in time"
+                                       : "every step (Bonferroni) and the sum over steps (expected-shortfall "
+                                         "bound), both valid for any correlation in time",
+                     .runs = of_runs ? runs : nullptr});
 }
 
 ConsistencyVerdict judge_nis(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "analysis/laws/chi_square.h"
+#include "analysis/laws/student.h"
 #include "core/nan.h"
 #include "montecarlo/engine/moments.h"
+#include "montecarlo/engine/run_averages.h"
 
 /// @file
 /// One verdict over all steps of a Monte Carlo study of NEES or NIS (theory, section 7).
@@ -16,11 +18,14 @@
 /// A verdict joins two tests by the union bound, each at half the level α = 1 − confidence:
 ///  - steps: every step's mean against its χ² law, Bonferroni over the T steps. Proved for any dependence
 ///    between the steps. Sees a deviation at one step, such as a wrong initial P.
-///  - overall: the sum over steps and runs. NEES is correlated in time, so its sum is tested by a bound
-///    proved for any dependence (chi_square_dependent_sum.h); NIS of a consistent filter is white, so its
-///    sum is χ² exactly. Sees a small deviation that lasts.
+///  - overall: the sum over steps and runs. NEES is correlated in time, so whole runs are compared, which are
+///    independent (run_mean.h; its measured level is there); of fewer than five runs, or where the averages
+///    of the runs are not known, the sum is tested by a bound proved for any dependence
+///    (chi_square_dependent_sum.h). NIS of a consistent filter is white, so its sum is χ² exactly. Sees a
+///    small deviation that lasts.
 /// Hence P(false alarm) ≤ α for NEES under every correlation in time, and for NIS under whiteness. A single
-/// step is tested once, at the full level.
+/// step is tested once, at the full level. Each direction has its own p-value: a filter may be optimistic at
+/// some steps and pessimistic at others.
 /// Assumed: errors and innovations Gaussian, runs independent, and the count of runs of a step not chosen by
 /// the outcome (failed runs are reported elsewhere).
 
@@ -31,15 +36,16 @@ enum class Verdict {
   consistent,   ///< nothing against it at this confidence
   optimistic,   ///< errors larger than P says: the statistic is too high
   pessimistic,  ///< errors smaller than P says: the statistic is too low
+  mixed,        ///< both, at different steps or in different parts of the state
   undecided,    ///< not testable, see the reason
 };
 
-/// "consistent", "optimistic", "pessimistic" or "undecided".
+/// "consistent", "optimistic", "pessimistic", "mixed" or "undecided".
 std::string_view to_string(Verdict verdict);
 
 /// Whether the data speak against the covariance, in either direction.
 inline bool is_inconsistent(Verdict verdict) {
-  return verdict == Verdict::optimistic || verdict == Verdict::pessimistic;
+  return verdict == Verdict::optimistic || verdict == Verdict::pessimistic || verdict == Verdict::mixed;
 }
 
 /// The test of one step; a step without data has count 0 or total_dof 0 and NaN elsewhere.
@@ -56,22 +62,32 @@ struct StepTest {
   bool outside = false;    ///< the mean lies outside the pointwise bounds
 };
 
+/// Steps that reject in one direction, from 1; none: first = 0.
+struct StepSpan {
+  std::int64_t first = 0, last = 0, count = 0;
+};
+
 /// The verdict over all steps with everything it rests on.
 struct ConsistencyVerdict {
   Verdict verdict = Verdict::undecided;
   std::string reason;  ///< why undecided, else empty
   std::string method;  ///< the tests in words
   double confidence = 0.0;
-  double p_value = kNaN;          ///< adjusted: the verdict is not `consistent`
-                                  ///< iff p_value ≤ 1 − confidence
-  double overall_p_value = kNaN;  ///< of the overall test alone
-  double steps_p_value = kNaN;    ///< of the worst step, adjusted for the number of steps
-  double mean = 0.0;              ///< over all steps and runs
-  double expected = 0.0;          ///< dof / count
-  ChiSquareBounds bounds;         ///< of the overall mean, as the verdict uses them
-  double dof = 0.0;               ///< sum over steps and runs
-  std::int64_t count = 0;         ///< values: runs summed over steps
-  std::int64_t tests = 0;         ///< made: steps tested, and the overall one where it is a further one
+  double p_value = kNaN;              ///< adjusted: the verdict is not `consistent`
+                                      ///< iff p_value ≤ 1 − confidence
+  double optimistic_p_value = kNaN;   ///< of this direction, adjusted; p_value is the smaller of both
+  double pessimistic_p_value = kNaN;  ///< likewise
+  bool decided_by_steps = false;      ///< the smallest p-value is that of a step, and not of the overall test
+  MeanInterval factor = {};           ///< on P, of whole runs at `confidence`; a reason where not known
+  StepSpan optimistic_steps, pessimistic_steps;  ///< that reject, adjusted for the number of steps
+  double overall_p_value = kNaN;                 ///< of the overall test alone
+  double steps_p_value = kNaN;                   ///< of the worst step, adjusted for the number of steps
+  double mean = 0.0;                             ///< over all steps and runs
+  double expected = 0.0;                         ///< dof / count
+  ChiSquareBounds bounds;                        ///< of the overall mean, as the verdict uses them
+  double dof = 0.0;                              ///< sum over steps and runs
+  std::int64_t count = 0;                        ///< values: runs summed over steps
+  std::int64_t tests = 0;  ///< made: steps tested, and the overall one where it is a further one
   std::int64_t steps_tested = 0;
   std::int64_t steps_without_data = 0;
   std::int64_t steps_rejected = 0;      ///< by Holm's procedure at 1 − confidence
@@ -81,15 +97,18 @@ struct ConsistencyVerdict {
   std::vector<StepTest> steps;          ///< one for each step given
 };
 
+/// Fewer runs than these are judged by the bound for every dependence, which loses little there.
+inline constexpr std::int64_t kFewestRunsCompared = 5;
+
 /// The verdict on NEES, total or of a block of the state: steps correlated in time in any way.
 ///
-/// per_step[k] holds the NEES of the runs at step k, total_dof_per_step[k] the sum of their dof (runs × n, or
-/// less where a variance is zero). Steps with count or dof 0 are left out and counted. Undecided, with a
-/// reason: no step with data; a NaN or negative mean, which no covariance can give. Throws
-/// std::invalid_argument for sizes that differ, a negative or non-finite dof, a negative count, or a
-/// confidence outside (0, 1).
+/// runs: the averages of the whole runs among them, where known. per_step[k] holds the NEES of the runs at
+/// step k, total_dof_per_step[k] the sum of their dof (runs × n, or less where a variance is zero). Steps
+/// with count or dof 0 are left out and counted. Undecided, with a reason: no step with data; a NaN or
+/// negative mean, which no covariance can give. Throws std::invalid_argument for sizes that differ, a
+/// negative or non-finite dof, a negative count, or a confidence outside (0, 1).
 ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
-                              double confidence);
+                              double confidence, const RunAverages* runs = nullptr);
 
 /// The verdict on NIS: steps white, so the sum over runs and steps is χ²(Σ dof). Else as judge_nees.
 ConsistencyVerdict judge_nis(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,

@@ -12,6 +12,7 @@
 
 #include "analysis/laws/chi_square_dependent_sum.h"
 #include "analysis/laws/require.h"
+#include "analysis/laws/run_mean.h"
 #include "core/nan.h"
 
 namespace credence {
@@ -134,10 +135,6 @@ std::int64_t count_holm_rejections(const std::vector<StepTest>& steps, double al
   return static_cast<std::int64_t>(rejected);
 }
 
-Verdict direction(double mean, double expected) {
-  return mean > expected ? Verdict::optimistic : Verdict::pessimistic;
-}
-
 void add_steps(std::span<const Moments> per_step, std::span<const double> dofs, ConsistencyVerdict& result) {
   for (std::size_t k = 0; k < dofs.size(); ++k) {
     StepTest step = step_without_data(per_step[k], dofs[k]);
@@ -214,7 +211,21 @@ void summarise_steps(ConsistencyVerdict& result) {
   result.steps_rejected = count_holm_rejections(result.steps, 1.0 - result.confidence);
 }
 
+/// Bounds of the mean that the interval of the factor accepts: those between which 1 lies in it.
+void test_runs(const RunAverages& runs, double level, ConsistencyVerdict& result) {
+  const auto least_dof = static_cast<double>(runs.least_dof);
+  const MeanInterval decides = run_mean_interval(runs.moments, 1.0 - level, least_dof);
+  const double mean = result.expected * decides.mean;
+  result.bounds = {mean / decides.upper, mean / decides.lower};
+  result.overall_p_value = run_mean_p_values(runs.moments, 1.0, least_dof).two_sided();
+}
+
 void test_overall(const VerdictLaws& laws, double level, ConsistencyVerdict& result) {
+  if (laws.runs != nullptr) {
+    result.factor =
+        run_mean_interval(laws.runs->moments, result.confidence, static_cast<double>(laws.runs->least_dof));
+    if (result.steps_tested > 1) return test_runs(*laws.runs, level, result);
+  }
   const double count = static_cast<double>(result.count);
   // One step is one sum whatever the dependence between steps.
   const SumLaw law =
@@ -224,17 +235,45 @@ void test_overall(const VerdictLaws& laws, double level, ConsistencyVerdict& res
   result.overall_p_value = law.p_value(count * result.mean);
 }
 
-void conclude(const Joint& joint, ConsistencyVerdict& result) {
-  const StepTest& worst = result.steps[static_cast<std::size_t>(result.worst_step)];
-  result.tests = result.steps_tested + (result.steps_tested == 1 ? 0 : 1);
-  result.p_value = joint.p_value(worst.p_value, result.overall_p_value);
-  if (result.p_value > 1.0 - result.confidence) {
-    result.verdict = Verdict::consistent;
-  } else if (result.overall_p_value * joint.step_level <= worst.p_value * joint.overall_level) {
-    result.verdict = direction(result.mean, result.expected);
-  } else {
-    result.verdict = direction(worst.mean, worst.expected);
+void add_step(std::int64_t step, StepSpan& span) {
+  if (span.count++ == 0) span.first = step;
+  span.last = step;
+}
+
+/// What one direction says: its smallest p-value, adjusted.
+struct Direction {
+  double step = 1.0;     ///< smallest p-value of a step
+  double overall = 1.0;  ///< of the overall test
+};
+
+void conclude(const Joint& joint, bool runs, ConsistencyVerdict& result) {
+  const double alpha = 1.0 - result.confidence;
+  Direction up, down;
+  for (std::size_t k = 0; k < result.steps.size(); ++k) {
+    const StepTest& step = result.steps[k];
+    if (!has_data(step)) continue;
+    const bool high = step.mean > step.expected;
+    Direction& direction = high ? up : down;
+    direction.step = std::min(direction.step, step.p_value);
+    if (step.p_value <= joint.step_level) {
+      add_step(static_cast<std::int64_t>(k) + 1, high ? result.optimistic_steps : result.pessimistic_steps);
+    }
   }
+  const bool mean_high = runs ? result.factor.mean > 1.0 : result.mean > result.expected;
+  (mean_high ? up : down).overall = result.overall_p_value;
+  result.tests = result.steps_tested + (result.steps_tested == 1 ? 0 : 1);
+  result.optimistic_p_value = joint.p_value(up.step, up.overall);
+  result.pessimistic_p_value = joint.p_value(down.step, down.overall);
+  result.p_value = std::min(result.optimistic_p_value, result.pessimistic_p_value);
+  const double smallest = std::min(up.step, down.step);
+  result.decided_by_steps =
+      result.steps_tested > 1 && result.overall_p_value * joint.step_level > smallest * joint.overall_level;
+  const bool optimistic = result.optimistic_p_value <= alpha,
+             pessimistic = result.pessimistic_p_value <= alpha;
+  result.verdict = optimistic && pessimistic ? Verdict::mixed
+                   : optimistic              ? Verdict::optimistic
+                   : pessimistic             ? Verdict::pessimistic
+                                             : Verdict::consistent;
 }
 
 }  // namespace
@@ -268,6 +307,8 @@ ConsistencyVerdict judge_sums(std::span<const Moments> per_step, std::span<const
   result.method = laws.method;
   result.mean = result.expected = result.p_value = result.share_outside = kNaN;
   result.overall_p_value = result.steps_p_value = kNaN;
+  result.factor.mean = result.factor.lower = result.factor.upper = kNaN;
+  result.factor.reason = "the averages of whole runs are not known";
   result.bounds = {kNaN, kNaN};
   add_steps(per_step, total_dof_per_step, result);
   result.reason = reason_not_to_judge(result);
@@ -276,7 +317,7 @@ ConsistencyVerdict judge_sums(std::span<const Moments> per_step, std::span<const
   test_steps(laws, joint.step_level, result);
   summarise_steps(result);
   test_overall(laws, joint.overall_level, result);
-  conclude(joint, result);
+  conclude(joint, laws.runs != nullptr, result);
   return result;
 }
 

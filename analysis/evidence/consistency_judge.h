@@ -39,6 +39,7 @@ struct VerdictLaws {
   /// Optional: how the tests are joined. Given the tested steps (their dof and count), the largest |normal
   /// score| over all tests in draws of a consistent filter, ascending. Empty: each half by the union bound.
   std::function<std::vector<double>(const std::vector<StepTest>& tested)> largest_scores = {};
+  const RunAverages* runs = nullptr;  ///< compares these whole runs instead of `overall`
 };
 
 /// Joins the tests of every step and of the sum: by default the steps by Bonferroni, steps and sum each at

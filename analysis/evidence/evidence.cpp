@@ -27,6 +27,7 @@ StepSums& sums_at(SumsOverSteps& sums, std::int64_t step) {
 
 void BlockSums::merge(const BlockSums& later) {
   merge_sums(nees, later.nees);
+  runs.merge(later.runs);
   squared_error.merge(later.squared_error);
 }
 
@@ -60,7 +61,9 @@ void CoverageSums::merge(const CoverageSums& later) {
   }
 }
 
-SensorSums::SensorSums(Sensor of) : sensor(std::move(of)), varies(sensor.piece > kLargestWhitened),
+SensorSums::SensorSums(Sensor of)
+    : sensor(std::move(of)),
+      varies(sensor.piece > kLargestWhitened),
       lags(varies ? 1 : sensor.piece, kLags),
       scalar_lags(1, kLags) {}
 
@@ -85,8 +88,6 @@ void SensorSums::merge(const SensorSums& later) {
 
 void RunSums::merge(const RunSums& later) {
   nees_values.merge(later.nees_values);
-  nees_sum.merge(later.nees_sum);
-  expected_nees_sum += later.expected_nees_sum;
   append(nees, later.nees, kKept);
   append(last_error, later.last_error, kKept);
   append(last_covariance, later.last_covariance, kKept);
@@ -144,7 +145,8 @@ std::int64_t Evidence::rejected_rows() const {
 BlockSums& Evidence::block(const Block& of) {
   const auto found = std::ranges::find(blocks, of.name, &BlockSums::name);
   if (found != blocks.end()) return *found;
-  return blocks.emplace_back(BlockSums{of.name, of.part, {}, {}});
+  return blocks.emplace_back(
+      BlockSums{.name = of.name, .part = of.part, .nees = {}, .runs = {}, .squared_error = {}});
 }
 
 SensorSums& Evidence::sensor(const Sensor& of) {

@@ -47,6 +47,7 @@ struct BlockSums {
   std::string name;
   Part part = Part::other;
   SumsOverSteps nees;
+  RunAverages runs;       ///< of NEES
   Moments squared_error;  ///< over whole runs: ‖e‖² averaged over the steps, of a map for each landmark
 
   void merge(const BlockSums& later);
@@ -75,12 +76,12 @@ struct CoverageSums {
 struct SensorSums {
   static constexpr Index kLags = 20;
   static constexpr Index kLargestWhitened = 12;  ///< a larger piece is looked at by one number, Σ u_i/√m
-  static constexpr double kFarTail = 0.9999;  ///< NIS beyond this quantile of its law counts as an outlier
+  static constexpr double kFarTail = 0.9999;     ///< NIS beyond this quantile of its law counts as an outlier
 
   explicit SensorSums(Sensor of);  ///< with a piece of at least 1
   void merge(const SensorSums& later);
 
-  Sensor sensor;        ///< dim: the largest of all logs
+  Sensor sensor;  ///< dim: the largest of all logs
   bool varies;    ///< the dimension is no multiple of the piece, or not the same in all logs
   SumsOverSteps nis;
   std::map<Index, StepSums> by_dimension;
@@ -101,8 +102,6 @@ struct RunSums {
   static constexpr std::size_t kKept = 1024;  ///< runs of which the course in time is kept
 
   Moments nees_values;                    ///< of all steps
-  Moments nees_sum;                       ///< over runs: Σ_k NEES
-  double expected_nees_sum = 0.0;         ///< the sum over runs of Σ_k dof
   std::vector<std::vector<double>> nees;  ///< of each of the first kKept runs, NEES over its steps
   std::vector<Vector> last_error;         ///< of the pose, or else of the first block, at the end of each
   std::vector<Matrix> last_covariance;
@@ -135,7 +134,7 @@ struct Evidence {
 
   void merge(Evidence later);
   std::int64_t rejected_rows() const;
-  BlockSums& block(const Block& of);      ///< made if it is not there
+  BlockSums& block(const Block& of);     ///< made if it is not there
   SensorSums& sensor(const Sensor& of);  ///< made if it is not there
 };
 

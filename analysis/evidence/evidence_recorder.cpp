@@ -73,6 +73,7 @@ void EvidenceRecorder::begin_run() {
   run_ = {};
   run_.open = true;
   run_.squared_error.resize(layout_.blocks.size());
+  run_.blocks.resize(layout_.blocks.size());
   run_.innovations.resize(layout_.sensors.size());
 }
 
@@ -182,7 +183,11 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (blocks_[b].dof < 0) continue;
     const Block& block = layout_.blocks[b];
-    if (block.part == Part::pose) s[Quantity::vehicle_nees].add(blocks_[b].value);
+    if (block.part == Part::pose) {
+      s[Quantity::vehicle_nees].add(blocks_[b].value);
+      run_.vehicle.add(blocks_[b].value, blocks_[b].dof);
+    }
+    run_.blocks[b].add(blocks_[b].value, blocks_[b].dof);
     sums_at(sums_.block(block).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
     double squared = step.error(places_[b]).squaredNorm();
     if (block.part == Part::map) {
@@ -194,7 +199,7 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
   sums_.coverage.add(step.step, state_.value, state_.dof);
   run_.values.add(state_.value);
   run_.nees.push_back(state_.value);
-  run_.dof += static_cast<double>(state_.dof);
+  run_.whole.add(state_.value, state_.dof);
   run_.last_whitened = state_.whitened;
   if (!places_.empty()) {
     run_.last_error = step.error(places_.front());
@@ -338,13 +343,19 @@ void EvidenceRecorder::close_run(bool well) {
   if (!well || run_.nees.empty()) return;
   RunSums& runs = sums_.whole_runs;
   runs.nees_values.merge(run_.values);
-  runs.nees_sum.add(run_.values.mean * static_cast<double>(run_.values.count));
-  runs.expected_nees_sum += run_.dof;
+  // Of blocks whose covariances are not known the sum is no χ²: the smallest of them bounds its spread.
+  if (!layout_.joint_covariance) {
+    for (const RunSum& block : run_.blocks)
+      run_.whole.least_dof = std::min(run_.whole.least_dof, block.least_dof);
+  }
+  run_.whole.add_to(sums_.study.nees_of_runs);
+  run_.vehicle.add_to(sums_.study.vehicle_nees_of_runs);
   runs.nees.push_back(std::move(run_.nees));
-  for (std::size_t b = 0; b < run_.squared_error.size(); ++b) {
-    if (run_.squared_error[b].count > 0) {
-      sums_.block(layout_.blocks[b]).squared_error.add(run_.squared_error[b].mean);
-    }
+  for (std::size_t b = 0; b < run_.blocks.size(); ++b) {
+    if (run_.squared_error[b].count == 0) continue;
+    BlockSums& sums = sums_.block(layout_.blocks[b]);
+    sums.squared_error.add(run_.squared_error[b].mean);
+    run_.blocks[b].add_to(sums.runs);
   }
   if (const Vector& u = run_.last_whitened; u.size() > 0 && u.size() <= kLargestState) {
     if (runs.last_whitened.count == 0 || runs.last_whitened.mean.size() == u.size()) {

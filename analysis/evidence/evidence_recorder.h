@@ -54,9 +54,10 @@ class EvidenceRecorder {
   struct OpenRun {
     bool open = false;
     std::vector<double> nees{};
-    double dof = 0.0;
-    Moments values{};                          ///< of NEES
-    std::vector<Moments> squared_error{};      ///< of each block
+    Moments values{};           ///< of NEES
+    RunSum whole{}, vehicle{};  ///< of NEES
+    std::vector<RunSum> blocks{};
+    std::vector<Moments> squared_error{};       ///< of each block
     std::vector<RunInnovations> innovations{};  ///< of each sensor of the layout
     Vector last_error{};
     Matrix last_covariance{};
@@ -82,9 +83,9 @@ class EvidenceRecorder {
   std::vector<Evidence> full_;
   OpenRun run_;
   NeesSolver solver_;
-  std::vector<Index> states_;                      ///< of the step that places_ is of
-  std::vector<std::vector<Index>> places_;         ///< of the states of each block in the step at hand
-  Normalised state_;                               ///< of the step at hand
+  std::vector<Index> states_;                     ///< of the step that places_ is of
+  std::vector<std::vector<Index>> places_;        ///< of the states of each block in the step at hand
+  Normalised state_;                              ///< of the step at hand
   std::vector<Normalised> blocks_, innovations_;  ///< of the step at hand
 };
 

@@ -50,14 +50,24 @@ VerdictLaws separate_block_laws(std::size_t blocks) {
 }
 
 /// The verdict on the NEES of the whole state.
-ConsistencyVerdict judge_state(const Evidence& e, const StepSeries& series, double confidence) {
-  if (e.joint_covariance || e.blocks.size() < 2) return judge_nees(series.moments, series.dof, confidence);
-  return judge_sums(series.moments, series.dof, confidence, separate_block_laws(e.blocks.size()));
+ConsistencyVerdict judge_state(const Evidence& e, const StepSeries& series, double confidence,
+                               const RunAverages* runs = nullptr) {
+  if (e.joint_covariance || e.blocks.size() < 2)
+    return judge_nees(series.moments, series.dof, confidence, runs);
+  VerdictLaws laws = separate_block_laws(e.blocks.size());
+  if (runs != nullptr && runs->moments.count >= kFewestRunsCompared) laws.runs = runs;
+  return judge_sums(series.moments, series.dof, confidence, laws);
+}
+
+/// Of the whole state in these runs.
+ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, double confidence) {
+  return judge_state(e, {s.series(Quantity::nees), s.dofs(Quantity::nees)}, confidence, &s.nees_of_runs);
 }
 
 void judge_verdicts(const Evidence& e, const JudgementContext& context, Judgement& j) {
   const StudyStatistics& s = context.all_runs != nullptr ? *context.all_runs : e.study;
-  j.nees = judge_state(e, {s.series(Quantity::nees), s.dofs(Quantity::nees)}, j.confidence);
+  j.nees = judge_study(e, s, j.confidence);
+  j.vehicle_nees = judge_vehicle(s, j.confidence);
   j.nis = judge_nis(s.series(Quantity::nis), s.dofs(Quantity::nis), j.confidence);
 }
 
@@ -65,19 +75,16 @@ void judge_blocks(const Evidence& e, Judgement& j) {
   const std::size_t steps = e.study.steps.size();
   for (const BlockSums& block : e.blocks) {
     // A map of one landmark is that landmark.
-    const bool single = block.part == Part::map && std::ranges::count(e.blocks, Part::landmark, &BlockSums::part) == 1;
+    const bool single =
+        block.part == Part::map && std::ranges::count(e.blocks, Part::landmark, &BlockSums::part) == 1;
     if (single) continue;
     const StepSeries s = series_of(block.nees, steps);
-    ConsistencyVerdict verdict = judge_nees(s.moments, s.dof, j.confidence);
-    if (block.part == Part::pose) j.vehicle_nees = verdict;
-    j.blocks.push_back({block.name, std::move(verdict)});
+    j.blocks.push_back({block.name, judge_nees(s.moments, s.dof, j.confidence, &block.runs)});
   }
   if (j.blocks.size() < 2) j.blocks.clear();
   if (j.blocks.empty()) return;
   // Of the same runs as the blocks: all runs of a long study see what the blocks of fewer cannot.
-  const StudyStatistics& s = e.study;
-  j.responsible = responsible_block(
-      judge_state(e, {s.series(Quantity::nees), s.dofs(Quantity::nees)}, j.confidence), j.blocks);
+  j.responsible = responsible_block(judge_study(e, e.study, j.confidence), j.blocks);
 }
 
 CoverageVerdict judge_region(const CoverageSums::Region& region, double confidence) {
@@ -142,10 +149,7 @@ SettlingRuns settle(const ConsistencyVerdict& v, bool white, double effective_st
 }
 
 void judge_scales(const Evidence& e, Judgement& j) {
-  const RunSums& runs = e.whole_runs;
-  const auto count = static_cast<double>(runs.nees_sum.count);
-  j.scale_covariance = count > 0.0 ? scale_of_covariance(runs.nees_sum, runs.expected_nees_sum / count, j.confidence)
-                                   : no_scale("no run ended well");
+  j.scale_covariance = scale_of_covariance(j.nees);
   j.scale_innovation = scale_of_innovation(j.nis);
   Moments share;
   for (const SensorSums& sensor : e.sensors) share.merge(sensor.measurement_share);
@@ -205,13 +209,22 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   single.sample.correlation_time *= series.rows_per_value;
   const double p_average = single.time_average.p_value;
   const bool tested = !std::isnan(p_average);
-  v.p_value = std::min(1.0, 2.0 * (tested ? std::min(v.p_value, p_average) : v.p_value));
+  const bool high = single.time_average.run_sum.mean > single.time_average.expected;
+  const auto joined = [&](double p, bool side) {
+    return std::min(1.0, 2.0 * (tested && side ? std::min(p, p_average) : p));
+  };
+  v.optimistic_p_value = joined(v.optimistic_p_value, high);
+  v.pessimistic_p_value = joined(v.pessimistic_p_value, !high);
+  v.p_value = std::min(v.optimistic_p_value, v.pessimistic_p_value);
   v.method += "; average over stretches of the run longer than its correlation in time";
   if (tested) ++v.tests;
-  if (v.p_value > 1.0 - j.confidence) {
+  const double alpha = 1.0 - j.confidence;
+  if (v.p_value > alpha) {
     v.verdict = tested ? Verdict::consistent : Verdict::undecided;
-  } else if (v.verdict == Verdict::consistent) {
-    v.verdict = v.mean > v.expected ? Verdict::optimistic : Verdict::pessimistic;
+  } else {
+    v.verdict = v.optimistic_p_value > alpha    ? Verdict::pessimistic
+                : v.pessimistic_p_value > alpha ? Verdict::optimistic
+                                                : Verdict::mixed;
   }
   j.effective_steps = std::isnan(single.sample.size) ? 1.0 : single.sample.size;
   ConsistencyVerdict assumed = v;
@@ -274,19 +287,21 @@ void list_errors(const Judgement& j, std::vector<NamedTest>& tests) {
     tests.push_back({fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]), c.p_value, kNaN,
                      fmt::format("{:.4g} % inside, {:.4g} % expected", 100.0 * share, 100.0 * c.expected)});
   }
-  tests.push_back(reasoned_test("credibility of the vehicle's P", j.credibility.reason, j.credibility.p_value,
-                                fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
-                                            j.credibility.inclination, j.credibility.noncredibility)));
-  tests.push_back(reasoned_test(
-      kErrorCorrelation, j.error_correlation.reason, j.error_correlation.p_value,
-      fmt::format("largest {:.3g} at the last step, dof {:g}", j.error_correlation.largest, j.error_correlation.dof)));
+  tests.push_back(
+      reasoned_test("credibility of the vehicle's P", j.credibility.reason, j.credibility.p_value,
+                    fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
+                                j.credibility.inclination, j.credibility.noncredibility)));
+  tests.push_back(reasoned_test(kErrorCorrelation, j.error_correlation.reason, j.error_correlation.p_value,
+                                fmt::format("largest {:.3g} at the last step, dof {:g}",
+                                            j.error_correlation.largest, j.error_correlation.dof)));
 }
 
 std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {
   std::vector<NamedTest> tests;
   if (e.has_truth) tests.push_back(verdict_test("NEES", j.nees));
   tests.push_back(verdict_test("NIS", j.nis));
-  for (const BlockVerdict& block : j.blocks) tests.push_back(verdict_test("NEES of " + block.name, block.verdict));
+  for (const BlockVerdict& block : j.blocks)
+    tests.push_back(verdict_test("NEES of " + block.name, block.verdict));
   for (const SensorJudgement& sensor : j.sensors) list_sensor(sensor, j.sensors.size() == 1, tests);
   if (e.has_truth) list_errors(j, tests);
   std::vector<double> p_values;
@@ -360,17 +375,21 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   j.settle_nees = settle(j.nees, false, j.effective_steps);
   j.settle_nis = settle(j.nis, true, j.effective_steps);
   if (e.study.runs == 1 && context.all_runs == nullptr) judge_single_run(e, j);
+  j.word = join_verdicts(j.nees, j.nis, j.blocks, j.confidence);
   j.tests = list_tests(e, j);
   j.causes = causes_of(e, j);
   if (context.sensitivity) judge_sensitivity(e, j);
   return j;
 }
 
-Verdict overall_verdict(const Judgement& j, bool has_truth) {
-  if (!has_truth) return j.nis.verdict;
-  if (is_inconsistent(j.nees.verdict) || j.nis.count == 0) return j.nees.verdict;
-  if (j.nis.verdict != Verdict::consistent) return j.nis.verdict;
-  return j.nees.verdict;
+std::optional<ConsistencyVerdict> judge_vehicle(const StudyStatistics& s, double confidence) {
+  constexpr double kPoseDof = 3.0;
+  if (s.vehicle_nees_of_runs.moments.count == 0) return std::nullopt;
+  const std::vector<Moments> pose = s.series(Quantity::vehicle_nees);
+  std::vector<double> dof;
+  dof.reserve(pose.size());
+  for (const Moments& m : pose) dof.push_back(kPoseDof * static_cast<double>(m.count));
+  return judge_nees(pose, dof, confidence, &s.vehicle_nees_of_runs);
 }
 
 }  // namespace credence

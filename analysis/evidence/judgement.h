@@ -10,6 +10,7 @@
 #include "analysis/evidence/advice_cause.h"
 #include "analysis/evidence/consistency.h"
 #include "analysis/evidence/evidence.h"
+#include "analysis/evidence/word.h"
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/credibility.h"
 #include "analysis/laws/credibility_rmse.h"
@@ -22,8 +23,9 @@
 /// @file
 /// What the evidence says of a filter, beside the verdicts on NEES and NIS: where an inconsistency sits, what
 /// causes it, and what would mend it (theory, section 7). The same for a study of our own, for logs, for a
-/// replay and for the selftest, which measures what each of these tests does to a consistent filter. Each test
-/// holds its own false-alarm rate, and `adjusted` tells which of them still speak when all are taken together.
+/// replay and for the selftest, which measures what each of these tests does to a consistent filter. Each
+/// test holds its own false-alarm rate, and `adjusted` tells which of them still speak when all are taken
+/// together.
 
 namespace credence {
 
@@ -40,9 +42,10 @@ struct SensorJudgement {
   std::string name;
   ConsistencyVerdict nis;
   WhitenessTest whiteness;
-  InnovationMeanTest mean;  ///< of run means; of all values where there are too few runs, which assumes them white
-  bool of_sum = false;      ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
-  GoodnessOfFit fit;        ///< of NIS against χ²
+  InnovationMeanTest
+      mean;  ///< of run means; of all values where there are too few runs, which assumes them white
+  bool of_sum = false;                     ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
+  GoodnessOfFit fit;                       ///< of NIS against χ²
   std::vector<std::int64_t> histogram;     ///< counts of F(NIS), equally likely bins
   std::optional<GoodnessOfFit> gated_fit;  ///< against the law cut off where the largest values seem to be
 };
@@ -64,13 +67,14 @@ struct Judgement {
   std::int64_t runs = 0;  ///< that it rests on: of a study the first ones
   double confidence = 0.95;
   ConsistencyVerdict nees, nis;                    ///< of all runs of a study
-  std::optional<ConsistencyVerdict> vehicle_nees;  ///< of a block that is a pose
+  std::optional<ConsistencyVerdict> vehicle_nees;  ///< of a block that is a pose, of all runs too
+  Word word;                                       ///< over NEES, NIS and the blocks
   std::vector<BlockVerdict> blocks;                ///< empty if the whole state is one block
   ResponsibleBlock responsible;
   std::vector<SensorJudgement> sensors;
   std::array<CoverageVerdict, CoverageSums::kSigmas.size()> coverage;
-  CredibilityIndex credibility;            ///< of the pose, or the first block, at the last step
-  ErrorCorrelationTest error_correlation;  ///< of the whole state at the last step
+  CredibilityIndex credibility;              ///< of the pose, or the first block, at the last step
+  ErrorCorrelationTest error_correlation;    ///< of the whole state at the last step
   RmseInterval position, heading, landmark;  ///< averaged over the steps
   double effective_steps = 0.0;  ///< independent steps that the NEES of a run is worth; NaN: not known
   ScaleAdvice scale_covariance, scale_innovation, scale_measurement_noise;
@@ -97,8 +101,7 @@ struct JudgementContext {
 /// blocks unknown: the sum of their NEES is tested by a bound for every dependence.
 Judgement judge(const Evidence& evidence, const JudgementContext& context = {});
 
-/// The one word over NEES and NIS: what NEES says, or NIS where NEES is consistent or there is no truth;
-/// undecided when either is and the other does not reject.
-Verdict overall_verdict(const Judgement& judgement, bool has_truth);
+/// The verdict on the NEES of the pose; none where the study has no pose.
+std::optional<ConsistencyVerdict> judge_vehicle(const StudyStatistics& statistics, double confidence);
 
 }  // namespace credence

@@ -73,11 +73,7 @@ void analyse_planar(StudyAnalysis& analysis) {
   analysis.errors = {.position_m = root_means(s, Quantity::position_error_squared),
                      .heading_rad = root_means(s, Quantity::heading_error_squared),
                      .landmark_m = root_means(s, Quantity::landmark_error_squared)};
-  const std::vector<Moments> pose = s.series(Quantity::vehicle_nees);
-  std::vector<double> dof;
-  dof.reserve(pose.size());
-  for (const Moments& m : pose) dof.push_back(3.0 * static_cast<double>(m.count));
-  analysis.vehicle_nees = judge_nees(pose, dof, analysis.scenario.study.confidence);
+  analysis.vehicle_nees = judge_vehicle(s, analysis.scenario.study.confidence);
 }
 
 }  // namespace
@@ -93,7 +89,7 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   analysis.state_dim = block_layout(scenario).state_dim();
   const StudyStatistics& s = analysis.statistics;
   const double confidence = scenario.study.confidence;
-  analysis.nees = judge_nees(s.series(Quantity::nees), s.dofs(Quantity::nees), confidence);
+  analysis.nees = judge_nees(s.series(Quantity::nees), s.dofs(Quantity::nees), confidence, &s.nees_of_runs);
   analysis.nis = judge_nis(s.series(Quantity::nis), s.dofs(Quantity::nis), confidence);
   if (const auto* linear = dynamic_cast<const LinearExperiment*>(&experiment)) {
     analyse_linear(*linear, analysis);
@@ -102,6 +98,9 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   } else {
     analyse_planar(analysis);
   }
+  std::vector<BlockVerdict> blocks;
+  if (analysis.vehicle_nees) blocks.push_back({"pose", *analysis.vehicle_nees});
+  analysis.word = join_verdicts(analysis.nees, analysis.nis, blocks, confidence);
   return analysis;
 }
 
@@ -110,13 +109,11 @@ void add_judgement(StudyAnalysis& a, const Experiment& experiment, const EngineO
   const auto evidence = collect_evidence(experiment, runs, options);
   if (!evidence) return;
   a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence, .all_runs = &a.statistics});
+  a.word = a.judgement->word;
 }
 
 Verdict overall_verdict(const StudyAnalysis& analysis) {
-  if (analysis.stop) return analysis.stop->verdict;
-  if (is_inconsistent(analysis.nees.verdict)) return analysis.nees.verdict;
-  if (analysis.nis.verdict != Verdict::consistent) return analysis.nis.verdict;
-  return analysis.nees.verdict;
+  return analysis.stop ? analysis.stop->verdict : analysis.word.verdict;
 }
 
 LogAnalysis analyse_logs(Evidence evidence, double confidence, bool sensitivity) {

@@ -40,7 +40,8 @@ struct StudyAnalysis {
   Index state_dim = 0;               ///< of the complete map
   ConsistencyVerdict nees, nis;
   std::optional<ConsistencyVerdict> vehicle_nees;  ///< planar: the pose alone
-  std::optional<Judgement> judgement;              ///< of the first runs; not made for a sweep
+  Word word;                           ///< over NEES, NIS and the pose, or all blocks with a judgement
+  std::optional<Judgement> judgement;  ///< of the first runs; not made for a sweep
   CovarianceCurves covariance;
   ErrorCurves errors;
   std::vector<ExactMoments> exact;  ///< linear models: one for each step
@@ -58,8 +59,7 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
 /// stopped. `options` as for collect_evidence.
 void add_judgement(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options = {});
 
-/// The one word over both verdicts: that of the stop rule if there is one, else what NEES says, or NIS where
-/// NEES is consistent; `undecided` when either is and the other does not reject.
+/// The one word: that of the stop rule if there is one, else the word over NEES, NIS and the blocks.
 Verdict overall_verdict(const StudyAnalysis& analysis);
 
 /// Logs of a filter, judged.

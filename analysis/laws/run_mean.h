@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <string_view>
 
-#include "analysis/laws/skewed_moments.h"
 #include "analysis/laws/student.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 /// @file
 /// The sharp test of NEES or NIS: whole runs are the units.

@@ -10,7 +10,7 @@ namespace credence {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "stored chunks are little-endian");
-constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kFormat = 2;
 
 class Writer {
  public:
@@ -24,6 +24,15 @@ class Writer {
     put(m.count);
     put(m.mean);
     put(m.m2);
+  }
+  void put(const RunAverages& r) {
+    put(r.moments.count);
+    put(r.moments.mean);
+    put(r.moments.m2);
+    put(r.moments.m3);
+    put(r.least_dof);
+    put(static_cast<std::uint64_t>(r.first.size()));
+    for (const double value : r.first) put(value);
   }
   std::vector<std::byte> take() { return std::move(bytes_); }
 
@@ -56,6 +65,17 @@ class Reader {
     if (n > bytes_.size() / item_size) throw std::runtime_error("a stored chunk is shorter than it says");
     return static_cast<std::size_t>(n);
   }
+  RunAverages get_run_averages() {
+    RunAverages r;
+    r.moments.count = get<std::int64_t>();
+    r.moments.mean = get<double>();
+    r.moments.m2 = get<double>();
+    r.moments.m3 = get<double>();
+    r.least_dof = get<std::int64_t>();
+    r.first.resize(get_count(sizeof(double)));
+    for (double& value : r.first) value = get<double>();
+    return r;
+  }
   bool at_end() const { return bytes_.empty(); }
 
  private:
@@ -87,6 +107,8 @@ void StudyStatistics::merge(const StudyStatistics& other) {
     throw std::invalid_argument("statistics of studies with different numbers of steps do not add up");
   }
   for (std::size_t k = 0; k < steps.size(); ++k) steps[k].merge(other.steps[k]);
+  nees_of_runs.merge(other.nees_of_runs);
+  vehicle_nees_of_runs.merge(other.vehicle_nees_of_runs);
   failures.insert(failures.end(), other.failures.begin(), other.failures.end());
   runs += other.runs;
 }
@@ -126,6 +148,8 @@ std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
     w.put(step.nees_dof);
     w.put(step.nis_dof);
   }
+  w.put(statistics.nees_of_runs);
+  w.put(statistics.vehicle_nees_of_runs);
   w.put(static_cast<std::uint64_t>(statistics.failures.size()));
   for (const RunFailure& f : statistics.failures) {
     w.put(f.run);
@@ -148,6 +172,8 @@ StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
     step.nees_dof = r.get<std::int64_t>();
     step.nis_dof = r.get<std::int64_t>();
   }
+  s.nees_of_runs = r.get_run_averages();
+  s.vehicle_nees_of_runs = r.get_run_averages();
   s.failures.resize(r.get_count(kFailureSize));
   for (RunFailure& f : s.failures) {
     f.run = r.get<std::int64_t>();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "montecarlo/engine/moments.h"
+#include "montecarlo/engine/run_averages.h"
 
 /// @file
 /// What is accumulated over the runs of one configuration, and nothing else: sums that add up. Verdicts and
@@ -65,6 +66,8 @@ struct StepStatistics {
 /// All runs of a chunk, or of a whole configuration.
 struct StudyStatistics {
   std::vector<StepStatistics> steps;  ///< step k is steps[k − 1]
+  RunAverages nees_of_runs;           ///< of the whole state
+  RunAverages vehicle_nees_of_runs;   ///< of the pose, where the world has one
   std::vector<RunFailure> failures;   ///< in order of the run
   std::int64_t runs = 0;              ///< started, failed ones included
 

@@ -108,6 +108,7 @@ void IntermittentLanes::start(std::int64_t first_run, int runs) {
   runs_ = runs;
   step_ = count_ = drawn_ = 0;
   ended_.fill({});
+  run_nees_.fill(0.0);
   failed_ = false;
   const Index n = plan_.states, triangle = n * (n + 1) / 2;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -150,6 +151,10 @@ Index IntermittentLanes::advance(Index most) {
   step_ += count_;
   kernel_->moments(values_.data(), count_ * kIntermittentValues, mean_.data(), m2_.data());
   find_failures();
+  for (Index k = 0; k < count_; ++k) {
+    const double* nees = values(k, kNeesValue);
+    for (std::size_t lane = 0; lane < kTile; ++lane) run_nees_[lane] += nees[lane];
+  }
   return count_;
 }
 
@@ -197,6 +202,14 @@ void IntermittentLanes::add_to(StudyStatistics& statistics) const {
   for (const RunFailure& end : ended_) {
     if (end.outcome != Outcome::ok && end.step > begin && end.step <= step_)
       statistics.failures.push_back(end);
+  }
+}
+
+void IntermittentLanes::add_runs_to(StudyStatistics& statistics) const {
+  const auto dof = static_cast<double>(plan_.states * step_);
+  for (int lane = 0; lane < runs_; ++lane) {
+    if (ended_[at(lane)].outcome == Outcome::ok)
+      statistics.nees_of_runs.add(run_nees_[at(lane)], dof, plan_.states);
   }
 }
 

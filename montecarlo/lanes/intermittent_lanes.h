@@ -50,6 +50,9 @@ class IntermittentLanes {
   /// Adds the steps of the last `advance`; step k, from 1 on, is statistics.steps[k − 1].
   void add_to(StudyStatistics& statistics) const;
 
+  /// Adds the averages over the runs since `start` that have not failed.
+  void add_runs_to(StudyStatistics& statistics) const;
+
   Outcome outcome(int lane) const { return ended_[static_cast<std::size_t>(lane)].outcome; }
 
   /// Of one lane: e = x − x̂ and P after the last step, a number of that step, and whether it had measurement
@@ -82,7 +85,8 @@ class IntermittentLanes {
   Index step_ = 0, count_ = 0;  ///< steps done, and those of the last call
   Index drawn_ = 0;             ///< steps whose noise has been drawn
   std::array<RunFailure, kLanes> ended_;
-  bool failed_ = false;  ///< any of them
+  std::array<double, kLanes> run_nees_{};  ///< summed over the steps since `start`
+  bool failed_ = false;                    ///< any of them
   AlignedVector errors_, covariance_, process_, measurement_, seen_, work_, values_, mean_, m2_;
 };
 

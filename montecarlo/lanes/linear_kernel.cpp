@@ -42,18 +42,21 @@ std::int64_t groups_of_block(const LinearPlan& plan) {
 /// Owner of a LinearWorkspace.
 class Workspace {
  public:
-  explicit Workspace(const LinearPlan& plan) {
+  Workspace(const LinearPlan& plan, std::int64_t runs) {
     const std::int64_t batch = runs_of_batch(plan), groups = groups_of_block(plan);
     const std::int64_t slots = std::int64_t{plan.process_noises} + plan.measurements;
     const std::int64_t noise =
         round_up(std::max<std::int64_t>(4 * groups * slots, plan.states) * kNoiseLanes);
     const std::int64_t sums = plan.steps * kSumsOfStep, errors = plan.states * batch;
     const std::int64_t scratch = (std::int64_t{plan.states} + plan.measurements) * kNoiseLanes;
-    storage_.resize(static_cast<std::size_t>(noise + sums + errors + scratch + 8));
+    const std::int64_t run_sums = (runs + kNoiseLanes - 1) / kNoiseLanes * kNoiseLanes;
+    storage_.resize(static_cast<std::size_t>(noise + sums + errors + scratch + run_sums + 8));
     void* p = storage_.data();
     std::size_t space = storage_.size() * sizeof(double);
     double* start = static_cast<double*>(std::align(64, 64, p, space));
-    workspace_ = {batch, groups, start, start + noise, start + noise + sums, start + noise + sums + errors};
+    double* const after_errors = start + noise + sums + errors;
+    workspace_ = {
+        batch, groups, start, start + noise, start + noise + sums, after_errors, after_errors + scratch};
   }
   const LinearWorkspace& get() const { return workspace_; }
 
@@ -79,15 +82,18 @@ LinearSimulator& LinearSimulator::operator=(LinearSimulator&&) noexcept = defaul
 LinearSimulator::~LinearSimulator() = default;
 
 void LinearSimulator::simulate(const NoiseSource& noise, Index first_run, Index runs, std::span<Moments> nees,
-                               std::span<Moments> nis) const {
+                               std::span<Moments> nis, std::span<double> run_nees) const {
   const LinearPlan& plan = storage_->plan();
   require(first_run >= 0, "first run is negative: ", first_run);
   require(runs >= 0, "number of runs is negative: ", runs);
   require(std::ssize(nees) == plan.steps, "there are not as many nees as steps: ", std::ssize(nees));
   require(std::ssize(nis) == plan.steps, "there are not as many nis as steps: ", std::ssize(nis));
+  const bool run_sums = !run_nees.empty();
+  if (run_sums)
+    require(std::ssize(run_nees) == runs, "there are not as many run_nees as runs: ", std::ssize(run_nees));
   if (runs == 0) return;
 
-  const Workspace workspace(plan);
+  const Workspace workspace(plan, runs);
   linear_kernel(noise.instruction_set())
       .simulate(plan, noise.key(), static_cast<std::uint64_t>(first_run), runs, workspace.get());
   for (std::size_t k = 0; k < nees.size(); ++k) {
@@ -95,6 +101,10 @@ void LinearSimulator::simulate(const NoiseSource& noise, Index first_run, Index 
     nees[k].merge(storage_->nees_moments(k, sums_of_step, runs));
     nis[k].merge(storage_->nis_moments(k, sums_of_step, runs));
   }
+  if (!run_sums) return;
+  double dof = 0.0;
+  for (std::int64_t k = 0; k < plan.steps; ++k) dof += plan.step[k].error_whitening.rows;
+  for (std::size_t i = 0; i < run_nees.size(); ++i) run_nees[i] = workspace.get().run_sums[i] + dof;
 }
 
 void simulate_linear(const LinearErrorSystem& system, const NoiseSource& noise, Index first_run, Index runs,

@@ -62,10 +62,12 @@ class LinearSimulator {
   /// purpose measurement, slots 0 … m − 1. With c the dof of a step, the deviation d of a run is −c plus its
   /// squares, one by one; Σ d and Σ d² are kept in eight accumulators (in the units mentioned above), run
   /// first_run + i in accumulator i mod 8, added up as ((0+4)+(2+6))+((1+5)+(3+7)), and merged into `nees`
-  /// and `nis` as one chunk. Uses the instruction set of `noise`. Not finite where an error is not. Throws
-  /// std::invalid_argument for negative runs, or spans that are not as long as there are steps.
+  /// and `nis` as one chunk. `run_nees`, unless empty, gets the sum of the NEES of each run over its steps: d
+  /// of the steps in their order, then the dof. Uses the instruction set of `noise`. Not finite where an
+  /// error is not. Throws std::invalid_argument for negative runs, or spans that are not as long as there are
+  /// steps or runs.
   void simulate(const NoiseSource& noise, Index first_run, Index runs, std::span<Moments> nees,
-                std::span<Moments> nis) const;
+                std::span<Moments> nis, std::span<double> run_nees = {}) const;
 
  private:
   std::unique_ptr<const LinearPlanStorage> storage_;

@@ -29,6 +29,7 @@ struct DenseRows {
 struct LinearPlanStep {
   DenseRows gain, innovation_whitening, error_whitening;
   double nis_centre, nees_centre;  ///< what is taken off before the sums, near the mean
+  double nees_scale;               ///< of NEES in the original units
 };
 
 /// A LinearErrorSystem, in the units of linear_kernel_units.h, as the kernels want it.
@@ -63,6 +64,7 @@ struct LinearWorkspace {
   double* sums;         ///< of all steps
   double* errors;       ///< kNoiseLanes times states, for every kNoiseLanes runs of a batch
   double* scratch;      ///< kNoiseLanes times states and measurements
+  double* run_sums;     ///< of every run, and to a multiple of kNoiseLanes: Σ_k nees_scale (NEES − centre)
 };
 
 /// The function of one instruction set.

@@ -109,7 +109,8 @@ LinearPlanStorage::LinearPlanStorage(const LinearSystemInUnits& in_units)
                       .innovation_whitening = rows_of(*innovation),
                       .error_whitening = rows_of(*error),
                       .nis_centre = innovation->rows / nis_scale_[k],
-                      .nees_centre = error->rows / nees_scale_[k]});
+                      .nees_centre = error->rows / nees_scale_[k],
+                      .nees_scale = nees_scale_[k]});
   }
   if (is_small_monobot(system)) append_monobot(system);
   plan_ = {.states = static_cast<std::int32_t>(system.F.rows()),

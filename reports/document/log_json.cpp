@@ -92,7 +92,7 @@ std::string log_json(const CheckedLogs& logs) {
   j["steps"] = s.study.steps.size();
   j["state_dim"] = s.state_dim;
   j["complete"] = logged.complete;
-  j["verdict"] = to_string(overall_verdict(a, s.has_truth));
+  j["verdict"] = to_string(a.word.verdict);
   j["nees"] = verdict_json(a.nees);
   j["nis"] = verdict_json(a.nis);
   if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);

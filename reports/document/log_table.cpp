@@ -50,8 +50,7 @@ ReportTable log_table(const CheckedLogs& logs) {
   using enum ColumnAlign;
   const Evidence& evidence = logs.analysis.evidence;
   const Judgement& a = logs.analysis.judgement;
-  ReportTable table{.title = fmt::format("Can this covariance be trusted? {}",
-                                         to_string(overall_verdict(a, evidence.has_truth))),
+  ReportTable table{.title = fmt::format("Can this covariance be trusted? {}", to_string(a.word.verdict)),
                     .columns = {{"what", words},
                                 {"values"},
                                 {"mean"},

@@ -154,6 +154,7 @@ void IntermittentExperiment::add_lanes(std::int64_t first_run, std::int64_t runs
       done += lanes.advance(steps_ - done);
       lanes.add_to(statistics);
     }
+    lanes.add_runs_to(statistics);
   }
   std::ranges::sort(statistics.failures, {}, &RunFailure::run);
 }
@@ -163,14 +164,18 @@ void IntermittentExperiment::add_matrices(std::int64_t first_run, std::int64_t r
   Run run(*this);
   for (std::int64_t r = first_run; r < first_run + runs; ++r) {
     run.start(r);
-    for (Index k = 1; k <= steps_; ++k) {
+    RunSum sum;
+    Index k = 1;
+    for (; k <= steps_; ++k) {
       const Outcome outcome = run.step(k);
       if (outcome != Outcome::ok) {
         statistics.failures.push_back({r, k, outcome});
         break;
       }
       run.add_to(statistics.steps[static_cast<std::size_t>(k - 1)]);
+      sum.add(run.now().nees, run.now().nees_dof);
     }
+    if (k > steps_) sum.add_to(statistics.nees_of_runs);
   }
 }
 

@@ -1,5 +1,8 @@
 #include "montecarlo/worlds/monobot/linear_experiment.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "core/linear_algebra/psd_root.h"
 #include "montecarlo/worlds/monobot/linear_world.h"
 #include "montecarlo/worlds/slam_layout.h"
@@ -38,7 +41,8 @@ LinearExperiment::LinearExperiment(LinearModel truth, const LinearModel& assumed
 StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
   const std::size_t good_steps = system_.steps.size();
   std::vector<Moments> nees(good_steps), nis(good_steps);
-  simulator_.simulate(source_, first_run, runs, nees, nis);
+  std::vector<double> of_runs(static_cast<std::size_t>(runs));
+  simulator_.simulate(source_, first_run, runs, nees, nis, of_runs);
 
   StudyStatistics statistics;
   statistics.runs = runs;
@@ -50,7 +54,14 @@ StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t
     s.nees_dof = runs * system_.steps[k].error_whitening.rows();
     s.nis_dof = runs * system_.steps[k].innovation_whitening.rows();
   }
-  if (good_steps < statistics.steps.size()) {
+  if (good_steps == statistics.steps.size()) {
+    std::int64_t dof = 0, least = std::numeric_limits<std::int64_t>::max();
+    for (const LinearErrorSystem::Step& step : system_.steps) {
+      dof += step.error_whitening.rows();
+      if (step.error_whitening.rows() > 0) least = std::min<std::int64_t>(least, step.error_whitening.rows());
+    }
+    for (const double sum : of_runs) statistics.nees_of_runs.add(sum, static_cast<double>(dof), least);
+  } else {
     for (std::int64_t r = first_run; r < first_run + runs; ++r) {
       statistics.failures.push_back(
           {r, static_cast<std::int64_t>(good_steps) + 1, Outcome::not_positive_definite});

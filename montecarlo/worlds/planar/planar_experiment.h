@@ -22,7 +22,11 @@ class PlanarExperiment final : public Experiment {
  public:
   PlanarExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
                    std::function<F()> make_filter)
-      : Experiment(planar_layout(world)), world_(std::move(world)), noise_(noise), source_(source), make_filter_(std::move(make_filter)) {}
+      : Experiment(planar_layout(world)),
+        world_(std::move(world)),
+        noise_(noise),
+        source_(source),
+        make_filter_(std::move(make_filter)) {}
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
     StudyStatistics statistics;
@@ -32,14 +36,18 @@ class PlanarExperiment final : public Experiment {
     Run run(*this, filter);
     for (std::int64_t r = first_run; r < first_run + runs; ++r) {
       run.start(r);
-      for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
+      PlanarRunSums sums;
+      std::size_t k = 1;
+      for (; k <= world_.controls.size(); ++k) {
         const Outcome outcome = run.step(k);
         if (outcome != Outcome::ok) {
           statistics.failures.push_back({r, static_cast<std::int64_t>(k), outcome});
           break;
         }
         run.result().add_to(statistics.steps[k - 1]);
+        sums.add(run.result());
       }
+      if (k > world_.controls.size()) sums.add_to(statistics);
     }
     return statistics;
   }

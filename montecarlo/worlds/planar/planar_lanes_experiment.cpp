@@ -17,6 +17,7 @@ class PlanarLanesExperiment::Batch {
   void start(std::int64_t first_run, int runs) {
     first_run_ = first_run;
     alive_.fill(false);
+    sums_.fill({});
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
       // The lanes beyond the last run idle, with nothing to see.
       const bool used = lane < runs;
@@ -49,12 +50,20 @@ class PlanarLanesExperiment::Batch {
       const PlanarStep& step = lanes_.step(lane);
       if (step.outcome == Outcome::ok) {
         step.add_to(statistics.steps[k - 1]);
+        sums_[at(lane)].add(step);
       } else {
         statistics.failures.push_back({first_run_ + lane, static_cast<std::int64_t>(k), step.outcome});
         alive_[at(lane)] = false;
       }
     }
     return std::ranges::find(alive_, true) != alive_.end();
+  }
+
+  /// Adds the runs that came to their end.
+  void add_runs_to(StudyStatistics& statistics) const {
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      if (alive_[at(lane)]) sums_[at(lane)].add_to(statistics);
+    }
   }
 
   TraceStep trace_step() const {
@@ -85,6 +94,7 @@ class PlanarLanesExperiment::Batch {
   PlanarLanes lanes_;
   std::int64_t first_run_ = 0;
   std::array<bool, PlanarLanes::kLanes> alive_{};
+  std::array<PlanarRunSums, PlanarLanes::kLanes> sums_{};
 };
 
 StudyStatistics PlanarLanesExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
@@ -98,6 +108,7 @@ StudyStatistics PlanarLanesExperiment::run_chunk(std::int64_t first_run, std::in
       batch.step(k);
       if (!batch.add_to(statistics, k)) break;
     }
+    batch.add_runs_to(statistics);
   }
   std::ranges::sort(statistics.failures, {}, &RunFailure::run);
   return statistics;

@@ -24,4 +24,18 @@ struct PlanarStep {
   void add_to(StepStatistics& s) const;
 };
 
+/// What the statistics take of a whole planar run.
+struct PlanarRunSums {
+  RunSum whole, vehicle;
+
+  void add(const PlanarStep& step) {
+    whole.add(step.nees, step.nees_dof);
+    vehicle.add(step.vehicle_nees, 3);
+  }
+  void add_to(StudyStatistics& statistics) const {
+    whole.add_to(statistics.nees_of_runs);
+    vehicle.add_to(statistics.vehicle_nees_of_runs);
+  }
+};
+
 }  // namespace credence

@@ -30,14 +30,17 @@ TEST(Advice, ScaleOfCovarianceCoversTheTrueFactor) {
   std::chi_squared_distribution<double> chi(2.0);
   int covered = 0;
   for (int study = 0; study < kStudies; ++study) {
-    Moments average;
-    for (int run = 0; run < 50; ++run) average.add(1.8 * chi(generator));
-    const ScaleAdvice scale = scale_of_covariance(average, 2.0, 0.95);
+    RunAverages runs;
+    for (int run = 0; run < 50; ++run) runs.add(1.8 * chi(generator), 2.0, 2);
+    ConsistencyVerdict nees;
+    nees.factor = run_mean_interval(runs.moments, 0.95, 2.0);
+    const ScaleAdvice scale = scale_of_covariance(nees);
     covered += scale.lower <= 1.8 && 1.8 <= scale.upper;
   }
   EXPECT_NEAR(covered / 2000.0, 0.95, 5.0 * test::binomial_standard_error(0.05, kStudies));
-  EXPECT_FALSE(scale_of_covariance({}, 2.0, 0.95).reason.empty());
-  EXPECT_THROW(scale_of_covariance({}, 0.0, 0.95), std::invalid_argument);
+  ConsistencyVerdict unknown;
+  unknown.factor.reason = "no runs";
+  EXPECT_EQ(scale_of_covariance(unknown).reason, "no runs");
 }
 
 TEST(Advice, ScaleOfInnovationHasTheExactInterval) {

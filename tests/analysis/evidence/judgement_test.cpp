@@ -86,7 +86,7 @@ TEST(Judgement, FindsAConsistentFilterConsistent) {
   const Judgement a = judge(evidence);
   EXPECT_EQ(a.nees.verdict, Verdict::consistent);
   EXPECT_EQ(a.nis.verdict, Verdict::consistent);
-  EXPECT_EQ(overall_verdict(a, true), Verdict::consistent);
+  EXPECT_EQ(a.word.verdict, Verdict::consistent);
   EXPECT_EQ(a.nees.expected, 4.0);
   EXPECT_EQ(a.nis.expected, 2.0);
   ASSERT_EQ(a.blocks.size(), 4U);
@@ -173,7 +173,7 @@ TEST(Judgement, AShortSingleRunIsUndecidedAndSaysWhatWouldSettleIt) {
   ASSERT_TRUE(a.single.has_value());
   EXPECT_LT(a.single->sample.size, 40.0);
   EXPECT_GT(a.settle_nees.runs, 1);
-  EXPECT_EQ(overall_verdict(a, true), Verdict::undecided);
+  EXPECT_EQ(a.word.verdict, Verdict::undecided);
 }
 
 TEST(Judgement, ALongSingleRunIsDecided) {
@@ -278,7 +278,7 @@ TEST(Judgement, InnovationsAloneAreJudgedWithoutTruth) {
   }
   const Judgement a = judge(sums.take());
   EXPECT_EQ(a.nees.verdict, Verdict::undecided);
-  EXPECT_EQ(overall_verdict(a, false), Verdict::optimistic);
+  EXPECT_EQ(a.word.verdict, Verdict::optimistic);
   EXPECT_LT(a.sensors[0].fit.anderson_p_value, 1e-6);
 }
 

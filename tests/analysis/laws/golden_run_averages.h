@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "analysis/laws/skewed_moments.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 namespace credence::test {
 

@@ -1,4 +1,4 @@
-#include "analysis/laws/skewed_moments.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,116 @@
+#include "analysis/evidence/word.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "analysis/laws/joint_tests.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+constexpr double kNeesWeight = 0.4, kNisWeight = 0.2, kBlocksWeight = 0.4;
+
+/// A verdict on its way into the word.
+struct Candidate {
+  std::string name;
+  const ConsistencyVerdict* verdict;
+  double weight;
+};
+
+/// Both directions; a verdict's p-values are two-sided.
+std::array<DirectedTest, 2> directions(const ConsistencyVerdict& v) {
+  return {DirectedTest{Departure::optimistic, 0.5 * v.optimistic_p_value},
+          DirectedTest{Departure::pessimistic, 0.5 * v.pessimistic_p_value}};
+}
+
+Verdict verdict_of(bool optimistic, bool pessimistic) {
+  return optimistic && pessimistic ? Verdict::mixed
+         : optimistic              ? Verdict::optimistic
+         : pessimistic             ? Verdict::pessimistic
+                                   : Verdict::consistent;
+}
+
+/// The part that says most in one direction: a block before NEES before NIS, since it says where.
+const Candidate* foremost(const std::vector<Candidate>& candidates, const JointTests& joint, std::size_t side,
+                          double alpha) {
+  const Candidate* best = nullptr;
+  double smallest = 2.0;
+  for (std::size_t i = 2; i < candidates.size(); ++i) {
+    const double p = joint.adjusted[i][side];
+    if (p <= alpha && p < smallest) {
+      smallest = p;
+      best = &candidates[i];
+    }
+  }
+  for (std::size_t i = 0; best == nullptr && i < 2; ++i) {
+    if (joint.adjusted[i][side] <= alpha) best = &candidates[i];
+  }
+  return best;
+}
+
+std::string says_of(const std::vector<Candidate>& candidates, const JointTests& joint, double alpha) {
+  std::string text;
+  const std::array sides{Verdict::optimistic, Verdict::pessimistic};
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Candidate* const part = foremost(candidates, joint, side, alpha);
+    if (part == nullptr) continue;
+    text += fmt::format("{}{} in {} {}", text.empty() ? "" : "; ", to_string(sides[side]), part->name,
+                        when_text(*part->verdict, sides[side]));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string when_text(const ConsistencyVerdict& v, Verdict direction) {
+  const StepSpan& span = direction == Verdict::optimistic ? v.optimistic_steps : v.pessimistic_steps;
+  const StepSpan& other = direction == Verdict::optimistic ? v.pessimistic_steps : v.optimistic_steps;
+  if (span.count == 0) return v.steps_tested > 1 ? "on average over the steps" : "";
+  if (v.steps_tested == 1) return "";
+  if (span.count == 1) return fmt::format("at step {}", span.first);
+  const auto steps = std::ssize(v.steps);
+  const bool lasts = span.last == steps || (!v.decided_by_steps && other.count == 0);
+  if (span.first == 1 && lasts) return "throughout";
+  if (lasts) return fmt::format("from step {} on", span.first);
+  return fmt::format("in steps {} to {}", span.first, span.last);
+}
+
+Word join_verdicts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
+                   std::span<const BlockVerdict> blocks, double confidence) {
+  std::vector<Candidate> candidates = {{"NEES", &nees, kNeesWeight}, {"NIS", &nis, kNisWeight}};
+  for (const BlockVerdict& block : blocks) {
+    candidates.push_back({block.name, &block.verdict, kBlocksWeight / static_cast<double>(blocks.size())});
+  }
+  std::vector<std::array<DirectedTest, 2>> tests;
+  tests.reserve(candidates.size());
+  std::vector<TestFamily> families;
+  for (const Candidate& c : candidates) {
+    tests.push_back(directions(*c.verdict));
+    families.push_back({.weight = c.weight, .tests = tests.back()});
+  }
+  const JointTests joint = join_tests(families);
+  const double alpha = 1.0 - confidence;
+  Word word{.verdict = verdict_of(joint.optimistic(alpha), joint.pessimistic(alpha)),
+            .p_value = joint.p_value,
+            .says = says_of(candidates, joint, alpha),
+            .joined = {}};
+  bool undecided = std::isnan(joint.p_value);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const double up = joint.adjusted[i][0], down = joint.adjusted[i][1];
+    const ConsistencyVerdict& v = *candidates[i].verdict;
+    const bool no_data = std::isnan(up);
+    const bool open = v.verdict == Verdict::undecided;
+    undecided = undecided || (open && v.count > 0 && i < 2);
+    word.joined.push_back({candidates[i].name,
+                           no_data || open ? Verdict::undecided : verdict_of(up <= alpha, down <= alpha),
+                           no_data ? kNaN : std::min(up, down)});
+  }
+  if (word.verdict == Verdict::consistent && undecided) word.verdict = Verdict::undecided;
+  return word;
+}
+
+}  // namespace credence

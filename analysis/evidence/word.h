@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/advice.h"
+#include "analysis/evidence/consistency.h"
+
+namespace credence {
+
+/// One verdict among those that are joined.
+struct JoinedVerdict {
+  std::string name;                      ///< "NEES", "NIS", or of a block
+  Verdict verdict = Verdict::undecided;  ///< when all are taken together
+  double p_value = 0.0;                  ///< adjusted; NaN without data
+};
+
+/// One word over everything: NEES of the whole state, NIS, and the NEES of every block.
+struct Word {
+  Verdict verdict = Verdict::undecided;
+  double p_value = 0.0;  ///< the word is not `consistent` iff it is at most 1 − confidence; NaN without data
+  std::string says;      ///< what and when: "optimistic in heading from step 40 on"
+  std::vector<JoinedVerdict> joined;
+};
+
+/// Joins verdicts so that a consistent filter is called anything else with probability at most 1 −
+/// confidence, whatever the dependence between them: weighted Bonferroni, with Holm's steps for the single
+/// ones (joint_tests.h). NEES and the blocks together have two fifths of the level each, NIS one fifth; what
+/// has no data leaves its part to the others. Optimistic in one part and pessimistic in another is `mixed`.
+/// `undecided` where a verdict is and no other rejects. Of one block the whole state is that block.
+Word join_verdicts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
+                   std::span<const BlockVerdict> blocks, double confidence);
+
+/// When a verdict rejects, in words: "at step 11", "in steps 1 to 3", "from step 40 on", "throughout".
+std::string when_text(const ConsistencyVerdict& verdict, Verdict direction);
+
+}  // namespace credence
