@@ -68,6 +68,18 @@ void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
                    findings.innovation_mean->mean.cwiseAbs().maxCoeff(), findings.innovation_mean->p_value)});
 }
 
+// What is known need not be guessed.
+void find_inflation(const Findings& findings, std::vector<CauseFound>& found) {
+  const bool pessimistic =
+      findings.nees.verdict == Verdict::pessimistic || findings.nis.verdict == Verdict::pessimistic;
+  if (!findings.inflated || !pessimistic) return;
+  found.push_back(
+      {Cause::inflation,
+       fmt::format("it makes P larger than the errors: mean NEES {:.4g} of {:.4g}, "
+                   "mean NIS {:.4g} of {:.4g}",
+                   findings.nees.mean, findings.nees.expected, findings.nis.mean, findings.nis.expected)});
+}
+
 // Relative excess of the mean over the steps first … last − 1; 0 without data.
 double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
   double sum = 0.0;
@@ -240,6 +252,8 @@ std::string_view to_string(Cause cause) {
              "are not";
     case Cause::covariance_scale:
       return "the scale of the covariance";
+    case Cause::inflation:
+      return "the inflation of the covariance, which is on purpose";
   }
   return "unknown";
 }
@@ -250,6 +264,7 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   find_outliers(findings, found);
   find_gate(findings, found);
   find_bias(findings, found);
+  find_inflation(findings, found);
   // A wrong P leaves some correlation too: weak ones name the noise only if nothing else is found.
   constexpr double kStrong = 0.1;
   if (found.empty()) find_coloured_noise(findings, kStrong, found);

@@ -31,6 +31,7 @@ enum class Cause {
   wrong_dof,         ///< the spread of NEES is that of another number of dof
   linearisation,     ///< a nonlinear filter gains information that is not there
   covariance_scale,  ///< P is wrong by a factor, and nothing tells why
+  inflation,         ///< the filter inflates its covariance on purpose
 };
 
 /// The cause in words.
@@ -55,6 +56,7 @@ struct Findings {
   Moments nees_values = {};                ///< single NEES values over runs and steps
   std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
   bool nonlinear = false;                              ///< the filter linearises at its own estimates
+  bool inflated = false;                               ///< it is known to inflate its covariance
 };
 
 /// A cause with its reason, the numbers included.

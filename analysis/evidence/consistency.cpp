@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "analysis/evidence/consistency_judge.h"
+#include "analysis/laws/run_mean.h"
 
 namespace credence {
 namespace {

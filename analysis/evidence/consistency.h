@@ -97,9 +97,6 @@ struct ConsistencyVerdict {
   std::vector<StepTest> steps;          ///< one for each step given
 };
 
-/// Fewer runs than these are judged by the bound for every dependence, which loses little there.
-inline constexpr std::int64_t kFewestRunsCompared = 5;
-
 /// The verdict on NEES, total or of a block of the state: steps correlated in time in any way.
 ///
 /// runs: the averages of the whole runs among them, where known. per_step[k] holds the NEES of the runs at

@@ -10,6 +10,7 @@
 #include "analysis/evidence/effective_steps.h"
 #include "analysis/evidence/settling_power.h"
 #include "analysis/laws/multiple_tests.h"
+#include "analysis/laws/run_mean.h"
 #include "analysis/laws/sample_size.h"
 #include "core/nan.h"
 
@@ -242,15 +243,17 @@ void judge_single_run(const Evidence& e, Judgement& j) {
 }
 
 NamedTest verdict_test(std::string name, const ConsistencyVerdict& v) {
-  if (v.verdict == Verdict::undecided) return {std::move(name), kNaN, kNaN, v.reason};
-  return {std::move(name), v.p_value, kNaN,
+  if (v.verdict == Verdict::undecided)
+    return {std::move(name), Exactness::conservative, kNaN, kNaN, v.reason};
+  return {std::move(name), Exactness::conservative, v.p_value, kNaN,
           fmt::format("mean {:.4g}, expected {:.4g}, {} tests", v.mean, v.expected, v.tests)};
 }
 
 /// A test with a reason where it was not made.
-NamedTest reasoned_test(std::string name, std::string_view reason, double p_value, std::string says) {
-  if (!reason.empty()) return {std::move(name), kNaN, kNaN, std::string(reason)};
-  return {std::move(name), p_value, kNaN, std::move(says)};
+NamedTest reasoned_test(std::string name, Exactness exactness, std::string_view reason, double p_value,
+                        std::string says) {
+  if (!reason.empty()) return {std::move(name), exactness, kNaN, kNaN, std::string(reason)};
+  return {std::move(name), exactness, p_value, kNaN, std::move(says)};
 }
 
 constexpr const char* kNisBody = "NIS against its law, body";
@@ -267,16 +270,17 @@ std::string of_sensor(const char* test, const SensorJudgement& sensor) {
 void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& tests) {
   if (!alone) tests.push_back(verdict_test("NIS of " + s.name, s.nis));
   tests.push_back(reasoned_test(
-      of_sensor(kNisBody, s), s.fit.reason, s.fit.kolmogorov_p_value,
+      of_sensor(kNisBody, s), Exactness::conservative, s.fit.reason, s.fit.kolmogorov_p_value,
       fmt::format("Kolmogorov-Smirnov D = {:.3g} of {} values", s.fit.kolmogorov, s.fit.count)));
-  tests.push_back(reasoned_test(of_sensor(kNisTails, s), s.fit.reason, s.fit.anderson_p_value,
+  tests.push_back(reasoned_test(of_sensor(kNisTails, s), Exactness::approximate, s.fit.reason,
+                                s.fit.anderson_p_value,
                                 fmt::format("Anderson-Darling A² = {:.3g}", s.fit.anderson)));
   tests.push_back(
-      reasoned_test(of_sensor(kWhiteness, s), s.whiteness.reason, s.whiteness.p_value,
+      reasoned_test(of_sensor(kWhiteness, s), Exactness::approximate, s.whiteness.reason, s.whiteness.p_value,
                     fmt::format("portmanteau Q = {:.4g}, dof {:g}", s.whiteness.statistic, s.whiteness.dof)));
   const double largest = s.mean.mean.size() > 0 ? s.mean.mean.cwiseAbs().maxCoeff() : 0.0;
-  tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), s.mean.reason, s.mean.p_value,
-                                fmt::format("largest {:.3g} σ", largest)));
+  tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), Exactness::exact, s.mean.reason,
+                                s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
 }
 
 void list_errors(const Judgement& j, std::vector<NamedTest>& tests) {
@@ -284,14 +288,16 @@ void list_errors(const Judgement& j, std::vector<NamedTest>& tests) {
     const CoverageVerdict& c = j.coverage[i];
     if (c.tests == 0) continue;
     const double share = static_cast<double>(c.pooled.inside) / static_cast<double>(c.pooled.total);
-    tests.push_back({fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]), c.p_value, kNaN,
+    tests.push_back({fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]), Exactness::conservative,
+                     c.p_value, kNaN,
                      fmt::format("{:.4g} % inside, {:.4g} % expected", 100.0 * share, 100.0 * c.expected)});
   }
-  tests.push_back(
-      reasoned_test("credibility of the vehicle's P", j.credibility.reason, j.credibility.p_value,
-                    fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
-                                j.credibility.inclination, j.credibility.noncredibility)));
-  tests.push_back(reasoned_test(kErrorCorrelation, j.error_correlation.reason, j.error_correlation.p_value,
+  tests.push_back(reasoned_test(
+      "credibility of the vehicle's P", Exactness::approximate, j.credibility.reason, j.credibility.p_value,
+      fmt::format("inclination {:.3g} dB at the last step, noncredibility {:.3g} dB",
+                  j.credibility.inclination, j.credibility.noncredibility)));
+  tests.push_back(reasoned_test(kErrorCorrelation, Exactness::approximate, j.error_correlation.reason,
+                                j.error_correlation.p_value,
                                 fmt::format("largest {:.3g} at the last step, dof {:g}",
                                             j.error_correlation.largest, j.error_correlation.dof)));
 }
@@ -329,8 +335,9 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   f.far_tail = sums.far_tail;
 }
 
-std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
+std::vector<CauseFound> causes_of(const Evidence& e, const JudgementContext& context, const Judgement& j) {
   Findings findings{.nees = j.nees, .nis = j.nis};
+  findings.inflated = context.inflated;
   Moments share;
   for (std::size_t i = 0; i < j.sensors.size(); ++i) {
     add_sensor_findings(e.sensors[i], j.sensors[i], j, findings);
@@ -377,9 +384,21 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (e.study.runs == 1 && context.all_runs == nullptr) judge_single_run(e, j);
   j.word = join_verdicts(j.nees, j.nis, j.blocks, j.confidence);
   j.tests = list_tests(e, j);
-  j.causes = causes_of(e, j);
+  j.causes = causes_of(e, context, j);
   if (context.sensitivity) judge_sensitivity(e, j);
   return j;
+}
+
+std::string_view to_string(Exactness exactness) {
+  switch (exactness) {
+    case Exactness::exact:
+      return "exact";
+    case Exactness::approximate:
+      return "approximate";
+    case Exactness::conservative:
+      return "conservative";
+  }
+  return "unknown";
 }
 
 std::optional<ConsistencyVerdict> judge_vehicle(const StudyStatistics& s, double confidence) {

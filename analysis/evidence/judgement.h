@@ -29,9 +29,20 @@
 
 namespace credence {
 
+/// How near the false-alarm rate of a test is to its level.
+enum class Exactness {
+  exact,         ///< equal
+  approximate,   ///< nearly equal: a limit law, or matched cumulants
+  conservative,  ///< at most, by proof
+};
+
+/// "exact", "approximate" or "conservative".
+std::string_view to_string(Exactness exactness);
+
 /// One line of the test suite.
 struct NamedTest {
   std::string name;
+  Exactness exactness = Exactness::conservative;
   double p_value = 0.0;   ///< of this test alone; NaN: not made
   double adjusted = 0.0;  ///< Holm's over the whole suite
   std::string says;       ///< in words, the number included
@@ -89,6 +100,7 @@ struct Judgement {
 struct JudgementContext {
   double confidence = 0.95;
   bool sensitivity = false;  ///< also judge without gross outliers
+  bool inflated = false;     ///< the filter inflates its covariance on purpose
   /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
   const StudyStatistics* all_runs = nullptr;
 };

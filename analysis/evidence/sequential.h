@@ -5,14 +5,17 @@
 
 #include "analysis/evidence/consistency.h"
 #include "analysis/evidence/sequential_e_value.h"
+#include "analysis/laws/betting_e_value.h"
 #include "analysis/laws/student.h"
+#include "montecarlo/engine/run_averages.h"
 
 /// @file
 /// When a Monte Carlo study may stop.
 ///
 /// Looking often at a fixed-sample test inflates its false alarms (every 25 runs, stop at the first
 /// rejection: 30.5 % instead of 5 %; theory, section 7). Here α = 1 − confidence is split: one half for the
-/// e-values of NEES and NIS (sequential_e_value.h), valid at every look, and one half for the fixed-sample
+/// e-values of NEES and NIS (sequential_e_value.h; for NEES half and half with bets on whole runs,
+/// betting_e_value.h), valid at every look, and one half for the fixed-sample
 /// verdicts at the last look, whose number of runs was set in advance. By the union bound P(a consistent
 /// filter is ever called optimistic or pessimistic) ≤ α. Decide only on the contiguous prefix of finished
 /// chunks, in their order: the same study then stops at the same chunk whatever the threads did.
@@ -34,8 +37,9 @@ struct StudyPrefix {
   std::span<const double> nees_dof;  ///< total dof at each step
   std::span<const Moments> nis;      ///< empty without innovations
   std::span<const double> nis_dof;
-  Moments run_average_nees;  ///< over runs: the average of NEES over the steps of each
-  bool last = false;         ///< max_runs is reached
+  const RunAverages* runs = nullptr;    ///< of NEES; null: not known, and no interval of the mean
+  const RunBetting* betting = nullptr;  ///< on the same runs; null: not known
+  bool last = false;                    ///< max_runs is reached
 };
 
 /// What to do after a look.
@@ -46,7 +50,7 @@ struct StopDecision {
   double log_e_value = 0.0;              ///< of the whole study, ln of ½ (E_nees + E_nis)
   double p_value = 1.0;                  ///< anytime-valid: min(1, 1/E)
   ChiSquareBounds scale;                 ///< confidence sequence of the factor on P, from NEES; on a stop
-  MeanInterval mean_nees;                ///< of run_average_nees, at `confidence`
+  MeanInterval mean_nees;                ///< over the runs, at `confidence`
 };
 
 /// Looks at a prefix. Precision is relative to the measured mean, and not absolute: the moment of stopping

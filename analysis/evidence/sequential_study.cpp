@@ -13,21 +13,17 @@ StopRule rule_of(const Scenario& scenario) {
           .precision = stop.precision};
 }
 
-/// Mean NEES over the runs and steps of a chunk.
-Moments average_of(const StudyStatistics& chunk) {
-  Moments all;
-  for (const StepStatistics& step : chunk.steps) all.merge(step[Quantity::nees]);
-  return all;
-}
-
 }  // namespace
 
 SequentialStudy::SequentialStudy(const Scenario& scenario)
     : rule_(rule_of(scenario)), most_runs_(scenario.most_runs()) {}
 
 bool SequentialStudy::look(const StudyStatistics& chunk, const StudyStatistics& prefix) {
-  if (chunk.runs == kChunkRuns) {
-    if (const Moments average = average_of(chunk); average.count > 0) chunk_averages_.add(average.mean);
+  const RunAverages& runs = chunk.nees_of_runs;
+  if (!runs.first.empty()) {
+    const StepDofs dofs{.dof = static_cast<double>(runs.least_dof), .steps = 1};
+    const BettingPrices prices = betting_prices(std::span(&dofs, 1));
+    for (const double average : runs.first) betting_.add(average, prices);
   }
   const std::vector<Moments> nees = prefix.series(Quantity::nees), nis = prefix.series(Quantity::nis);
   const std::vector<double> nees_dof = prefix.dofs(Quantity::nees);
@@ -36,7 +32,8 @@ bool SequentialStudy::look(const StudyStatistics& chunk, const StudyStatistics& 
                                      .nees_dof = nees_dof,
                                      .nis = nis,
                                      .nis_dof = nis_dof,
-                                     .run_average_nees = chunk_averages_,
+                                     .runs = &prefix.nees_of_runs,
+                                     .betting = &betting_,
                                      .last = prefix.runs == most_runs_});
   return decision_.stop;
 }

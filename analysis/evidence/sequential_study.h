@@ -8,9 +8,6 @@ namespace credence {
 
 /// Watches the chunks of one study for its stop rule; what it decides depends on the chunks alone, in their
 /// order.
-///
-/// The precision of the mean NEES comes from the averages of whole chunks, of 64 runs each, which are
-/// independent and nearly Gaussian: so it needs StopRule::min_runs of them.
 class SequentialStudy {
  public:
   explicit SequentialStudy(const Scenario& scenario);
@@ -24,7 +21,7 @@ class SequentialStudy {
  private:
   StopRule rule_;
   std::int64_t most_runs_;
-  Moments chunk_averages_;
+  RunBetting betting_;
   StopDecision decision_;
 };
 

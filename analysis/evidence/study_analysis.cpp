@@ -108,7 +108,9 @@ void add_judgement(StudyAnalysis& a, const Experiment& experiment, const EngineO
   const std::int64_t runs = evidence_runs(a.state_dim, a.scenario.study.steps, a.statistics.runs);
   const auto evidence = collect_evidence(experiment, runs, options);
   if (!evidence) return;
-  a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence, .all_runs = &a.statistics});
+  a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence,
+                                  .inflated = a.scenario.filter.inflation != FilterInflation::none,
+                                  .all_runs = &a.statistics});
   a.word = a.judgement->word;
 }
 

@@ -44,6 +44,9 @@
 
 namespace credence {
 
+/// Fewer runs than these are judged by the bound for every dependence, which loses little there.
+inline constexpr std::int64_t kFewestRunsCompared = 5;
+
 /// P-values of the two one-sided hypotheses.
 struct DirectedPValues {
   double optimistic = 1.0;   ///< small: the mean is too large, P too small

@@ -9,6 +9,7 @@
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/require.h"
+#include "analysis/laws/run_mean.h"
 
 namespace credence {
 namespace {
@@ -30,8 +31,12 @@ double leaves(double factor, double dof, double lower, double upper) {
 double power_of_sum(const VerdictDesign& design, double factor, double runs, double level) {
   const double step_dof = runs * design.dof_per_step;
   if (design.white) return chi_square_power(factor, step_dof * design.steps, level);
-  // The acceptance interval of the mean over steps is that of one step, by expected shortfall.
   const double effective = std::min(design.steps, design.effective_steps);
+  // Whole runs are compared: their average is a multiple of χ² with the effective dof.
+  if (runs >= static_cast<double>(kFewestRunsCompared)) {
+    return chi_square_power(factor, effective * step_dof, level);
+  }
+  // The acceptance interval of the mean over steps is that of one step, by expected shortfall.
   const double lower = chi_square_lower_tail_mean(0.5 * level, step_dof);
   const double upper = chi_square_upper_tail_mean(0.5 * level, step_dof);
   return leaves(factor, effective * step_dof, effective * lower, effective * upper);

@@ -27,8 +27,9 @@ struct VerdictDesign {
 /// Power of judge_nis or judge_nees over `runs` runs: the larger of the powers of its two parts, which is a
 /// lower bound of the power of both.
 ///
-/// Sum over white steps: exact. Sum over correlated steps: a multiple of χ² with the effective dof (exact for
-/// fully correlated steps, and then the least power when it exceeds one half). Steps: exact for white ones;
+/// Sum over white steps: exact. Correlated steps: the averages of whole runs as a multiple of χ² with the
+/// effective dof (exact for fully correlated steps; measured within 3 points for others), of fewer than five
+/// runs by the bound for every dependence. Steps: exact for white ones;
 /// one step at the Bonferroni level for correlated ones.
 double verdict_power(const VerdictDesign& design, double factor, double runs);
 

@@ -7,12 +7,13 @@
 #include <vector>
 
 #include "analysis/evidence/advice_cause.h"
+#include "analysis/evidence/judgement.h"
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/student.h"
-#include "analysis/studies/selftest_battery.h"
 
 /// @file
-/// Calibration is the proof: every test of the battery on exact and on deliberately wrong synthetic filters.
+/// Calibration is the proof: every test that the product makes, on exact and on deliberately wrong synthetic
+/// filters.
 ///
 /// The false-alarm rate of a test is the share of studies of an exact filter that it rejects. All rows are
 /// judged together: each rate has the interval of Clopper and Pearson at a confidence of 1 − 0.001 / rows,
@@ -68,9 +69,9 @@ struct NamedCause {
 /// A filter that is wrong on purpose.
 struct WrongFilterResult {
   std::string name;
-  StudyShare caught = {};  ///< by the whole battery at its family-wise level
+  StudyShare caught = {};  ///< by the word
   double caught_wanted = 0.0;
-  std::vector<PowerRow> power = {};  ///< of every test of the battery, at the same level
+  std::vector<PowerRow> power = {};  ///< of every test, at the same level
   Cause expected = Cause::outliers;
   StudyShare named = {};  ///< studies in which the advice names the right cause first
   double named_wanted = 0.0;

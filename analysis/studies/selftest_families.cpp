@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/laws/betting_e_value.h"
 #include "analysis/laws/effective_sample.h"
 #include "analysis/laws/multiple_tests.h"
 #include "analysis/studies/selftest_study.h"
@@ -24,8 +25,12 @@ class GrowingStudy {
     for (int k = 0; k < SyntheticFilter::kSteps; ++k) {
       sums += filter_.nees(k, samples[static_cast<std::size_t>(k)].error);
     }
+    const StepDofs step{.dof = SyntheticFilter::kStateDof, .steps = 1};
+    const BettingPrices prices = betting_prices(std::span(&step, 1));
     for (int run = 0; run < SyntheticFilter::kRuns; ++run) {
-      run_average.add(sums(run) / SyntheticFilter::kSteps);
+      constexpr double kDof = SyntheticFilter::kStateDof * SyntheticFilter::kSteps;
+      runs.add(sums(run), kDof, static_cast<std::int64_t>(SyntheticFilter::kStateDof));
+      betting.add(sums(run) / kDof, prices);
     }
     dofs = synthetic_dofs(nis, SyntheticFilter::kInnovationDof);  // those of NEES are the same
   }
@@ -33,7 +38,8 @@ class GrowingStudy {
   std::vector<Moments> nees = std::vector<Moments>(SyntheticFilter::kSteps);
   std::vector<Moments> nis = nees;
   std::vector<double> dofs;
-  Moments run_average;
+  RunAverages runs;
+  RunBetting betting;
 
  private:
   const SyntheticFilter& filter_;
@@ -61,13 +67,14 @@ std::vector<SequentialOutcome> sequential_outcomes(const SyntheticFilter& filter
                              .nees_dof = study.dofs,
                              .nis = study.nis,
                              .nis_dof = study.dofs,
-                             .run_average_nees = study.run_average,
+                             .runs = &study.runs,
+                             .betting = &study.betting,
                              .last = chunk == kSequentialChunks};
     for (std::size_t i = 0; i < rules.size(); ++i) {
       if (outcomes[i].runs > 0) continue;
       const StopDecision decision = look(rules[i], prefix);
       if (!decision.stop) continue;
-      outcomes[i] = {decision.verdict, study.run_average.count, decision.mean_nees};
+      outcomes[i] = {decision.verdict, study.runs.moments.count, decision.mean_nees};
       --running;
     }
   }

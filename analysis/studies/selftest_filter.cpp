@@ -135,10 +135,10 @@ SyntheticFilter::SyntheticFilter(const SyntheticSetup& setup) : setup_(setup) {
     P = (step.A * P * step.A.transpose() + step.K * R * step.K.transpose()).eval();
     if (setup.defect == Defect::dropped_cross_covariance) P(0, 1) = P(1, 0) = 0.0;
     step.P = P;
+    step.S = S;
     step.inverse_factor_P = inverse_factor(P);
     step.inverse_factor_S = inverse_factor(S);
     steps_.push_back(step);
-    measurement_noise_share_ += S.llt().solve(R).trace() / (kInnovationDof * kSteps);
   }
 }
 
@@ -170,20 +170,25 @@ std::vector<SyntheticFilter::Sample> SyntheticFilter::simulate(const NoiseSource
     }
     error += step.K * nu;
     error.row(0) = error.row(0).unaryExpr([](double angle) { return wrap_angle(angle); });
-    samples.push_back(
-        {.error = error,
-         .innovation = step.inverse_factor_S * nu,
-         .beyond_half_turn = static_cast<int>((nu.row(1).array().abs() > std::numbers::pi).count())});
+    samples.push_back({.error = error, .innovation = nu});
   }
   return samples;
 }
 
 Eigen::Array<double, 1, SyntheticFilter::kRuns> SyntheticFilter::nees(int step, const Lanes& error) const {
-  return whitened(step, error).colwise().squaredNorm().array();
+  return (steps_[static_cast<std::size_t>(step)].inverse_factor_P * error).colwise().squaredNorm().array();
 }
 
-SyntheticFilter::Lanes SyntheticFilter::whitened(int step, const Lanes& error) const {
-  return steps_[static_cast<std::size_t>(step)].inverse_factor_P * error;
+Eigen::Array<double, 1, SyntheticFilter::kRuns> SyntheticFilter::nis(int step,
+                                                                     const Lanes& innovation) const {
+  return (steps_[static_cast<std::size_t>(step)].inverse_factor_S * innovation)
+      .colwise()
+      .squaredNorm()
+      .array();
+}
+
+double SyntheticFilter::assumed_measurement_variance() const {
+  return setup_.measurement_scale * kMeasurementVariance;
 }
 
 std::vector<Matrix> SyntheticFilter::covariances() const {

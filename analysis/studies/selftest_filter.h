@@ -17,7 +17,7 @@ enum class Defect {
   process_noise_too_large,
   measurement_noise_too_small,
   measurement_noise_too_large,
-  wrong_dof,                 ///< judged with one dof more than its state has
+  wrong_dof,                 ///< claims one dof more than its state has
   unwrapped_angle,           ///< the compass innovation is not wrapped
   dropped_cross_covariance,  ///< between heading and landmark, after every update
   coloured_noise,            ///< measurement noise correlated in time
@@ -54,37 +54,35 @@ class SyntheticFilter {
   using Lanes = Eigen::Matrix<double, 2, kRuns>;  ///< one column for each run
   /// One step of all runs.
   struct Sample {
-    Lanes error;               ///< estimate − truth after the update
-    Lanes innovation;          ///< normalised, L⁻¹ ν with S = L Lᵀ
-    int beyond_half_turn = 0;  ///< compass innovations outside [−π, π]
+    Lanes error;       ///< estimate − truth after the update
+    Lanes innovation;  ///< ν
   };
   /// Runs kRuns · block … kRuns · (block + 1) − 1, one entry for each step.
   std::vector<Sample> simulate(const NoiseSource& noise, std::int64_t block) const;
 
   /// NEES of every run for the errors of a step.
   Eigen::Array<double, 1, kRuns> nees(int step, const Lanes& error) const;
-  /// L⁻¹ e with P = L Lᵀ.
-  Lanes whitened(int step, const Lanes& error) const;
+  /// NIS of every run for the innovations of a step.
+  Eigen::Array<double, 1, kRuns> nis(int step, const Lanes& innovation) const;
 
   /// P after the update of a step, as the filter believes; and of every step, with its transition (I − K H)
   /// F.
   const Eigen::Matrix2d& covariance(int step) const { return steps_[static_cast<std::size_t>(step)].P; }
   std::vector<Matrix> covariances() const;
   std::vector<Matrix> transitions() const;
-  /// The mean of tr(S⁻¹ R) / m over the steps.
-  double measurement_noise_share() const { return measurement_noise_share_; }
-  /// The dof that NEES is judged with.
-  double judged_dof() const { return setup_.defect == Defect::wrong_dof ? kStateDof + 1.0 : kStateDof; }
+  const Eigen::Matrix2d& innovation_covariance(int step) const {
+    return steps_[static_cast<std::size_t>(step)].S;
+  }
+  double assumed_measurement_variance() const;  ///< rad², of either measurement
   const SyntheticSetup& setup() const { return setup_; }
 
  private:
   struct Step {
-    Eigen::Matrix2d P, K, A, inverse_factor_P, inverse_factor_S;
+    Eigen::Matrix2d P, S, K, A, inverse_factor_P, inverse_factor_S;
   };
 
   SyntheticSetup setup_;
   std::vector<Step> steps_;
-  double measurement_noise_share_ = 0.0;
 };
 
 }  // namespace credence

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "analysis/studies/selftest_families.h"
+#include "analysis/studies/selftest_study.h"
+#include "analysis/studies/selftest_tests.h"
 
 namespace credence {
 namespace {
@@ -43,17 +45,17 @@ std::int64_t saving_studies(const SelftestOptions& options) { return options.stu
 WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorkers& workers,
                                    ExpectedCause wrong) {
   const SyntheticFilter filter(setup_of(wrong.defect));
-  const BatteryLaws laws = battery_laws(filter, kWrongBlocks * SyntheticFilter::kRuns);
   const NoiseSource noise(options.seed, SelftestNoise::kWrong + static_cast<std::uint64_t>(wrong.defect));
   const std::int64_t studies = studies_of_a_wrong_filter(options);
-  std::vector<std::vector<BatteryResult>> all(static_cast<std::size_t>(studies));
+  std::vector<std::vector<TestResult>> all(static_cast<std::size_t>(studies));
   std::vector<std::optional<Cause>> causes(static_cast<std::size_t>(studies));
   workers.for_each(studies, [&](std::int64_t i) {
     const std::size_t at = static_cast<std::size_t>(i);
-    const SyntheticStudy study = make_study(filter, noise, i * kWrongBlocks, kWrongBlocks);
-    all[at] = battery_results(filter, laws, study);
-    const std::vector<CauseFound> found = battery_causes(filter, study, 1.0 - kSelftestPowerLevel);
-    if (!found.empty()) causes[at] = found.front().cause;
+    const Evidence evidence =
+        synthetic_evidence(filter, noise, i * kWrongBlocks, kWrongBlocks * SyntheticFilter::kRuns);
+    const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
+    all[at] = shipped_tests(evidence, judgement);
+    if (!judgement.causes.empty()) causes[at] = judgement.causes.front().cause;
   });
   WrongFilterResult result{.name = std::string(to_string(wrong.defect)),
                            .caught_wanted = kCaughtWanted,
@@ -61,7 +63,7 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
                            .named_wanted = kNamedWanted};
   if (workers.stopped()) return result;
   for (std::size_t test = 0; test < all.front().size(); ++test) {
-    const auto found = std::count_if(all.begin(), all.end(), [&](const std::vector<BatteryResult>& r) {
+    const auto found = std::count_if(all.begin(), all.end(), [&](const std::vector<TestResult>& r) {
       return is_alarm(r[test].p_value, kSelftestPowerLevel);
     });
     result.power.push_back({std::string(all.front()[test].name), share_of(found, studies)});

@@ -93,6 +93,7 @@ std::string log_json(const CheckedLogs& logs) {
   j["state_dim"] = s.state_dim;
   j["complete"] = logged.complete;
   j["verdict"] = to_string(a.word.verdict);
+  j["word"] = word_json(a.word);
   j["nees"] = verdict_json(a.nees);
   j["nis"] = verdict_json(a.nis);
   if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);

@@ -80,6 +80,7 @@ ReportTable log_table(const CheckedLogs& logs) {
         fmt::format("Gross outliers, beyond the upper {:g} quantile of their law: {} of NEES, {} of NIS.",
                     kGrossOutlier, a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
   }
+  if (!a.word.says.empty()) table.notes.push_back(word_sentence(logs.name, a.word, a.nees));
   add_read_notes(table, logs);
   if (!a.nees.reason.empty() && evidence.has_truth) table.notes.push_back("NEES: " + a.nees.reason + ".");
   for (const SensorJudgement& s : a.sensors) table.notes.push_back(tests_of(s));
@@ -92,7 +93,8 @@ ReportTable log_table(const CheckedLogs& logs) {
   }
   for (const std::string& sentence : advice_sentences(a)) table.notes.push_back(sentence);
   table.notes.push_back(
-      "consistent: P can be trusted. optimistic: errors are larger than P says. pessimistic: smaller.");
+      "consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
+      "pessimistic: smaller. mixed: larger here, smaller there; do not trust it.");
   return table;
 }
 

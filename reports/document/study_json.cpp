@@ -58,6 +58,7 @@ Json study(const StudyAnalysis& a) {
   j["state_dim"] = a.state_dim;
   j["complete"] = a.complete;
   j["verdict"] = to_string(overall_verdict(a));
+  j["word"] = word_json(a.word);
   if (a.stop) j["stop"] = stop_json(a);
   j["nees"] = verdict_json(a.nees);
   j["nis"] = verdict_json(a.nis);

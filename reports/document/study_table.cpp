@@ -1,17 +1,16 @@
 #include "reports/document/study_table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "reports/render/number_text.h"
 
 namespace credence {
 namespace {
-
-std::string against(const ConsistencyVerdict& v) {
-  return fmt::format("{} … {}", number_text(v.bounds.lower), number_text(v.bounds.upper));
-}
 
 TableCell failures_cell(const StudyStatistics& s) {
   if (s.failures.empty()) return {0};
@@ -47,47 +46,97 @@ std::string world_text(const Scenario& scenario) {
 }
 
 TableCell verdict_cell(Verdict verdict) {
-  const CellTone tone = verdict == Verdict::consistent   ? CellTone::good
-                        : verdict == Verdict::optimistic ? CellTone::alarm
-                                                         : CellTone::caution;
+  const CellTone tone = verdict == Verdict::consistent                                ? CellTone::good
+                        : verdict == Verdict::optimistic || verdict == Verdict::mixed ? CellTone::alarm
+                                                                                      : CellTone::caution;
   return {std::string(to_string(verdict)), tone};
+}
+
+namespace {
+
+bool is_unsafe(Verdict verdict) { return verdict == Verdict::optimistic || verdict == Verdict::mixed; }
+
+/// "27.8 of 22.1".
+std::string against_expected(const ConsistencyVerdict& v) {
+  if (v.count == 0) return "–";
+  return fmt::format("{} of {}", number_text(v.mean, 4), number_text(v.expected, 4));
+}
+
+std::string factor_text(const ConsistencyVerdict& nees) {
+  const MeanInterval& f = nees.factor;
+  if (!f.reason.empty()) return "–";
+  return fmt::format("{} ({} … {})", number_text(f.mean, 3), number_text(f.lower, 3),
+                     number_text(f.upper, 3));
+}
+
+/// The answer, before any number.
+std::string answer(std::span<const StudyAnalysis> analyses) {
+  std::vector<std::string> unsafe, undecided;
+  for (const StudyAnalysis& a : analyses) {
+    const Verdict verdict = overall_verdict(a);
+    if (is_unsafe(verdict)) unsafe.push_back(a.scenario.name);
+    if (verdict == Verdict::undecided) undecided.push_back(a.scenario.name);
+  }
+  const std::size_t n = analyses.size();
+  if (!unsafe.empty()) {
+    return fmt::format("{} of {} filter{} cannot be trusted: {}", unsafe.size(), n, n == 1 ? "" : "s",
+                       fmt::join(unsafe, ", "));
+  }
+  if (!undecided.empty()) {
+    return fmt::format("{} of {} filter{} undecided: {}", undecided.size(), n, n == 1 ? "" : "s",
+                       fmt::join(undecided, ", "));
+  }
+  return n == 1 ? "Nothing says that this covariance is too small"
+                : fmt::format("Nothing says that any of these {} covariances is too small", n);
+}
+
+}  // namespace
+
+std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees) {
+  std::string sentence = fmt::format("{}: {}", name, word.says);
+  if (nees.factor.reason.empty() && is_inconsistent(nees.verdict)) {
+    sentence += fmt::format("; times {} on P the mean NEES would be right", number_text(nees.factor.mean, 3));
+  }
+  return sentence + ".";
 }
 
 ReportTable verdict_table(std::span<const StudyAnalysis> analyses) {
   using enum ColumnAlign;
-  ReportTable table{.title = "Can these covariances be trusted?",
+  ReportTable table{.title = answer(analyses),
                     .columns = {{"study", words},
                                 {"inflation", words},
                                 {"runs"},
-                                {"mean NEES"},
-                                {"expected"},
-                                {"trusted if within", words},
-                                {"NEES says", words},
-                                {"mean NIS"},
-                                {"expected"},
-                                {"NIS says", words},
+                                {"verdict", words},
+                                {"factor on P", words},
+                                {"NEES", words},
+                                {"of the pose", words},
+                                {"NIS", words},
                                 {"failed runs"}},
                     .rows = {},
                     .notes = {}};
   for (const StudyAnalysis& a : analyses) {
     table.add({fmt::format("{}{}", a.scenario.name, a.complete ? "" : " (interrupted)"),
-               filter_text(a.scenario.filter), a.statistics.runs, a.nees.mean, a.nees.expected,
-               against(a.nees), verdict_cell(a.nees.verdict), a.nis.mean, a.nis.expected,
-               verdict_cell(a.nis.verdict), failures_cell(a.statistics)});
+               filter_text(a.scenario.filter), a.statistics.runs, verdict_cell(overall_verdict(a)),
+               factor_text(a.nees), against_expected(a.nees),
+               a.vehicle_nees ? against_expected(*a.vehicle_nees) : "–", against_expected(a.nis),
+               failures_cell(a.statistics)});
+    if (!a.word.says.empty() && !a.stop)
+      table.notes.push_back(word_sentence(a.scenario.name, a.word, a.nees));
   }
   const double confidence = analyses.empty() ? 0.95 : analyses.front().scenario.study.confidence;
-  table.notes = {
-      "NEES: squared error of the state in units of its covariance P; NIS: of the innovation in units of S.",
-      "consistent: P can be trusted. optimistic: errors are larger than P says. pessimistic: smaller.",
-      fmt::format(
-          "Each verdict is wrong with at most {:g} % probability on a consistent filter, over all its steps "
-          "together.",
-          100.0 * (1.0 - confidence))};
+  table.notes.insert(
+      table.notes.end(),
+      {"factor on P: the true covariance over the claimed one, on average over steps, with its interval. "
+       "NEES: "
+       "squared error in units of P, mean of expected; NIS: of the innovation in units of S.",
+       "consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
+       "pessimistic: smaller everywhere. mixed: larger here, smaller there; do not trust it.",
+       fmt::format(
+           "The verdict of a consistent filter is wrong with at most {:g} % probability, over NEES, NIS "
+           "and all blocks and steps together.",
+           100.0 * (1.0 - confidence))});
   if (std::ranges::any_of(analyses, [](const StudyAnalysis& a) { return a.stop.has_value(); })) {
-    table.notes.push_back(
-        "That holds for a number of runs fixed in advance: of a study with a stop rule the verdict of the "
-        "rule "
-        "counts, and not these.");
+    table.notes.push_back("Of a study with a stop rule the verdict is that of the rule.");
   }
   return table;
 }

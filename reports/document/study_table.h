@@ -1,15 +1,20 @@
 #pragma once
 
 #include <span>
+#include <string>
 
 #include "analysis/evidence/study_analysis.h"
 #include "reports/document/report_table.h"
 
 namespace credence {
 
-/// One row for each study: what was run, mean and expected NEES and NIS with the bounds of the means, the
-/// verdict, and how many runs failed. The notes explain the words to someone new to them.
+/// The answer as its title, then one row for each study: what was run, the verdict, the factor on P, mean and
+/// expected NEES, of the whole state and of the pose, NIS, and how many runs failed. The notes say what and
+/// when of each filter that is not consistent, and explain the words.
 ReportTable verdict_table(std::span<const StudyAnalysis> analyses);
+
+/// "planar_loop: optimistic in heading from step 180 on; times 1.3 on P the mean NEES would be right."
+std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees);
 
 /// "map, pairwise" and the like.
 std::string filter_text(const FilterSettings& filter);

@@ -3,6 +3,27 @@
 #include <cmath>
 
 namespace credence {
+namespace {
+
+Json span_json(const StepSpan& span) {
+  if (span.count == 0) return nullptr;
+  return {{"first", span.first}, {"last", span.last}, {"count", span.count}};
+}
+
+}  // namespace
+
+Json word_json(const Word& word) {
+  Json joined = Json::array();
+  for (const JoinedVerdict& part : word.joined) {
+    joined.push_back({{"name", part.name},
+                      {"verdict", to_string(part.verdict)},
+                      {"adjusted_p_value", json_number(part.p_value)}});
+  }
+  return {{"verdict", to_string(word.verdict)},
+          {"p_value", json_number(word.p_value)},
+          {"says", word.says},
+          {"joined", std::move(joined)}};
+}
 
 Json verdict_json(const ConsistencyVerdict& v) {
   Json per_step = Json::array(), lower = Json::array(), upper = Json::array(), p_values = Json::array();
@@ -21,6 +42,15 @@ Json verdict_json(const ConsistencyVerdict& v) {
   if (!v.reason.empty()) j["reason"] = v.reason;
   j["p_value"] = json_number(v.p_value);
   j["confidence"] = v.confidence;
+  j["optimistic_p_value"] = json_number(v.optimistic_p_value);
+  j["pessimistic_p_value"] = json_number(v.pessimistic_p_value);
+  j["decided_by"] = v.steps_tested == 0 ? Json(nullptr) : Json(v.decided_by_steps ? "step" : "mean");
+  j["factor"] = {{"value", json_number(v.factor.mean)},
+                 {"lower", json_number(v.factor.lower)},
+                 {"upper", json_number(v.factor.upper)}};
+  if (!v.factor.reason.empty()) j["factor"]["reason"] = v.factor.reason;
+  j["optimistic_steps"] = span_json(v.optimistic_steps);
+  j["pessimistic_steps"] = span_json(v.pessimistic_steps);
   // Bounds of the mean at a single step; of the last one where the dof varies.
   j["bounds"] = {{"lower", json_number(last.lower)}, {"upper", json_number(last.upper)}};
   j["share_outside"] = json_number(v.share_outside);

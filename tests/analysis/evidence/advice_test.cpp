@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/evidence/advice_cause.h"
+#include "analysis/laws/run_mean.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence {

@@ -73,7 +73,8 @@ TEST(EValue, GrowsWithEvidenceOfEitherSign) {
 
 struct Study {
   std::vector<Moments> nees = std::vector<Moments>(kSteps), nis = nees;
-  Moments run_average;
+  RunAverages runs;
+  RunBetting betting;
 
   template <typename Generator>
   void add_chunk(const test::ScalarFilter& filter, Generator& generator) {
@@ -86,18 +87,27 @@ struct Study {
         nis[k].merge(one_nis[k]);
         sum += one_nees[k].mean;
       }
-      run_average.add(sum / kSteps);
+      runs.add(sum, kSteps, 1);
+      betting.add(sum / kSteps, prices());
     }
   }
 
   StopDecision look_at(const StopRule& rule) const {
-    const std::vector<double> dofs(kSteps, static_cast<double>(run_average.count));
+    const std::vector<double> dofs(kSteps, static_cast<double>(runs.moments.count));
     return look(rule, {.nees = nees,
                        .nees_dof = dofs,
                        .nis = nis,
                        .nis_dof = dofs,
-                       .run_average_nees = run_average,
-                       .last = run_average.count >= kMaxRuns});
+                       .runs = &runs,
+                       .betting = &betting,
+                       .last = runs.moments.count >= kMaxRuns});
+  }
+
+ private:
+  static const BettingPrices& prices() {
+    static constexpr StepDofs kOne{.dof = 1.0, .steps = 1};
+    static const BettingPrices prices = betting_prices(std::span(&kOne, 1));
+    return prices;
   }
 };
 
@@ -114,7 +124,7 @@ Outcome run_study(const test::ScalarFilter& filter, const StopRule& rule, std::m
   while (!outcome.decision.stop) {
     study.add_chunk(filter, generator);
     outcome.decision = study.look_at(rule);
-    outcome.runs = study.run_average.count;
+    outcome.runs = study.runs.moments.count;
     if (with_naive) {
       const std::vector<double> dofs(kSteps, static_cast<double>(outcome.runs));
       outcome.naive_rejected |= judge_nis(study.nis, dofs, rule.confidence).verdict != Verdict::consistent;
@@ -206,16 +216,15 @@ TEST(Sequential, PrecisionStopKeepsItsCoverage) {
   for (int study = 0; study < kStudies; ++study) {
     StopDecision decision;
     std::vector<Moments> nees(1);
-    Moments average;
+    RunAverages runs;
     while (!decision.stop) {
       for (int run = 0; run < kChunk; ++run) {
         const double value = 1.7 * chi(generator);  // not χ²: an inconsistent filter
         nees[0].add(value);
-        average.add(value);
+        runs.add(value, 2.0, 2);
       }
-      const std::vector<double> dofs{2.0 * static_cast<double>(average.count)};
-      decision =
-          look(rule, {.nees = nees, .nees_dof = dofs, .nis = {}, .nis_dof = {}, .run_average_nees = average});
+      const std::vector<double> dofs{2.0 * static_cast<double>(runs.moments.count)};
+      decision = look(rule, {.nees = nees, .nees_dof = dofs, .nis = {}, .nis_dof = {}, .runs = &runs});
     }
     EXPECT_EQ(decision.reason, "precision");
     covered += decision.mean_nees.lower <= 3.4 && 3.4 <= decision.mean_nees.upper;
@@ -237,9 +246,8 @@ TEST(Sequential, DegenerateStudies) {
   const std::vector<Moments> none(3);
   const std::vector<double> dofs(3, 0.0);
   // All runs failed: never a verdict, and the end is an end.
-  const StopDecision empty = look(
-      {},
-      {.nees = none, .nees_dof = dofs, .nis = none, .nis_dof = dofs, .run_average_nees = {}, .last = true});
+  const StopDecision empty =
+      look({}, {.nees = none, .nees_dof = dofs, .nis = none, .nis_dof = dofs, .last = true});
   EXPECT_TRUE(empty.stop);
   EXPECT_EQ(empty.verdict, Verdict::undecided);
   EXPECT_EQ(empty.p_value, 1.0);
@@ -248,32 +256,27 @@ TEST(Sequential, DegenerateStudies) {
   // Zero variance and one run: no stop by precision.
   const std::vector<Moments> constant(3, Moments{.count = 40, .mean = 1.0, .m2 = 0.0});
   const std::vector<double> forty(3, 40.0);
+  RunAverages one;
+  one.add(1.0, 1.0, 1);
   const StopDecision flat =
-      look({.precision = 0.1}, {.nees = constant,
-                                .nees_dof = forty,
-                                .nis = {},
-                                .nis_dof = {},
-                                .run_average_nees = {.count = 1, .mean = 1.0, .m2 = 0.0}});
+      look({.precision = 0.1}, {.nees = constant, .nees_dof = forty, .nis = {}, .nis_dof = {}, .runs = &one});
   EXPECT_FALSE(flat.stop);
 
   std::vector<Moments> nan = constant;
   nan[1].mean = std::nan("");
-  const StopDecision bad =
-      look({}, {.nees = nan, .nees_dof = forty, .nis = {}, .nis_dof = {}, .run_average_nees = {}});
+  const StopDecision bad = look({}, {.nees = nan, .nees_dof = forty, .nis = {}, .nis_dof = {}});
   EXPECT_FALSE(bad.stop);
   EXPECT_TRUE(std::isnan(bad.p_value));
 
   std::vector<Moments> infinite = constant;
   infinite[1].mean = std::numeric_limits<double>::infinity();
-  const StopDecision huge =
-      look({}, {.nees = infinite, .nees_dof = forty, .nis = {}, .nis_dof = {}, .run_average_nees = {}});
+  const StopDecision huge = look({}, {.nees = infinite, .nees_dof = forty, .nis = {}, .nis_dof = {}});
   EXPECT_TRUE(huge.stop);
   EXPECT_EQ(huge.verdict, Verdict::optimistic);
 
   EXPECT_THROW(look({.confidence = 1.0}, {}), std::invalid_argument);
   EXPECT_THROW(look({.precision = -0.1}, {}), std::invalid_argument);
-  EXPECT_THROW(look({}, {.nees = constant, .nees_dof = {}, .nis = {}, .nis_dof = {}, .run_average_nees = {}}),
-               std::invalid_argument);
+  EXPECT_THROW(look({}, {.nees = constant, .nees_dof = {}, .nis = {}, .nis_dof = {}}), std::invalid_argument);
 }
 
 }  // namespace

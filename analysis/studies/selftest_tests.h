@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/judgement.h"
+
+namespace credence {
+
+/// One test on one study.
+struct TestResult {
+  std::string name;
+  Exactness exactness = Exactness::exact;
+  double p_value = 1.0;  ///< NaN where a test has no data
+};
+
+/// Every test that the product makes of this evidence, always in the same order for evidence of one kind:
+/// those of the judgement, the e-values of the stop rules, all tests together by Holm, and the word.
+std::vector<TestResult> shipped_tests(const Evidence& evidence, const Judgement& judgement);
+
+}  // namespace credence
