@@ -93,6 +93,8 @@ StudyStatistics LoggedExperiment::run_chunk(std::int64_t first_run, std::int64_t
     step.nees_dof = from_log.nees_dof;
     step.nis_dof = from_log.nis_dof;
   }
+  statistics.nees_of_runs = logged.nees_of_runs;
+  statistics.vehicle_nees_of_runs = logged.vehicle_nees_of_runs;
   return statistics;
 }
 

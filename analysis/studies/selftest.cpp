@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "analysis/studies/selftest_calibration.h"
+#include "analysis/studies/selftest_filter.h"
 #include "analysis/studies/selftest_power.h"
 
 namespace credence {
