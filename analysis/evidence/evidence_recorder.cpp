@@ -64,6 +64,12 @@ void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLa
   layout_ = layout;
   states_.clear();
   places_.assign(layout.blocks.size(), {});
+  list_blocks();
+}
+
+void EvidenceRecorder::list_blocks() {
+  if (!layout_.has_truth) return;
+  for (const Block& block : layout_.blocks) sums_.block(block);
 }
 
 void EvidenceRecorder::begin_run() {
@@ -87,6 +93,7 @@ Evidence EvidenceRecorder::take() {
   Evidence taken = std::move(sums_);
   sums_ = Evidence();
   sums_.layout = layout_;
+  list_blocks();
   return taken;
 }
 

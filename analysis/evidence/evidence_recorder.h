@@ -64,6 +64,7 @@ class EvidenceRecorder {
     Vector last_whitened{};  ///< of the whole state
   };
 
+  void list_blocks();  ///< in the order of the layout, seen or not
   Normalised normalise(const Vector& error, const Matrix& P);
   void find_places(const Step& step);
   std::string_view judge_state(const Step& step);

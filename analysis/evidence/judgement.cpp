@@ -168,6 +168,7 @@ void judge_ends(const Evidence& e, Judgement& j) {
                       ? credibility_index(runs.last_error, runs.last_covariance, j.confidence)
                       : CredibilityIndex{.reason = "fewer whole runs than the vehicle has dimensions"};
   j.error_correlation = test_error_correlation(runs.last_whitened);
+  j.position = j.heading = j.landmark = rmse_interval({}, j.confidence);
   for (const BlockSums& block : e.blocks) {
     if (block.part == Part::other || block.part == Part::pose || block.part == Part::landmark) continue;
     RmseInterval& rmse = block.part == Part::position  ? j.position

@@ -153,7 +153,8 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   for (const CauseFound& cause : b.causes) {
     sentences.push_back(fmt::format("Likely cause: {} — {}.", to_string(cause.cause), cause.why));
   }
-  if (is_inconsistent(b.nees.verdict) && b.scale_covariance.reason.empty()) {
+  const ScaleAdvice& scale = b.scale_covariance;
+  if (scale.reason.empty() && b.word.verdict != Verdict::mixed && (scale.lower > 1.0 || scale.upper < 1.0)) {
     sentences.push_back(
         fmt::format("P times {} would have the right mean NEES.", factor_text(b.scale_covariance)));
   }

@@ -94,7 +94,8 @@ std::string answer(std::span<const StudyAnalysis> analyses) {
 
 std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees) {
   std::string sentence = fmt::format("{}: {}", name, word.says);
-  if (nees.factor.reason.empty() && is_inconsistent(nees.verdict)) {
+  const bool one_factor = nees.factor.reason.empty() && (nees.factor.lower > 1.0 || nees.factor.upper < 1.0);
+  if (one_factor && word.verdict != Verdict::mixed) {
     sentence += fmt::format("; times {} on P the mean NEES would be right", number_text(nees.factor.mean, 3));
   }
   return sentence + ".";

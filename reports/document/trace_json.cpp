@@ -63,7 +63,8 @@ ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
       .title = fmt::format("{}, run {}, seed {}: {}", scenario.name, trace.run, scenario.study.seed,
                            to_string(trace.outcome)),
       .columns = {{"step"},
-                  {trace.layout.blocks.front().part == Part::pose ? "error of x (m), y (m), θ (rad) ± 2σ" : "vehicle error (m) ± 2σ",
+                  {trace.layout.blocks.front().part == Part::pose ? "error of x (m), y (m), θ (rad) ± 2σ"
+                                                                  : "vehicle error (m) ± 2σ",
                    words},
                   {"NEES"},
                   {"dof"},
