@@ -10,6 +10,8 @@ target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE)
 
 set(CREDENCE_WARNINGS -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
 
+include(${CMAKE_CURRENT_LIST_DIR}/CredencePrecompiled.cmake)
+
 # credence_library(core DEPENDS ...): the static target of one folder, from all its sources.
 function(credence_library folder)
   cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
@@ -22,11 +24,12 @@ function(credence_library folder)
                                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/credence>)
   target_compile_options(${target} PRIVATE ${CREDENCE_WARNINGS})
   target_link_libraries(${target} PUBLIC credence_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  credence_use_precompiled(${target} library)
 
   # Kernels that are chosen at run time (core/simd/cpu_dispatch.h). Without these flags they compile to nothing.
-  # The same names mean another instruction set in each, hence no common unit.
-  file(GLOB_RECURSE scalar_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_scalar.cpp)
-  set_source_files_properties(${scalar_kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  # The same names mean another instruction set in each, hence no common unit, and no common header.
+  file(GLOB_RECURSE kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_scalar.cpp ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx*.cpp)
+  set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     file(GLOB_RECURSE avx2_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx2.cpp)
     file(GLOB_RECURSE avx512_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx512.cpp)
