@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/laws/chi_square.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 
 namespace credence {

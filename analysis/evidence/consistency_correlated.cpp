@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "analysis/evidence/consistency_judge.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

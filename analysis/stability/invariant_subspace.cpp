@@ -1,12 +1,12 @@
 #include "analysis/stability/invariant_subspace.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Jacobi>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "analysis/stability/dense_svd.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "analysis/stability/dense_svd.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

@@ -1,7 +1,5 @@
 #include "analysis/stability/riccati.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,7 @@
 #include "analysis/stability/riccati_marginal.h"
 #include "analysis/stability/riccati_newton.h"
 #include "analysis/stability/riccati_scaling.h"
+#include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
 namespace credence {

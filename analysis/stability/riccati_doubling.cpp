@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/mirror.h"
 
 namespace credence {

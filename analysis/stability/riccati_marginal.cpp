@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
 #include "analysis/stability/dense_svd.h"
 #include "analysis/stability/marginal_modes.h"
 #include "analysis/stability/riccati_newton.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <stdexcept>
 
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/polar.h"
 
 namespace credence {
