@@ -125,7 +125,9 @@ RiccatiSolution solve_riccati(const RiccatiProblem& problem, const RiccatiOption
 }
 
 Eigen::VectorXcd closed_loop_eigenvalues(MatrixRef F, MatrixRef K, MatrixRef H) {
-  const Eigen::EigenSolver<Matrix> eigen(F - F * K * H, false);
+  const Matrix FKH = F * K * H;
+  const Matrix closed_loop = F - FKH;
+  const Eigen::EigenSolver<Matrix> eigen(closed_loop, false);
   if (eigen.info() != Eigen::Success) return {};
   Eigen::VectorXcd values = eigen.eigenvalues();
   std::sort(values.begin(), values.end(), [](auto a, auto b) {

@@ -74,7 +74,7 @@ Restricted deflated(const Restricted& part, const MarginalModes& modes) {
   if (T.cols() == 0) return {Matrix::Identity(part.basis.cols(), part.basis.cols()), part.problem, part.P0};
   const Index n = T.rows();
   const Eigen::HouseholderQR<Matrix> qr(T);
-  const Matrix Q = qr.householderQ() * Matrix::Identity(n, n);
+  const Matrix Q = orthonormal_columns(qr.householderQ(), n);
   return restrict_to(Q.rightCols(n - T.cols()), part.problem, conditioned(part.P0, T));
 }
 

@@ -29,7 +29,7 @@ Matrix normals(Index rows, Index cols, std::uint64_t seed) {
 Matrix range_of(const MatrixRef& G) {
   if (G.size() == 0) return Matrix(G.rows(), 0);
   const Eigen::ColPivHouseholderQR<Matrix> qr(G);
-  return qr.householderQ() * Matrix::Identity(G.rows(), qr.rank());
+  return orthonormal_columns(qr.householderQ(), qr.rank());
 }
 
 /// Takes the common translation out of each column: landmarks keep only their differences.

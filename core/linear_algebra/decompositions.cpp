@@ -15,3 +15,11 @@ template JacobiSVD<MatrixXd>& JacobiSVD<MatrixXd>::compute(const MatrixXd&, unsi
 template JacobiSVD<Matrix3d>& JacobiSVD<Matrix3d>::compute(const Matrix3d&, unsigned);
 
 }  // namespace Eigen
+
+namespace credence {
+
+Matrix orthonormal_columns(const Eigen::HouseholderSequence<Matrix, Vector>& Q, Index columns) {
+  return Q * Matrix::Identity(Q.rows(), columns);
+}
+
+}  // namespace credence

@@ -6,6 +6,7 @@
 #include <Eigen/SVD>
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/types.h"
 
 /// @file
 /// Eigen's decompositions of matrices of any size, compiled once (decompositions*.cpp).
@@ -27,3 +28,10 @@ extern template JacobiSVD<MatrixXd>& JacobiSVD<MatrixXd>::compute(const MatrixXd
 extern template JacobiSVD<Matrix3d>& JacobiSVD<Matrix3d>::compute(const Matrix3d&, unsigned);
 
 }  // namespace Eigen
+
+namespace credence {
+
+/// The first columns of the orthogonal matrix of a QR decomposition (its householderQ()).
+Matrix orthonormal_columns(const Eigen::HouseholderSequence<Matrix, Vector>& Q, Index columns);
+
+}  // namespace credence
