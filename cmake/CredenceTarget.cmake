@@ -6,9 +6,13 @@ set_target_properties(credence_options PROPERTIES EXPORT_NAME options)
 target_compile_features(credence_options INTERFACE cxx_std_20)
 # Contraction would make the bits of a result depend on the instruction set and the optimiser.
 target_compile_options(credence_options INTERFACE $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>)
-target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE)
+# Of an own program too, whatever instruction set it is compiled for: what one side allocates the other frees, and the
+# classes must have one layout. Kernels that want more have memory of their own (core/simd/aligned_vector.h).
+target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE EIGEN_MAX_ALIGN_BYTES=16)
 
 set(CREDENCE_WARNINGS -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
+
+include(${CMAKE_CURRENT_LIST_DIR}/CredenceCompileTime.cmake)
 
 # credence_library(core DEPENDS ...): the static target of one folder, from all its sources.
 function(credence_library folder)
@@ -22,11 +26,12 @@ function(credence_library folder)
                                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/credence>)
   target_compile_options(${target} PRIVATE ${CREDENCE_WARNINGS})
   target_link_libraries(${target} PUBLIC credence_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  credence_use_precompiled(${target} library)
 
   # Kernels that are chosen at run time (core/simd/cpu_dispatch.h). Without these flags they compile to nothing.
-  # The same names mean another instruction set in each, hence no common unit.
-  file(GLOB_RECURSE scalar_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_scalar.cpp)
-  set_source_files_properties(${scalar_kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  # The same names mean another instruction set in each, hence no common unit, and no common header.
+  file(GLOB_RECURSE kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_scalar.cpp ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx*.cpp)
+  set_source_files_properties(${kernels} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     file(GLOB_RECURSE avx2_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx2.cpp)
     file(GLOB_RECURSE avx512_kernels ${CMAKE_CURRENT_SOURCE_DIR}/*_kernel_avx512.cpp)

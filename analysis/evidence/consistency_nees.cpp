@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
 namespace credence {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -14,6 +13,7 @@
 #include "analysis/laws/multiple_tests.h"
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/laws/whiteness_innovation_mean.h"
+#include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
 namespace credence {

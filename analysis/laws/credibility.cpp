@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/special_functions/digamma.hpp>
 #include <cmath>
@@ -12,6 +11,7 @@
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/require.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
 namespace credence {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 
 #include "analysis/laws/require.h"
 #include "analysis/laws/student_positive_mean.h"
+#include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
 namespace credence {

@@ -1,9 +1,9 @@
 #include "analysis/laws/error_correlation.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "analysis/laws/chi_square.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
 namespace credence {

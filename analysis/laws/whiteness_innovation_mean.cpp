@@ -1,10 +1,10 @@
 #include "analysis/laws/whiteness_innovation_mean.h"
 
-#include <Eigen/Cholesky>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <limits>
 
 #include "analysis/laws/chi_square.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
 namespace credence {

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <stdexcept>
 
 #include "analysis/stability/dense_svd.h"
 #include "analysis/stability/marginal_modes.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

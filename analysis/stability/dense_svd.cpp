@@ -1,6 +1,6 @@
 #include "analysis/stability/dense_svd.h"
 
-#include <Eigen/SVD>
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

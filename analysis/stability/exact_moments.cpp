@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <limits>
 #include <stdexcept>
+
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

@@ -1,12 +1,12 @@
 #include "analysis/stability/invariant_subspace.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Jacobi>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "analysis/stability/dense_svd.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {
@@ -107,7 +107,7 @@ InvariantSubspaces::InvariantSubspaces(MatrixRef F) {
     ok_ = true;
     return;
   }
-  const Eigen::ComplexSchur<ComplexMatrix> schur(F.cast<Complex>());
+  const Eigen::ComplexSchur<ComplexMatrix> schur(ComplexMatrix(F.cast<Complex>()));
   ok_ = schur.info() == Eigen::Success;
   if (!ok_) return;
   T_ = schur.matrixT().triangularView<Eigen::Upper>();
@@ -147,7 +147,7 @@ Matrix InvariantSubspaces::basis_of(const std::vector<bool>& selected) const {
 Matrix power_bounded_part(MatrixRef Lambda) {
   const Index q = Lambda.rows();
   if (q == 0) return Matrix(0, 0);
-  const Eigen::EigenSolver<Matrix> eigen(Lambda, false);
+  const Eigen::EigenSolver<Matrix> eigen(Matrix(Lambda), false);
   if (eigen.info() != Eigen::Success) return Matrix(q, 0);
   std::vector<Complex> values;
   for (const Complex value : eigen.eigenvalues()) {

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "analysis/stability/dense_svd.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {
@@ -76,7 +75,7 @@ Vector typical_sizes(const Matrix& F, const Matrix& B) {
 /// An orthogonal matrix whose first columns span those of M.
 Matrix full_orthogonal(const Matrix& M) {
   const Eigen::HouseholderQR<Matrix> qr(M);
-  return qr.householderQ() * Matrix::Identity(M.rows(), M.rows());
+  return orthonormal_columns(qr.householderQ(), M.rows());
 }
 
 /// The staircase: an orthonormal basis of range [B | F B | …] and all singular values met on the way.

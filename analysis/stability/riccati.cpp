@@ -1,7 +1,5 @@
 #include "analysis/stability/riccati.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,7 @@
 #include "analysis/stability/riccati_marginal.h"
 #include "analysis/stability/riccati_newton.h"
 #include "analysis/stability/riccati_scaling.h"
+#include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
 namespace credence {
@@ -126,7 +125,9 @@ RiccatiSolution solve_riccati(const RiccatiProblem& problem, const RiccatiOption
 }
 
 Eigen::VectorXcd closed_loop_eigenvalues(MatrixRef F, MatrixRef K, MatrixRef H) {
-  const Eigen::EigenSolver<Matrix> eigen(F - F * K * H, false);
+  const Matrix FKH = F * K * H;
+  const Matrix closed_loop = F - FKH;
+  const Eigen::EigenSolver<Matrix> eigen(closed_loop, false);
   if (eigen.info() != Eigen::Success) return {};
   Eigen::VectorXcd values = eigen.eigenvalues();
   std::sort(values.begin(), values.end(), [](auto a, auto b) {

@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/mirror.h"
 
 namespace credence {
@@ -35,8 +34,8 @@ void require_psd(const char* name, MatrixRef M) {
   const double slack = 1e-9 * M.cwiseAbs().maxCoeff();
   Matrix shifted = M;
   shifted.diagonal().array() += slack + std::numeric_limits<double>::min();
-  if (shifted.llt().info() == Eigen::Success) return;
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(M, Eigen::EigenvaluesOnly);
+  if (Eigen::LLT<Matrix>(shifted).info() == Eigen::Success) return;
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(Matrix(M), Eigen::EigenvaluesOnly);
   throw std::invalid_argument(
       fmt::format("{} is not positive semidefinite: eigenvalue {:g}", name, eigen.eigenvalues().minCoeff()));
 }

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <vector>
 
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/matrix_product.h"
 #include "core/types.h"
 

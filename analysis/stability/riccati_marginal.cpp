@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
 #include "analysis/stability/dense_svd.h"
 #include "analysis/stability/marginal_modes.h"
 #include "analysis/stability/riccati_newton.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {
@@ -75,7 +74,7 @@ Restricted deflated(const Restricted& part, const MarginalModes& modes) {
   if (T.cols() == 0) return {Matrix::Identity(part.basis.cols(), part.basis.cols()), part.problem, part.P0};
   const Index n = T.rows();
   const Eigen::HouseholderQR<Matrix> qr(T);
-  const Matrix Q = qr.householderQ() * Matrix::Identity(n, n);
+  const Matrix Q = orthonormal_columns(qr.householderQ(), n);
   return restrict_to(Q.rightCols(n - T.cols()), part.problem, conditioned(part.P0, T));
 }
 

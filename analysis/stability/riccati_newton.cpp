@@ -1,8 +1,8 @@
 #include "analysis/stability/riccati_newton.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/matrix_product.h"
 #include "core/linear_algebra/mirror.h"
 

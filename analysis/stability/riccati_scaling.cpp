@@ -1,8 +1,9 @@
 #include "analysis/stability/riccati_scaling.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "core/linear_algebra/cholesky.h"
 
 namespace credence {
 namespace {

@@ -1,9 +1,9 @@
 #include "analysis/studies/selftest_filter.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
 
+#include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 
 namespace credence {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "core/filters/block_map_state.h"
 #include "core/filters/ekf_slam.h"
 #include "core/filters/landmark_table.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/matrix_buffer.h"
 #include "core/models/slam_model.h"
 

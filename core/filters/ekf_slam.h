@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -8,6 +7,7 @@
 #include "core/filters/landmark_table.h"
 #include "core/filters/sequential_update.h"
 #include "core/inflation/inflation_rule.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/matrix_buffer.h"
 #include "core/linear_algebra/mirror.h"
 #include "core/models/slam_model.h"

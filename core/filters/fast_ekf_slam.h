@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "core/filters/joseph_update.h"
 #include "core/filters/landmark_table.h"
 #include "core/filters/panel_covariance.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/matrix_buffer.h"
 
 namespace credence {

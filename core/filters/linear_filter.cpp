@@ -1,9 +1,9 @@
 #include "core/filters/linear_filter.h"
 
-#include <Eigen/Cholesky>
 #include <stdexcept>
 
 #include "core/filters/sequential_update.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
 
 namespace credence {

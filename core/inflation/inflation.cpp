@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <limits>
 #include <stdexcept>
 
 #include "core/inflation/pairwise_bound.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +11,7 @@
 
 #include "core/inflation/min_trace_interior_point.h"
 #include "core/inflation/pairwise_bound.h"
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/polar.h"
 #include "core/nan.h"
 

@@ -1,9 +1,9 @@
 #include "core/inflation/min_trace_interior_point.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <stdexcept>
 
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/polar.h"
 
 namespace credence {

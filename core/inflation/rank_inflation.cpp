@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <stdexcept>
 
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/polar.h"
 
 namespace credence {
@@ -29,7 +29,7 @@ Matrix normals(Index rows, Index cols, std::uint64_t seed) {
 Matrix range_of(const MatrixRef& G) {
   if (G.size() == 0) return Matrix(G.rows(), 0);
   const Eigen::ColPivHouseholderQR<Matrix> qr(G);
-  return qr.householderQ() * Matrix::Identity(G.rows(), qr.rank());
+  return orthonormal_columns(qr.householderQ(), qr.rank());
 }
 
 /// Takes the common translation out of each column: landmarks keep only their differences.

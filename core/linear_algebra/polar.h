@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/SVD>
 #include <cmath>
 
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/mirror.h"
 #include "core/types.h"
 

@@ -1,7 +1,6 @@
 #include "core/linear_algebra/psd_root.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 

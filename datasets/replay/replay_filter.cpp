@@ -1,12 +1,12 @@
 #include "datasets/replay/replay_filter.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
 
+#include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 #include "datasets/logs/alignment.h"
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <concepts>
 #include <vector>
 
+#include "core/linear_algebra/cholesky.h"
 #include "core/types.h"
 
 /// @file

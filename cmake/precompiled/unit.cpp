@@ -1,0 +1,1 @@
+// The unit that a precompiled header is compiled with has nothing of its own.
