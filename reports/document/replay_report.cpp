@@ -6,7 +6,7 @@
 
 #include "core/nan.h"
 #include "reports/document/replay_tables.h"
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/replay_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
@@ -51,9 +51,8 @@ std::string file_name(const ReplayResult& result) {
 
 }  // namespace
 
-std::vector<std::string> write_replay_report(const std::filesystem::path& directory,
-                                             std::span<const ReportedReplay> replays,
-                                             const ReplayJudgement& judgement) {
+void write_replay_report(const std::filesystem::path& directory, std::span<const ReportedReplay> replays,
+                         const ReplayJudgement& judgement) {
   make_directories(directory / "figures");
   std::vector<Figure> figures{nees_figure(replays, judgement.nees)};
   for (std::size_t i = 0; i < replays.size(); ++i) {
@@ -82,7 +81,6 @@ std::vector<std::string> write_replay_report(const std::filesystem::path& direct
     page.facts(facts);
   }
   page.write(directory / "index.html");
-  return problems_of(drawings);
 }
 
 }  // namespace credence

@@ -9,8 +9,8 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/stability_json.h"
 #include "reports/document/study_table.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/figure.h"
-#include "reports/figures/gnuplot.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
@@ -276,8 +276,8 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
   return j.dump(2);
 }
 
-std::vector<std::string> write_stability_report(const std::filesystem::path& directory,
-                                                const Scenario& scenario, const StabilityAnalysis& a) {
+void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+                            const StabilityAnalysis& a) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const std::vector<Figure> figures = {trace_figure(a), eigenvalue_figure(a)};
@@ -296,8 +296,6 @@ std::vector<std::string> write_stability_report(const std::filesystem::path& dir
   page.section("Settings");
   page.verbatim(canonical_toml(scenario));
   page.write(directory / "index.html");
-
-  return problems_of(drawings);
 }
 
 }  // namespace credence

@@ -10,7 +10,7 @@
 #include "reports/document/study_json.h"
 #include "reports/document/study_table.h"
 #include "reports/document/swept_values.h"
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/csv.h"
 #include "reports/render/html_page.h"
@@ -210,8 +210,7 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   return document.dump(1);
 }
 
-std::vector<std::string> write_sweep_report(const std::filesystem::path& directory,
-                                            const SweepAnalysis& sweep) {
+void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const bool map = !sweep.rank_map.empty();
@@ -228,7 +227,6 @@ std::vector<std::string> write_sweep_report(const std::filesystem::path& directo
   page.section("Settings");
   page.verbatim(canonical_toml(sweep.plan));
   page.write(directory / "index.html");
-  return problems_of(drawings);
 }
 
 }  // namespace credence
