@@ -34,7 +34,8 @@ Figure nees_figure(std::span<const ReportedReplay> replays, const RecordedNeesVe
   }
   panel.series.push_back(
       line_series("a consistent filter's average stays below", ColourRole::bound, t, upper));
-  panel.series.push_back(level_series("expected", ColourRole::neutral, nees.verdict.expected));
+  panel.series.push_back(level_series("expected", ColourRole::truth, nees.verdict.expected));
+  panel.series.back().stroke = StrokeStyle::dotted;
   return {.name = "nees",
           .caption =
               "NEES of each run against its reference; the bound holds for the average of the runs at "

@@ -37,7 +37,9 @@ struct Dashes {
   double on = 0.0, off = 0.0;
 };
 constexpr Dashes dashes_of(StrokeStyle stroke, double width) {
-  return stroke == StrokeStyle::dotted ? Dashes{1.5 * width, 2.0 * width} : Dashes{5.0 * width, 3.0 * width};
+  // Longer on thick lines, and still several in a legend.
+  return stroke == StrokeStyle::dotted ? Dashes{1.0 + 0.5 * width, 1.5 + 0.7 * width}
+                                       : Dashes{4.0 + width, 2.5 + 0.5 * width};
 }
 
 struct Brush {

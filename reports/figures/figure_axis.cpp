@@ -111,7 +111,8 @@ std::vector<AxisTick> log_ticks(AxisRange range, int wanted) {
   const int first = static_cast<int>(std::floor(std::log10(range.low)));
   const int last = static_cast<int>(std::ceil(std::log10(range.high)));
   const int stride = std::max(1, static_cast<int>(std::ceil(decades / std::max(1, wanted))));
-  const bool with_2_and_5 = decades * 3.0 <= wanted + 1.0;
+  // Two labels are too few to read a logarithmic axis by.
+  const bool with_2_and_5 = decades * 3.0 <= wanted + 1.0 || decades < 1.35;
   // All labels of an axis are powers, or none.
   const bool as_power = range.low < 0.99e-3 || range.high > 2e4;
   std::vector<AxisTick> ticks;

@@ -16,7 +16,7 @@ constexpr double kSample = 22.0;      // length of a legend's sample
 constexpr double kTickLabels = 20.0;  // from the axes to below their tick labels
 constexpr double kColourBarGap = 10.0;
 
-int wanted_x_ticks(double width) { return std::max(2, static_cast<int>(width / 36.0)); }
+int wanted_x_ticks(double width) { return std::max(2, static_cast<int>(width / 38.0)); }
 int wanted_y_ticks(double height) { return std::max(2, static_cast<int>(height / 26.0)); }
 
 // As many ticks as fit with their labels side by side.

@@ -85,7 +85,7 @@ class PanelPainter {
     for (int i = 0; i < kBands; ++i) {
       // Each reaches under the next above, as cells do.
       const double bottom = box_.bottom - i * height;
-      const double top = std::max(box_.top, bottom - height - 0.4);
+      const double top = std::max(box_.top, bottom - height - 1.0);
       const CanvasPath band = rectangle_path({left, right, top, bottom});
       canvas_.fill({&band, 1}, {colour_of((i + 0.5) / kBands, panel_.colour_scale)});
     }

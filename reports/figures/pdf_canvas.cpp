@@ -69,11 +69,12 @@ struct PdfCanvas::Page {
   cairo_t* cr() const { return context.get(); }
 };
 
-PdfCanvas::PdfCanvas(double width, double height, std::string_view title) : page_(std::make_unique<Page>()) {
+PdfCanvas::PdfCanvas(double width, double height, std::string_view description)
+    : page_(std::make_unique<Page>()) {
   page_->surface.reset(cairo_pdf_surface_create_for_stream(append_bytes, &page_->bytes,
                                                            kPointsPerUnit * width, kPointsPerUnit * height));
   cairo_surface_t* surface = page_->surface.get();
-  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_TITLE, printable_line(title).c_str());
+  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_SUBJECT, printable_line(description).c_str());
   cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATOR, "Credence");
   // Without a date the same figure has the same bytes.
   cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATE_DATE, "");

@@ -13,7 +13,8 @@ namespace credence {
 /// cairo's message when cairo fails, which takes a lack of memory.
 class PdfCanvas : public Canvas {
  public:
-  PdfCanvas(double width, double height, std::string_view title);
+  /// `description` becomes the subject of the document.
+  PdfCanvas(double width, double height, std::string_view description);
   ~PdfCanvas() override;
 
   void stroke(std::span<const CanvasPath> lines, const Pen& pen) override;

@@ -198,19 +198,27 @@ void SeriesPainter::words(const Series& series) {
   }
 }
 
-// A cell reaches a little under the next ones to the right and above, so that no light shows between them.
+// Neighbours of one colour in a row are one area. Each reaches a pixel under the next ones to the right and
+// above, so that no light shows between them.
 void SeriesPainter::cells(const Series& series) {
-  constexpr double kUnder = 0.4;
+  constexpr double kUnder = 1.0;
   const std::vector<double> x_edges = cell_edges(series.x, layout_.x.log);
   const std::vector<double> y_edges = cell_edges(series.y, layout_.y.log);
+  const auto colour_at = [&](std::size_t i, std::size_t j) {
+    const double value = series.cells(static_cast<Index>(i), static_cast<Index>(j));
+    return colour_of(share_of_axis(layout_.colour, value), layout_.colour_scale);
+  };
   for (std::size_t i = 0; i < series.y.size(); ++i) {
-    for (std::size_t j = 0; j < series.x.size(); ++j) {
-      const CanvasBox cell{scale_.x(x_edges[j]), scale_.x(x_edges[j + 1]) + kUnder,
-                           scale_.y(y_edges[i + 1]) - kUnder, scale_.y(y_edges[i])};
-      const CanvasPath seen = clip_area(rectangle_path(cell), layout_.box);
+    for (std::size_t j = 0; j < series.x.size();) {
+      const std::uint32_t colour = colour_at(i, j);
+      const double left = scale_.x(x_edges[j]);
+      while (++j < series.x.size() && colour_at(i, j) == colour) {
+      }
+      const CanvasBox run{left, scale_.x(x_edges[j]) + kUnder, scale_.y(y_edges[i + 1]) - kUnder,
+                          scale_.y(y_edges[i])};
+      const CanvasPath seen = clip_area(rectangle_path(run), layout_.box);
       if (seen.size() < 3) continue;
-      const double value = series.cells(static_cast<Index>(i), static_cast<Index>(j));
-      canvas_.fill({&seen, 1}, {colour_of(share_of_axis(layout_.colour, value), layout_.colour_scale)});
+      canvas_.fill({&seen, 1}, {colour});
       has_painted_ = true;
     }
   }

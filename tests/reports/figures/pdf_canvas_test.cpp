@@ -55,7 +55,7 @@ TEST(PdfCanvas, HasTheSizeOfAColumn) {
   const std::string info = told_by("pdfinfo", example_pdf());
   if (info.empty()) GTEST_SKIP() << "pdfinfo (poppler-utils) is not installed";
   EXPECT_THAT(info, HasSubstr("Page size:       252 x 160 pts")) << "3.5 in; 8 pt for 12 units";
-  EXPECT_THAT(info, HasSubstr("Title:           Errors (m²) \\ ) <"));
+  EXPECT_THAT(info, HasSubstr("Subject:         Errors (m²) \\ ) <"));
   EXPECT_THAT(info, HasSubstr("Pages:           1\n"));
 }
 

@@ -69,7 +69,7 @@ TEST(SvgCanvas, DashesFollowTheWidth) {
   const std::string dashed = svg_of([&](Canvas& canvas) {
     canvas.stroke({&line, 1}, {.width = 2.0, .stroke = StrokeStyle::dashed});
   });
-  EXPECT_THAT(dashed, HasSubstr("stroke-dasharray=\"10 6\""));
+  EXPECT_THAT(dashed, HasSubstr("stroke-dasharray=\"6 3.5\""));
   EXPECT_THAT(svg_of([&](Canvas& canvas) { canvas.stroke({&line, 1}, {}); }), Not(HasSubstr("dasharray")));
 }
 
