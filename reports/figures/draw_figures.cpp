@@ -1,5 +1,9 @@
 #include "reports/figures/draw_figures.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "core/parallel_tasks.h"
 #include "reports/figures/figure_layout.h"
 #include "reports/figures/figure_painter.h"
@@ -9,6 +13,8 @@
 
 namespace credence {
 namespace {
+
+constexpr const char* kPanelFolder = "panels";
 
 // A page shows up to four columns side by side.
 double page_width(const Figure& figure) {
@@ -31,6 +37,15 @@ std::string render(const Figure& figure, double width) {
   return std::move(canvas).finish();
 }
 
+void write_panels(const Figure& figure, const std::filesystem::path& folder) {
+  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+    const Figure alone{.name = fmt::format("{}-{}", figure.name, i + 1),
+                       .caption = figure.caption,
+                       .panels = {figure.panels[i]}};
+    write_file(folder / (alone.name + ".pdf"), render_pdf(alone));
+  }
+}
+
 Drawing draw(const Figure& figure, const std::filesystem::path& folder) {
   Drawing drawing{.svg = render_svg(figure)};
   if (folder.empty()) return drawing;
@@ -38,6 +53,7 @@ Drawing draw(const Figure& figure, const std::filesystem::path& folder) {
   drawing.pdf_file = folder / (figure.name + ".pdf");
   write_file(drawing.svg_file, drawing.svg);
   write_file(drawing.pdf_file, render_pdf(figure));
+  if (figure.panels.size() > 1) write_panels(figure, folder / kPanelFolder);
   return drawing;
 }
 
@@ -49,6 +65,8 @@ std::string render_pdf(const Figure& figure) { return render<PdfCanvas>(figure, 
 
 std::vector<Drawing> draw_all(std::span<const Figure> figures, const std::filesystem::path& folder) {
   std::vector<Drawing> drawings(figures.size());
+  const bool has_panels = std::ranges::any_of(figures, [](const Figure& f) { return f.panels.size() > 1; });
+  if (has_panels && std::filesystem::is_directory(folder)) make_directories(folder / kPanelFolder);
   for_each_task(static_cast<std::int64_t>(figures.size()), 0, nullptr, [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     drawings[at] = draw(figures[at], folder);

@@ -25,9 +25,9 @@ struct Drawing {
   std::filesystem::path svg_file{}, pdf_file{};  ///< those written, if a folder was given
 };
 
-/// Draws all figures, several at a time; with `folder`, each also as <name>.svg and <name>.pdf in that
-/// (existing) folder. Throws OutputError when a file cannot be written and std::invalid_argument for an
-/// invalid figure.
+/// Draws all figures, several at a time; with `folder`, which must exist, each also as <name>.svg and
+/// <name>.pdf in it, and each panel of several alone as panels/<name>-<number>.pdf. Throws OutputError when a
+/// file cannot be written and std::invalid_argument for an invalid figure.
 std::vector<Drawing> draw_all(std::span<const Figure> figures, const std::filesystem::path& folder = {});
 
 }  // namespace credence

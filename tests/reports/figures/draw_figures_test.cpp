@@ -153,7 +153,11 @@ TEST(DrawFigures, FilesStandBesideEachOther) {
     EXPECT_EQ(folder.read(figures[i].name + ".pdf"), render_pdf(figures[i]));
     EXPECT_EQ(drawings[i].pdf_file, folder / (figures[i].name + ".pdf"));
   }
-  EXPECT_EQ(folder.entries(), 12);
+  EXPECT_EQ(folder.entries(), 13) << "and the folder of panels";
+  EXPECT_TRUE(std::filesystem::exists(folder / "panels" / "test-1.pdf"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "panels" / "test-2.pdf"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "panels" / "figure-1-1.pdf"))
+      << "the figure is its only panel";
 }
 
 TEST(DrawFigures, WithoutAFolderNoFileIsWritten) {
