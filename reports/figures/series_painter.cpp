@@ -1,9 +1,8 @@
 #include "reports/figures/series_painter.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <span>
+#include <iterator>
 #include <utility>
 
 #include "reports/figures/colour_scale.h"
@@ -55,9 +54,9 @@ void SeriesPainter::paint(const Series& series) {
     case SeriesKind::points:
       return markers(series, scale_.curves(series.x, series.y));
     case SeriesKind::level:
-      return lines(series, scale_.curves({x.low, x.high}, {series.y[0], series.y[0]}));
+      return lines(pen_of(series), scale_.curves({x.low, x.high}, {series.y[0], series.y[0]}));
     case SeriesKind::upright:
-      return lines(series, scale_.curves({series.x[0], series.x[0]}, {y.low, y.high}));
+      return lines(pen_of(series), scale_.curves({series.x[0], series.x[0]}, {y.low, y.high}));
     case SeriesKind::error_bars:
       return error_bars(series);
     case SeriesKind::band:
@@ -90,7 +89,7 @@ void SeriesPainter::paint_sample(const Series& series, const LegendEntry& entry)
   }
 }
 
-void SeriesPainter::lines(const Series& series, const std::vector<CanvasPath>& curves) {
+void SeriesPainter::lines(const Pen& pen, const std::vector<CanvasPath>& curves) {
   std::vector<CanvasPath> seen;
   for (const CanvasPath& curve : curves) {
     for (CanvasPath& piece : clip_line(curve, layout_.box)) {
@@ -98,7 +97,7 @@ void SeriesPainter::lines(const Series& series, const std::vector<CanvasPath>& c
     }
   }
   if (seen.empty()) return;
-  canvas_.stroke(seen, pen_of(series));
+  canvas_.stroke(seen, pen);
   has_painted_ = true;
 }
 
@@ -137,7 +136,7 @@ void SeriesPainter::curve(const Series& series) {
       curves.push_back(thinned(series.kind == SeriesKind::steps ? staircase(curve) : curve));
     }
   }
-  lines(series, curves);
+  lines(pen_of(series), curves);
   markers(series, lone);
 }
 
@@ -147,7 +146,9 @@ void SeriesPainter::error_bars(const Series& series) {
     const auto bar = scale_.curves({series.x[i], series.x[i]}, {series.lower[i], series.upper[i]});
     if (bar.size() == 1 && bar[0].size() == 2) bars.push_back(bar[0]);
   }
-  lines(series, bars);
+  Pen pen = pen_of(series);
+  pen.stroke = StrokeStyle::solid;  // dashes tear short bars apart
+  lines(pen, bars);
   markers(series, scale_.curves(series.x, series.y));
 }
 
@@ -185,7 +186,7 @@ void SeriesPainter::polygons(const Series& series) {
     outline = thinned(std::move(outline));
   }
   if (series.filled) areas(series, outlines);
-  lines(series, outlines);
+  lines(pen_of(series), outlines);
 }
 
 void SeriesPainter::words(const Series& series) {

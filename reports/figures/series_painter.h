@@ -19,7 +19,7 @@ class SeriesPainter {
   bool has_painted() const { return has_painted_; }
 
  private:
-  void lines(const Series& series, const std::vector<CanvasPath>& curves);
+  void lines(const Pen& pen, const std::vector<CanvasPath>& curves);
   void markers(const Series& series, const std::vector<CanvasPath>& places);
   void areas(const Series& series, const std::vector<CanvasPath>& outlines);
   void curve(const Series& series);
