@@ -112,7 +112,10 @@ int check(const CheckOptions& options) {
     fmt::print(stderr, "{} rows in {:.2f} s, {:.0f} rows/s\n", rows, elapsed.count(),
                static_cast<double>(rows) / elapsed.count());
   }
-  if (!options.out.empty()) tell_report(options, write_log_report(options.out, logs));
+  if (!options.out.empty()) {
+    write_log_report(options.out, logs);
+    tell_report(options);
+  }
   const Evidence& s = logs.analysis.evidence;
   return study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
                          logs.analysis.judgement.word.verdict == Verdict::consistent, options);

@@ -123,7 +123,10 @@ int study_variants(const ReplayOptions& options) {
   } else {
     for (const ReportTable& table : carpark_study_tables(study)) fmt::print("{}\n", terminal_text(table));
   }
-  if (!options.out.empty()) tell_report(options, write_carpark_study_report(options.out, study));
+  if (!options.out.empty()) {
+    write_carpark_study_report(options.out, study);
+    tell_report(options);
+  }
   return kDone;
 }
 
@@ -132,7 +135,10 @@ int replay(const ReplayOptions& options) {
   const std::vector<ReportedReplay> replays = replay_all(options);
   const ReplayJudgement judgement = judge_replays(replays);
   print_replays(options, replays, judgement);
-  if (!options.out.empty()) tell_report(options, write_replay_report(options.out, replays, judgement));
+  if (!options.out.empty()) {
+    write_replay_report(options.out, replays, judgement);
+    tell_report(options);
+  }
   const bool failed =
       std::any_of(replays.begin(), replays.end(), [](const auto& r) { return r.result.failed > 0; });
   return failed ? kSomeFailed : kDone;

@@ -108,7 +108,8 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
 void write_report(const RunOptions& options, const std::vector<ReportedStudy>& studies) {
   const std::string title =
       studies.size() == 1 ? studies.front().analysis.scenario.name : "Can these covariances be trusted?";
-  tell_report(options, write_study_report(options.out, title, studies));
+  write_study_report(options.out, title, studies);
+  tell_report(options);
 }
 
 int run(const RunOptions& options) {

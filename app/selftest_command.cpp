@@ -41,7 +41,10 @@ int selftest(SelftestCommand& command) {
     return kInterrupted;
   }
   print_selftest(command, result);
-  if (!command.out.empty()) tell_report(command, write_selftest_report(command.out, result));
+  if (!command.out.empty()) {
+    write_selftest_report(command.out, result);
+    tell_report(command);
+  }
   for (const std::string& failure : selftest_failures(result)) {
     fmt::print(stderr, "credence: SELFTEST FAILED: {}\n", failure);
   }

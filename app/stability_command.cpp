@@ -35,25 +35,20 @@ struct StabilityOptions : CommonOptions {
 struct StabilityOutput {
   std::vector<ReportTable> tables;
   std::string json;
-  std::vector<std::string> problems;
 };
 
 StabilityOutput linear_output(const Scenario& scenario, const StabilityOptions& options) {
   const Index steps = scenario.study.steps;
   const StabilityAnalysis a = analyse_stability(make_assumed_model(scenario), make_inflation_rule(scenario),
                                                 steps, std::max(options.horizon, steps));
-  StabilityOutput output{
-      {stability_rank_table(a), stability_verdict_table(a)}, stability_json(scenario, a), {}};
-  if (!options.out.empty()) output.problems = write_stability_report(options.out, scenario, a);
-  return output;
+  if (!options.out.empty()) write_stability_report(options.out, scenario, a);
+  return {{stability_rank_table(a), stability_verdict_table(a)}, stability_json(scenario, a)};
 }
 
 StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& options) {
   const PlanarStability a = analyse_planar_stability(scenario, options.loops);
-  StabilityOutput output{
-      {planar_rank_table(a), planar_growth_table(scenario, a)}, planar_stability_json(scenario, a), {}};
-  if (!options.out.empty()) output.problems = write_planar_stability_report(options.out, scenario, a);
-  return output;
+  if (!options.out.empty()) write_planar_stability_report(options.out, scenario, a);
+  return {{planar_rank_table(a), planar_growth_table(scenario, a)}, planar_stability_json(scenario, a)};
 }
 
 /// Throws ScenarioError for what no recursion of a single covariance can answer.
@@ -129,7 +124,7 @@ int stability(const StabilityOptions& options) {
       fmt::print("{}\n", terminal_text(table));
     }
   }
-  if (!options.out.empty()) tell_report(options, output.problems);
+  if (!options.out.empty()) tell_report(options);
   return kDone;
 }
 

@@ -80,7 +80,8 @@ int sweep(SweepOptions& options) {
       fmt::print("{}", terminal_text(table));
     }
   }
-  tell_report(options, write_sweep_report(options.out, analysis));
+  write_sweep_report(options.out, analysis);
+  tell_report(options);
   return study_exit_code(complete, failed, consistent, options);
 }
 

@@ -6,8 +6,7 @@
 
 namespace credence {
 
-void tell_report(const CommonOptions& options, std::span<const std::string> problems) {
-  for (const std::string& problem : problems) fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
+void tell_report(const CommonOptions& options) {
   if (options.quiet) return;
   fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
 }

@@ -1,13 +1,10 @@
 #pragma once
 
-#include <span>
-#include <string>
-
 #include "app/common_options.h"
 
 namespace credence {
 
-/// On stderr: what of the report in --out could not be drawn, and, unless --quiet, where the report is.
-void tell_report(const CommonOptions& options, std::span<const std::string> problems = {});
+/// On stderr, unless --quiet: where the report of --out is.
+void tell_report(const CommonOptions& options);
 
 }  // namespace credence

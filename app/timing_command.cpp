@@ -41,7 +41,10 @@ int timing(TimingCommand& command) {
     return kInterrupted;
   }
   print_timing(command, result);
-  if (!command.out.empty()) tell_report(command, write_timing_report(command.out, result));
+  if (!command.out.empty()) {
+    write_timing_report(command.out, result);
+    tell_report(command);
+  }
   return result.complete ? kDone : kInterrupted;
 }
 

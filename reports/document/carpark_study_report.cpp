@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "datasets/replay/carpark_findings.h"
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/replay_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
@@ -271,8 +271,7 @@ std::string carpark_study_json(const CarparkStudy& study) {
   return j.dump(1);
 }
 
-std::vector<std::string> write_carpark_study_report(const std::filesystem::path& directory,
-                                                    const CarparkStudy& study) {
+void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study) {
   make_directories(directory / "figures");
   std::vector<Figure> figures{independence_figure(study), horizon_figure(study)};
   for (const InflationSolution solution : {kExact, kPairwise})
@@ -297,7 +296,6 @@ std::vector<std::string> write_carpark_study_report(const std::filesystem::path&
     page.figure(figures[i], drawings[i], directory);
   }
   page.write(directory / "index.html");
-  return problems_of(drawings);
 }
 
 }  // namespace credence

@@ -19,8 +19,7 @@ std::vector<ReportTable> carpark_study_tables(const CarparkStudy& study);
 /// The document of `credence replay carpark --variants` (docs/formats.md).
 std::string carpark_study_json(const CarparkStudy& study);
 
-/// Writes DIR/index.html and its figures as PDF. Returns why figures could not be drawn. Throws OutputError.
-std::vector<std::string> write_carpark_study_report(const std::filesystem::path& directory,
-                                                    const CarparkStudy& study);
+/// Writes DIR/index.html and its figures as SVG and PDF. Throws OutputError.
+void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study);
 
 }  // namespace credence

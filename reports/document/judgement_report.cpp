@@ -65,6 +65,7 @@ Panel correlation_panel(const SensorJudgement& sensor, double confidence) {
   Panel panel{.title = titled("Whiteness", sensor),
               .x_label = "lag (steps)",
               .y_label = "autocorrelation of innovation"};
+  panel.x_range = AxisRange{0.0, static_cast<double>(x.size()) + 1.0};  // no point on the frame
   panel.series.push_back(
       band_series(fmt::format("{:g} %", 100.0 * confidence), ColourRole::bound, x, lower, upper));
   panel.series.push_back(point_series("measured", ColourRole::first, x, w.autocorrelation));

@@ -7,7 +7,7 @@
 
 #include "reports/document/judgement_report.h"
 #include "reports/document/study_report.h"
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/study_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/csv.h"
@@ -87,7 +87,7 @@ void add_rejected(HtmlPage& page, const Evidence& s) {
 
 }  // namespace
 
-std::vector<std::string> write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs) {
+void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs) {
   const LogAnalysis& a = logs.analysis;
   const std::string name = file_name(logs.name);
   const std::filesystem::path pdf_folder = directory / "figures";
@@ -108,7 +108,6 @@ std::vector<std::string> write_log_report(const std::filesystem::path& directory
   write_steps(directory / (name + ".csv"), a);
   page.link("every step as CSV", name + ".csv");
   page.write(directory / "index.html");
-  return problems_of(drawings);
 }
 
 }  // namespace credence

@@ -29,8 +29,8 @@ ReportTable log_table(const CheckedLogs& logs);
 /// `rejected_rows`.
 std::string log_json(const CheckedLogs& logs);
 
-/// Writes DIR/index.html, DIR/<name>.csv with every step, and the figures as PDF. Returns what a user should
-/// know of that did not work. Throws OutputError when a file cannot be written.
-std::vector<std::string> write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs);
+/// Writes DIR/index.html, DIR/<name>.csv with every step, and the figures as SVG and PDF. Throws OutputError
+/// when a file cannot be written.
+void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs);
 
 }  // namespace credence

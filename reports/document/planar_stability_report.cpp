@@ -7,8 +7,8 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/stability_json.h"
 #include "reports/document/study_table.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/figure.h"
-#include "reports/figures/gnuplot.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
@@ -202,8 +202,8 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
   return j.dump(2);
 }
 
-std::vector<std::string> write_planar_stability_report(const std::filesystem::path& directory,
-                                                       const Scenario& scenario, const PlanarStability& a) {
+void write_planar_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+                                   const PlanarStability& a) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const std::vector<Figure> figures = growth_figures(scenario, a);
@@ -224,7 +224,6 @@ std::vector<std::string> write_planar_stability_report(const std::filesystem::pa
   page.section("Settings");
   page.verbatim(canonical_toml(scenario));
   page.write(directory / "index.html");
-  return problems_of(drawings);
 }
 
 }  // namespace credence

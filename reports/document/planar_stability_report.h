@@ -22,9 +22,8 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
 /// The document of docs/formats.md.
 std::string planar_stability_json(const Scenario& scenario, const PlanarStability& analysis);
 
-/// Writes DIR/index.html and DIR/figures. Returns why figures could not be drawn. Throws OutputError.
-std::vector<std::string> write_planar_stability_report(const std::filesystem::path& directory,
-                                                       const Scenario& scenario,
-                                                       const PlanarStability& analysis);
+/// Writes DIR/index.html and DIR/figures. Throws OutputError.
+void write_planar_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+                                   const PlanarStability& analysis);
 
 }  // namespace credence

@@ -6,7 +6,7 @@
 
 #include "core/nan.h"
 #include "reports/document/replay_tables.h"
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/replay_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
@@ -34,7 +34,8 @@ Figure nees_figure(std::span<const ReportedReplay> replays, const RecordedNeesVe
   }
   panel.series.push_back(
       line_series("a consistent filter's average stays below", ColourRole::bound, t, upper));
-  panel.series.push_back(level_series("expected", ColourRole::neutral, nees.verdict.expected));
+  panel.series.push_back(level_series("expected", ColourRole::truth, nees.verdict.expected));
+  panel.series.back().stroke = StrokeStyle::dotted;
   return {.name = "nees",
           .caption =
               "NEES of each run against its reference; the bound holds for the average of the runs at "
@@ -51,9 +52,8 @@ std::string file_name(const ReplayResult& result) {
 
 }  // namespace
 
-std::vector<std::string> write_replay_report(const std::filesystem::path& directory,
-                                             std::span<const ReportedReplay> replays,
-                                             const ReplayJudgement& judgement) {
+void write_replay_report(const std::filesystem::path& directory, std::span<const ReportedReplay> replays,
+                         const ReplayJudgement& judgement) {
   make_directories(directory / "figures");
   std::vector<Figure> figures{nees_figure(replays, judgement.nees)};
   for (std::size_t i = 0; i < replays.size(); ++i) {
@@ -82,7 +82,6 @@ std::vector<std::string> write_replay_report(const std::filesystem::path& direct
     page.facts(facts);
   }
   page.write(directory / "index.html");
-  return problems_of(drawings);
 }
 
 }  // namespace credence

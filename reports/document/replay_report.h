@@ -10,9 +10,8 @@
 namespace credence {
 
 /// Writes DIR/index.html with the numbers, the judgement and the figures of each replay, and the figures as
-/// PDF. Returns why figures could not be drawn. Throws OutputError.
-std::vector<std::string> write_replay_report(const std::filesystem::path& directory,
-                                             std::span<const ReportedReplay> replays,
-                                             const ReplayJudgement& judgement);
+/// SVG and PDF. Throws OutputError.
+void write_replay_report(const std::filesystem::path& directory, std::span<const ReportedReplay> replays,
+                         const ReplayJudgement& judgement);
 
 }  // namespace credence

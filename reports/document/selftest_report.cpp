@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
@@ -275,8 +275,7 @@ std::vector<std::string> selftest_failures(const SelftestResult& result) {
   return failures;
 }
 
-std::vector<std::string> write_selftest_report(const std::filesystem::path& directory,
-                                               const SelftestResult& result) {
+void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result) {
   make_directories(directory / "figures");
   const std::vector<Figure> figures = selftest_figures(result);
   const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
@@ -298,7 +297,6 @@ std::vector<std::string> write_selftest_report(const std::filesystem::path& dire
   page.figure(figures[1], drawings[1], directory);
   page.table(tables[3]);
   page.write(directory / "index.html");
-  return problems_of(drawings);
 }
 
 }  // namespace credence

@@ -18,8 +18,7 @@ std::vector<ReportTable> selftest_tables(const SelftestResult& result);
 /// One sentence for each row that fails; empty when all is well.
 std::vector<std::string> selftest_failures(const SelftestResult& result);
 
-/// Writes DIR/index.html and the figures as PDF. Returns why figures could not be drawn. Throws OutputError.
-std::vector<std::string> write_selftest_report(const std::filesystem::path& directory,
-                                               const SelftestResult& result);
+/// Writes DIR/index.html and the figures as SVG and PDF. Throws OutputError.
+void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result);
 
 }  // namespace credence

@@ -9,8 +9,8 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/stability_json.h"
 #include "reports/document/study_table.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/figure.h"
-#include "reports/figures/gnuplot.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
@@ -145,29 +145,26 @@ Json long_horizon_json(const LongHorizon& h) {
   return j;
 }
 
-Figure trace_figure(const StabilityAnalysis& a) {
+Panel trace_panel(const StabilityAnalysis& a) {
   const LongHorizon& h = a.long_horizon;
   const FigureData steps = index_axis(static_cast<Index>(h.trace.size()));
-  Figure figure{.name = "stability-trace",
-                .caption =
-                    "Trace of the filter's covariance over a long horizon, both axes logarithmic. A curve "
-                    "that levels off is bounded; a slope of one is linear growth. The upright line is the "
-                    "last step of the study."};
-  Panel panel{.x_label = "step", .y_label = "trace of P (m²)", .log_x = true, .log_y = true};
+  Panel panel{.title = "Covariance of the filter",
+              .x_label = "step",
+              .y_label = "trace of P (m²)",
+              .log_x = true,
+              .log_y = true};
   panel.series.push_back(line_series("before the update", ColourRole::first, steps, h.trace_prior));
   panel.series.push_back(line_series("after the update", ColourRole::second, steps, h.trace));
   panel.series.push_back(
       upright_series("last step of the study", ColourRole::neutral, static_cast<double>(a.steps)));
-  figure.panels.push_back(std::move(panel));
-  return figure;
+  return panel;
 }
 
-Figure eigenvalue_figure(const StabilityAnalysis& a) {
-  Figure figure{.name = "stability-eigenvalues",
-                .caption =
-                    "Eigenvalues of F − F K H and the unit circle: what lies inside is forgotten, what "
-                    "lies on it stays."};
-  Panel panel{.x_label = "real part", .y_label = "imaginary part", .equal_aspect = true};
+Panel eigenvalue_panel(const StabilityAnalysis& a) {
+  Panel panel{.title = "Eigenvalues of F − F K H",
+              .x_label = "real part",
+              .y_label = "imaginary part",
+              .equal_aspect = true};
   PlanarCurve circle;
   for (int i = 0; i <= 120; ++i) {
     const double angle_rad = 2.0 * std::numbers::pi * i / 120.0;
@@ -182,8 +179,20 @@ Figure eigenvalue_figure(const StabilityAnalysis& a) {
   };
   add("at the last step of the study", ColourRole::first, a.closed_loop_eigenvalues);
   if (a.riccati.bounded()) add("at the limit", ColourRole::second, a.riccati.closed_loop_eigenvalues);
-  figure.panels.push_back(std::move(panel));
-  return figure;
+  return panel;
+}
+
+Figure stability_figure(const StabilityAnalysis& a) {
+  return {
+      .name = "stability",
+      .caption =
+          "Left: the covariance over a long horizon, both axes logarithmic. A curve that levels off is "
+          "bounded; a slope of one is linear growth. Right: what lies inside the unit circle is forgotten, "
+          "what lies on it stays.",
+      .rows = 1,
+      .cols = 2,
+      .panels = {trace_panel(a), eigenvalue_panel(a)},
+      .row_height = 24.0};
 }
 
 }  // namespace
@@ -276,11 +285,11 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
   return j.dump(2);
 }
 
-std::vector<std::string> write_stability_report(const std::filesystem::path& directory,
-                                                const Scenario& scenario, const StabilityAnalysis& a) {
+void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+                            const StabilityAnalysis& a) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
-  const std::vector<Figure> figures = {trace_figure(a), eigenvalue_figure(a)};
+  const std::vector<Figure> figures = {stability_figure(a)};
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
 
   HtmlPage page("Stability of " + scenario.name, "Ranks, Riccati equation and boundedness, by Credence");
@@ -291,13 +300,11 @@ std::vector<std::string> write_stability_report(const std::filesystem::path& dir
   page.table(stability_verdict_table(a));
   page.section("Ranks");
   page.table(stability_rank_table(a));
-  page.section("Figures");
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
+  page.section("Figure");
+  page.figure(figures.front(), drawings.front(), directory);
   page.section("Settings");
   page.verbatim(canonical_toml(scenario));
   page.write(directory / "index.html");
-
-  return problems_of(drawings);
 }
 
 }  // namespace credence

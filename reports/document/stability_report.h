@@ -22,9 +22,8 @@ ReportTable stability_verdict_table(const StabilityAnalysis& analysis);
 /// The document of docs/formats.md.
 std::string stability_json(const Scenario& scenario, const StabilityAnalysis& analysis);
 
-/// Writes DIR/index.html and DIR/figures. Returns what a user should know of that did not work (figures not
-/// drawn). Throws OutputError when a file cannot be written.
-std::vector<std::string> write_stability_report(const std::filesystem::path& directory,
-                                                const Scenario& scenario, const StabilityAnalysis& analysis);
+/// Writes DIR/index.html and DIR/figures. Throws OutputError when a file cannot be written.
+void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+                            const StabilityAnalysis& analysis);
 
 }  // namespace credence

@@ -8,7 +8,7 @@
 #include "reports/document/judgement_report.h"
 #include "reports/document/study_csv.h"
 #include "reports/document/study_table.h"
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/study_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
@@ -93,8 +93,8 @@ std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
       number_text(100.0 * v.expected_share_outside, 3));
 }
 
-std::vector<std::string> write_study_report(const std::filesystem::path& directory, const std::string& title,
-                                            std::span<const ReportedStudy> studies) {
+void write_study_report(const std::filesystem::path& directory, const std::string& title,
+                        std::span<const ReportedStudy> studies) {
   const std::vector<std::string> names = file_names(studies);
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
@@ -123,8 +123,6 @@ std::vector<std::string> write_study_report(const std::filesystem::path& directo
               std::span(drawings).subspan(first, count), directory);
   }
   page.write(directory / "index.html");
-
-  return problems_of(drawings);
 }
 
 }  // namespace credence

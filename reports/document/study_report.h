@@ -15,12 +15,12 @@ struct ReportedStudy {
   RunTrace trace;
 };
 
-/// Writes DIR/index.html with all studies and, for each, <name>.csv, <name>-run.csv, and its figures as PDF
-/// in DIR/figures. Returns what a user should know of that did not work (figures not drawn).
+/// Writes DIR/index.html with all studies and, for each, <name>.csv, <name>-run.csv, and its figures as SVG
+/// and PDF in DIR/figures.
 ///
 /// Throws OutputError when a file cannot be written; no file is left half-written.
-std::vector<std::string> write_study_report(const std::filesystem::path& directory, const std::string& title,
-                                            std::span<const ReportedStudy> studies);
+void write_study_report(const std::filesystem::path& directory, const std::string& title,
+                        std::span<const ReportedStudy> studies);
 
 /// A verdict in words: its number, bounds, p-value and how many tests were made.
 std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "montecarlo/scenario/scenario_text.h"
@@ -10,7 +11,7 @@
 #include "reports/document/study_json.h"
 #include "reports/document/study_table.h"
 #include "reports/document/swept_values.h"
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/csv.h"
 #include "reports/render/html_page.h"
@@ -26,6 +27,47 @@ double number_of(const ScalarValue& value) {
   return std::nan("");
 }
 
+/// The level of the tests of all configurations together.
+double confidence_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
+
+/// Whether values spread like powers: all positive, and the middle one nearer to the geometric than to the
+/// arithmetic mean of the ends.
+bool is_geometric(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  if (values.size() < 3 || values.front() <= 0.0) return false;
+  const double middle = values[values.size() / 2];
+  return std::abs(middle - std::sqrt(values.front() * values.back())) <
+         std::abs(middle - 0.5 * (values.front() + values.back()));
+}
+
+/// The curve of one setting of the other axes: mean over expected, and the factors on the claimed covariance
+/// that a test at the verdict's confidence would not reject. They include 1 where the verdict is consistent.
+struct RatioCurve {
+  FigureData x, ratio, lower, upper;
+
+  void add(double at, const ConsistencyVerdict& v) {
+    x.push_back(at);
+    ratio.push_back(v.mean / v.expected);
+    lower.push_back(v.mean / v.bounds.upper);
+    upper.push_back(v.mean / v.bounds.lower);
+  }
+};
+
+Panel ratio_panel(const char* what, const SweepAxis& axis, const std::map<std::string, RatioCurve>& curves) {
+  Panel panel{
+      .title = what, .x_label = axis.path, .y_label = fmt::format("mean {} / expected", what), .log_y = true};
+  panel.series.push_back(level_series("expected", ColourRole::neutral, 1.0));
+  Index i = 0;
+  for (const auto& [label, c] : curves) {
+    const ColourRole role = numbered_role(i++);
+    panel.log_x = is_geometric(c.x);
+    panel.series.push_back(line_series("", role, c.x, c.ratio));
+    panel.series.push_back(
+        error_bar_series(label.empty() ? "measured" : label, role, c.x, c.ratio, c.lower, c.upper));
+  }
+  return panel;
+}
+
 /// Mean NEES over expected along the numeric axis with most values, one curve for each setting of the others.
 std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
   const SweepPlan& plan = sweep.plan;
@@ -39,10 +81,7 @@ std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
   }
   if (axis == plan.axes.size()) return {};
 
-  struct Curve {
-    FigureData x, nees, lower, upper, nis;
-  };
-  std::map<std::string, Curve> curves;
+  std::map<std::string, RatioCurve> nees, nis;
   for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
     const StudyAnalysis& a = sweep.studies[n];
     const SweepPoint& point = sweep.point(n);
@@ -50,34 +89,20 @@ std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
     for (std::size_t i = 0; i < plan.axes.size(); ++i) {
       if (i != axis) label += (label.empty() ? "" : ", ") + swept_text(point.values[i]);
     }
-    Curve& c = curves[label];
-    c.x.push_back(number_of(point.values[axis]));
-    c.nees.push_back(a.nees.mean / a.nees.expected);
-    c.nis.push_back(a.nis.mean / a.nis.expected);
+    nees[label].add(number_of(point.values[axis]), a.nees);
+    nis[label].add(number_of(point.values[axis]), a.nis);
   }
   constexpr std::size_t kMostCurves = 6;
-  if (curves.size() > kMostCurves) return {};
-
-  Figure figure{.name = "sweep",
-                .caption =
-                    "Mean NEES and NIS over their expected values: 1 is consistent, above is optimistic, "
-                    "below pessimistic.",
-                .rows = 1,
-                .cols = 2};
-  for (const bool nis : {false, true}) {
-    Panel panel{.title = nis ? "NIS" : "NEES",
-                .x_label = plan.axes[axis].path,
-                .y_label = nis ? "mean NIS / expected" : "mean NEES / expected"};
-    panel.series.push_back(level_series("", ColourRole::neutral, 1.0));
-    Index i = 0;
-    for (const auto& [label, curve] : curves) {
-      panel.series.push_back(line_series(label, numbered_role(i), curve.x, nis ? curve.nis : curve.nees));
-      panel.series.push_back(point_series("", numbered_role(i), curve.x, nis ? curve.nis : curve.nees));
-      ++i;
-    }
-    figure.panels.push_back(std::move(panel));
-  }
-  return {figure};
+  if (nees.size() > kMostCurves) return {};
+  return {{.name = "sweep",
+           .caption = fmt::format(
+               "Mean NEES and NIS over their expected values, logarithmic: 1 is consistent, above "
+               "is optimistic, below pessimistic. Bars: factors on the claimed covariance that "
+               "agree with what was measured, each at {:g} %; a bar without 1 is a verdict.",
+               100.0 * confidence_of(sweep)),
+           .rows = 1,
+           .cols = 2,
+           .panels = {ratio_panel("NEES", plan.axes[axis], nees), ratio_panel("NIS", plan.axes[axis], nis)}}};
 }
 
 void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& sweep) {
@@ -119,9 +144,6 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& s
   }
   csv.commit();
 }
-
-/// The level of the tests of all configurations together.
-double confidence_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
 
 bool stands(const StudyAnalysis& analysis, double sweep_p_value) {
   return is_inconsistent(overall_verdict(analysis)) &&
@@ -210,8 +232,7 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   return document.dump(1);
 }
 
-std::vector<std::string> write_sweep_report(const std::filesystem::path& directory,
-                                            const SweepAnalysis& sweep) {
+void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const bool map = !sweep.rank_map.empty();
@@ -228,7 +249,6 @@ std::vector<std::string> write_sweep_report(const std::filesystem::path& directo
   page.section("Settings");
   page.verbatim(canonical_toml(sweep.plan));
   page.write(directory / "index.html");
-  return problems_of(drawings);
 }
 
 }  // namespace credence

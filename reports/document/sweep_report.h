@@ -17,9 +17,7 @@ std::vector<ReportTable> sweep_tables(const SweepAnalysis& sweep);
 /// a map of ranks the map instead of them.
 std::string sweep_json(const SweepAnalysis& sweep);
 
-/// Writes DIR/index.html, DIR/sweep.csv and the figures. Returns why figures could not be drawn. Throws
-/// OutputError.
-std::vector<std::string> write_sweep_report(const std::filesystem::path& directory,
-                                            const SweepAnalysis& sweep);
+/// Writes DIR/index.html, DIR/sweep.csv and the figures. Throws OutputError.
+void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep);
 
 }  // namespace credence

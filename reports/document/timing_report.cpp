@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "reports/figures/gnuplot.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
@@ -276,8 +276,7 @@ std::vector<ReportTable> timing_tables(const TimingResult& result) {
   return {step_table(result), growth_table(result), monte_carlo_table(result), scaling_table(result)};
 }
 
-std::vector<std::string> write_timing_report(const std::filesystem::path& directory,
-                                             const TimingResult& result) {
+void write_timing_report(const std::filesystem::path& directory, const TimingResult& result) {
   make_directories(directory / "figures");
   const std::vector<Figure> figures{step_figure(result)};
   const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
@@ -294,7 +293,6 @@ std::vector<std::string> write_timing_report(const std::filesystem::path& direct
   page.table(tables[3]);
   page.write(directory / "index.html");
   write_file(directory / "timing.json", timing_json(result) + "\n");
-  return problems_of(drawings);
 }
 
 }  // namespace credence

@@ -15,9 +15,7 @@ std::string timing_json(const TimingResult& result);
 /// Steps, growth with the map, Monte Carlo, threads.
 std::vector<ReportTable> timing_tables(const TimingResult& result);
 
-/// Writes index.html, timing.json and the figures into `directory`; returns why figures were not drawn.
-/// Throws OutputError as AtomicFile does.
-std::vector<std::string> write_timing_report(const std::filesystem::path& directory,
-                                             const TimingResult& result);
+/// Writes index.html, timing.json and the figures into `directory`. Throws OutputError as AtomicFile does.
+void write_timing_report(const std::filesystem::path& directory, const TimingResult& result);
 
 }  // namespace credence

@@ -12,7 +12,7 @@
 #include "reports/figures/figure_style.h"
 
 /// @file
-/// A figure as data: panels in a grid, each with series. No drawing here; gnuplot.h renders it.
+/// A figure as data: panels in a grid, each with series. No drawing here; draw_figures.h does that.
 /// Values that are not finite break a line and are left out of point clouds.
 
 namespace credence {

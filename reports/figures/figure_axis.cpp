@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "reports/render/utf8_text.h"
+#include "reports/figures/figure_text.h"
 
 namespace credence {
 namespace {
@@ -19,7 +19,7 @@ class Hull {
  public:
   explicit Hull(bool log) : log_(log) {}
   void add(double value) {
-    if (!std::isfinite(value) || std::abs(value) > kLargest || (log_ && value <= 0.0)) return;
+    if (!std::isfinite(value) || std::abs(value) > kLargest || (log_ && value < 1.0 / kLargest)) return;
     low_ = std::min(low_, value);
     high_ = std::max(high_, value);
   }
@@ -31,7 +31,7 @@ class Hull {
     if (low_ > high_) return log_ ? AxisRange{0.1, 10.0} : AxisRange{0.0, 1.0};
     if (log_) {
       const double factor = low_ == high_ ? 2.0 : std::exp(room * (std::log(high_) - std::log(low_)));
-      return {low_ / factor, high_ * factor};
+      return {std::max(low_ / factor, 1.0 / kLargest), std::min(high_ * factor, kLargest)};
     }
     // A constant curve still deserves an axis with ticks that differ.
     const double flat = low_ == 0.0 ? 1.0 : 0.1 * std::abs(low_);
@@ -111,7 +111,8 @@ std::vector<AxisTick> log_ticks(AxisRange range, int wanted) {
   const int first = static_cast<int>(std::floor(std::log10(range.low)));
   const int last = static_cast<int>(std::ceil(std::log10(range.high)));
   const int stride = std::max(1, static_cast<int>(std::ceil(decades / std::max(1, wanted))));
-  const bool with_2_and_5 = decades * 3.0 <= wanted + 1.0;
+  // Two labels are too few to read a logarithmic axis by.
+  const bool with_2_and_5 = decades * 3.0 <= wanted + 1.0 || decades < 1.35;
   // All labels of an axis are powers, or none.
   const bool as_power = range.low < 0.99e-3 || range.high > 2e4;
   std::vector<AxisTick> ticks;
@@ -196,13 +197,9 @@ void equalise(AxisRange& x, AxisRange& y, double width_over_height) {
   y = {y.low - y_more, y.high + y_more};
 }
 
-std::size_t widest_label(const Axis& axis) {
-  std::size_t widest = 0;
-  for (const AxisTick& tick : axis.ticks) {
-    // The marks of a superscript are not shown.
-    const std::size_t marks = tick.label.has_markup ? 3 : 0;
-    widest = std::max(widest, display_width(tick.label.text) - marks);
-  }
+double widest_label(const Axis& axis) {
+  double widest = 0.0;
+  for (const AxisTick& tick : axis.ticks) widest = std::max(widest, text_width(tick.label));
   return widest;
 }
 

@@ -6,8 +6,8 @@
 #include "reports/figures/figure.h"
 
 /// @file
-/// Ranges and ticks of the axes of a panel, chosen here and not by the renderer: every output format then
-/// shows the same axes, and margins can be computed from the labels.
+/// Ranges and ticks of the axes of a panel, chosen before drawing: every output format then shows the same
+/// axes, and margins can be computed from the labels.
 
 namespace credence {
 
@@ -41,7 +41,7 @@ std::vector<double> cell_edges(const FigureData& centres, bool log);
 /// Grows the shorter of two ranges about its middle until x and y have one scale in a box of the given shape.
 void equalise(AxisRange& x, AxisRange& y, double width_over_height);
 
-/// Columns that the longest tick label takes.
-std::size_t widest_label(const Axis& axis);
+/// Room that the longest tick label takes, in canvas units.
+double widest_label(const Axis& axis);
 
 }  // namespace credence

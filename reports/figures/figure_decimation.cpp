@@ -2,107 +2,118 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <iterator>
-#include <unordered_set>
+#include <numbers>
+#include <set>
+#include <utility>
 
 namespace credence {
 namespace {
 
-double pixel_x(double x, const PixelBox& box) {
-  return (x - box.x_low) / (box.x_high - box.x_low) * box.width;
-}
-double pixel_y(double y, const PixelBox& box) {
-  return (y - box.y_low) / (box.y_high - box.y_low) * box.height;
+using Kept = std::vector<std::size_t>;
+
+void add_extremes(Kept& kept, const CanvasPath& points) {
+  const auto index = [&](auto it) { return static_cast<std::size_t>(it - points.begin()); };
+  for (const auto coordinate : {&CanvasPoint::x, &CanvasPoint::y}) {
+    const auto [low, high] = std::ranges::minmax_element(points, {}, coordinate);
+    kept.push_back(index(low));
+    kept.push_back(index(high));
+  }
 }
 
-std::size_t index_of(std::vector<double>::const_iterator it, const std::vector<double>& values) {
-  return static_cast<std::size_t>(std::distance(values.begin(), it));
-}
-
-void add_extremes(std::vector<std::size_t>& kept, const std::vector<double>& values) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  kept.push_back(index_of(low, values));
-  kept.push_back(index_of(high, values));
-}
-
-void sort_unique(std::vector<std::size_t>& kept) {
+CanvasPath chosen(const CanvasPath& points, Kept kept) {
   std::sort(kept.begin(), kept.end());
   kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  CanvasPath path;
+  for (const std::size_t i : kept) path.push_back(points[i]);
+  return path;
 }
+
+// The directions in which a line from one point passes all points since within the tolerance.
+class Sector {
+ public:
+  // Whether the line to `offset` does; narrows the sector by it if so.
+  bool takes(double dx, double dy, double tolerance) {
+    const double distance = std::hypot(dx, dy);
+    // A line that turns back leaves the sector of its outward way only when it is far enough to be seen.
+    if (distance < furthest_ - tolerance) return false;
+    furthest_ = std::max(furthest_, distance);
+    if (distance <= tolerance) return true;
+    const double spread = std::asin(tolerance / distance);
+    const double direction = std::atan2(dy, dx);
+    if (!open_) {
+      middle_ = direction;
+      low_ = -spread;
+      high_ = spread;
+      open_ = true;
+      return true;
+    }
+    const double turn = std::remainder(direction - middle_, 2.0 * std::numbers::pi);
+    if (turn < low_ || turn > high_) return false;
+    low_ = std::max(low_, turn - spread);
+    high_ = std::min(high_, turn + spread);
+    return true;
+  }
+
+ private:
+  bool open_ = false;
+  double furthest_ = 0.0;
+  double middle_ = 0.0, low_ = 0.0, high_ = 0.0;
+};
 
 }  // namespace
 
-std::vector<CurvePiece> finite_pieces(const std::vector<double>& x, const std::vector<double>& y, bool log_x,
-                                      bool log_y) {
-  std::vector<CurvePiece> pieces;
-  bool open = false;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const bool usable =
-        std::isfinite(x[i]) && std::isfinite(y[i]) && (!log_x || x[i] > 0.0) && (!log_y || y[i] > 0.0);
-    if (usable && !open) pieces.emplace_back();
-    if (usable) {
-      pieces.back().x.push_back(x[i]);
-      pieces.back().y.push_back(y[i]);
-    }
-    open = usable;
-  }
-  return pieces;
-}
-
-std::vector<std::size_t> keep_by_column(const std::vector<double>& x, const std::vector<double>& y,
-                                        const PixelBox& box) {
-  std::vector<std::size_t> kept;
-  const auto column_of = [&](std::size_t i) { return std::floor(pixel_x(x[i], box)); };
-  for (std::size_t begin = 0; begin < x.size();) {
+CanvasPath thin_columns(const CanvasPath& curve) {
+  Kept kept;
+  for (std::size_t begin = 0; begin < curve.size();) {
     std::size_t end = begin + 1;
     std::size_t lowest = begin;
     std::size_t highest = begin;
-    for (; end < x.size() && column_of(end) == column_of(begin); ++end) {
-      if (y[end] < y[lowest]) lowest = end;
-      if (y[end] > y[highest]) highest = end;
+    for (; end < curve.size() && std::floor(curve[end].x) == std::floor(curve[begin].x); ++end) {
+      if (curve[end].y < curve[lowest].y) lowest = end;
+      if (curve[end].y > curve[highest].y) highest = end;
     }
     kept.insert(kept.end(), {begin, lowest, highest, end - 1});
     begin = end;
   }
-  sort_unique(kept);
-  return kept;
+  return chosen(curve, std::move(kept));
 }
 
-std::vector<std::size_t> keep_by_distance(const std::vector<double>& x, const std::vector<double>& y,
-                                          const PixelBox& box) {
-  if (x.empty()) return {};
+CanvasPath thin_distances(const CanvasPath& curve) {
+  if (curve.empty()) return {};
   constexpr double kHalfPixel = 0.5;
-  std::vector<std::size_t> kept{0, x.size() - 1};
+  Kept kept{0, curve.size() - 1};
   std::size_t last = 0;
-  for (std::size_t i = 1; i < x.size(); ++i) {
-    const double moved =
-        std::hypot(pixel_x(x[i], box) - pixel_x(x[last], box), pixel_y(y[i], box) - pixel_y(y[last], box));
-    if (moved < kHalfPixel) continue;
+  for (std::size_t i = 1; i < curve.size(); ++i) {
+    if (std::hypot(curve[i].x - curve[last].x, curve[i].y - curve[last].y) < kHalfPixel) continue;
     kept.push_back(i);
     last = i;
   }
-  add_extremes(kept, x);
-  add_extremes(kept, y);
-  sort_unique(kept);
-  return kept;
+  add_extremes(kept, curve);
+  return chosen(curve, std::move(kept));
 }
 
-std::vector<std::size_t> keep_by_pixel(const std::vector<double>& x, const std::vector<double>& y,
-                                       const PixelBox& box) {
-  if (x.empty()) return {};
-  std::vector<std::size_t> kept;
-  std::unordered_set<std::int64_t> taken;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    // Points far outside share a cell at the border; they are not drawn anyway.
-    const double column = std::clamp(std::floor(pixel_x(x[i], box)), -1.0, box.width + 1.0);
-    const double row = std::clamp(std::floor(pixel_y(y[i], box)), -1.0, box.height + 1.0);
-    const auto cell = static_cast<std::int64_t>(row) * (box.width + 4) + static_cast<std::int64_t>(column);
-    if (taken.insert(cell).second) kept.push_back(i);
+CanvasPath thin_cloud(const CanvasPath& cloud) {
+  if (cloud.empty()) return {};
+  Kept kept;
+  std::set<std::pair<double, double>> taken;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (taken.emplace(std::floor(cloud[i].x), std::floor(cloud[i].y)).second) kept.push_back(i);
   }
-  add_extremes(kept, x);
-  add_extremes(kept, y);
-  sort_unique(kept);
+  add_extremes(kept, cloud);
+  return chosen(cloud, std::move(kept));
+}
+
+CanvasPath straighten(const CanvasPath& curve, double tolerance) {
+  if (curve.size() < 3) return curve;
+  CanvasPath kept{curve.front()};
+  Sector sector;
+  for (std::size_t i = 1; i < curve.size(); ++i) {
+    if (sector.takes(curve[i].x - kept.back().x, curve[i].y - kept.back().y, tolerance)) continue;
+    kept.push_back(curve[i - 1]);
+    sector = {};
+    sector.takes(curve[i].x - kept.back().x, curve[i].y - kept.back().y, tolerance);
+  }
+  kept.push_back(curve.back());
   return kept;
 }
 

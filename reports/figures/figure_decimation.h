@@ -1,40 +1,25 @@
 #pragma once
 
-#include <cstddef>
-#include <vector>
+#include "reports/figures/canvas.h"
 
 /// @file
 /// Fewer points where a figure cannot show more. What the eye would see stays: extremes are never dropped.
+/// A canvas unit is one pixel of a page.
 
 namespace credence {
 
-/// A run of points between breaks, in data coordinates.
-struct CurvePiece {
-  std::vector<double> x, y;
-};
+/// Of a curve with increasing x: for every pixel column its first, lowest, highest and last point.
+CanvasPath thin_columns(const CanvasPath& curve);
 
-/// Splits at points that are not finite (or not positive where `log_x`, `log_y`).
-std::vector<CurvePiece> finite_pieces(const std::vector<double>& x, const std::vector<double>& y, bool log_x,
-                                      bool log_y);
+/// Of a curve that may turn back: points at least half a pixel from the last one kept, both ends and the
+/// extremes in x and y.
+CanvasPath thin_distances(const CanvasPath& curve);
 
-/// A box of pixels and the data range it shows (already as logarithms on log axes).
-struct PixelBox {
-  double x_low, x_high, y_low, y_high;
-  int width, height;
-};
+/// Of a cloud: one point for each pixel, and the extremes in x and y.
+CanvasPath thin_cloud(const CanvasPath& cloud);
 
-/// Indices to keep of a curve with increasing x: for every pixel column its first, lowest, highest and last
-/// point.
-std::vector<std::size_t> keep_by_column(const std::vector<double>& x, const std::vector<double>& y,
-                                        const PixelBox& box);
-
-/// Indices to keep of a curve that may turn back: points at least half a pixel from the last one kept, both
-/// ends and the extremes in x and y.
-std::vector<std::size_t> keep_by_distance(const std::vector<double>& x, const std::vector<double>& y,
-                                          const PixelBox& box);
-
-/// Indices to keep of a cloud: one point for each pixel, and the extremes in x and y.
-std::vector<std::size_t> keep_by_pixel(const std::vector<double>& x, const std::vector<double>& y,
-                                       const PixelBox& box);
+/// Leaves out points that lie within `tolerance` of the straight line between those kept before and behind
+/// them. Ends stay. O(n).
+CanvasPath straighten(const CanvasPath& curve, double tolerance);
 
 }  // namespace credence

@@ -5,19 +5,18 @@
 #include <numeric>
 
 #include "reports/figures/figure_axis.h"
-#include "reports/render/utf8_text.h"
+#include "reports/figures/figure_text.h"
 
 namespace credence {
 namespace {
 
-constexpr double kCharacter = 6.4;    // mean width of a character
 constexpr double kLine = 17.0;        // distance of lines of text
 constexpr double kGap = 6.0;          // between things that do not belong together
 constexpr double kSample = 22.0;      // length of a legend's sample
 constexpr double kTickLabels = 20.0;  // from the axes to below their tick labels
 constexpr double kColourBarGap = 10.0;
 
-int wanted_x_ticks(double width) { return std::max(2, static_cast<int>(width / 36.0)); }
+int wanted_x_ticks(double width) { return std::max(2, static_cast<int>(width / 38.0)); }
 int wanted_y_ticks(double height) { return std::max(2, static_cast<int>(height / 26.0)); }
 
 // As many ticks as fit with their labels side by side.
@@ -25,18 +24,18 @@ Axis make_x_axis(AxisRange range, bool log, double width) {
   for (int wanted = wanted_x_ticks(width);; --wanted) {
     Axis axis = make_axis(range, log, wanted);
     const double room = width / static_cast<double>(std::max<std::size_t>(axis.ticks.size(), 1));
-    if (wanted <= 1 || (static_cast<double>(widest_label(axis)) + 1.5) * kCharacter <= room) return axis;
+    if (wanted <= 1 || widest_label(axis) + 2.0 * kGap <= room) return axis;
   }
 }
 
 double left_margin(const Panel& panel, const Axis& y) {
   const double label = panel.y_label.empty() ? 0.0 : kLine;
-  return label + kGap + static_cast<double>(widest_label(y)) * kCharacter + 13.0;
+  return label + kGap + widest_label(y) + 13.0;
 }
 
 // From the axes to behind the tick labels of the colour bar.
 double colour_bar_room(const Axis& colour) {
-  return kColourBarGap + kColourBarWidth + 14.0 + static_cast<double>(widest_label(colour)) * kCharacter;
+  return kColourBarGap + kColourBarWidth + 14.0 + widest_label(colour);
 }
 
 double right_margin(const Panel& panel, const Axis& colour) {
@@ -45,7 +44,7 @@ double right_margin(const Panel& panel, const Axis& colour) {
 }
 
 // Entries one behind the other, a new line where the next does not fit.
-std::vector<LegendEntry> flow_legend(const Panel& panel, const PlotBox& box, double cell_left, double top) {
+std::vector<LegendEntry> flow_legend(const Panel& panel, const CanvasBox& box, double cell_left, double top) {
   std::vector<LegendEntry> entries;
   double left = box.left;
   double widest = 0.0;
@@ -54,14 +53,14 @@ std::vector<LegendEntry> flow_legend(const Panel& panel, const PlotBox& box, dou
   }
   if (widest > box.width()) left = std::max(cell_left + kGap, box.right - widest);
   double x = left;
-  double y = top - 0.5 * kLine;
+  double y = top + 0.5 * kLine;
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
     const Series& series = panel.series[i];
     if (series.label.empty()) continue;
     const double width = kSample + kGap + text_width(series.label);
     if (x > left && x + width > box.right + kGap) {
       x = left;
-      y -= kLine;
+      y += kLine;
     }
     entries.push_back({i, x, y, kSample});
     x += width + 2.5 * kGap;
@@ -70,13 +69,13 @@ std::vector<LegendEntry> flow_legend(const Panel& panel, const PlotBox& box, dou
 }
 
 double legend_height(const std::vector<LegendEntry>& entries) {
-  return entries.empty() ? 0.0 : entries.front().y - entries.back().y + kLine + 0.5 * kGap;
+  return entries.empty() ? 0.0 : entries.back().y - entries.front().y + kLine + 0.5 * kGap;
 }
 
 // Heights of the rows of axes: what the caller states, else a pleasant shape, else what a map needs.
 double axes_height(const Figure& figure, const std::vector<PanelLayout>& panels, std::size_t row,
                    double width) {
-  if (figure.row_height > 0.0) return figure.row_height * kFontUnits;
+  if (figure.row_height > 0.0) return figure.row_height * kLabelFont;
   double height = std::clamp(0.62 * width, 130.0, 300.0);
   for (std::size_t i = 0; i < panels.size(); ++i) {
     if (i / static_cast<std::size_t>(figure.cols) != row || !figure.panels[i].equal_aspect) continue;
@@ -95,6 +94,7 @@ void start_axes(const Figure& figure, FigureLayout& layout) {
     out.x = make_axis(x_range_of(panel), panel.log_x, 5);
     out.y = make_axis(y_range_of(panel), panel.log_y, 6);
     out.has_colour_bar = has_heat_map(panel);
+    out.colour_scale = panel.colour_scale;
     if (out.has_colour_bar) out.colour = make_axis(colour_range_of(panel), panel.log_colour, 5);
   }
 }
@@ -133,19 +133,19 @@ void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, s
                  double bottom, double legend_top) {
   const double width = columns.axes_width;
   const double left = columns.axes_left[col];
-  out.box = {left, left + width, -bottom, -top};
+  out.box = {left, left + width, top, bottom};
   if (panel.equal_aspect) equalise(out.x.range, out.y.range, width / (bottom - top));
   out.x = make_x_axis(out.x.range, panel.log_x, width);
   out.y = make_axis(out.y.range, panel.log_y, wanted_y_ticks(bottom - top));
   out.y_label_x = left - left_margin(panel, out.y) + 0.5 * kLine + 2.0;
-  out.x_label_y = -(bottom + kTickLabels + 0.5 * kLine);
-  out.title_y = -top + 0.5 * kLine + 2.0;
+  out.x_label_y = bottom + kTickLabels + 0.5 * kLine;
+  out.title_y = top - 0.5 * kLine - 2.0;
   if (out.has_colour_bar) {
     out.colour = make_axis(out.colour.range, panel.log_colour, wanted_y_ticks(bottom - top));
     out.colour_bar_x = out.box.right + kColourBarGap;
     out.colour_label_x = out.box.right + colour_bar_room(out.colour) + 0.5 * kLine;
   }
-  out.legend = flow_legend(panel, out.box, columns.cell_left[col], -legend_top);
+  out.legend = flow_legend(panel, out.box, columns.cell_left[col], legend_top);
 }
 
 // Places a row of the grid that starts at `depth` below the top; returns the depth of its end.
@@ -172,25 +172,7 @@ double place_row(const Figure& figure, FigureLayout& layout, const Columns& colu
   return legend_top + legends + 2.0;
 }
 
-// From depths below the top to heights above the bottom.
-void turn_upright(FigureLayout& layout) {
-  for (PanelLayout& panel : layout.panels) {
-    panel.box.bottom += layout.height;
-    panel.box.top += layout.height;
-    panel.x_label_y += layout.height;
-    panel.title_y += layout.height;
-    for (LegendEntry& entry : panel.legend) entry.y += layout.height;
-  }
-}
-
 }  // namespace
-
-double text_width(const FigureText& text) {
-  const std::size_t marks =
-      text.has_markup ? static_cast<std::size_t>(std::count(text.text.begin(), text.text.end(), '{')) * 3 : 0;
-  const std::size_t width = display_width(text.text);
-  return static_cast<double>(width - std::min(width, marks)) * kCharacter;
-}
 
 FigureLayout lay_out(const Figure& figure, double width) {
   FigureLayout layout;
@@ -206,7 +188,6 @@ FigureLayout lay_out(const Figure& figure, double width) {
     }
     layout.height = std::ceil(depth);
   }
-  turn_upright(layout);
   return layout;
 }
 

@@ -12,7 +12,7 @@ constexpr std::uint32_t kGreen = 0x009E73;
 constexpr std::uint32_t kBlue = 0x0072B2;
 constexpr std::uint32_t kVermillion = 0xD55E00;
 constexpr std::uint32_t kPurple = 0xCC79A7;
-constexpr std::uint32_t kGrey = 0x8A8A8A;
+constexpr std::uint32_t kGrey = 0x6E6E6E;
 
 }  // namespace
 
@@ -34,7 +34,7 @@ RoleStyle style_of(ColourRole role) {
     case alarm:
       return {kVermillion, solid, 1.8, MarkerShape::cross, 0.20};
     case neutral:
-      return {kGrey, StrokeStyle::dotted, 1.2, MarkerShape::dot, 0.15};
+      return {kGrey, StrokeStyle::dotted, 1.5, MarkerShape::dot, 0.15};
     case first:
       return {kBlue, solid, 1.6, MarkerShape::dot, 0.15};
     case second:

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -51,26 +52,35 @@ std::map<int, std::pair<FigureData, FigureData>> landmark_curves(const ReplayRes
   return curves;
 }
 
-/// Errors of all landmarks in one coordinate over their 2σ.
+/// How a landmark is drawn in every panel: six colours, then the same dashed and dotted.
+Series landmark_line(int landmark, FigureText label, FigureData t, FigureData value) {
+  constexpr std::array strokes{StrokeStyle::solid, StrokeStyle::dashed, StrokeStyle::dotted};
+  Series series = line_series(std::move(label), numbered_role(landmark), std::move(t), std::move(value));
+  series.stroke = strokes[static_cast<std::size_t>(landmark / 6) % strokes.size()];
+  return series;
+}
+
+/// Landmarks are numbered from 1 in the order of the survey.
+std::string landmark_name(int landmark) { return fmt::format("{}", landmark + 1); }
+
+/// Errors of all landmarks in one coordinate, each over its 2σ in the same colour.
 Panel landmark_panel(const ReplayResult& r, Index i, const char* title) {
   Panel panel{.title = title, .x_label = "time (s)", .y_label = "error (m)"};
-  bool first = true;
   for (const double sign : {-2.0, 2.0}) {
     const auto bounds = landmark_curves(r, [&](const ReplayLandmark& landmark, const Point&) {
       return sign * std::sqrt(landmark.covariance(i, i));
     });
     for (const auto& [id, curve] : bounds) {
-      Series series = line_series(first ? "±2σ of each" : "", ColourRole::bound, curve.first, curve.second);
-      series.weight = 0.6;
+      Series series = landmark_line(id, "", curve.first, curve.second);
+      series.weight = 0.4;
       panel.series.push_back(std::move(series));
-      first = false;
     }
   }
   const auto errors = landmark_curves(r, [&](const ReplayLandmark& landmark, const Point& surveyed) {
     return landmark.position[i] - surveyed[i];
   });
   for (const auto& [id, curve] : errors)
-    panel.series.push_back(line_series("", numbered_role(id), curve.first, curve.second));
+    panel.series.push_back(landmark_line(id, landmark_name(id), curve.first, curve.second));
   return panel;
 }
 
@@ -81,8 +91,7 @@ Panel gain_panel(const ReplayResult& r, const char* title, const char* y_label, 
   const auto curves =
       landmark_curves(r, [&](const ReplayLandmark& landmark, const Point&) { return get(landmark.gain); });
   for (const auto& [id, curve] : curves)
-    panel.series.push_back(line_series(id == curves.begin()->first ? "landmarks" : "", numbered_role(id),
-                                       curve.first, curve.second));
+    panel.series.push_back(landmark_line(id, "", curve.first, curve.second));
   FigureData t, vehicle;
   for (const ReplayStep& step : r.steps) {
     t.push_back(step.time_s);
@@ -111,18 +120,25 @@ Panel trace_panel(const ReplayResult& r) {
 Panel nis_panel(const ReplayResult& r) {
   Panel panel{
       .title = "NIS of single sights", .x_label = "time (s)", .y_label = "NIS (2 dof)", .log_y = true};
-  FigureData t, used, rejected_t, rejected;
   constexpr double kFloor = 1e-4;  // a logarithmic axis has no zero
+  FigureData t, used, low_t, rejected_t, rejected;
   for (const ReplaySight& sight : r.sights) {
-    if (sight.outcome == SightOutcome::updated) {
-      t.push_back(sight.time_s);
-      used.push_back(std::max(kFloor, sight.nis));
-    } else if (sight.outcome == SightOutcome::rejected) {
+    if (sight.outcome == SightOutcome::rejected) {
       rejected_t.push_back(sight.time_s);
       rejected.push_back(std::max(kFloor, sight.nis));
+    } else if (sight.outcome == SightOutcome::updated && sight.nis < kFloor) {
+      low_t.push_back(sight.time_s);
+    } else if (sight.outcome == SightOutcome::updated) {
+      t.push_back(sight.time_s);
+      used.push_back(sight.nis);
     }
   }
   panel.series.push_back(point_series("used", ColourRole::estimate, t, used));
+  if (!low_t.empty()) {
+    panel.series.push_back(point_series(figure_markup("used, below 10^{−4}"), ColourRole::neutral, low_t,
+                                        FigureData(low_t.size(), kFloor)));
+    panel.series.back().marker = MarkerShape::triangle;
+  }
   if (!rejected.empty())
     panel.series.push_back(point_series("rejected", ColourRole::alarm, rejected_t, rejected));
   panel.series.push_back(
@@ -136,6 +152,7 @@ Panel replay_map_panel(const std::string& title, const ReplayResult& r) {
   Panel panel{.title = title, .x_label = "east x (m)", .y_label = "north y (m)", .equal_aspect = true};
   if (has_heading(r)) panel.x_label = "x (m)", panel.y_label = "y (m)";
   FigureData x, y, reference_x, reference_y, survey_x, survey_y, map_x, map_y;
+  std::vector<FigureText> names;
   for (const ReplayStep& step : r.steps) {
     x.push_back(step.pose[0]);
     y.push_back(step.pose[1]);
@@ -147,6 +164,7 @@ Panel replay_map_panel(const std::string& title, const ReplayResult& r) {
   for (const Point& p : r.survey_m) {
     survey_x.push_back(p[0]);
     survey_y.push_back(p[1]);
+    names.emplace_back(landmark_name(static_cast<int>(names.size())));
   }
   PlanarCurve ellipses;
   for (const ReplayLandmark& landmark : r.map) {
@@ -158,6 +176,7 @@ Panel replay_map_panel(const std::string& title, const ReplayResult& r) {
   panel.series.push_back(line_series("EKF-SLAM", ColourRole::estimate, x, y));
   panel.series.push_back(polygon_series("2σ", ColourRole::bound, ellipses.x, ellipses.y));
   panel.series.push_back(point_series("surveyed", ColourRole::truth, survey_x, survey_y));
+  panel.series.push_back(text_series(ColourRole::truth, survey_x, survey_y, std::move(names)));
   panel.series.push_back(point_series("estimated", ColourRole::estimate, map_x, map_y));
   if (!r.anchors.empty()) {
     FigureData anchor_x, anchor_y;
@@ -196,11 +215,13 @@ std::vector<Figure> replay_figures(const std::string& name, const ReplayResult& 
                    .caption = "Estimated path and map over " + reference +
                               " and the survey; ellipses are 2σ of the final map.",
                    .panels = {replay_map_panel("Path and map", r)}};
-  return {map, replay_run_figure(name + "-run",
-                                 "Errors of the vehicle against " + reference +
-                                     " and of the landmarks against the survey, each with the filter's 2σ; "
-                                     "gains: norms of the rows of K by kind of measurement; traces; NIS.",
-                                 r)};
+  return {map,
+          replay_run_figure(name + "-run",
+                            "Errors of the vehicle against " + reference +
+                                " and of the landmarks, by number, against the survey, each with the "
+                                "filter's 2σ (thin, of a landmark in its colour); gains: norms of the rows "
+                                "of K by kind of measurement, landmarks in the same colours; traces; NIS.",
+                            r)};
 }
 
 }  // namespace credence

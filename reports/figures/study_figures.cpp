@@ -42,36 +42,62 @@ void add_error(Panel& panel, const FigureData& x, const RunTrace& trace, Index i
   panel.series.push_back(line_series(label, role, x, error));
 }
 
-Panel positions_panel(const RunTrace& trace, const FigureData& steps) {
-  Panel panel{.title = "Positions", .x_label = "step", .y_label = "position (m)"};
-  const Index n = trace.steps.front().truth.size();
-  const Index anchors = trace.anchor_positions.cols();
-  for (Index i = 0; i < n; ++i) {
-    const FigureData estimate = over_steps(trace, [&](const TraceStep& s) { return at(s.estimate, i); });
-    FigureData lower, upper;
-    for (const TraceStep& s : trace.steps) {
-      lower.push_back(at(s.estimate, i) - 2.0 * sigma_at(s, i));
-      upper.push_back(at(s.estimate, i) + 2.0 * sigma_at(s, i));
-    }
-    panel.series.push_back(band_series(i == 0 ? "±2σ" : "", numbered_role(i), steps, lower, upper));
-    if (i > 0) {
-      panel.series.push_back(point_series(i == 1 ? "measured" : "", ColourRole::measurement, steps,
-                                          over_steps(trace, [&](const TraceStep& s) {
-                                            return at(s.estimate, 0) + at(s.z, anchors + i - 1);
-                                          })));
-    }
-    panel.series.push_back(line_series(i == 0 ? "estimated" : "", numbered_role(i), steps, estimate));
-    panel.series.push_back(
-        line_series(i == 0 ? "true" : "", ColourRole::truth, steps,
-                    over_steps(trace, [&](const TraceStep& s) { return at(s.truth, i); })));
+Series sigma_band(const RunTrace& trace, const FigureData& steps, Index i, FigureText label) {
+  FigureData lower, upper;
+  for (const TraceStep& s : trace.steps) {
+    lower.push_back(at(s.estimate, i) - 2.0 * sigma_at(s, i));
+    upper.push_back(at(s.estimate, i) + 2.0 * sigma_at(s, i));
   }
+  return band_series(std::move(label), numbered_role(i), steps, lower, upper);
+}
+
+Series true_position(const RunTrace& trace, const FigureData& steps, Index i, FigureText label) {
+  return line_series(std::move(label), ColourRole::truth, steps,
+                     over_steps(trace, [&](const TraceStep& s) { return at(s.truth, i); }));
+}
+
+Series estimated_position(const RunTrace& trace, const FigureData& steps, Index i, FigureText label) {
+  return line_series(std::move(label), numbered_role(i), steps,
+                     over_steps(trace, [&](const TraceStep& s) { return at(s.estimate, i); }));
+}
+
+Panel vehicle_position_panel(const RunTrace& trace, const FigureData& steps) {
+  Panel panel{.title = "Vehicle position", .x_label = "step", .y_label = "position (m)"};
+  panel.series = {sigma_band(trace, steps, 0, "±2σ"), true_position(trace, steps, 0, "true"),
+                  estimated_position(trace, steps, 0, "estimated")};
+  return panel;
+}
+
+/// Landmarks as estimated, and as measured from where the vehicle believes to be. The true ones are named
+/// where their lines start.
+Panel landmark_positions_panel(const RunTrace& trace, const FigureData& steps) {
+  Panel panel{.title = "Landmark positions", .x_label = "step", .y_label = "position (m)"};
+  const Index n = trace.steps.front().truth.size();
+  const auto once = [](Index i, const char* label) { return FigureText(i == 1 ? label : ""); };
+  for (Index i = 1; i < n; ++i) panel.series.push_back(sigma_band(trace, steps, i, once(i, "±2σ")));
+  for (Index i = 1; i < n; ++i) {
+    const Index own = trace.anchor_positions.cols() + i - 1;
+    panel.series.push_back(point_series(
+        once(i, "measured"), ColourRole::measurement, steps,
+        over_steps(trace, [&](const TraceStep& s) { return at(s.estimate, 0) + at(s.z, own); })));
+  }
+  for (Index i = 1; i < n; ++i) panel.series.push_back(true_position(trace, steps, i, once(i, "true")));
+  FigureData y;
+  std::vector<FigureText> names;
+  for (Index i = 1; i < n; ++i) {
+    panel.series.push_back(estimated_position(trace, steps, i, state_name(trace, i)));
+    y.push_back(at(trace.steps.front().truth, i));
+    names.push_back(figure_markup(fmt::format("f_{{{}}}", i)));
+  }
+  panel.series.push_back(text_series(ColourRole::truth, FigureData(y.size(), steps.front()), y, names));
   return panel;
 }
 
 Panel gains_panel(const RunTrace& trace, const FigureData& steps) {
-  Panel panel{.title = "Kalman gains", .x_label = "step", .y_label = "gain"};
+  Panel panel{.title = "Kalman gains", .x_label = "step", .y_label = "gain (m/m)"};
   const Index n = trace.steps.front().truth.size();
   const Index anchors = trace.anchor_positions.cols();
+  constexpr Index kFew = 4;
   for (Index i = 0; i < n; ++i) {
     // Each state by the measurement of its own landmark, the vehicle by the first measurement.
     const Index column = i == 0 ? 0 : anchors + i - 1;
@@ -80,6 +106,8 @@ Panel gains_panel(const RunTrace& trace, const FigureData& steps) {
                     numbered_role(i), steps, over_steps(trace, [&](const TraceStep& s) {
                       return i < s.K.rows() && column < s.K.cols() ? s.K(i, column) : kNaN;
                     })));
+    // Equal gains lie on each other; the lower ones are seen at the sides.
+    if (i > 0 && n <= kFew) panel.series.back().weight = 1.0 + static_cast<double>(n - 1 - i);
   }
   return panel;
 }
@@ -90,7 +118,7 @@ Panel errors_panel(FigureText title, FigureText y_label, const RunTrace& trace, 
   Panel panel{.title = std::move(title), .x_label = "step", .y_label = std::move(y_label)};
   for (Index i = first; i < last; ++i) {
     add_error(panel, steps, trace, i, last - first > 1 ? state_name(trace, i) : FigureText("error"),
-              numbered_role(i - first), i == first);
+              numbered_role(i), i == first);
   }
   return panel;
 }
@@ -167,14 +195,16 @@ Figure monobot_run_figure(const std::string& name, const RunTrace& trace) {
   Figure figure{
       .name = name + "-run",
       .caption = fmt::format("Run {}, as in the paper's columns: positions with 2σ bounds and noisy "
-                             "measurements, vehicle error, landmark errors, Kalman gains.",
+                             "measurements, errors, and the gains of each state for the measurement of its "
+                             "landmark, of the vehicle for the first measurement.",
                              trace.run),
       .rows = 2,
-      .cols = 2};
-  figure.panels.push_back(positions_panel(trace, steps));
+      .cols = 3};
+  figure.panels.push_back(vehicle_position_panel(trace, steps));
+  figure.panels.push_back(landmark_positions_panel(trace, steps));
+  figure.panels.push_back(gains_panel(trace, steps));
   figure.panels.push_back(errors_panel("Vehicle error", "error (m)", trace, steps, 0, 1));
   figure.panels.push_back(errors_panel("Landmark errors", "error (m)", trace, steps, 1, n));
-  figure.panels.push_back(gains_panel(trace, steps));
   return figure;
 }
 

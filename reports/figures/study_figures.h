@@ -12,8 +12,8 @@
 
 namespace credence {
 
-/// The paper's four columns for one run of a monobot: positions with 2σ and measurements; vehicle error with
-/// 2σ; landmark errors with 2σ; Kalman gains.
+/// The paper's four columns for one run of a monobot: positions with 2σ and measurements, of the vehicle and
+/// of the landmarks; Kalman gains; vehicle error with 2σ; landmark errors with 2σ.
 Figure monobot_run_figure(const std::string& name, const RunTrace& trace);
 
 /// One run in the plane: true and estimated path, landmarks, and their 2σ ellipses; pose errors with 2σ.

@@ -165,21 +165,17 @@ void HtmlPage::table(const ReportTable& table) {
 
 void HtmlPage::figure(const Figure& figure, const Drawing& drawing, const std::filesystem::path& link_base) {
   body_ += fmt::format("<figure id=\"{}\">\n", unique_anchor("figure-" + figure.name));
-  if (drawing.problem.empty()) {
-    const double width = drawn_width(drawing.svg);
-    constexpr double kReadable = 0.75;
-    body_ += fmt::format(
-        "<div class=\"scroll\"><div style=\"max-width:{:.0f}px;min-width:{:.0f}px\">{}</div></div>\n", width,
-        kReadable * width, drawing.svg);
-  } else {
-    body_ += fmt::format("<p class=\"callout caution\">Figure not drawn because {}.</p>\n",
-                         escape_html(drawing.problem));
-  }
+  const double width = drawn_width(drawing.svg);
+  constexpr double kReadable = 0.75;
+  body_ += fmt::format(
+      "<div class=\"scroll\"><div style=\"max-width:{:.0f}px;min-width:{:.0f}px\">{}</div></div>\n", width,
+      kReadable * width, drawing.svg);
   body_ += fmt::format("<figcaption><b>Figure {}.</b> {}", ++figures_, escape_html(figure.caption));
-  if (!drawing.pdf.empty()) {
-    const auto relative =
-        link_base.empty() ? drawing.pdf.filename() : drawing.pdf.lexically_relative(link_base);
-    body_ += fmt::format(" <a href=\"{}\">PDF</a>", escape_html(encoded_path(relative.generic_string())));
+  for (const auto& [words, file] : {std::pair{"PDF", &drawing.pdf_file}, {"SVG", &drawing.svg_file}}) {
+    if (file->empty()) continue;
+    const auto relative = link_base.empty() ? file->filename() : file->lexically_relative(link_base);
+    body_ +=
+        fmt::format(" <a href=\"{}\">{}</a>", escape_html(encoded_path(relative.generic_string())), words);
   }
   body_ += "</figcaption>\n</figure>\n";
 }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "reports/document/report_table.h"
+#include "reports/figures/draw_figures.h"
 #include "reports/figures/figure.h"
-#include "reports/figures/gnuplot.h"
 
 /// @file
 /// A report as one HTML file that needs nothing else: no scripts, no fonts, no network.
@@ -36,8 +36,8 @@ class HtmlPage {
   void verbatim(std::string_view text);
   /// Numbered, with its title as caption; numbers align at their decimal points, tones colour the cells.
   void table(const ReportTable& table);
-  /// Numbered, with its caption and the anchor "figure-<name>"; states the reason when it was not drawn.
-  /// Links to drawing.pdf by the path relative to `link_base`, the folder of the page.
+  /// Numbered, with its caption and the anchor "figure-<name>". Links to the files of the drawing by their
+  /// paths relative to `link_base`, the folder of the page.
   void figure(const Figure& figure, const Drawing& drawing, const std::filesystem::path& link_base = {});
   /// A paragraph whose words link to an address relative to the page or absolute (http, https).
   void link(std::string_view words, std::string_view address);

@@ -4,104 +4,122 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
 namespace credence {
 namespace {
 
-constexpr PixelBox kBox{0.0, 100000.0, -10.0, 30.0, 500, 200};
+// A noisy curve of 100000 points over 500 pixels with one spike in each direction.
+CanvasPath spiky_curve() {
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> normal;
+  CanvasPath curve;
+  for (int i = 0; i < 100000; ++i) curve.push_back({i * 0.005, 50.0 + 5.0 * normal(generator)});
+  curve[12345].y = 175.0;
+  curve[54321].y = -60.0;
+  return curve;
+}
 
-// A noisy curve with one spike in each direction.
-struct SpikyCurve {
-  std::vector<double> x, y;
-  SpikyCurve() {
-    std::mt19937_64 generator(1);
-    std::normal_distribution<double> normal;
-    for (int i = 0; i < 100000; ++i) {
-      x.push_back(i);
-      y.push_back(normal(generator));
-    }
-    y[12345] = 25.0;
-    y[54321] = -8.0;
+bool has(const CanvasPath& path, const CanvasPoint& point) {
+  return std::find(path.begin(), path.end(), point) != path.end();
+}
+
+bool is_forward(const CanvasPath& path) { return std::ranges::is_sorted(path, {}, &CanvasPoint::x); }
+
+// The largest distance of a point from the polyline.
+double distance_to(const CanvasPoint& p, const CanvasPath& line) {
+  double nearest = 1e9;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const CanvasPoint a = line[i - 1];
+    const double dx = line[i].x - a.x;
+    const double dy = line[i].y - a.y;
+    const double squared = dx * dx + dy * dy;
+    const double t =
+        squared == 0.0 ? 0.0 : std::clamp(((p.x - a.x) * dx + (p.y - a.y) * dy) / squared, 0.0, 1.0);
+    nearest = std::min(nearest, std::hypot(p.x - a.x - t * dx, p.y - a.y - t * dy));
   }
-};
-
-bool has(const std::vector<std::size_t>& kept, std::size_t index) {
-  return std::find(kept.begin(), kept.end(), index) != kept.end();
+  return nearest;
 }
 
 TEST(Decimation, ColumnsKeepExtremesAndEnds) {
-  const SpikyCurve curve;
-  const auto kept = keep_by_column(curve.x, curve.y, kBox);
+  const CanvasPath curve = spiky_curve();
+  const CanvasPath kept = thin_columns(curve);
   EXPECT_LE(kept.size(), 4u * 500u);
-  EXPECT_TRUE(has(kept, 12345) && has(kept, 54321));
-  EXPECT_TRUE(has(kept, 0) && has(kept, curve.x.size() - 1));
-  EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end()));
+  EXPECT_TRUE(has(kept, curve[12345]) && has(kept, curve[54321]));
+  EXPECT_TRUE(has(kept, curve.front()) && has(kept, curve.back()));
+  EXPECT_TRUE(is_forward(kept));
 }
 
 // In every pixel column the curve covers the same heights before and after.
 TEST(Decimation, EveryColumnKeepsItsHeight) {
-  const SpikyCurve curve;
-  const auto kept = keep_by_column(curve.x, curve.y, kBox);
-  std::vector<double> low(500, 1e9);
-  std::vector<double> high(500, -1e9);
-  for (const std::size_t i : kept) {
-    const std::size_t column = i / 200;
-    low[column] = std::min(low[column], curve.y[i]);
-    high[column] = std::max(high[column], curve.y[i]);
-  }
-  for (std::size_t column = 0; column < 500; ++column) {
-    const auto first = curve.y.begin() + static_cast<std::ptrdiff_t>(200 * column);
-    const auto [lowest, highest] = std::minmax_element(first, first + 200);
-    EXPECT_EQ(low[column], *lowest);
-    EXPECT_EQ(high[column], *highest);
-  }
+  const CanvasPath curve = spiky_curve();
+  const auto heights = [](const CanvasPath& path) {
+    std::vector<std::pair<double, double>> columns(500, {1e9, -1e9});
+    for (const CanvasPoint& point : path) {
+      auto& [low, high] = columns[static_cast<std::size_t>(point.x)];
+      low = std::min(low, point.y);
+      high = std::max(high, point.y);
+    }
+    return columns;
+  };
+  EXPECT_EQ(heights(thin_columns(curve)), heights(curve));
 }
 
 TEST(Decimation, CloudsKeepExtremesAndOnePointForEachPixel) {
-  const SpikyCurve curve;
-  const auto kept = keep_by_pixel(curve.x, curve.y, kBox);
-  EXPECT_LT(kept.size(), curve.x.size() / 2);
-  EXPECT_TRUE(has(kept, 12345) && has(kept, 54321));
+  const CanvasPath cloud = spiky_curve();
+  const CanvasPath kept = thin_cloud(cloud);
+  EXPECT_LT(kept.size(), cloud.size() / 2);
+  EXPECT_TRUE(has(kept, cloud[12345]) && has(kept, cloud[54321]));
 }
 
 TEST(Decimation, PathsStayWithinAPixel) {
-  std::vector<double> x;
-  std::vector<double> y;
-  for (int i = 0; i <= 50000; ++i) {
-    x.push_back(50000.0 + 40000.0 * std::cos(i * 1e-3));
-    y.push_back(10.0 + 15.0 * std::sin(i * 1e-3));
-  }
-  const auto kept = keep_by_distance(x, y, kBox);
-  EXPECT_LT(kept.size(), x.size() / 2);
-  EXPECT_TRUE(has(kept, 0) && has(kept, x.size() - 1));
-  EXPECT_TRUE(has(kept, static_cast<std::size_t>(std::max_element(y.begin(), y.end()) - y.begin())));
-  for (std::size_t k = 1; k < kept.size(); ++k) {
-    for (std::size_t i = kept[k - 1] + 1; i < kept[k]; ++i) {
-      const double moved =
-          std::hypot((x[i] - x[kept[k - 1]]) * 500 / 1e5, (y[i] - y[kept[k - 1]]) * 200 / 40);
-      EXPECT_LT(moved, 0.5);
+  CanvasPath circle;
+  for (int i = 0; i <= 50000; ++i)
+    circle.push_back({250 + 200 * std::cos(i * 1e-3), 100 + 75 * std::sin(i * 1e-3)});
+  const CanvasPath kept = thin_distances(circle);
+  EXPECT_LT(kept.size(), circle.size() / 2);
+  EXPECT_TRUE(has(kept, circle.front()) && has(kept, circle.back()));
+  EXPECT_TRUE(has(kept, *std::ranges::max_element(circle, {}, &CanvasPoint::y)));
+  for (std::size_t i = 0; i < circle.size(); i += 97) EXPECT_LT(distance_to(circle[i], kept), 0.5);
+}
+
+TEST(Straighten, KeepsTheEndsOfAStraightLineAndTheCornersOfAnother) {
+  CanvasPath line;
+  for (int i = 0; i <= 1000; ++i) line.push_back({0.4 * i, 7.0 + 0.1 * i});
+  EXPECT_EQ(straighten(line, 0.05), (CanvasPath{line.front(), line.back()}));
+  const CanvasPath corners{{0, 0}, {5, 0}, {10, 0}, {10, 8}, {10, 9}, {20, 9}};
+  EXPECT_EQ(straighten(corners, 0.05), (CanvasPath{{0, 0}, {10, 0}, {10, 9}, {20, 9}}));
+}
+
+TEST(Straighten, NoPointLeavesTheTolerance) {
+  std::mt19937_64 generator(2);
+  std::normal_distribution<double> normal;
+  for (const double roughness : {0.0, 0.01, 0.1, 1.0}) {
+    CanvasPath curve;
+    for (int i = 0; i < 1500; ++i) {
+      curve.push_back({0.2 * i, 40.0 * std::sin(0.01 * i) + roughness * normal(generator)});
     }
+    const CanvasPath kept = straighten(curve, 0.05);
+    EXPECT_EQ(kept.front(), curve.front());
+    EXPECT_EQ(kept.back(), curve.back());
+    // Behind an end of the line by the tolerance, and beside it by the tolerance.
+    for (const CanvasPoint& point : curve) EXPECT_LT(distance_to(point, kept), 0.05 * std::sqrt(2.0) + 1e-9);
+    EXPECT_LT(kept.size(), roughness == 0.0 ? 120u : 1501u);
   }
 }
 
-TEST(Decimation, BreaksWherePointsAreNotUsable) {
-  const double nan = std::nan("");
-  const double infinity = std::numeric_limits<double>::infinity();
-  const auto pieces = finite_pieces({1, 2, 3, 4, 5, nan}, {1, 1, infinity, 1, nan, 1}, false, false);
-  ASSERT_EQ(pieces.size(), 2u);
-  EXPECT_EQ(pieces[0].x, (std::vector<double>{1, 2}));
-  EXPECT_EQ(pieces[1].x, (std::vector<double>{4}));
-  EXPECT_EQ(finite_pieces({1, 2, 3}, {1, 0, 1}, false, true).size(), 2u) << "log axes need positive values";
-  EXPECT_TRUE(finite_pieces({-1}, {1}, true, false).empty());
-  EXPECT_TRUE(finite_pieces({}, {}, false, false).empty());
+TEST(Straighten, TurningBackIsSeen) {
+  const CanvasPath back_and_forth{{0, 0}, {10, 0}, {3, 0}, {12, 0}, {-5, 0}, {1, 0}};
+  const CanvasPath kept = straighten(back_and_forth, 0.05);
+  for (const CanvasPoint& turn : back_and_forth) EXPECT_TRUE(has(kept, turn)) << turn.x;
 }
 
 TEST(Decimation, NothingStaysNothing) {
-  EXPECT_TRUE(keep_by_column({}, {}, kBox).empty());
-  EXPECT_TRUE(keep_by_distance({}, {}, kBox).empty());
-  EXPECT_TRUE(keep_by_pixel({}, {}, kBox).empty());
+  EXPECT_TRUE(thin_columns({}).empty());
+  EXPECT_TRUE(thin_distances({}).empty());
+  EXPECT_TRUE(thin_cloud({}).empty());
+  EXPECT_TRUE(straighten({}, 0.05).empty());
+  EXPECT_EQ(straighten({{1, 2}}, 0.05).size(), 1u);
 }
 
 }  // namespace

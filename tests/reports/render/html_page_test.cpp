@@ -37,7 +37,8 @@ TEST(HtmlPage, HoldsItsPartsInOrder) {
   page.bullets({"one", "two"});
   page.verbatim("[world]\nlandmarks = 2");
   page.section("Figures");
-  page.figure(named_figure("anees"), {"<svg viewBox=\"0 0 600 300\"></svg>", "", "out/figures/anees.pdf"},
+  page.figure(named_figure("anees"),
+              {"<svg viewBox=\"0 0 600 300\"></svg>", "out/figures/anees.svg", "out/figures/anees.pdf"},
               "out");
   const std::string body = body_of(page);
   EXPECT_EQ(xml_problem(body), "");
@@ -46,7 +47,7 @@ TEST(HtmlPage, HoldsItsPartsInOrder) {
        {"<h1>Study</h1>", "200 runs", "href=\"#verdicts\"", "href=\"#figures\"", "id=\"verdicts\"",
         "All is well.", "class=\"callout good\"", "<dt>study.runs</dt><dd>200</dd>", "<h3 id=\"details\">",
         "<li>one</li>", "[world]\nlandmarks = 2\n</pre>", "id=\"figures\"", "id=\"figure-anees\"", "<svg",
-        "Figure 1.", "2σ bounds", "href=\"figures/anees.pdf\""}) {
+        "Figure 1.", "2σ bounds", "href=\"figures/anees.pdf\"", "href=\"figures/anees.svg\""}) {
     const std::size_t found = body.find(part, position);
     ASSERT_NE(found, std::string::npos) << part;
     position = found;
@@ -77,8 +78,7 @@ TEST(HtmlPage, EscapesEverything) {
   page.table(table);
   Figure figure = named_figure("f");
   figure.caption = evil;
-  page.figure(figure, {"", evil, ""});
-  page.figure(figure, {"<svg></svg>", "", "a/\"><script>.pdf"});
+  page.figure(figure, {"<svg></svg>", "a/\"><script>.svg", "a/\"><script>.pdf"});
   page.section("second");
   EXPECT_EQ(xml_problem(body_of(page)), "");
   EXPECT_THAT(page.str(), Not(HasSubstr("<script")));
@@ -114,20 +114,13 @@ TEST(HtmlPage, TablesSayAndColourVerdicts) {
   EXPECT_THAT(body, HasSubstr("<b>Table 1.</b> Verdicts"));
 }
 
-TEST(HtmlPage, SaysWhyAFigureIsMissing) {
-  HtmlPage page("Study");
-  page.figure(named_figure("a"), {"", "the program 'gnuplot' was not found", ""});
-  EXPECT_THAT(visible_text(page.str()),
-              HasSubstr("Figure not drawn because the program 'gnuplot' was not found."));
-}
-
 TEST(HtmlPage, AnchorsAreUnique) {
   HtmlPage page("Study");
   page.section("Results");
   page.section("Results");
   page.section("結果");
-  page.figure(named_figure("a"), {"<svg></svg>", "", ""});
-  page.figure(named_figure("a"), {"<svg></svg>", "", ""});
+  page.figure(named_figure("a"), {"<svg></svg>"});
+  page.figure(named_figure("a"), {"<svg></svg>"});
   for (const char* anchor :
        {"id=\"results\"", "id=\"results-2\"", "id=\"section\"", "id=\"figure-a\"", "id=\"figure-a-2\""}) {
     EXPECT_EQ(count_of(page.str(), anchor), 1) << anchor;

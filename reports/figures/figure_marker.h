@@ -1,0 +1,14 @@
+#pragma once
+
+#include "reports/figures/canvas.h"
+#include "reports/figures/figure.h"
+
+namespace credence {
+
+/// Draws the marker of `series` at every place.
+void paint_markers(const Series& series, const CanvasPath& places, Canvas& canvas);
+
+/// The corners of a box.
+CanvasPath rectangle_path(const CanvasBox& box);
+
+}  // namespace credence

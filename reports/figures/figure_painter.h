@@ -1,0 +1,12 @@
+#pragma once
+
+#include "reports/figures/canvas.h"
+#include "reports/figures/figure.h"
+#include "reports/figures/figure_layout.h"
+
+namespace credence {
+
+/// Draws a valid figure as it was laid out: grid, series, axes, texts, legends, colour bars.
+void paint_figure(const Figure& figure, const FigureLayout& layout, Canvas& canvas);
+
+}  // namespace credence

@@ -1,0 +1,146 @@
+#include "reports/figures/pdf_canvas.h"
+
+#include <cairo-pdf.h>
+
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include "reports/figures/figure_text.h"
+#include "reports/render/utf8_text.h"
+
+namespace credence {
+namespace {
+
+constexpr double kPointsPerUnit = kPdfFontPoints / kLabelFont;
+
+void require_success(cairo_status_t status) {
+  if (status != CAIRO_STATUS_SUCCESS) {
+    throw std::runtime_error(std::string("cairo cannot draw the PDF: ") + cairo_status_to_string(status));
+  }
+}
+
+cairo_status_t append_bytes(void* target, const unsigned char* bytes, unsigned length) {
+  static_cast<std::string*>(target)->append(reinterpret_cast<const char*>(bytes), length);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+struct SurfaceDeleter {
+  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+};
+struct ContextDeleter {
+  void operator()(cairo_t* context) const { cairo_destroy(context); }
+};
+
+void set_colour(cairo_t* cr, std::uint32_t rgb, double opacity) {
+  const auto channel = [rgb](unsigned shift) { return static_cast<double>((rgb >> shift) & 0xFFu) / 255.0; };
+  cairo_set_source_rgba(cr, channel(16), channel(8), channel(0), opacity);
+}
+
+void trace(cairo_t* cr, std::span<const CanvasPath> paths, bool close) {
+  cairo_new_path(cr);
+  for (const CanvasPath& path : paths) {
+    if (path.empty()) continue;
+    cairo_move_to(cr, path[0].x, path[0].y);
+    for (std::size_t i = 1; i < path.size(); ++i) cairo_line_to(cr, path[i].x, path[i].y);
+    if (close || path.size() == 1) cairo_close_path(cr);
+  }
+}
+
+double font_size(TextLevel level) { return level == TextLevel::base ? kLabelFont : kScriptFont; }
+
+double advance_width(cairo_t* cr, const std::vector<TextRun>& runs) {
+  double width = 0.0;
+  for (const TextRun& run : runs) {
+    cairo_text_extents_t extents;
+    cairo_set_font_size(cr, font_size(run.level));
+    cairo_text_extents(cr, run.words.c_str(), &extents);
+    width += extents.x_advance;
+  }
+  return width;
+}
+
+}  // namespace
+
+struct PdfCanvas::Page {
+  std::string bytes;
+  std::unique_ptr<cairo_surface_t, SurfaceDeleter> surface;
+  std::unique_ptr<cairo_t, ContextDeleter> context;
+  cairo_t* cr() const { return context.get(); }
+};
+
+PdfCanvas::PdfCanvas(double width, double height, std::string_view description)
+    : page_(std::make_unique<Page>()) {
+  page_->surface.reset(cairo_pdf_surface_create_for_stream(append_bytes, &page_->bytes,
+                                                           kPointsPerUnit * width, kPointsPerUnit * height));
+  cairo_surface_t* surface = page_->surface.get();
+  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_SUBJECT, printable_line(description).c_str());
+  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATOR, "Credence");
+  // Without a date the same figure has the same bytes.
+  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATE_DATE, "");
+  page_->context.reset(cairo_create(surface));
+  cairo_scale(page_->cr(), kPointsPerUnit, kPointsPerUnit);
+  cairo_set_line_join(page_->cr(), CAIRO_LINE_JOIN_ROUND);
+  require_success(cairo_status(page_->cr()));
+}
+
+PdfCanvas::~PdfCanvas() = default;
+
+void PdfCanvas::stroke(std::span<const CanvasPath> lines, const Pen& pen) {
+  cairo_t* cr = page_->cr();
+  set_colour(cr, pen.rgb, 1.0);
+  cairo_set_line_width(cr, pen.width);
+  cairo_set_line_cap(cr, pen.dots ? CAIRO_LINE_CAP_ROUND : CAIRO_LINE_CAP_BUTT);
+  const Dashes dashes = dashes_of(pen.stroke, pen.width);
+  const std::array<double, 2> lengths{dashes.on, dashes.off};
+  cairo_set_dash(cr, lengths.data(), pen.stroke == StrokeStyle::solid ? 0 : 2, 0.0);
+  trace(cr, lines, false);
+  cairo_stroke(cr);
+  require_success(cairo_status(cr));
+}
+
+void PdfCanvas::fill(std::span<const CanvasPath> outlines, const Brush& brush) {
+  cairo_t* cr = page_->cr();
+  set_colour(cr, brush.rgb, brush.opacity);
+  trace(cr, outlines, true);
+  cairo_fill(cr);
+  require_success(cairo_status(cr));
+}
+
+void PdfCanvas::write(const FigureText& text, CanvasPoint at, const Lettering& lettering) {
+  constexpr double kQuarterTurn = -1.5707963267948966;
+  cairo_t* cr = page_->cr();
+  cairo_save(cr);
+  set_colour(cr, lettering.rgb, 1.0);
+  cairo_select_font_face(cr, "Helvetica", CAIRO_FONT_SLANT_NORMAL,
+                         lettering.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_translate(cr, at.x, at.y);
+  if (lettering.upright) cairo_rotate(cr, kQuarterTurn);
+  const std::vector<TextRun> runs = text_runs(text);
+  const double before = lettering.anchor == TextAnchor::start    ? 0.0
+                        : lettering.anchor == TextAnchor::middle ? 0.5
+                                                                 : 1.0;
+  double x = before == 0.0 ? 0.0 : -before * advance_width(cr, runs);
+  for (const TextRun& run : runs) {
+    const double lift = run.level == TextLevel::superscript ? kSuperscript
+                        : run.level == TextLevel::subscript ? -kSubscript
+                                                            : 0.0;
+    cairo_set_font_size(cr, font_size(run.level));
+    cairo_move_to(cr, x, -lift);
+    cairo_show_text(cr, run.words.c_str());
+    cairo_text_extents_t extents;
+    cairo_text_extents(cr, run.words.c_str(), &extents);
+    x += extents.x_advance;
+  }
+  cairo_restore(cr);
+  require_success(cairo_status(cr));
+}
+
+std::string PdfCanvas::finish() && {
+  page_->context.reset();
+  cairo_surface_finish(page_->surface.get());
+  require_success(cairo_surface_status(page_->surface.get()));
+  return std::move(page_->bytes);
+}
+
+}  // namespace credence

@@ -1,0 +1,228 @@
+#include "reports/figures/series_painter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "reports/figures/colour_scale.h"
+#include "reports/figures/figure_clip.h"
+#include "reports/figures/figure_decimation.h"
+#include "reports/figures/figure_marker.h"
+
+namespace credence {
+namespace {
+
+// Longer curves are thinned to what the pixels can show.
+constexpr std::size_t kThinAbove = 500;
+// What no eye and no printer tells from a straight line.
+constexpr double kStraight = 0.05;
+
+Pen pen_of(const Series& series) {
+  const RoleStyle style = style_of(series.role);
+  return {.rgb = style.rgb,
+          .width = style.width * series.weight,
+          .stroke = series.stroke == StrokeStyle::by_role ? style.stroke : series.stroke};
+}
+
+CanvasPath thinned(CanvasPath curve) {
+  if (curve.size() > kThinAbove) {
+    curve = std::ranges::is_sorted(curve, {}, &CanvasPoint::x) ? thin_columns(curve) : thin_distances(curve);
+  }
+  return straighten(curve, kStraight);
+}
+
+// y_i holds up to x_{i+1}.
+CanvasPath staircase(const CanvasPath& curve) {
+  CanvasPath steps;
+  for (const CanvasPoint& point : curve) {
+    if (!steps.empty()) steps.push_back({point.x, steps.back().y});
+    steps.push_back(point);
+  }
+  return steps;
+}
+
+}  // namespace
+
+void SeriesPainter::paint(const Series& series) {
+  const AxisRange& x = layout_.x.range;
+  const AxisRange& y = layout_.y.range;
+  switch (series.kind) {
+    case SeriesKind::line:
+    case SeriesKind::steps:
+      return curve(series);
+    case SeriesKind::points:
+      return markers(series, scale_.curves(series.x, series.y));
+    case SeriesKind::level:
+      return lines(pen_of(series), scale_.curves({x.low, x.high}, {series.y[0], series.y[0]}));
+    case SeriesKind::upright:
+      return lines(pen_of(series), scale_.curves({series.x[0], series.x[0]}, {y.low, y.high}));
+    case SeriesKind::error_bars:
+      return error_bars(series);
+    case SeriesKind::band:
+      return band(series);
+    case SeriesKind::polygon:
+      return polygons(series);
+    case SeriesKind::text:
+      return words(series);
+    case SeriesKind::heat_map:
+      return cells(series);
+  }
+}
+
+void SeriesPainter::paint_sample(const Series& series, const LegendEntry& entry) {
+  const double end = entry.x + entry.sample_width;
+  const CanvasPath middle{{0.5 * (entry.x + end), entry.y}};
+  const bool is_area =
+      series.kind == SeriesKind::band || (series.kind == SeriesKind::polygon && series.filled);
+  if (is_area) {
+    const RoleStyle style = style_of(series.role);
+    const CanvasPath box = rectangle_path({entry.x, end, entry.y - 5.0, entry.y + 5.0});
+    return canvas_.fill({&box, 1}, {style.rgb, style.tint});
+  }
+  if (series.kind != SeriesKind::points) {
+    const CanvasPath line{{entry.x, entry.y}, {end, entry.y}};
+    canvas_.stroke({&line, 1}, pen_of(series));
+  }
+  if (series.kind == SeriesKind::points || series.kind == SeriesKind::error_bars) {
+    paint_markers(series, middle, canvas_);
+  }
+}
+
+void SeriesPainter::lines(const Pen& pen, const std::vector<CanvasPath>& curves) {
+  std::vector<CanvasPath> seen;
+  for (const CanvasPath& curve : curves) {
+    for (CanvasPath& piece : clip_line(curve, layout_.box)) {
+      if (piece.size() > 1) seen.push_back(std::move(piece));
+    }
+  }
+  if (seen.empty()) return;
+  canvas_.stroke(seen, pen);
+  has_painted_ = true;
+}
+
+void SeriesPainter::markers(const Series& series, const std::vector<CanvasPath>& places) {
+  CanvasPath seen;
+  for (const CanvasPath& piece : places) {
+    std::ranges::copy_if(piece, std::back_inserter(seen),
+                         [&](const CanvasPoint& place) { return is_inside(place, layout_.box); });
+  }
+  if (seen.empty()) return;
+  if (seen.size() > kThinAbove) seen = thin_cloud(seen);
+  paint_markers(series, seen, canvas_);
+  has_painted_ = true;
+}
+
+void SeriesPainter::areas(const Series& series, const std::vector<CanvasPath>& outlines) {
+  std::vector<CanvasPath> seen;
+  for (const CanvasPath& outline : outlines) {
+    CanvasPath inside = clip_area(outline, layout_.box);
+    if (inside.size() > 2) seen.push_back(std::move(inside));
+  }
+  if (seen.empty()) return;
+  const RoleStyle style = style_of(series.role);
+  canvas_.fill(seen, {style.rgb, style.tint});
+  has_painted_ = true;
+}
+
+// A point without neighbours has no line; it is shown by a marker.
+void SeriesPainter::curve(const Series& series) {
+  std::vector<CanvasPath> curves;
+  std::vector<CanvasPath> lone;
+  for (const CanvasPath& curve : scale_.curves(series.x, series.y)) {
+    if (curve.size() == 1) {
+      lone.push_back(curve);
+    } else {
+      curves.push_back(thinned(series.kind == SeriesKind::steps ? staircase(curve) : curve));
+    }
+  }
+  lines(pen_of(series), curves);
+  markers(series, lone);
+}
+
+void SeriesPainter::error_bars(const Series& series) {
+  std::vector<CanvasPath> bars;
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const auto bar = scale_.curves({series.x[i], series.x[i]}, {series.lower[i], series.upper[i]});
+    if (bar.size() == 1 && bar[0].size() == 2) bars.push_back(bar[0]);
+  }
+  Pen pen = pen_of(series);
+  pen.stroke = StrokeStyle::solid;  // dashes tear short bars apart
+  lines(pen, bars);
+  markers(series, scale_.curves(series.x, series.y));
+}
+
+// Each unbroken stretch is an area: forth along the upper curve, back along the lower one.
+void SeriesPainter::band(const Series& series) {
+  std::vector<CanvasPath> outlines;
+  CanvasPath upper;
+  CanvasPath lower;
+  const auto close = [&] {
+    if (upper.empty()) return;
+    CanvasPath outline = thinned(std::exchange(upper, {}));
+    const CanvasPath back = thinned(std::exchange(lower, {}));
+    outline.insert(outline.end(), back.rbegin(), back.rend());
+    outlines.push_back(std::move(outline));
+  };
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const double x = scale_.x(series.x[i]);
+    const CanvasPoint above{x, scale_.y(series.upper[i])};
+    const CanvasPoint below{x, scale_.y(series.lower[i])};
+    if (std::isnan(x) || std::isnan(above.y) || std::isnan(below.y)) {
+      close();
+    } else {
+      upper.push_back(above);
+      lower.push_back(below);
+    }
+  }
+  close();
+  areas(series, outlines);
+}
+
+void SeriesPainter::polygons(const Series& series) {
+  std::vector<CanvasPath> outlines = scale_.curves(series.x, series.y);
+  for (CanvasPath& outline : outlines) {
+    outline.push_back(outline.front());
+    outline = thinned(std::move(outline));
+  }
+  if (series.filled) areas(series, outlines);
+  lines(pen_of(series), outlines);
+}
+
+void SeriesPainter::words(const Series& series) {
+  constexpr double kAside = 5.0;
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const CanvasPoint place{scale_.x(series.x[i]), scale_.y(series.y[i])};
+    if (!is_inside(place, layout_.box)) continue;
+    canvas_.write(series.texts[i], {place.x + kAside, place.y - kAside}, {.rgb = style_of(series.role).rgb});
+    has_painted_ = true;
+  }
+}
+
+// Neighbours of one colour in a row are one area. Each reaches a pixel under the next ones to the right and
+// above, so that no light shows between them.
+void SeriesPainter::cells(const Series& series) {
+  constexpr double kUnder = 1.0;
+  const std::vector<double> x_edges = cell_edges(series.x, layout_.x.log);
+  const std::vector<double> y_edges = cell_edges(series.y, layout_.y.log);
+  const auto colour_at = [&](std::size_t i, std::size_t j) {
+    const double value = series.cells(static_cast<Index>(i), static_cast<Index>(j));
+    return colour_of(share_of_axis(layout_.colour, value), layout_.colour_scale);
+  };
+  for (std::size_t i = 0; i < series.y.size(); ++i) {
+    for (std::size_t j = 0; j < series.x.size();) {
+      const std::uint32_t colour = colour_at(i, j);
+      const double left = scale_.x(x_edges[j]);
+      while (++j < series.x.size() && colour_at(i, j) == colour) {
+      }
+      const CanvasBox run{left, scale_.x(x_edges[j]) + kUnder, scale_.y(y_edges[i + 1]) - kUnder,
+                          scale_.y(y_edges[i])};
+      const CanvasPath seen = clip_area(rectangle_path(run), layout_.box);
+      if (seen.size() < 3) continue;
+      canvas_.fill({&seen, 1}, {colour});
+      has_painted_ = true;
+    }
+  }
+}
+
+}  // namespace credence

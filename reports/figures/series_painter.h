@@ -1,0 +1,38 @@
+#pragma once
+
+#include "reports/figures/canvas.h"
+#include "reports/figures/figure.h"
+#include "reports/figures/panel_scale.h"
+
+namespace credence {
+
+/// Draws the series of one panel within its axes.
+class SeriesPainter {
+ public:
+  SeriesPainter(const PanelLayout& layout, Canvas& canvas)
+      : layout_(layout), scale_(layout), canvas_(canvas) {}
+
+  void paint(const Series& series);
+  /// What stands for `series` in the legend: its line, marker or area.
+  void paint_sample(const Series& series, const LegendEntry& entry);
+  /// Whether anything of the series painted so far could be seen.
+  bool has_painted() const { return has_painted_; }
+
+ private:
+  void lines(const Pen& pen, const std::vector<CanvasPath>& curves);
+  void markers(const Series& series, const std::vector<CanvasPath>& places);
+  void areas(const Series& series, const std::vector<CanvasPath>& outlines);
+  void curve(const Series& series);
+  void error_bars(const Series& series);
+  void band(const Series& series);
+  void polygons(const Series& series);
+  void words(const Series& series);
+  void cells(const Series& series);
+
+  const PanelLayout& layout_;
+  PanelScale scale_;
+  Canvas& canvas_;
+  bool has_painted_ = false;
+};
+
+}  // namespace credence
