@@ -25,9 +25,10 @@ constexpr double kGrowthTolerance = 1e-6;
 LongHorizon follow(LinearModel model, const InflationRule& rule, Index steps, Index horizon,
                    LinearFilterStep& last) {
   LongHorizon h;
+  InflationAlongRun along;
   for (Index done = 0; done < horizon;) {
     const Index count = std::min(kChunk, horizon - done);
-    const std::vector<LinearFilterStep> chunk = linear_filter_steps(model, rule, count);
+    const std::vector<LinearFilterStep> chunk = linear_filter_steps(model, rule, count, along);
     for (const LinearFilterStep& step : chunk) {
       if (!step.ok || !step.P.allFinite()) {
         if (done < steps) {
