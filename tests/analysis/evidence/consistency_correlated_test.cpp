@@ -75,11 +75,22 @@ TEST(CorrelatedNees, EqualStepsAreOneTest) {
   EXPECT_NEAR(law.largest_scores[19000], 1.96, 0.05);
 }
 
-TEST(CorrelatedNees, SameInputSameBits) {
+TEST(CorrelatedNees, LawDependsOnTheCorrelationOfTheStepsWithDataAlone) {
+  // A step without dof, first or last, leaves every draw to the bit; another correlation does not.
   const Matrix correlation = exact_correlation(0.01, 1.0);
-  const std::vector<double> dofs(kSteps, 10.0);
-  EXPECT_EQ(correlated_steps(correlation, dofs).largest_scores,
-            correlated_steps(correlation, dofs).largest_scores);
+  const auto law = [&](Index first) {
+    Matrix wider = Matrix::Identity(kSteps + 1, kSteps + 1);
+    wider.block(first, first, kSteps, kSteps) = correlation;
+    std::vector<double> dofs(kSteps + 1, 10.0);
+    dofs[first == 0 ? kSteps : 0] = 0.0;
+    return correlated_steps(wider, dofs).largest_scores;
+  };
+  const std::vector<double> alone =
+      correlated_steps(correlation, std::vector<double>(kSteps, 10.0)).largest_scores;
+  EXPECT_EQ(law(0), alone);
+  EXPECT_EQ(law(1), alone);
+  EXPECT_NE(correlated_steps(exact_correlation(0.02, 1.0), std::vector<double>(kSteps, 10.0)).largest_scores,
+            alone);
 }
 
 TEST(CorrelatedNees, BoundsAndVerdictAgree) {
