@@ -57,6 +57,7 @@ std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
 int claims(const ClaimsOptions& options) {
   std::vector<Claim> all = monobot_claims();
   append(all, planar_claims());
+  append(all, timing_claims(&catch_interrupt()));
   append(all, carpark_claims(options));
   if (catch_interrupt().load()) return kInterrupted;
   fmt::print("{}", options.format == "json" ? claims_json(all) + "\n" : claims_text(all));

@@ -75,9 +75,11 @@ class AccumulatedNoise {
   bool ok_ = true;
 };
 
-/// The condition for ΔP_k that vary along a run: the functionals that no noise ever touches, Z = ker S, pair
-/// non-singularly with the unobservable directions at the first step (theory, section 5; an argument, not a
-/// proof).
+/// The condition for ΔP_k that vary along a run: the functionals that no noise touches, Z = ker S, pair
+/// non-singularly with the unobservable directions at the first step.
+///
+/// Exact for H_k and Q_k that are periodic in these coordinates, S being the sum over a period (theory,
+/// section 5, Theorem 2). Noise that dies out may leave P bounded whatever S says.
 ///
 /// `psd_tolerance` must be above the accuracy of the ΔP_k: an exact minimal trace that has not converged
 /// fills the kernel of S.

@@ -40,10 +40,7 @@ Matrix measurement_jacobian(const F& filter, const PlanarWorld& world, Seen seen
 class Recorder {
  public:
   Recorder(const Scenario& scenario, const PlanarWorld& world, PlanarLoopRecord& loop)
-      : rule_(make_inflation_rule(scenario)),
-        world_(world),
-        loop_(loop),
-        Q_(AssumedPlanarNoise::of(scenario).Q) {}
+      : world_(world), loop_(loop), Q_(AssumedPlanarNoise::of(scenario).Q) {}
 
   template <PlanarSlamFilter F>
   void begin(F& filter) {
@@ -68,11 +65,9 @@ class Recorder {
     loop_.H.push_back(measurement_jacobian(filter, world_, seen));
     const Index n = filter.state().size();
     loop_.inflation.push_back(Matrix::Zero(n, n));
-    if (rule_.is_sequential()) return;
-    const Matrix P = dense_covariance(filter.covariance());
-    Matrix inflated = P;
-    inflate(inflated, filter.layout(), rule_.inflation, rule_.solution, state_);
-    loop_.inflation.back() = inflated - P;
+    if constexpr (requires { filter.inflated_prior(); }) {
+      loop_.inflation.back() = filter.inflated_prior() - filter.covariance();
+    }
   }
 
   template <PlanarSlamFilter F>
@@ -82,11 +77,9 @@ class Recorder {
   }
 
  private:
-  InflationRule rule_;
   const PlanarWorld& world_;
   PlanarLoopRecord& loop_;
   Eigen::Matrix2d Q_;
-  MinTraceState state_;
 };
 
 template <PlanarSlamFilter F>

@@ -25,9 +25,10 @@ constexpr double kGrowthTolerance = 1e-6;
 LongHorizon follow(LinearModel model, const InflationRule& rule, Index steps, Index horizon,
                    LinearFilterStep& last) {
   LongHorizon h;
+  InflationAlongRun along;
   for (Index done = 0; done < horizon;) {
     const Index count = std::min(kChunk, horizon - done);
-    const std::vector<LinearFilterStep> chunk = linear_filter_steps(model, rule, count);
+    const std::vector<LinearFilterStep> chunk = linear_filter_steps(model, rule, count, along);
     for (const LinearFilterStep& step : chunk) {
       if (!step.ok || !step.P.allFinite()) {
         if (done < steps) {
@@ -104,6 +105,11 @@ StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationR
   const ExactBoundedness exact = exact_boundedness(assumed.F, assumed.H, problem.Qt);
   a.predicted_bounded = exact.bounded();
   a.prediction_reason = to_string(exact.reason);
+  if (problem.F.isIdentity(0.0)) {
+    a.noise_condition = noise_condition(problem, assumed.P0);
+    const Matrix& u = a.noise_condition->direction;
+    if (u.size() > 0) a.growth_direction = name_unobservable(u, assumed.layout).front().name;
+  }
   a.paper_condition_holds = paper_boundedness(last.inflation, a.observability.rank).bounded();
   return a;
 }

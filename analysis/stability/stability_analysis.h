@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "analysis/stability/noise_condition.h"
 #include "analysis/stability/ranks.h"
 #include "analysis/stability/riccati.h"
 #include "analysis/stability/trace_growth.h"
@@ -43,9 +45,11 @@ struct StabilityAnalysis {
   double initial_covariance_effect = 0.0;  ///< ‖P − P_other‖ / ‖P‖ of the two limits; NaN without both
   bool depends_on_initial = false;         ///< the effect is above kInitialEffectTolerance
 
-  bool predicted_bounded = false;      ///< by the exact condition
-  std::string prediction_reason;       ///< in words
-  bool paper_condition_holds = false;  ///< eq. (22), rank ΔP <= rank O
+  bool predicted_bounded = false;                 ///< by the exact condition
+  std::string prediction_reason;                  ///< in words
+  std::optional<NoiseCondition> noise_condition;  ///< where F = I: the same proved, with bound or rate
+  std::string growth_direction;                   ///< name of its direction; empty where there is none
+  bool paper_condition_holds = false;             ///< eq. (22), rank ΔP <= rank O
   LongHorizon long_horizon;
 };
 

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <atomic>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "analysis/studies/filter_timing.h"
 
 /// @file
 /// What the paper claims, each with what is measured of it.
@@ -33,6 +37,14 @@ struct Claim {
 /// The claims on the monobot, with the paper's Q = R = 0.1, P0 = I and 100 steps (theory, sections 3 to 6).
 /// Everything is computed from covariances and single runs; no Monte Carlo. Takes about a second.
 std::vector<Claim> monobot_claims();
+
+/// What the fitted exponents of time against the size of the map say of "linear in the number of landmarks":
+/// it holds where that of the block diagonal map is below 1.5, interval and all, fails where it is above, and
+/// is not measured where the interval holds 1.5 or there is no fit, as on a machine that is busy.
+Claim linear_time_claim(std::span<const FilterTime> times);
+
+/// The claim on time, from short interleaved timings of a few seconds; empty when stopped.
+std::vector<Claim> timing_claims(const std::atomic<bool>* stop = nullptr);
 
 /// The claims on the plane: ranks and growth along twenty loops of a circle with six landmarks and a range of
 /// 12 m (theory, section 5). Takes a few seconds.

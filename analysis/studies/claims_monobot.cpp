@@ -311,13 +311,6 @@ Claim anchored_is_bounded() {
                           P.trace() < partial.trace())};
 }
 
-Claim linear_time() {
-  return {.id = "linear-time",
-          .source = "section 5",
-          .statement = "a decorrelated map makes the filter linear in the number of landmarks",
-          .measured = "no timing of filters is built into this version"};
-}
-
 }  // namespace
 
 std::string_view to_string(ClaimVerdict verdict) {
@@ -337,8 +330,7 @@ std::string_view to_string(ClaimVerdict verdict) {
 std::vector<Claim> monobot_claims() {
   return {unit_eigenvalue(),    error_of_one_run(), limit_depends_on_initial(), controllability_rank(),
           observability_rank(), gains_die_out(),    full_is_unbounded(),        map_is_bounded(),
-          one_landmark_map(),   larger_variance(),  rank_condition(),           anchored_is_bounded(),
-          linear_time()};
+          one_landmark_map(),   larger_variance(),  rank_condition(),           anchored_is_bounded()};
 }
 
 }  // namespace credence

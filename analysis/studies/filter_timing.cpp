@@ -292,6 +292,17 @@ Index largest_map(TimedFilter filter) {
   return 0;
 }
 
+std::vector<FilterTime> time_filter_steps(const FilterTimingPlan& plan, const std::atomic<bool>* stop) {
+  require_valid(plan);
+  std::vector<FilterTime> filters = planned_filters(plan);
+  const std::vector<TimedWork> works = filter_works(filters, stop, [] {});
+  if (works.empty()) return {};
+  const std::vector<MeasuredTime> times = time_interleaved(works, plan.timing, stop);
+  if (times.empty()) return {};
+  for (std::size_t i = 0; i < filters.size(); ++i) filters[i].step = times[i];
+  return filters;
+}
+
 TimingResult time_filters(const FilterTimingPlan& plan, const std::atomic<bool>* stop,
                           const Progress& progress) {
   require_valid(plan);

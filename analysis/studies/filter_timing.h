@@ -88,6 +88,11 @@ struct TimingResult {
 TimingResult time_filters(const FilterTimingPlan& plan, const std::atomic<bool>* stop = nullptr,
                           const std::function<void(std::int64_t done, std::int64_t total)>& progress = {});
 
+/// Times the steps of the filters alone. Empty when stopped before the first round is done. Throws as
+/// time_filters.
+std::vector<FilterTime> time_filter_steps(const FilterTimingPlan& plan,
+                                          const std::atomic<bool>* stop = nullptr);
+
 /// Fits of all filters that have three sizes or more from their `from` on; for tests and reports.
 std::vector<GrowthFit> fit_growth(std::span<const FilterTime> times);
 

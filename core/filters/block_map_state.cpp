@@ -156,7 +156,7 @@ void BlockMapState<kVehicle, kLandmark>::settle_bound(const Scalar& scalar, std:
   for (std::size_t k = 0; k < measured_.size(); ++k) {
     largest.take(static_cast<Index>(k), measured_[k].column.norm() / root);
   }
-  if (!largest.dominates()) return;
+  if (!largest.dominates() || !lowers_trace(largest.norm - largest.others, map_trace_)) return;
   if (largest.at < 0) {
     // A landmark of the map's arrays keeps a share of its reduction: it is treated as a measured one.
     inflate_blocks(steps);

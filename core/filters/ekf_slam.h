@@ -6,6 +6,7 @@
 
 #include "core/filters/landmark_table.h"
 #include "core/filters/sequential_update.h"
+#include "core/inflation/inflation_along_run.h"
 #include "core/inflation/inflation_rule.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/matrix_buffer.h"
@@ -99,10 +100,7 @@ class EkfSlam {
   /// the landmarks seen for the first time. A landmark must not appear twice in one batch.
   UpdateResult update(std::span<const Observation<Model>> observations) {
     UpdateResult result;
-    if (rule_.constant.size() == P_.size() && P_.size() > 0) P_ += rule_.constant;
-    if (!rule_.is_sequential()) {
-      result.converged = inflate(P_, layout(), rule_.inflation, rule_.solution, min_trace_).converged;
-    }
+    result.converged = inflate_prior(P_, inflation_).converged;
     result.trace_prior = P_.trace();
     linearise(observations);
     result.dof = kMeasurement * static_cast<Index>(rows_.size());
@@ -120,6 +118,13 @@ class EkfSlam {
 
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_; }
+  /// P with the inflation that the next update will begin with, n×n.
+  Matrix inflated_prior() const {
+    Matrix P = P_;
+    InflationAlongRun copy = inflation_;
+    inflate_prior(P, copy);
+    return P;
+  }
   std::span<const int> landmarks() const {
     return table_.ids();
   }  ///< their numbers, in the order of the state
@@ -145,7 +150,13 @@ class EkfSlam {
   /// The landmarks of the state are `ids`.
   void know(std::span<const int> ids) {
     table_.reset(ids);
-    min_trace_ = {};
+    inflation_.reset();
+  }
+
+  /// All that is added before an update; within it a sequential rule adds the rest.
+  InflationStep inflate_prior(Matrix& P, InflationAlongRun& along) const {
+    if (rule_.constant.size() == P.size() && P.size() > 0) P += rule_.constant;
+    return along.apply(P, layout(), rule_);
   }
 
   /// Innovations and Jacobians of what is known, at the current estimate.
@@ -278,7 +289,7 @@ class EkfSlam {
   LandmarkTable<Model> table_;
   Vector x_;
   Matrix P_;
-  MinTraceState min_trace_;
+  InflationAlongRun inflation_;
 
   // Of the last update; kept to be read and so that a step allocates nothing.
   std::vector<Row> rows_;

@@ -36,15 +36,13 @@ Matrix process_covariance(const LinearModel& model) { return model.G * model.Q *
 
 /// From the posterior P of the step before.
 LinearFilterStep advance(const LinearModel& model, const InflationRule& rule, const Matrix& GQG,
-                         const Matrix& P, MinTraceState& warm_start, SequentialWorkspace& workspace) {
+                         const Matrix& P, InflationAlongRun& along, SequentialWorkspace& workspace) {
   LinearFilterStep step;
   step.P_prior = model.F * P * model.F.transpose() + GQG;
   symmetrise(step.P_prior);
   const Matrix before = step.P_prior;
   if (rule.constant.size() > 0) step.P_prior += rule.constant;
-  if (!rule.is_sequential()) {
-    step.converged = inflate(step.P_prior, model.layout, rule.inflation, rule.solution, warm_start).converged;
-  }
+  step.converged = along.apply(step.P_prior, model.layout, rule).converged;
   step.inflation = step.P_prior - before;
   step.S = model.H * step.P_prior * model.H.transpose() + model.R;
   symmetrise(step.S);
@@ -73,27 +71,32 @@ LinearFilter::LinearFilter(LinearModel assumed, InflationRule rule)
 void LinearFilter::reset() {
   step_ = {};
   step_.P = assumed_.P0;
-  warm_start_ = {};
+  inflation_.reset();
 }
 
 const LinearFilterStep& LinearFilter::step(std::span<const Index> rows) {
   seen_.H = assumed_.H(rows, Eigen::all);
   seen_.R = assumed_.R(rows, rows);
-  step_ = advance(seen_, rule_, GQG_, step_.P, warm_start_, workspace_);
+  step_ = advance(seen_, rule_, GQG_, step_.P, inflation_, workspace_);
   return step_;
 }
 
 std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
                                                   Index steps) {
+  InflationAlongRun along;
+  return linear_filter_steps(assumed, rule, steps, along);
+}
+
+std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
+                                                  Index steps, InflationAlongRun& along) {
   if (rule.is_sequential()) require_diagonal(assumed);
   const Matrix GQG = process_covariance(assumed);
-  MinTraceState warm_start;
   SequentialWorkspace workspace;
   std::vector<LinearFilterStep> result;
   result.reserve(static_cast<std::size_t>(steps));
   for (Index k = 0; k < steps; ++k) {
     const Matrix& P = result.empty() ? assumed.P0 : result.back().P;
-    result.push_back(advance(assumed, rule, GQG, P, warm_start, workspace));
+    result.push_back(advance(assumed, rule, GQG, P, along, workspace));
     if (!result.back().ok) break;
   }
   return result;

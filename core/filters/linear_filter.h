@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/filters/sequential_update.h"
+#include "core/inflation/inflation_along_run.h"
 #include "core/inflation/inflation_rule.h"
 #include "core/models/linear_model.h"
 
@@ -42,7 +43,7 @@ class LinearFilter {
   LinearModel assumed_, seen_;
   InflationRule rule_;
   Matrix GQG_;
-  MinTraceState warm_start_;
+  InflationAlongRun inflation_;
   SequentialWorkspace workspace_;
   LinearFilterStep step_;
 };
@@ -55,5 +56,9 @@ class LinearFilter {
 /// std::invalid_argument.
 std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
                                                   Index steps);
+
+/// The same for the next `steps` of a run whose P is now assumed.P0, and whose inflation so far is `along`.
+std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
+                                                  Index steps, InflationAlongRun& along);
 
 }  // namespace credence

@@ -16,6 +16,7 @@ void reduce(Matrix& P, const BlockLayout& layout, const VectorRef& l, MapBound w
 
   if (which == MapBound::drop) return;
   const ReductionBound bound = rank_one_bound(l.tail(nf), d);
+  if (!lowers_trace(bound.excess, P.diagonal().tail(nf).sum())) return;
   auto blocks = buffer.resize(d, nf);
   for (Index j = 0; j < nf; j += d) blocks.middleCols(j, d) = P.block(nr + j, nr + j, d, d);
   reduce_and_inflate(bound, l.tail(nf), d, blocks);

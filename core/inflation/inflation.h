@@ -35,6 +35,7 @@ struct InflationStep {
   double added_trace = 0.0;   ///< tr ΔP
   double relative_gap = 0.0;  ///< min_trace: proven distance of the trace from the minimum; else 0
   bool converged = true;      ///< min_trace: the gap is the one asked for
+  bool kept = false;          ///< InflationAlongRun: the blocks of the step before were kept
 };
 
 /// The same, faster along a run: min_trace starts from where the last step ended, kept in `state` by the

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "core/types.h"
@@ -65,6 +66,16 @@ ReductionBound rank_one_bound(const VectorRef& l, Index d);
 /// 1].
 ReductionBound low_rank_bound(const MatrixRef& L, Index d, Index observed,
                               std::optional<double> t = std::nullopt);
+
+/// Whether the bound of least trace lowers tr D of the map, which falls by excess², by more than rounding may
+/// raise it. One that does not is to be dropped: then the stored tr D never rises (theory, section 5, Theorem
+/// 3).
+///
+/// The entries added to D round by ε/2 tr D in all, and the share t of landmark i by ε/2 a_i² ≤ ε/2 tr D;
+/// what else is rounded is relative to a_i · excess.
+inline bool lowers_trace(double excess, double map_trace) {
+  return excess * excess > 16.0 * std::numeric_limits<double>::epsilon() * map_trace;
+}
 
 /// The bound that drops the reduction: E_j = L_j L_jᵀ.
 inline ReductionBound drop_bound() { return {}; }

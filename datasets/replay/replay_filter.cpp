@@ -46,12 +46,12 @@ double landmarks_trace(const Matrix& P) { return P.diagonal().tail(P.rows() - 3)
 ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& start)
     : settings_((check_replay_settings(settings), settings)),
       vehicle_{settings.vehicle, {}},
-      rule_{settings.filter.inflation, settings.filter.solution, {}},
       Q_(control_noise(settings)),
       R_(diagonal(settings.noise.range_std, settings.noise.bearing_std_deg * kRadiansPerDegree)),
       anchors_(chosen_anchors(settings, start)),
       survey_of_(start.survey_m.size()),
-      filter_(ReplayModel{{vehicle_, 0.0}, {}}, Q_, R_, rule_, placed(anchors_, start.survey_m)),
+      filter_(ReplayModel{{vehicle_, 0.0}, {}}, Q_, R_,
+              {settings.filter.inflation, settings.filter.solution, {}}, placed(anchors_, start.survey_m)),
       time_s_(start.time_s) {
   std::iota(survey_of_.begin(), survey_of_.end(), 0);
   const double position = settings.initial.position_std;
@@ -103,13 +103,6 @@ std::vector<int> ReplayFilter::known_ids() const {
   std::vector<int> ids(filter_.landmarks().begin(), filter_.landmarks().end());
   ids.insert(ids.end(), anchors_.begin(), anchors_.end());
   return ids;
-}
-
-/// The prior that the update will use, so that a gate and the innovations after it speak of the same S.
-Matrix ReplayFilter::prior_after_inflation() {
-  Matrix P = filter_.covariance();
-  if (!rule_.is_sequential()) inflate(P, filter_.layout(), rule_.inflation, rule_.solution, gate_state_);
-  return P;
 }
 
 /// Innovation, S and NIS of a sight if it were landmark `id`; an infinite NIS if S is not positive definite.
@@ -226,7 +219,8 @@ void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
   }
   ++result_.scans_with_observations;
 
-  const Matrix P = settings_.filter.gate > 0 ? prior_after_inflation() : Matrix();
+  // The prior that the update will use, so that the gate and the innovations after it speak of the same S.
+  const Matrix P = settings_.filter.gate > 0 ? filter_.inflated_prior() : Matrix();
   std::vector<Candidate> waiting = settings_.filter.association == ReplayAssociation::survey
                                        ? associate_by_survey(first, P)
                                        : associate_by_compatibility(first, P);

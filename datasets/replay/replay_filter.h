@@ -72,7 +72,6 @@ class ReplayFilter {
   };
 
   PosePrediction predicted(double time_s) const;
-  Matrix prior_after_inflation();
   void compare(ReplayReference reference, const Vector& error, const Matrix& covariance);
   void follow_traces();
 
@@ -89,12 +88,10 @@ class ReplayFilter {
 
   ReplaySettings settings_;
   Vehicle vehicle_;
-  InflationRule rule_;
   Eigen::Matrix2d Q_, R_;
   std::vector<int> anchors_;
   std::vector<int> survey_of_;  ///< by the filter's number: which surveyed landmark it is taken for
   Filter filter_;
-  MinTraceState gate_state_;
   Control control_ = Control::Zero();
   double time_s_ = 0;
   std::function<std::optional<Pose>(double)> truth_;  ///< empty unless Jacobians are taken there

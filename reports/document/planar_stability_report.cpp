@@ -162,7 +162,8 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
       fmt::format("growing: the last half of the loops adds more than {} of tr P and does not slow down. "
                   "exponent: log2 of tr P at the end over that at half the loops; 0 bounded, 1 linear.",
                   kPlanarResolution),
-      ("accumulated noise says: the condition on the noise of the last loop, an argument and no proof; "
+      ("accumulated noise says: the condition on the noise of the last loop, proved for noise that is the "
+       "same in every loop; "
        "it asks for a kernel that no step ever touches."),
       "loop 1, loop 10, last: mean of tr P over the loop. O(N): followed with the arrow covariance itself.",
       ("above gap: steps where the exact minimal trace missed its duality gap of 1e-9; an inexact solution "

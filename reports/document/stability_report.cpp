@@ -111,6 +111,35 @@ std::vector<std::string> notes(const StabilityAnalysis& a) {
   return all;
 }
 
+/// What is proved of P where F = I: a bound on its trace, or how fast it grows at least, and along what.
+std::string noise_condition_text(const StabilityAnalysis& a) {
+  const NoiseCondition& c = *a.noise_condition;
+  if (c.bounded()) {
+    return fmt::format("proved: tr P after an update never above {} m²", number_text(c.trace_bound(), 6));
+  }
+  return fmt::format(
+      "proved: a variance of {} m² more at every step along {}, which no measurement sees; tr P grows by {} "
+      "m² a step in the limit",
+      number_text(c.rate, 4), a.growth_direction, number_text(c.growth_per_step(), 4));
+}
+
+/// The object `noise_condition`; null where F is not the identity.
+Json noise_condition_json(const StabilityAnalysis& a) {
+  if (!a.noise_condition) return nullptr;
+  const NoiseCondition& c = *a.noise_condition;
+  Json j;
+  j["bounded"] = c.bounded();
+  j["trace_bound"] = c.bounded() ? json_number(c.trace_bound()) : Json(nullptr);
+  if (!c.bounded()) j["null_reason"] = "P grows";
+  j["offset"] = json_number(c.trace_bound());
+  j["rate"] = json_number(c.rate);
+  j["growth_per_step"] = json_number(c.growth_per_step());
+  j["direction"] = json_numbers(std::vector<double>(c.direction.begin(), c.direction.end()));
+  j["direction_name"] = a.growth_direction;
+  j["seen"] = rank_json(c.seen);
+  return j;
+}
+
 Json riccati_json(const RiccatiSolution& r) {
   Json j;
   j["bounded"] = r.bounded();
@@ -234,6 +263,10 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
                          number_text(r.growth_exponent, 3), number_text(r.residual, 2),
                          r.reason.empty() ? "" : "; " + r.reason)});
   table.add({"the same, exact condition", bounded_cell(a.predicted_bounded), a.prediction_reason});
+  if (a.noise_condition) {
+    table.add(
+        {"the same, bound or growth", bounded_cell(a.noise_condition->bounded()), noise_condition_text(a)});
+  }
   const bool agrees = a.paper_condition_holds == a.predicted_bounded;
   table.add(
       {"the same, eq. (22) of the paper",
@@ -273,6 +306,8 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
   j["riccati"] = riccati_json(a.riccati);
   j["predicted_bounded"] = a.predicted_bounded;
   j["prediction_reason"] = a.prediction_reason;
+  j["noise_condition"] = noise_condition_json(a);
+  if (!a.noise_condition) j["noise_condition_null_reason"] = "F is not the identity";
   j["paper_condition_holds"] = a.paper_condition_holds;
   Json initial;
   initial["depends"] = std::isnan(a.initial_covariance_effect) ? Json(nullptr) : Json(a.depends_on_initial);

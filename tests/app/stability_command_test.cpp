@@ -35,6 +35,14 @@ TEST_F(StabilityCommand, GivesTheDocumentOfTheContract) {
   for (const char* key : {"trace", "residual"}) EXPECT_TRUE(j["riccati"][key].is_number()) << key;
   EXPECT_EQ(j["riccati"]["kind"], "none");
   EXPECT_EQ(j["predicted_bounded"], false);
+  const Json& condition = j["noise_condition"];
+  EXPECT_EQ(condition["bounded"], false);
+  EXPECT_TRUE(condition["trace_bound"].is_null());
+  EXPECT_FALSE(condition["null_reason"].empty());
+  EXPECT_GT(condition["rate"].get<double>(), 0.0);
+  EXPECT_LE(condition["rate"].get<double>(), condition["growth_per_step"].get<double>());
+  EXPECT_EQ(condition["direction"].size(), 3U);
+  EXPECT_EQ(condition["direction_name"], "common translation");
   EXPECT_EQ(j["paper_condition_holds"], true);
   EXPECT_EQ(j["unobservable"], Json::array({"common translation"}));
   EXPECT_EQ(j["long_horizon"]["verdict"], "growing");
@@ -47,6 +55,7 @@ TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
   EXPECT_NE(f.out.find("common translation"), std::string::npos) << f.out;
   EXPECT_NE(f.out.find("bounded"), std::string::npos);
   EXPECT_EQ(f.out.find("unbounded"), std::string::npos) << f.out;
+  EXPECT_NE(f.out.find("tr P after an update never above"), std::string::npos) << f.out;
   EXPECT_NE(read("page/index.html").find("Stability of figure3_two_landmarks"), std::string::npos);
 }
 

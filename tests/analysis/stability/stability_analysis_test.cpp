@@ -121,6 +121,9 @@ TEST(StabilityAnalysis, FullDecorrelationGrowsByQPerStep) {
   for (const Index landmarks : {1, 2}) {
     const StabilityAnalysis a = analyse(landmarks, 0, Inflation::full);
     EXPECT_FALSE(a.predicted_bounded);
+    ASSERT_TRUE(a.noise_condition.has_value());
+    EXPECT_FALSE(a.noise_condition->bounded());
+    EXPECT_EQ(a.growth_direction, "common translation");
     EXPECT_FALSE(a.riccati.bounded());
     EXPECT_EQ(a.riccati.kind, RiccatiKind::unbounded);
     EXPECT_NEAR(a.riccati.growth_exponent, 1.0, 0.01);
@@ -135,6 +138,10 @@ TEST(StabilityAnalysis, FullDecorrelationGrowsByQPerStep) {
 TEST(StabilityAnalysis, MapDecorrelationIsBounded) {
   const StabilityAnalysis a = analyse(2, 0, Inflation::map);
   EXPECT_TRUE(a.predicted_bounded);
+  ASSERT_TRUE(a.noise_condition.has_value());
+  EXPECT_TRUE(a.noise_condition->bounded());
+  EXPECT_EQ(a.growth_direction, "");
+  EXPECT_GT(a.noise_condition->trace_bound(), 0.5 * a.riccati.P.trace());
   EXPECT_TRUE(a.riccati.bounded());
   EXPECT_LT(a.riccati.residual, 1e-9);
   EXPECT_EQ(a.riccati.kind, RiccatiKind::depends_on_initial);

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -50,17 +49,9 @@ inline Matrix iterated(const RiccatiProblem& problem, Matrix P, int steps) {
   return P;
 }
 
-/// A file of golden values in $CREDENCE_GOLDEN or ../shared/golden beside the project; empty if absent.
-inline std::filesystem::path golden_file(const std::string& name) {
-  const char* const named = std::getenv("CREDENCE_GOLDEN");
-  const std::filesystem::path folder =
-      named != nullptr ? std::filesystem::path(named) : source_folder() / "../shared/golden";
-  const std::filesystem::path file = folder / name;
-  return std::filesystem::exists(file) ? file : std::filesystem::path();
-}
-
-/// "n p", then A, C, Q, R, row-major.
-inline RiccatiProblem read_golden_problem(const std::filesystem::path& file) {
+/// A problem of tests/analysis/stability/golden: "n p", then A, C, Q, R, row-major.
+inline RiccatiProblem read_golden_problem(const std::string& name) {
+  const std::filesystem::path file = source_folder() / "tests/analysis/stability/golden" / name;
   std::ifstream in(file);
   Index n = 0, p = 0;
   in >> n >> p;

@@ -1,12 +1,16 @@
 #include "analysis/studies/claims.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <set>
 
 namespace credence {
 namespace {
+
+using ::testing::HasSubstr;
 
 TEST(Claims, OfTheMonobotComeOutAsTheTheorySays) {
   // theory, sections 3 to 6.
@@ -16,8 +20,7 @@ TEST(Claims, OfTheMonobotComeOutAsTheTheorySays) {
       {"observability-rank", ClaimVerdict::holds}, {"gains-die-out", ClaimVerdict::holds},
       {"full-unbounded", ClaimVerdict::holds},     {"map-bounded", ClaimVerdict::conditional},
       {"one-landmark-map", ClaimVerdict::holds},   {"suboptimal-variance", ClaimVerdict::holds},
-      {"rank-condition", ClaimVerdict::fails},     {"anchored-bounded", ClaimVerdict::holds},
-      {"linear-time", ClaimVerdict::not_measured}};
+      {"rank-condition", ClaimVerdict::fails},     {"anchored-bounded", ClaimVerdict::holds}};
   std::set<std::string> seen;
   for (const Claim& claim : monobot_claims()) {
     ASSERT_TRUE(expected.contains(claim.id)) << claim.id;
@@ -45,16 +48,36 @@ TEST(Claims, OfThePlaneComeOutAsTheTheorySays) {
 }
 
 TEST(Claims, CarryTheirNumbers) {
-  for (const Claim& claim : monobot_claims()) {
-    if (claim.id == "map-bounded") {
-      // The last row of theory, section 6.
-      EXPECT_NE(claim.measured.find("1.872825"), std::string::npos) << claim.measured;
-      EXPECT_NE(claim.measured.find("0.437066"), std::string::npos) << claim.measured;
-    }
-    if (claim.id == "rank-condition") {
-      EXPECT_NE(claim.measured.find("errs in 0"), std::string::npos) << claim.measured;
+  std::map<std::string, std::string> measured;
+  for (const Claim& claim : monobot_claims()) measured[claim.id] = claim.measured;
+  // The last row of theory, section 6.
+  EXPECT_THAT(measured["map-bounded"], HasSubstr("1.872825"));
+  EXPECT_THAT(measured["map-bounded"], HasSubstr("0.437066"));
+  EXPECT_THAT(measured["rank-condition"], HasSubstr("errs in 0"));
+}
+
+/// Steps that take N^exponent, with a factor of `scatter` up and down in turn.
+std::vector<FilterTime> times_of(double map_exponent, double scatter) {
+  std::vector<FilterTime> times;
+  for (const TimedFilter filter : {TimedFilter::full, TimedFilter::map}) {
+    const double exponent = filter == TimedFilter::map ? map_exponent : 2.0;
+    for (const Index n : {1000, 2000, 4000, 8000}) {
+      FilterTime time{.filter = filter, .landmarks = n, .observed = 2, .step = {}, .bytes = {}};
+      time.step.median = 1e-8 * std::pow(n, exponent) * (n == 1000 || n == 8000 ? scatter : 1.0);
+      times.push_back(time);
     }
   }
+  return times;
+}
+
+TEST(Claims, OnTimeFollowTheIntervalOfTheExponent) {
+  EXPECT_EQ(linear_time_claim(times_of(1.0, 1.02)).verdict, ClaimVerdict::holds);
+  EXPECT_THAT(linear_time_claim(times_of(1.0, 1.02)).measured, HasSubstr("block diagonal map N^1.0"));
+  EXPECT_EQ(linear_time_claim(times_of(2.0, 1.02)).verdict, ClaimVerdict::fails);
+  const Claim busy = linear_time_claim(times_of(1.3, 2.0));
+  EXPECT_EQ(busy.verdict, ClaimVerdict::not_measured);
+  EXPECT_THAT(busy.measured, HasSubstr("less busy"));
+  EXPECT_EQ(linear_time_claim({}).verdict, ClaimVerdict::not_measured);
 }
 
 }  // namespace

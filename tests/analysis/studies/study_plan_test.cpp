@@ -27,19 +27,13 @@ Power simulated_power(double factor, std::int64_t runs, int studies) {
   const std::int64_t blocks = (runs + SyntheticFilter::kRuns - 1) / SyntheticFilter::kRuns;
   Power power;
   for (int study = 0; study < studies; ++study) {
-    std::vector<Moments> nees(SyntheticFilter::kSteps), nis = nees;
-    for (std::int64_t run = 0; run < runs; ++run) {
-      const int lane = static_cast<int>(run % SyntheticFilter::kRuns);
-      static std::vector<SyntheticFilter::Sample> samples;
-      if (lane == 0) samples = filter.simulate(noise, study * blocks + run / SyntheticFilter::kRuns);
-      for (std::size_t k = 0; k < nees.size(); ++k) {
-        nees[k].add(filter.whitened(static_cast<int>(k), samples[k].error).col(lane).squaredNorm());
-        nis[k].add(samples[k].innovation.col(lane).squaredNorm());
-      }
-    }
-    const std::vector<double> dofs = synthetic_dofs(nis, 2.0);
-    power.nees += is_inconsistent(judge_nees(nees, dofs, 0.95).verdict) ? 1.0 : 0.0;
-    power.nis += is_inconsistent(judge_nis(nis, dofs, 0.95).verdict) ? 1.0 : 0.0;
+    const StudyStatistics s =
+        synthetic_evidence(filter, noise, study * blocks, static_cast<int>(runs)).study;
+    const ConsistencyVerdict nees =
+        judge_nees(s.series(Quantity::nees), s.dofs(Quantity::nees), 0.95, &s.nees_of_runs);
+    const ConsistencyVerdict nis = judge_nis(s.series(Quantity::nis), s.dofs(Quantity::nis), 0.95);
+    power.nees += is_inconsistent(nees.verdict) ? 1.0 : 0.0;
+    power.nis += is_inconsistent(nis.verdict) ? 1.0 : 0.0;
   }
   power.nees /= studies;
   power.nis /= studies;

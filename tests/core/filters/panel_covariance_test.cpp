@@ -276,6 +276,7 @@ TEST(PanelKernel, refuses_an_instruction_set_that_is_not_there) {
       EXPECT_THROW(panel_kernel(set), std::invalid_argument);
     }
   }
+  EXPECT_THROW(panel_kernel(static_cast<InstructionSet>(99)), std::invalid_argument);  // on any machine
 }
 
 }  // namespace

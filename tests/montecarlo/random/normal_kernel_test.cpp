@@ -248,6 +248,7 @@ TEST(NormalKernel, refuses_an_instruction_set_that_is_not_there) {
       EXPECT_THROW(normal_kernel(set), std::invalid_argument);
     }
   }
+  EXPECT_THROW(normal_kernel(static_cast<InstructionSet>(99)), std::invalid_argument);  // on any machine
   EXPECT_TRUE(is_supported(InstructionSet::scalar));
   EXPECT_TRUE(is_supported(best_instruction_set()));
 }

@@ -216,6 +216,7 @@ TEST(IntermittentExperiment, matrices_do_what_no_lane_does) {
 }
 
 TEST(IntermittentExperiment, instruction_sets_give_the_same_bits) {
+  if (best_instruction_set() == InstructionSet::scalar) GTEST_SKIP() << "one instruction set cannot differ";
   for (const Case& c : cases()) {
     const StudyStatistics scalar = experiment_of(c.scenario, InstructionSet::scalar).run_chunk(64, 40);
     for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
