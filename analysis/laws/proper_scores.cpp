@@ -5,9 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <boost/math/constants/constants.hpp>
 #include <boost/math/special_functions/gamma.hpp>
-#include <boost/math/special_functions/hypergeometric_1F1.hpp>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "analysis/laws/require.h"
@@ -20,10 +18,10 @@ void require_nees(double nees) {
   if (nees < 0.0) throw std::invalid_argument(fmt::format("nees = {} must be >= 0", nees));
 }
 
-// E√q of the header, q = Σ_j (d_j + √λ_j z_j)². In ln t the integrand is analytic and bounded for |Im ln t| <
-// π/2, so the error of a step h is e^{−π²/h}; beyond the ends the integrand is below 1e-16 of the whole.
-double mean_root(const Vector& variances, const Vector& squared_offsets) {
-  const double mean = variances.sum() + squared_offsets.sum();
+// E√q of the header from E q and ln φ. In ln t the integrand is analytic and bounded for |Im ln t| < π/2, so
+// the error of a step h is e^{−π²/h}; beyond the ends the integrand is below 1e-16 of the whole.
+template <typename LogTransform>
+double mean_root(double mean, LogTransform log_transform) {
   if (mean == 0.0) return 0.0;
   constexpr double kStep = 0.3;
   constexpr double kFirst = -25.0;
@@ -31,15 +29,21 @@ double mean_root(const Vector& variances, const Vector& squared_offsets) {
   double sum = 0.0;
   for (int node = 0; node < kNodes; ++node) {
     const double t = std::exp(kFirst + kStep * node);
-    double log_transform = 0.0;
-    for (Index j = 0; j < variances.size(); ++j) {
-      const double spread = 2.0 * t * variances[j] / mean;
-      log_transform -= 0.5 * std::log1p(spread) + t * squared_offsets[j] / mean / (1.0 + spread);
-    }
-    sum += (-std::expm1(log_transform) - t / (1.0 + t)) / std::sqrt(t);
+    sum += (-std::expm1(log_transform(t / mean)) - t / (1.0 + t)) / std::sqrt(t);
   }
   const double pi = boost::math::constants::pi<double>();
   return std::sqrt(mean) * (pi + kStep * sum) / (2.0 * std::sqrt(pi));
+}
+
+double mean_distance(const Vector& variances, const Vector& squared_offsets) {
+  return mean_root(variances.sum() + squared_offsets.sum(), [&](double t) {
+    double log_transform = 0.0;
+    for (Index j = 0; j < variances.size(); ++j) {
+      const double spread = 2.0 * t * variances[j];
+      log_transform -= 0.5 * std::log1p(spread) + t * squared_offsets[j] / (1.0 + spread);
+    }
+    return log_transform;
+  });
 }
 
 }  // namespace
@@ -69,8 +73,8 @@ Score energy_score(VectorRef error, MatrixRef P) {
   const Vector variances = eigen.eigenvalues().cwiseMax(0.0);
   const Vector squared_offsets = (eigen.eigenvectors().transpose() * error).cwiseAbs2();
   // X − X' ~ N(0, 2P).
-  const double expected = mean_root(variances, Vector::Zero(error.size())) / std::sqrt(2.0);
-  return {.value = mean_root(variances, squared_offsets) - expected, .expected = expected};
+  const double expected = mean_distance(variances, Vector::Zero(error.size())) / std::sqrt(2.0);
+  return {.value = mean_distance(variances, squared_offsets) - expected, .expected = expected};
 }
 
 Score whitened_energy_score(double nees, double dof) {
@@ -78,12 +82,9 @@ Score whitened_energy_score(double nees, double dof) {
   require_positive("dof", dof);
   if (std::isnan(nees)) return {.value = kNaN, .expected = kNaN};
   const double expected = boost::math::tgamma_delta_ratio(0.5 * (dof + 1.0), -0.5);
-  // Beyond, |u − Z| ≈ |u| (1 + (n − 1)/(2 |u|²)) to all digits; the series need not be asked.
-  constexpr double kFar = 1e9;
-  const double distance =
-      nees > kFar * dof
-          ? std::sqrt(nees) + 0.5 * (dof - 1.0) / std::sqrt(nees)
-          : std::sqrt(2.0) * expected * boost::math::hypergeometric_1F1(-0.5, 0.5 * dof, -0.5 * nees);
+  if (std::isinf(nees)) return {.value = nees, .expected = expected};
+  const double distance = mean_root(
+      dof + nees, [&](double t) { return -0.5 * dof * std::log1p(2.0 * t) - t * nees / (1.0 + 2.0 * t); });
   return {.value = distance - expected, .expected = expected};
 }
 

@@ -48,8 +48,9 @@ Score energy_score(VectorRef error, MatrixRef P);
 ///
 ///   E|u − Z| = √2 Γ((n + 1)/2)/Γ(n/2) ₁F₁(−½; n/2; −|u|²/2),  ½ E|Z − Z'| = Γ((n + 1)/2)/Γ(n/2).
 ///
-/// It grows as √NEES and not as NEES: less moved by outliers than the logarithmic score. NaN for a NaN;
-/// throws std::invalid_argument unless nees ≥ 0 and dof > 0 is finite.
+/// computed by the integral of energy_score, as ₁F₁ of Boost 1.74 fails for some large n. It grows as √NEES
+/// and not as NEES: less moved by outliers than the logarithmic score. NaN for a NaN; throws
+/// std::invalid_argument unless nees ≥ 0 and dof > 0 is finite.
 Score whitened_energy_score(double nees, double dof);
 
 }  // namespace credence

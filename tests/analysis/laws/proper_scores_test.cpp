@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/math/special_functions/gamma.hpp>
+#include <boost/math/special_functions/hypergeometric_1F1.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -57,9 +59,17 @@ TEST(EnergyScore, QuadratureAndClosedFormAgreeForAScaledIdentity) {
       EXPECT_NEAR(score.expected, 2.0 * whitened.expected, 1e-12 * score.expected) << n;
     }
   }
-  // Far beyond: continuous where the series is left.
-  EXPECT_NEAR(whitened_energy_score(2.999999e9, 3.0).value,
-              std::sqrt(2.999999e9) - 2.0 / std::sqrt(std::numbers::pi), 1e-3);
+}
+
+TEST(EnergyScore, WhitenedIsConfluentHypergeometric) {
+  for (const double n : {1.0, 2.0, 7.0, 41.0}) {
+    const double expected = boost::math::tgamma(0.5 * (n + 1.0)) / boost::math::tgamma(0.5 * n);
+    for (const double nees : {0.0, 1e-3, 2.0, 55.0, 1e6}) {
+      const double value =
+          expected * (std::sqrt(2.0) * boost::math::hypergeometric_1F1(-0.5, 0.5 * n, -0.5 * nees) - 1.0);
+      EXPECT_NEAR(whitened_energy_score(nees, n).value, value, 1e-12 * (1.0 + value)) << n << " " << nees;
+    }
+  }
 }
 
 TEST(EnergyScore, AnyCovarianceByMonteCarlo) {
