@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/chi_square_dependent_sum.h"
+#include "analysis/laws/hall_score.h"
 #include "analysis/laws/require.h"
 #include "analysis/laws/student_positive_mean.h"
 #include "core/nan.h"
@@ -24,34 +24,6 @@ Moments plain(const SkewedMoments& moments) {
 bool has_mean(const SkewedMoments& moments) {
   return moments.count > 0 && std::isfinite(moments.mean) && moments.mean >= 0.0 &&
          std::isfinite(moments.m2) && std::isfinite(moments.m3);
-}
-
-double skewness(const SkewedMoments& moments) {
-  if (!(moments.m2 > 0.0)) return 0.0;
-  return std::sqrt(static_cast<double>(moments.count)) * moments.m3 / std::pow(moments.m2, 1.5);
-}
-
-double hall_score(const SkewedMoments& moments, double expected) {
-  const double root_runs = std::sqrt(static_cast<double>(moments.count));
-  const double gamma = skewness(moments);
-  const double u = (moments.mean - expected) / std::sqrt(moments.variance());
-  return root_runs * u * (1.0 + gamma * u / 3.0 + gamma * gamma * u * u / 27.0) + gamma / (6.0 * root_runs);
-}
-
-// The U of the header at which Hall's score is z.
-double inverse_hall_score(const SkewedMoments& moments, double z) {
-  const double root_runs = std::sqrt(static_cast<double>(moments.count));
-  const double gamma = skewness(moments);
-  const double y = (z - gamma / (6.0 * root_runs)) / root_runs;
-  const double x = gamma * y;
-  if (std::abs(x) < 0.5) return gamma == 0.0 ? y : 3.0 / gamma * std::expm1(std::log1p(x) / 3.0);
-  return 3.0 / gamma * (std::cbrt(1.0 + x) - 1.0);
-}
-
-// P(T ≥ t), T ~ t(dof).
-double student_upper_p_value(double t, double dof) {
-  const double tail = 0.5 * student_two_sided_p_value(t, dof);
-  return t > 0.0 ? tail : 1.0 - tail;
 }
 
 DirectedPValues bound_p_values(const SkewedMoments& moments, double expected, double least_dof) {
@@ -123,18 +95,15 @@ MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confide
   interval.upper = positive_mean_interval(plain(run_averages), confidence).upper;
   if (run_averages.m2 > 0.0) {
     const double t = student_quantile_two_sided(confidence, runs - 1.0);
-    const double deviation = std::sqrt(run_averages.variance());
-    interval.lower =
-        std::min(interval.lower, interval.mean - deviation * inverse_hall_score(run_averages, t));
-    interval.upper =
-        std::max(interval.upper, interval.mean - deviation * inverse_hall_score(run_averages, -t));
+    interval.lower = std::min(interval.lower, mean_of_hall_score(run_averages, t));
+    interval.upper = std::max(interval.upper, mean_of_hall_score(run_averages, -t));
   }
   return interval;
 }
 
 RunMeanTest test_run_mean(const SkewedMoments& run_averages, double confidence, double least_dof) {
   RunMeanTest test{.mean = run_mean_interval(run_averages, confidence, least_dof),
-                   .skewness = skewness(run_averages),
+                   .skewness = sample_skewness(run_averages),
                    .p_value = run_mean_p_values(run_averages, 1.0, least_dof),
                    .method = "cube-root and Hall's score of the run averages, both"};
   if (run_averages.count < kFewestRunsForScores) {
