@@ -14,8 +14,8 @@
 namespace credence {
 namespace {
 
-constexpr double kFewestRuns = 20.0;
-constexpr double kMostRuns = 1e12;
+constexpr double kFewestRunsForPower = 20.0;
+constexpr double kMostRunsForEquivalence = 1e12;
 
 }  // namespace
 
@@ -37,8 +37,8 @@ double proved_within(const SkewedMoments& run_averages, double confidence, doubl
 }
 
 double equivalence_power(double runs, double relative_variance, double delta, double alpha, double factor) {
-  if (!(runs >= kFewestRuns)) {
-    throw std::invalid_argument(fmt::format("runs = {} must be at least {}", runs, kFewestRuns));
+  if (!(runs >= kFewestRunsForPower)) {
+    throw std::invalid_argument(fmt::format("runs = {} must be at least {}", runs, kFewestRunsForPower));
   }
   require_positive("relative_variance", relative_variance);
   require_positive("delta", delta);
@@ -61,12 +61,13 @@ std::int64_t runs_for_equivalence(double relative_variance, double delta, double
   const auto enough = [&](double runs) {
     return equivalence_power(runs, relative_variance, delta, alpha) >= power;
   };
-  double most = kFewestRuns;
+  double most = kFewestRunsForPower;
   while (!enough(most)) {
     most *= 2.0;
-    if (most > kMostRuns) throw std::invalid_argument(fmt::format("delta = {} needs too many runs", delta));
+    if (most > kMostRunsForEquivalence)
+      throw std::invalid_argument(fmt::format("delta = {} needs too many runs", delta));
   }
-  double least = std::max(kFewestRuns, std::floor(0.5 * most));
+  double least = std::max(kFewestRunsForPower, std::floor(0.5 * most));
   if (enough(least)) return static_cast<std::int64_t>(least);
   while (most - least > 1.0) {
     const double middle = std::floor(0.5 * (least + most));
