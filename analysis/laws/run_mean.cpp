@@ -17,7 +17,7 @@ namespace {
 // From here on the scores hold their level on the pessimistic side too.
 constexpr std::int64_t kFewestRunsForScores = 20;
 
-Moments plain(const SkewedMoments& moments) {
+Moments without_skewness(const SkewedMoments& moments) {
   return {.count = moments.count, .mean = moments.mean, .m2 = moments.m2};
 }
 
@@ -39,7 +39,7 @@ DirectedPValues equal_runs_p_values(double mean, double expected) {
 
 DirectedPValues score_p_values(const SkewedMoments& moments, double expected) {
   const double dof = static_cast<double>(moments.count - 1);
-  const double cube = positive_mean_score(plain(moments), expected);
+  const double cube = positive_mean_score(without_skewness(moments), expected);
   const double hall = hall_score(moments, expected);
   return {.optimistic = student_upper_p_value(std::min(cube, hall), dof),
           .pessimistic = student_upper_p_value(-std::max(cube, hall), dof)};
@@ -61,9 +61,10 @@ DirectedPValues run_mean_p_values(const SkewedMoments& run_averages, double expe
   const DirectedPValues scores =
       equal ? equal_runs_p_values(run_averages.mean, expected) : score_p_values(run_averages, expected);
   if (run_averages.count >= kFewestRunsForScores) return scores;
-  const double cube = equal ? scores.optimistic
-                            : student_upper_p_value(positive_mean_score(plain(run_averages), expected),
-                                                    static_cast<double>(run_averages.count - 1));
+  const double cube =
+      equal ? scores.optimistic
+            : student_upper_p_value(positive_mean_score(without_skewness(run_averages), expected),
+                                    static_cast<double>(run_averages.count - 1));
   return {.optimistic = cube, .pessimistic = bound_p_values(run_averages, expected, least_dof).pessimistic};
 }
 
@@ -86,13 +87,13 @@ MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confide
   if (run_averages.count == 1) {
     interval.lower = interval.mean * dof / chi_square_upper_tail_mean(tail, dof);
   } else {
-    interval.lower = positive_mean_interval(plain(run_averages), confidence).lower;
+    interval.lower = positive_mean_interval(without_skewness(run_averages), confidence).lower;
   }
   if (run_averages.count < kFewestRunsForScores) {
     interval.upper = interval.mean * dof / chi_square_lower_tail_mean(tail, dof);
     return interval;
   }
-  interval.upper = positive_mean_interval(plain(run_averages), confidence).upper;
+  interval.upper = positive_mean_interval(without_skewness(run_averages), confidence).upper;
   if (run_averages.m2 > 0.0) {
     const double t = student_quantile_two_sided(confidence, runs - 1.0);
     interval.lower = std::min(interval.lower, mean_of_hall_score(run_averages, t));
