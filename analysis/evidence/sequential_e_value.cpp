@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "analysis/laws/log_mean_exp.h"
 #include "analysis/laws/require.h"
 #include "core/nan.h"
 
@@ -21,14 +22,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr std::array<double, 5> kPriors{1.0, 10.0, 100.0, 1000.0, 10000.0};
-
-double log_mean_exp(std::span<const double> logs) {
-  const double largest = *std::max_element(logs.begin(), logs.end());
-  if (std::isinf(largest)) return largest;
-  double sum = 0.0;
-  for (const double value : logs) sum += std::exp(value - largest);
-  return largest + std::log(sum / static_cast<double>(logs.size()));
-}
 
 // The mixture for one dof; steps mostly share it, so its gamma functions are kept.
 class Mixture {

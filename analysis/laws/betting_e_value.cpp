@@ -7,20 +7,10 @@
 #include <stdexcept>
 
 #include "analysis/laws/chi_square.h"
+#include "analysis/laws/log_mean_exp.h"
 #include "analysis/laws/require.h"
 
 namespace credence {
-namespace {
-
-double log_mean_exp(std::span<const double> logs) {
-  const double largest = *std::max_element(logs.begin(), logs.end());
-  if (std::isinf(largest)) return largest;
-  double sum = 0.0;
-  for (const double value : logs) sum += std::exp(value - largest);
-  return largest + std::log(sum / static_cast<double>(logs.size()));
-}
-
-}  // namespace
 
 double chi_square_excess(double dof, double strike) {
   require_positive("dof", dof);

@@ -35,6 +35,13 @@ double two_sided_p_value(double x, const Cumulants& cumulants) {
   return two_sided_p_value(law.dof + (x - cumulants.mean) / law.scale, law.dof);
 }
 
+double upper_p_value(double x, const Cumulants& cumulants) {
+  const ShiftedChiSquare law = match(cumulants);
+  if (std::isinf(x)) return x > 0.0 ? 0.0 : 1.0;
+  const double chi = law.dof + (x - cumulants.mean) / law.scale;
+  return law.scale > 0.0 ? chi_square_survival(chi, law.dof) : chi_square_cdf(chi, law.dof);
+}
+
 ChiSquareBounds sum_bounds(const Cumulants& cumulants, double confidence) {
   const ShiftedChiSquare law = match(cumulants);
   const ChiSquareBounds chi = mean_bounds(law.dof, 1.0, confidence);

@@ -32,6 +32,9 @@ inline Cumulants chi_square_cumulants(double dof) { return {dof, 2.0 * dof, 8.0 
 /// finite and the variance positive.
 double two_sided_p_value(double x, const Cumulants& cumulants);
 
+/// P(X ≥ x). Throws as two_sided_p_value.
+double upper_p_value(double x, const Cumulants& cumulants);
+
 /// The equal-tailed interval that holds X with this probability. Throws as two_sided_p_value, and unless
 /// 0 < confidence < 1.
 ChiSquareBounds sum_bounds(const Cumulants& cumulants, double confidence);

@@ -22,30 +22,30 @@ double& least_of(JointTests& joint, Departure departure) {
   return joint.other_p_value;
 }
 
-// All tests in a row with the weight of each.
-struct Row {
+// All tests of all families with the weight of each.
+struct FlatTests {
   std::vector<double> p_values, weights;
 };
 
-Row in_a_row(std::span<const TestFamily> families) {
-  Row row;
+FlatTests flatten(std::span<const TestFamily> families) {
+  FlatTests flat;
   for (const TestFamily& family : families) {
     require_positive("weight", family.weight);
-    const auto members = std::count_if(family.tests.begin(), family.tests.end(),
-                                       [](const DirectedTest& test) { return !std::isnan(test.p_value); });
+    const auto with_data = std::count_if(family.tests.begin(), family.tests.end(),
+                                         [](const DirectedTest& test) { return !std::isnan(test.p_value); });
     for (const DirectedTest& test : family.tests) {
-      row.p_values.push_back(test.p_value);
-      row.weights.push_back(family.weight / static_cast<double>(std::max<std::ptrdiff_t>(1, members)));
+      flat.p_values.push_back(test.p_value);
+      flat.weights.push_back(family.weight / static_cast<double>(std::max<std::ptrdiff_t>(1, with_data)));
     }
   }
-  return row;
+  return flat;
 }
 
 }  // namespace
 
 JointTests join_tests(std::span<const TestFamily> families) {
-  const Row row = in_a_row(families);
-  const std::vector<double> adjusted = weighted_holm(row.p_values, row.weights);
+  const FlatTests flat = flatten(families);
+  const std::vector<double> adjusted = weighted_holm(flat.p_values, flat.weights);
   JointTests joint;
   double least_ratio = 0.0;
   std::size_t i = 0;
@@ -56,7 +56,7 @@ JointTests join_tests(std::span<const TestFamily> families) {
       if (std::isnan(adjusted[i])) continue;
       double& least = least_of(joint, families[f].tests[t].departure);
       least = std::min(least, adjusted[i]);
-      const double ratio = row.p_values[i] / row.weights[i];
+      const double ratio = flat.p_values[i] / flat.weights[i];
       if (!joint.first || ratio < least_ratio) {
         least_ratio = ratio;
         joint.first = TestPlace{.family = f, .test = t};

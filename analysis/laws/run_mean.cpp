@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/chi_square_dependent_sum.h"
+#include "analysis/laws/hall_score.h"
 #include "analysis/laws/require.h"
 #include "analysis/laws/student_positive_mean.h"
 #include "core/nan.h"
@@ -17,41 +17,13 @@ namespace {
 // From here on the scores hold their level on the pessimistic side too.
 constexpr std::int64_t kFewestRunsForScores = 20;
 
-Moments plain(const SkewedMoments& moments) {
+Moments without_skewness(const SkewedMoments& moments) {
   return {.count = moments.count, .mean = moments.mean, .m2 = moments.m2};
 }
 
 bool has_mean(const SkewedMoments& moments) {
   return moments.count > 0 && std::isfinite(moments.mean) && moments.mean >= 0.0 &&
          std::isfinite(moments.m2) && std::isfinite(moments.m3);
-}
-
-double skewness(const SkewedMoments& moments) {
-  if (!(moments.m2 > 0.0)) return 0.0;
-  return std::sqrt(static_cast<double>(moments.count)) * moments.m3 / std::pow(moments.m2, 1.5);
-}
-
-double hall_score(const SkewedMoments& moments, double expected) {
-  const double root_runs = std::sqrt(static_cast<double>(moments.count));
-  const double gamma = skewness(moments);
-  const double u = (moments.mean - expected) / std::sqrt(moments.variance());
-  return root_runs * u * (1.0 + gamma * u / 3.0 + gamma * gamma * u * u / 27.0) + gamma / (6.0 * root_runs);
-}
-
-// The U of the header at which Hall's score is z.
-double inverse_hall_score(const SkewedMoments& moments, double z) {
-  const double root_runs = std::sqrt(static_cast<double>(moments.count));
-  const double gamma = skewness(moments);
-  const double y = (z - gamma / (6.0 * root_runs)) / root_runs;
-  const double x = gamma * y;
-  if (std::abs(x) < 0.5) return gamma == 0.0 ? y : 3.0 / gamma * std::expm1(std::log1p(x) / 3.0);
-  return 3.0 / gamma * (std::cbrt(1.0 + x) - 1.0);
-}
-
-// P(T ≥ t), T ~ t(dof).
-double student_upper_p_value(double t, double dof) {
-  const double tail = 0.5 * student_two_sided_p_value(t, dof);
-  return t > 0.0 ? tail : 1.0 - tail;
 }
 
 DirectedPValues bound_p_values(const SkewedMoments& moments, double expected, double least_dof) {
@@ -67,7 +39,7 @@ DirectedPValues equal_runs_p_values(double mean, double expected) {
 
 DirectedPValues score_p_values(const SkewedMoments& moments, double expected) {
   const double dof = static_cast<double>(moments.count - 1);
-  const double cube = positive_mean_score(plain(moments), expected);
+  const double cube = positive_mean_score(without_skewness(moments), expected);
   const double hall = hall_score(moments, expected);
   return {.optimistic = student_upper_p_value(std::min(cube, hall), dof),
           .pessimistic = student_upper_p_value(-std::max(cube, hall), dof)};
@@ -89,9 +61,10 @@ DirectedPValues run_mean_p_values(const SkewedMoments& run_averages, double expe
   const DirectedPValues scores =
       equal ? equal_runs_p_values(run_averages.mean, expected) : score_p_values(run_averages, expected);
   if (run_averages.count >= kFewestRunsForScores) return scores;
-  const double cube = equal ? scores.optimistic
-                            : student_upper_p_value(positive_mean_score(plain(run_averages), expected),
-                                                    static_cast<double>(run_averages.count - 1));
+  const double cube =
+      equal ? scores.optimistic
+            : student_upper_p_value(positive_mean_score(without_skewness(run_averages), expected),
+                                    static_cast<double>(run_averages.count - 1));
   return {.optimistic = cube, .pessimistic = bound_p_values(run_averages, expected, least_dof).pessimistic};
 }
 
@@ -114,27 +87,24 @@ MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confide
   if (run_averages.count == 1) {
     interval.lower = interval.mean * dof / chi_square_upper_tail_mean(tail, dof);
   } else {
-    interval.lower = positive_mean_interval(plain(run_averages), confidence).lower;
+    interval.lower = positive_mean_interval(without_skewness(run_averages), confidence).lower;
   }
   if (run_averages.count < kFewestRunsForScores) {
     interval.upper = interval.mean * dof / chi_square_lower_tail_mean(tail, dof);
     return interval;
   }
-  interval.upper = positive_mean_interval(plain(run_averages), confidence).upper;
+  interval.upper = positive_mean_interval(without_skewness(run_averages), confidence).upper;
   if (run_averages.m2 > 0.0) {
     const double t = student_quantile_two_sided(confidence, runs - 1.0);
-    const double deviation = std::sqrt(run_averages.variance());
-    interval.lower =
-        std::min(interval.lower, interval.mean - deviation * inverse_hall_score(run_averages, t));
-    interval.upper =
-        std::max(interval.upper, interval.mean - deviation * inverse_hall_score(run_averages, -t));
+    interval.lower = std::min(interval.lower, mean_of_hall_score(run_averages, t));
+    interval.upper = std::max(interval.upper, mean_of_hall_score(run_averages, -t));
   }
   return interval;
 }
 
 RunMeanTest test_run_mean(const SkewedMoments& run_averages, double confidence, double least_dof) {
   RunMeanTest test{.mean = run_mean_interval(run_averages, confidence, least_dof),
-                   .skewness = skewness(run_averages),
+                   .skewness = sample_skewness(run_averages),
                    .p_value = run_mean_p_values(run_averages, 1.0, least_dof),
                    .method = "cube-root and Hall's score of the run averages, both"};
   if (run_averages.count < kFewestRunsForScores) {

@@ -15,11 +15,7 @@
 /// unknown: for Gaussian errors X = Σ_j λ_j χ²₁ with λ_j ≥ 0, Σ λ_j = 1, which may be nearly normal (many
 /// independent steps) or as skewed as χ²₁ (one constant error), or one skewed part upon a constant. Two
 /// scores remove the skewness in different ways, the cube root of a gamma law (student_positive_mean.h) and
-/// that of P. Hall, "On the removal of skewness by transformation", J. R. Stat. Soc. B 54 (1992),
-///
-///   √M ((1 + γ U/3)³ − 1)/γ + γ/(6 √M),  U = (x̄ − μ)/s,  γ the sample skewness,
-///
-/// and a direction is rejected only where both, against t(M − 1), reject it.
+/// that of Hall (hall_score.h), and a direction is rejected only where both, against t(M − 1), reject it.
 ///
 /// With fewer than 20 runs both errors are too large on the pessimistic side. There a bound that is proved
 /// for every dependence is used: as an average of variables χ²(n_k)/n_k, X is at most χ²(n)/n in convex

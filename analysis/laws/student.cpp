@@ -27,6 +27,11 @@ double student_quantile_two_sided(double confidence, double dof) {
   return quantile(complement(law, 0.5 * (1.0 - confidence)));
 }
 
+double student_upper_p_value(double t, double dof) {
+  const double tail = 0.5 * student_two_sided_p_value(t, dof);
+  return t < 0.0 ? 1.0 - tail : tail;
+}
+
 double student_two_sided_p_value(double t, double dof) {
   require_dof(dof);
   if (std::isnan(t)) return t;

@@ -31,6 +31,9 @@ MeanInterval student_interval(const Moments& moments, double confidence);
 /// 0 < confidence < 1.
 double student_quantile_two_sided(double confidence, double dof);
 
+/// P(T ≥ t), T ~ t(dof); NaN for a NaN t.
+double student_upper_p_value(double t, double dof);
+
 /// P(|T| ≥ |t|), T ~ t(dof); NaN for a NaN t.
 double student_two_sided_p_value(double t, double dof);
 

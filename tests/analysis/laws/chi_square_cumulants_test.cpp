@@ -18,6 +18,8 @@ TEST(ChiSquareCumulants, ExactForAMultipleOfChiSquare) {
   EXPECT_NEAR(bounds.lower, scale * chi_square_quantile(0.005, 7.0), 1e-9);
   EXPECT_NEAR(bounds.upper, scale * chi_square_quantile(0.995, 7.0), 1e-9);
   EXPECT_NEAR(two_sided_p_value(bounds.upper, cumulants), 0.01, 1e-9);
+  EXPECT_NEAR(upper_p_value(bounds.upper, cumulants), 0.005, 1e-9);
+  EXPECT_NEAR(upper_p_value(bounds.lower, cumulants), 0.995, 1e-9);
 }
 
 TEST(ChiSquareCumulants, MirrorsForNegativeSkewness) {
@@ -25,6 +27,7 @@ TEST(ChiSquareCumulants, MirrorsForNegativeSkewness) {
   const Cumulants left{0.0, 14.0, -56.0};
   EXPECT_NEAR(sum_bounds(left, 0.9).lower, -sum_bounds(right, 0.9).upper, 1e-12);
   EXPECT_NEAR(two_sided_p_value(-9.0, left), two_sided_p_value(9.0, right), 1e-12);
+  EXPECT_NEAR(upper_p_value(3.0, left), 1.0 - upper_p_value(-3.0, right), 1e-12);
 }
 
 TEST(ChiSquareCumulants, NoSkewnessIsNormal) {

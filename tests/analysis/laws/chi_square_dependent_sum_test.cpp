@@ -62,6 +62,17 @@ TEST(ChiSquareDependentSum, WorstDependenceAttainsTheLevel) {
   EXPECT_NEAR(dependent_sum_bounds(dofs, 0.95).upper, constant_sum, 1e-9);
 }
 
+TEST(ChiSquareDependentSum, OneSidedPValuesInvertTheBounds) {
+  const std::vector<double> dofs{2.0, 3.0, 3.0};
+  const ChiSquareBounds bounds = dependent_sum_bounds(dofs, 0.9);
+  EXPECT_NEAR(dependent_sum_tails(bounds.upper, dofs).upper, 0.05, 1e-9);
+  EXPECT_EQ(dependent_sum_tails(bounds.upper, dofs).lower, 1.0);
+  EXPECT_NEAR(dependent_sum_tails(bounds.lower, dofs).lower, 0.05, 1e-9);
+  EXPECT_EQ(dependent_sum_tails(8.0, dofs).lower, 1.0);
+  // Not capped at one half: just below the mean nothing speaks against it.
+  EXPECT_GT(dependent_sum_tails(7.99, dofs).lower, 0.9);
+}
+
 TEST(ChiSquareDependentSum, ExtremesAreData) {
   const std::vector<double> dofs(3, 1.0);
   EXPECT_EQ(dependent_sum_p_value(std::numeric_limits<double>::infinity(), dofs), 0.0);

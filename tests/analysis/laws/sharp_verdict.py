@@ -1,13 +1,13 @@
 """Levels and powers of the laws over runs, by simulation apart from the library. docs/statistics.md quotes it.
 
-usage: sharp_verdict.py levels | power | betting [STUDIES]
+usage: sharp_verdict.py levels | power | betting | shape | tails [STUDIES]
        sharp_verdict.py golden        the numbers that the C++ tests expect
 """
 
 import sys
 
 import numpy as np
-from scipy import stats
+from scipy import special, stats
 
 import linear_filters
 import reference_laws as laws
@@ -80,6 +80,42 @@ def betting(studies, rng):
             print(f"{name:5} factor {factor:.3f}: {100 * np.mean(first <= 200):5.1f} %, median {np.median(first):g}")
 
 
+def shape(studies, rng):
+    print("% rejected at 5 % and 1 %: likelihood ratio as type III law of three cumulants | Bartlett's factor | plain χ²")
+    for n in (1, 2, 4, 8, 12):
+        for M in (n + 1, 2 * n, 5 * n, 20 * n):
+            A = np.zeros((studies, n, n))  # Bartlett decomposition of a Wishart matrix
+            for i in range(n):
+                A[:, i, i] = np.sqrt(rng.chisquare(M - i, studies))
+                A[:, i, :i] = rng.standard_normal((studies, i))
+            w = np.linalg.eigvalsh(A @ A.transpose(0, 2, 1) / M)
+            ratio = M * (w - np.log(w) - 1).sum(1)
+            h, dof = (M - np.arange(n)) / 2, n * (n + 1) / 2
+            k1 = -M * (special.digamma(h).sum() + n * np.log(2 / M))
+            k2 = M**2 * special.polygamma(1, h).sum() - 2 * n * M
+            k3 = -(M**3) * special.polygamma(2, h).sum() - 4 * n * M
+            nu = 8 * k2**3 / k3**2
+            p3 = stats.chi2.sf(nu + (ratio - k1) * np.sqrt(2 * nu / k2), nu)
+            others = stats.chi2.sf(ratio * dof / k1, dof), stats.chi2.sf(ratio, dof)
+            print(f"n {n:2} M {M:3}:", *(f"{100 * np.mean(p <= 0.05):.2f} {100 * np.mean(p <= 0.01):.2f} |" for p in (p3, *others)))
+
+
+def tails(studies, rng):
+    print("% of studies at 2.5 %: heavy tails | run mean optimistic, pessimistic; right covariance, law of measurement noise")
+    noises = {"gauss": None, "t4": lambda shape: rng.standard_t(4, shape) / np.sqrt(2),
+              "laplace": lambda shape: rng.laplace(size=shape) / np.sqrt(2)}
+    for name, make in linear_filters.MODELS.items():
+        model, n = make(), len(make()["F"])
+        for law, M in (("gauss", 20), ("gauss", 50), ("gauss", 200), ("t4", 50), ("laplace", 50)):
+            X = K = 0
+            for u in linear_filters.simulate(model, studies * M, rng, noises[law]):
+                nees = (u**2).sum(1).reshape(studies, M)
+                X, K = X + nees / (n * model["steps"]), K + nees**2 / (n * (n + 2) * model["steps"])
+            heavy = np.mean(stats.t.sf(laws.hall_score(K - 2 * X + 2), M - 1) <= 0.025)
+            sides = [np.mean(p <= 0.025) for p in laws.run_mean_p(X)]
+            print(f"{name:5} {law:8} M {M:3}: {100 * heavy:5.1f} |", *np.round(100 * np.array(sides), 1))
+
+
 def golden(_, rng):
     X = np.round(linear_filters.run_averages(linear_filters.monobot(), 24, rng), 3)
     print("X", ", ".join(map(str, X)))
@@ -93,4 +129,4 @@ def golden(_, rng):
 
 if __name__ == "__main__":
     what, studies = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 1000
-    {"levels": levels, "power": power, "betting": betting, "golden": golden}[what](studies, np.random.default_rng(2026))
+    {"levels": levels, "power": power, "betting": betting, "shape": shape, "tails": tails, "golden": golden}[what](studies, np.random.default_rng(2026))

@@ -21,6 +21,14 @@ TEST(Student, QuantilesAgreeWithClosedForms) {
   EXPECT_NEAR(student_two_sided_p_value(student_quantile_two_sided(0.99, 7.0), 7.0), 0.01, 1e-12);
 }
 
+TEST(Student, OneSidedPValues) {
+  // t(1) is Cauchy.
+  EXPECT_NEAR(student_upper_p_value(1.0, 1.0), 0.25, 1e-14);
+  EXPECT_NEAR(student_upper_p_value(-1.0, 1.0), 0.75, 1e-14);
+  EXPECT_EQ(student_upper_p_value(0.0, 5.0), 0.5);
+  EXPECT_TRUE(std::isnan(student_upper_p_value(std::nan(""), 5.0)));
+}
+
 TEST(Student, IntervalOfAKnownSample) {
   Moments moments;
   for (const double x : {1.0, 2.0, 3.0, 4.0, 5.0}) moments.add(x);

@@ -1,0 +1,33 @@
+#include "analysis/laws/hall_score.h"
+
+#include <cmath>
+
+namespace credence {
+
+double sample_skewness(const SkewedMoments& moments) {
+  if (!(moments.m2 > 0.0)) return 0.0;
+  return std::sqrt(static_cast<double>(moments.count)) * moments.m3 / std::pow(moments.m2, 1.5);
+}
+
+double hall_score(const SkewedMoments& moments, double expected) {
+  const double root_runs = std::sqrt(static_cast<double>(moments.count));
+  const double gamma = sample_skewness(moments);
+  const double u = (moments.mean - expected) / std::sqrt(moments.variance());
+  return root_runs * u * (1.0 + gamma * u / 3.0 + gamma * gamma * u * u / 27.0) + gamma / (6.0 * root_runs);
+}
+
+double mean_of_hall_score(const SkewedMoments& moments, double z) {
+  const double root_runs = std::sqrt(static_cast<double>(moments.count));
+  const double gamma = sample_skewness(moments);
+  const double y = (z - gamma / (6.0 * root_runs)) / root_runs;
+  const double x = gamma * y;
+  double u = y;
+  if (std::abs(x) >= 0.5) {
+    u = 3.0 / gamma * (std::cbrt(1.0 + x) - 1.0);
+  } else if (gamma != 0.0) {
+    u = 3.0 / gamma * std::expm1(std::log1p(x) / 3.0);
+  }
+  return moments.mean - std::sqrt(moments.variance()) * u;
+}
+
+}  // namespace credence

@@ -1,0 +1,54 @@
+#include "analysis/laws/hall_score.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "analysis/laws/student.h"
+#include "tests/analysis/evidence/synthetic_studies.h"
+#include "tests/analysis/laws/golden_run_averages.h"
+
+namespace credence {
+namespace {
+
+TEST(HallScore, IsStudentsScoreWithoutSkewness) {
+  SkewedMoments symmetric;
+  for (const double x : {1.0, 2.0, 3.0, 4.0, 5.0}) symmetric.add(x);
+  EXPECT_EQ(sample_skewness(symmetric), 0.0);
+  EXPECT_NEAR(hall_score(symmetric, 2.0), 1.0 / std::sqrt(2.5 / 5.0), 1e-14);
+  EXPECT_NEAR(mean_of_hall_score(symmetric, hall_score(symmetric, 2.0)), 2.0, 1e-14);
+}
+
+TEST(HallScore, InverseOnBothBranchesAndMonotone) {
+  for (const std::size_t runs : {4, 24}) {
+    const SkewedMoments moments = test::golden_moments(runs);
+    double last = 1e300;
+    for (double mean = -3.0; mean < 9.0; mean += 0.25) {
+      const double score = hall_score(moments, mean);
+      EXPECT_LE(score, last);
+      EXPECT_NEAR(mean_of_hall_score(moments, score), mean, 1e-8);
+      last = score;
+    }
+  }
+}
+
+TEST(HallScore, RemovesTheSkewnessThatStudentsScoreHas) {
+  // Values far below and above zero: no positivity is needed.
+  constexpr int kStudies = 4000;
+  std::mt19937_64 generator(95);
+  std::exponential_distribution<double> exponential;
+  int plain = 0;
+  int hall = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    SkewedMoments moments;
+    for (int run = 0; run < 40; ++run) moments.add(exponential(generator) - 1.0);
+    plain += student_upper_p_value(-moments.mean / std::sqrt(moments.variance() / 40.0), 39.0) <= 0.025;
+    hall += student_upper_p_value(-hall_score(moments, 0.0), 39.0) <= 0.025;
+  }
+  EXPECT_GT(plain / 4000.0, 0.05);
+  EXPECT_LE(hall / 4000.0, 0.03 + 5.0 * test::binomial_standard_error(0.03, kStudies));
+}
+
+}  // namespace
+}  // namespace credence
