@@ -52,7 +52,7 @@ class IntermittentExperiment::Run {
     now_.z(rows_) = truth_.H(rows_, Eigen::all) * now_.truth + w(rows_);
     now_.innovation = truth_.H(rows_, Eigen::all) * error_ + w(rows_);
     now_.S = filter.S;
-    now_.K = Matrix::Zero(error_.size(), w.size());
+    now_.K = Matrix::Constant(error_.size(), w.size(), filter.ok ? 0.0 : kNaN);
     if (!filter.ok) return Outcome::not_positive_definite;
     now_.K(Eigen::all, rows_) = filter.K;
     error_ -= filter.K * now_.innovation;
@@ -66,9 +66,12 @@ class IntermittentExperiment::Run {
   const TraceStep& now() const { return now_; }
   const LinearFilterStep& filter() const { return filter_.last(); }
 
-  /// Takes error, covariance and statistics from the first lane, with the same measurements.
+  /// Takes error, covariance and statistics from the first lane, with the same measurements. Where the
+  /// matrices lost S to rounding, which the lanes with one measurement at a time may not, they go on from the
+  /// lane's P.
   void take(const IntermittentLanes& lanes) {
     error_ = lanes.error(0);
+    if (!filter().ok || !filter().P.allFinite()) filter_.reset(lanes.covariance(0));
     judge(lanes.covariance(0), lanes.value(kNeesValue, 0), error_.size(), lanes.value(kNisValue, 0),
           static_cast<Index>(rows_.size()));
   }
