@@ -126,6 +126,8 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {kHeader + row + row, "log.csv:3: step 1 does not increase"},
       {kHeader + "0,2,3,2,3,4,0,9,0,2\n", "step 0: accepted are whole numbers"},
       {kHeader + "1e12,2,3,2,3,4,0,9,0,2\n", "accepted are whole numbers from 1 to 10000000"},
+      {kHeader + "10000000,2,3,2,3,4,0,9,0,2\n", "log.csv:2: step 10000000 with 0 rows before it"},
+      {kHeader + row + "100101,2,3,2,3,4,0,9,0,2\n", "log.csv:3: step 100101 with 1 rows before it"},
       {kHeader + ",2,3,2,3,4,0,9,0,2\n", "column step is blank"},
       {kHeader + "1,2,3,2,3,4,,9,0,2\n", "column P.1.2 is blank"},
       {kHeader + "1,2,3,2,3,4,0,9,0,\n", "column S.1.1 is blank"},
@@ -144,6 +146,7 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
     EXPECT_NE(error(text).find(expected), std::string::npos)
         << "expected " << expected << "\ngot " << error(text);
   }
+  EXPECT_EQ(error(kHeader + row + "100100,2,3,2,3,4,0,9,0,2\n"), "no error") << "steps may be left out";
   EXPECT_THROW(FilterLogReader(folder_.path() / "absent.csv"), DataError);
   EXPECT_THROW(FilterLogReader(folder_.path()), DataError);
 }
