@@ -8,6 +8,7 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "reports/document/selftest_report.h"
@@ -37,13 +38,13 @@ int selftest(SelftestCommand& command) {
   };
   const SelftestResult result = run_selftest(command.test);
   if (!result.complete) {
-    fmt::print(stderr, "credence: selftest interrupted, nothing is proved\n");
+    say("credence: selftest interrupted, nothing is proved");
     return kInterrupted;
   }
   print_selftest(command, result);
   if (!command.out.empty()) tell_report(command, write_selftest_report(command.out, result));
   for (const std::string& failure : selftest_failures(result)) {
-    fmt::print(stderr, "credence: SELFTEST FAILED: {}\n", failure);
+    say(fmt::format("credence: SELFTEST FAILED: {}", failure));
   }
   return result.ok ? kDone : kSomeFailed;
 }

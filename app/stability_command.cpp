@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/naming_file.h"
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
@@ -101,7 +102,8 @@ std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const Stabili
 }
 
 int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
-  const std::vector<PlanarStability> analyses = analyse_points(plan, options);
+  const std::vector<PlanarStability> analyses =
+      naming_file(options.scenario, [&] { return analyse_points(plan, options); });
   if (analyses.empty()) return kInterrupted;
   if (options.format == "json") {
     fmt::print("{}\n", planar_stability_table_json(plan, analyses));
@@ -121,7 +123,9 @@ int stability(const StabilityOptions& options) {
   const bool planar = scenario.world.model == WorldModel::planar;
   require_one_covariance(scenario, options.scenario);
   if (planar) require_planar_inflation(scenario, options.scenario);
-  const StabilityOutput output = planar ? planar_output(scenario, options) : linear_output(scenario, options);
+  const StabilityOutput output = naming_file(options.scenario, [&] {
+    return planar ? planar_output(scenario, options) : linear_output(scenario, options);
+  });
   if (options.format == "json") {
     fmt::print("{}\n", output.json);
   } else {

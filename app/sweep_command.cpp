@@ -10,6 +10,8 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/naming_file.h"
+#include "app/say.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
@@ -17,6 +19,7 @@
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "reports/document/sweep_report.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -52,14 +55,18 @@ int sweep(SweepOptions& options) {
   if (options.out.empty()) options.out = default_directory(plan, canonical).string();
 
   std::vector<Configuration> configurations;
-  for (const SweepPoint& point : plan.points) configurations.push_back(make_configuration(point.scenario));
-  std::vector<ConfigurationResult> results =
-      run_configurations(configurations, canonical, options.out, plan.name, options, shard);
+  std::vector<ConfigurationResult> results = naming_file(options.scenario, [&] {
+    for (const SweepPoint& point : plan.points) {
+      require_storable(point.scenario);
+      configurations.push_back(make_configuration(point.scenario));
+    }
+    return run_configurations(configurations, canonical, options.out, plan.name, options, shard);
+  });
 
   if (shard.of > 1) {
     if (catch_interrupt().load()) return kInterrupted;
     if (!options.quiet) {
-      fmt::print(stderr, "Shard {} is stored in {}; join with credence merge\n", options.shard, options.out);
+      say(fmt::format("Shard {} is stored in {}; join with credence merge", options.shard, options.out));
     }
     return kDone;
   }
@@ -95,7 +102,8 @@ int merge(const MergeOptions& options) {
     const ResultStore source = ResultStore::open_to_read(directory);
     target.require_same_scenario(source.scenario());
     const auto count = target.merge_from(source);
-    fmt::print("{}: {} chunks added, {} there already\n", directory, count.added, count.already_there);
+    fmt::print("{}: {} chunks added, {} there already\n", printable_line(directory), count.added,
+               count.already_there);
   }
   target.commit();
   return kDone;

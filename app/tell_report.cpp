@@ -4,12 +4,14 @@
 
 #include <filesystem>
 
+#include "app/say.h"
+
 namespace credence {
 
 void tell_report(const CommonOptions& options, std::span<const std::string> problems) {
-  for (const std::string& problem : problems) fmt::print(stderr, "credence: figure not drawn: {}\n", problem);
+  for (const std::string& problem : problems) say(fmt::format("credence: figure not drawn: {}", problem));
   if (options.quiet) return;
-  fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
+  say(fmt::format("Report: {}", (std::filesystem::path(options.out) / "index.html").string()));
 }
 
 }  // namespace credence
