@@ -6,6 +6,7 @@
 #include "core/filters/linear_filter.h"
 #include "core/linear_algebra/psd_root.h"
 #include "core/nan.h"
+#include "core/stop_point.h"
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/worlds/monobot/linear_world.h"
 
@@ -41,6 +42,7 @@ class IntermittentExperiment::Run {
 
   /// Step k from 1 on; good for `now` where the outcome is ok.
   Outcome step(Index k) {
+    stop_point();
     using Normals = Eigen::Map<const Vector>;
     const Vector v = noise_input_ * Normals(process_.at(k), noise_input_.cols());
     const Vector w = measurement_root_ * Normals(measurement_.at(k), measurement_root_.cols());
@@ -149,6 +151,7 @@ void IntermittentExperiment::add_lanes(std::int64_t first_run, std::int64_t runs
   for (std::int64_t r = 0; r < runs; r += IntermittentLanes::kLanes) {
     lanes.start(first_run + r, static_cast<int>(std::min<std::int64_t>(IntermittentLanes::kLanes, runs - r)));
     for (Index done = 0; done < steps_;) {
+      stop_point();
       done += lanes.advance(steps_ - done);
       lanes.add_to(statistics);
     }
