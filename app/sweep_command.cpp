@@ -15,6 +15,8 @@
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "core/memory_need.h"
+#include "montecarlo/engine/experiment_memory.h"
 #include "montecarlo/scenario/scenario_hash.h"
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
@@ -56,6 +58,10 @@ int sweep(SweepOptions& options) {
 
   std::vector<Configuration> configurations;
   std::vector<ConfigurationResult> results = naming_file(options.scenario, [&] {
+    double bytes = 0.0;
+    for (const SweepPoint& point : plan.points) bytes += least_experiment_bytes(point.scenario);
+    require_memory(bytes, fmt::format("[sweep] of {} points with study.runs = {}", plan.points.size(),
+                                      plan.points.front().scenario.most_runs()));
     for (const SweepPoint& point : plan.points) {
       require_storable(point.scenario);
       configurations.push_back(make_configuration(point.scenario));
@@ -97,6 +103,8 @@ struct MergeOptions {
 };
 
 int merge(const MergeOptions& options) {
+  // Whatever is wrong with one of them is said before anything is made.
+  for (const std::string& directory : options.directories) ResultStore::open_to_read(directory);
   ResultStore target = ResultStore::open_to_write(options.out, CREDENCE_VERSION);
   for (const std::string& directory : options.directories) {
     const ResultStore source = ResultStore::open_to_read(directory);
