@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -50,6 +51,7 @@ int after_parsing(const CLI::App& app, const CLI::ParseError& error) {
 int main(int argc, char** argv) {
   using namespace credence;
   occupy_standard_streams();
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
   CLI::App app{"Credence tells whether a filter's covariance can be trusted.", "credence"};
   app.set_version_flag("--version", CREDENCE_VERSION);
   app.require_subcommand(1);

@@ -53,9 +53,10 @@ void ProgressDisplay::show(const StudyProgress& p) {
   const double rate = static_cast<double>(p.runs_done) / elapsed.count();
   const std::int64_t done = p.runs_done + p.runs_stored;
   const double share = static_cast<double>(done) / static_cast<double>(p.runs_total);
-  const std::string numbers =
-      fmt::format("{} of {} {}, {:.0f} {}/s, {} left", done, p.runs_total, unit_, rate, unit_,
-                  duration_text(static_cast<double>(p.runs_total - done) / rate));
+  std::string numbers = fmt::format("{} of {} {}, {:.0f} {}/s", done, p.runs_total, unit_, rate, unit_);
+  if (p.runs_done > 0) {
+    numbers += fmt::format(", {} left", duration_text(static_cast<double>(p.runs_total - done) / rate));
+  }
   if (terminal_) {
     std::fputs(fmt::format("\r{} {} {}\x1b[K", what_, bar(share), numbers).c_str(), stderr);
   } else {

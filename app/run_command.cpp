@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <set>
 
 #include "app/commands.h"
 #include "app/common_options.h"
@@ -51,6 +52,23 @@ int show_one_run(const RunOptions& options) {
     fmt::print("{}", text_table(trace_table(scenario, trace)));
   }
   return trace.outcome == Outcome::ok ? kDone : kSomeFailed;
+}
+
+/// Several scenarios are told apart by their names, in folders of --out and --log.
+void require_names(const RunOptions& options, const std::vector<Configuration>& configurations) {
+  if (configurations.size() == 1 || (options.out.empty() && options.log.empty())) return;
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < configurations.size(); ++i) {
+    const std::string& name = configurations[i].scenario.name;
+    if (name == "." || name == ".." || name == "index.html" || name == "figures") {
+      throw ScenarioError(fmt::format("{}: give the file another name: a folder cannot be called {}",
+                                      options.scenarios[i], name));
+    }
+    if (!names.insert(name).second) {
+      throw ScenarioError(fmt::format("{}: another scenario is called {} too; both would get one folder",
+                                      options.scenarios[i], name));
+    }
+  }
 }
 
 /// Where the results of one of several scenarios are stored; empty without --out.
@@ -119,6 +137,7 @@ int run(const RunOptions& options) {
       return make_configuration(scenario);
     }));
   }
+  require_names(options, configurations);
   std::vector<StudyAnalysis> analyses;
   for (std::size_t i = 0; i < configurations.size(); ++i) {
     const Configuration& c = configurations[i];

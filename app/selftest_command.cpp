@@ -58,7 +58,9 @@ void add_selftest_command(CLI::App& app) {
   command->add_option("--studies", options->test.studies, "studies for each false-alarm rate")
       ->check(CLI::Range(100, 100'000'000))
       ->capture_default_str();
-  command->add_option("--seed", options->test.seed, "seed of all studies")->capture_default_str();
+  command->add_option("--seed", options->test.seed, "seed of all studies")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   add_threads_option(*command, options->test.threads);
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {"credence selftest", "credence selftest --out out/selftest",

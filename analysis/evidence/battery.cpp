@@ -69,8 +69,9 @@ void judge_scales(const BatteryStatistics& s, const ConsistencyVerdict& nis, Bat
   battery.scale_innovation = scale_of_innovation(nis);
   const Moments& share = s.innovations.measurement_share;
   battery.scale_measurement_noise =
-      share.count > 0 ? scale_of_measurement_noise(battery.scale_innovation, std::min(1.0, share.mean))
-                      : no_scale("R is not known");
+      share.count > 0 && share.mean > 0.0
+          ? scale_of_measurement_noise(battery.scale_innovation, std::min(1.0, share.mean))
+          : no_scale(share.count > 0 ? "R is zero" : "R is not known");
 }
 
 BatteryTest verdict_test(std::string name, const ConsistencyVerdict& v) {

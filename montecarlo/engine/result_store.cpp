@@ -141,7 +141,8 @@ void ResultStore::check_kind() const {
     throw StoreError(fmt::format("{}: was written by a newer version (layout {}, this one knows up to {})",
                                  file, schema, kSchema));
   }
-  const std::string state = database_->text("PRAGMA integrity_check(1)");
+  std::string state = database_->text("PRAGMA integrity_check(1)");
+  std::ranges::replace(state, '\n', ' ');  // a heading, and what it heads
   if (state != "ok") throw StoreError(fmt::format("{}: is damaged ({})", file, state));
 }
 

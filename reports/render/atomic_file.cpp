@@ -19,6 +19,15 @@ std::filesystem::path temporary_beside(const std::filesystem::path& target) {
   return target.parent_path() / fmt::format(".credence.{}.{}.tmp", getpid(), count++);
 }
 
+/// Else a loss of power may undo the rename; where a folder cannot be synchronised there is nothing to be
+/// done.
+void sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  close(descriptor);
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target) {
@@ -59,6 +68,7 @@ void AtomicFile::commit() {
   if (fsync(descriptor_) != 0) fail(errno);
   if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   close(descriptor_);
+  sync_folder(target_.parent_path());
   descriptor_ = -1;
 }
 
