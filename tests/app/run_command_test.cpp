@@ -157,7 +157,7 @@ TEST_F(RunCommand, NamesReachTheTerminalWithoutTheirEscapes) {
   EXPECT_EQ(stopped.out.find('\x1b'), std::string::npos) << stopped.out;
   const Finished missing = run({"run", red + reversed});
   EXPECT_EQ(missing.code, 2);
-  const Finished unknown = run({"run", "--" + red + reversed});
+  const Finished unknown = run({"run", "a.toml", "--" + red + reversed});
   EXPECT_EQ(unknown.code, 2);
   for (const std::string& text : {missing.err, unknown.err}) {
     EXPECT_NE(text.find("[31m"), std::string::npos) << text;
