@@ -9,6 +9,7 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
@@ -92,7 +93,7 @@ int check(const CheckOptions& options) {
   LogJudgeResult result = judge(options, files, trajectories ? trajectories->reader() : read_own_log);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (result.evidence.rows == 0 && !result.complete) {
-    fmt::print(stderr, "credence: interrupted before the first rows were judged\n");
+    say("credence: interrupted before the first rows were judged");
     return kInterrupted;
   }
   CheckedLogs logs{
@@ -109,8 +110,8 @@ int check(const CheckOptions& options) {
   }
   const std::int64_t rows = logs.analysis.evidence.rows;
   if (!options.quiet) {
-    fmt::print(stderr, "{} rows in {:.2f} s, {:.0f} rows/s\n", rows, elapsed.count(),
-               static_cast<double>(rows) / elapsed.count());
+    say(fmt::format("{} rows in {:.2f} s, {:.0f} rows/s", rows, elapsed.count(),
+                    static_cast<double>(rows) / elapsed.count()));
   }
   if (!options.out.empty()) {
     write_log_report(options.out, logs);

@@ -7,7 +7,6 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/data_set_folder.h"
-#include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "datasets/replay/carpark.h"
@@ -27,7 +26,7 @@ void append(std::vector<Claim>& all, std::vector<Claim> more) {
   for (Claim& claim : more) all.push_back(std::move(claim));
 }
 
-/// What the car park's run shows; empty when interrupted.
+/// What the car park's run shows.
 std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
   if (options.data.empty()) {
     return {{.id = "carpark",
@@ -38,10 +37,8 @@ std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
   const CarparkLog log = read_carpark(data_set_folder(options.data, "carpark"));
   ProgressDisplay display("car park", options.quiet, "replays");
   CarparkStudyOptions study;
-  study.stop = &catch_interrupt();
   study.progress = [&](int done, int all) { display.show({.runs_done = done, .runs_total = all}); };
   const CarparkStudy result = run_carpark_study(log, carpark_settings(), study);
-  if (!result.complete) return {};
   std::vector<Claim> claims;
   for (const CarparkFinding& f : carpark_findings(result)) {
     claims.push_back({.id = f.id,
@@ -59,7 +56,6 @@ int claims(const ClaimsOptions& options) {
   append(all, planar_claims());
   append(all, timing_claims(&catch_interrupt()));
   append(all, carpark_claims(options));
-  if (catch_interrupt().load()) return kInterrupted;
   fmt::print("{}", options.format == "json" ? claims_json(all) + "\n" : claims_text(all));
   if (options.out.empty()) return kDone;
   write_claims_report(options.out, all);

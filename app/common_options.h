@@ -18,8 +18,7 @@ enum ExitCode : int { kDone = 0, kInconsistent = 1, kBadInput = 2, kSomeFailed =
 /// Options that commands on a scenario share.
 struct CommonOptions {
   std::vector<std::string> settings;  ///< --set section.key=value
-  std::optional<std::int64_t> runs, steps;
-  std::optional<std::uint64_t> seed;
+  std::optional<std::int64_t> runs, steps, seed;
   int threads = 0;
   std::string out;
   std::string format = "text";

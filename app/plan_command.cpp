@@ -8,7 +8,7 @@
 #include "analysis/studies/study_plan.h"
 #include "app/commands.h"
 #include "app/common_options.h"
-#include "app/interrupt.h"
+#include "app/naming_file.h"
 #include "app/progress.h"
 #include "app/terminal_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
@@ -35,13 +35,13 @@ int plan(PlanCommand& command) {
   command.question.threads = command.threads;
   const SweepPlan sweep = load_sweep(command.scenario, command.overrides());
   const std::vector<const SweepPoint*> points = pilot_points(sweep);
-  const std::atomic<bool>& stop = catch_interrupt();
   std::vector<StudyPlan> plans;
   {
     ProgressDisplay display("plan", command.quiet, "pilots");
     for (const SweepPoint* point : points) {
-      if (stop.load()) return kInterrupted;
-      plans.push_back(plan_study(point->scenario, *make_experiment(point->scenario), command.question));
+      plans.push_back(naming_file(command.scenario, [&] {
+        return plan_study(point->scenario, *make_experiment(point->scenario), command.question);
+      }));
       display.show({.runs_done = static_cast<std::int64_t>(plans.size()),
                     .runs_stored = 0,
                     .runs_total = static_cast<std::int64_t>(points.size())});

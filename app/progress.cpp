@@ -6,6 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "app/say.h"
+#include "reports/render/utf8_text.h"
+
 namespace credence {
 namespace {
 
@@ -29,10 +32,13 @@ std::string bar(double share) {
 }  // namespace
 
 ProgressDisplay::ProgressDisplay(std::string what, bool quiet, std::string unit)
-    : what_(std::move(what)), unit_(std::move(unit)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+    : what_(printable_line(what)),
+      unit_(std::move(unit)),
+      quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) == 1) {}
 
 ProgressDisplay::~ProgressDisplay() {
-  if (shown_ && terminal_) fmt::print(stderr, "\r\x1b[K");
+  if (shown_ && terminal_) std::fputs("\r\x1b[K", stderr);
 }
 
 void ProgressDisplay::show(const StudyProgress& p) {
@@ -47,14 +53,14 @@ void ProgressDisplay::show(const StudyProgress& p) {
   const double rate = static_cast<double>(p.runs_done) / elapsed.count();
   const std::int64_t done = p.runs_done + p.runs_stored;
   const double share = static_cast<double>(done) / static_cast<double>(p.runs_total);
-  const std::string numbers =
-      fmt::format("{} of {} {}, {:.0f} {}/s, {} left", done, p.runs_total, unit_, rate, unit_,
-                  duration_text(static_cast<double>(p.runs_total - done) / rate));
+  std::string numbers = fmt::format("{} of {} {}, {:.0f} {}/s", done, p.runs_total, unit_, rate, unit_);
+  if (p.runs_done > 0) {
+    numbers += fmt::format(", {} left", duration_text(static_cast<double>(p.runs_total - done) / rate));
+  }
   if (terminal_) {
-    fmt::print(stderr, "\r{} {} {}\x1b[K", what_, bar(share), numbers);
-    std::fflush(stderr);
+    std::fputs(fmt::format("\r{} {} {}\x1b[K", what_, bar(share), numbers).c_str(), stderr);
   } else {
-    fmt::print(stderr, "{}: {:.0f} %, {}\n", what_, 100.0 * share, numbers);
+    say(fmt::format("{}: {:.0f} %, {}", what_, 100.0 * share, numbers));
   }
 }
 

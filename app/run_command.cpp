@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <set>
 
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/logged_experiment.h"
+#include "app/naming_file.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
@@ -22,6 +25,7 @@
 #include "reports/document/study_table.h"
 #include "reports/document/trace_json.h"
 #include "reports/render/text_table.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -40,13 +44,31 @@ int show_one_run(const RunOptions& options) {
   if (options.scenarios.size() != 1) throw ScenarioError("--only-run: accepts exactly one scenario");
   if (*options.only_run < 0) throw ScenarioError("--only-run: must not be negative");
   const Scenario scenario = load_scenario(options.scenarios.front(), options.overrides());
-  const RunTrace trace = make_experiment(scenario)->trace(*options.only_run);
+  const RunTrace trace = naming_file(options.scenarios.front(),
+                                     [&] { return make_experiment(scenario)->trace(*options.only_run); });
   if (options.format == "json") {
     fmt::print("{}\n", trace_json(scenario, trace));
   } else {
     fmt::print("{}", text_table(trace_table(scenario, trace)));
   }
   return trace.outcome == Outcome::ok ? kDone : kSomeFailed;
+}
+
+/// Several scenarios are told apart by their names, in folders of --out and --log.
+void require_names(const RunOptions& options, const std::vector<Configuration>& configurations) {
+  if (configurations.size() == 1 || (options.out.empty() && options.log.empty())) return;
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < configurations.size(); ++i) {
+    const std::string& name = configurations[i].scenario.name;
+    if (name == "." || name == ".." || name == "index.html" || name == "figures") {
+      throw ScenarioError(fmt::format("{}: give the file another name: a folder cannot be called {}",
+                                      options.scenarios[i], name));
+    }
+    if (!names.insert(name).second) {
+      throw ScenarioError(fmt::format("{}: another scenario is called {} too; both would get one folder",
+                                      options.scenarios[i], name));
+    }
+  }
 }
 
 /// Where the results of one of several scenarios are stored; empty without --out.
@@ -76,11 +98,6 @@ ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
   return result;
 }
 
-void discard(const fs::path& directory) {
-  for (const char* suffix : {"", "-wal", "-shm"})
-    fs::remove(directory / (std::string("results.sqlite") + suffix));
-}
-
 /// Plays runs again for the tests that explain the verdicts.
 void explain(StudyAnalysis& analysis, const Configuration& configuration, const RunOptions& options) {
   ProgressDisplay display(configuration.scenario.name + ", further tests", options.quiet);
@@ -97,7 +114,7 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
   } else {
     fmt::print("{}", terminal_text(verdict_table(analyses)));
     for (const StudyAnalysis& a : analyses) {
-      if (a.stop) fmt::print("{}: {}\n", a.scenario.name, stop_sentence(a));
+      if (a.stop) fmt::print("{}: {}\n", printable_line(a.scenario.name), stop_sentence(a));
     }
     if (analyses.size() > 1 || !analyses.front().judgement) return;
     for (const std::string& sentence : advice_sentences(*analyses.front().judgement))
@@ -116,22 +133,29 @@ int run(const RunOptions& options) {
   if (options.only_run) return show_one_run(options);
   std::vector<Configuration> configurations;
   for (const std::string& file : options.scenarios) {
-    configurations.push_back(make_configuration(load_scenario(file, options.overrides())));
+    configurations.push_back(naming_file(file, [&] {
+      const Scenario scenario = load_scenario(file, options.overrides());
+      if (!options.out.empty() && options.log.empty()) require_storable(scenario);
+      return make_configuration(scenario);
+    }));
   }
+  require_names(options, configurations);
   std::vector<StudyAnalysis> analyses;
-  for (const Configuration& c : configurations) {
+  for (std::size_t i = 0; i < configurations.size(); ++i) {
+    const Configuration& c = configurations[i];
     const fs::path directory = store_directory(options, c.scenario);
-    if (options.fresh && !directory.empty()) discard(directory);
-    ConfigurationResult result = run_one(options, c);
-    const bool nothing = result.result.statistics.runs == 0;
-    if (!nothing) {
+    if (options.fresh && !directory.empty()) ResultStore::discard(directory);
+    naming_file(options.scenarios[i], [&] {
+      ConfigurationResult result = run_one(options, c);
+      if (result.result.statistics.runs == 0) return;
       analyses.push_back(analyse(c, std::move(result)));
       explain(analyses.back(), c, options);
-    }
+      if (!analyses.back().battery) analyses.back().complete = false;  // interrupted there
+    });
     if (catch_interrupt().load()) break;
   }
   if (analyses.empty()) {
-    fmt::print(stderr, "credence: interrupted before the first runs were done\n");
+    say("credence: interrupted before the first runs were done");
     return kInterrupted;
   }
 

@@ -8,6 +8,7 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "reports/document/selftest_report.h"
@@ -37,7 +38,7 @@ int selftest(SelftestCommand& command) {
   };
   const SelftestResult result = run_selftest(command.test);
   if (!result.complete) {
-    fmt::print(stderr, "credence: selftest interrupted, nothing is proved\n");
+    say("credence: selftest interrupted, nothing is proved");
     return kInterrupted;
   }
   print_selftest(command, result);
@@ -46,7 +47,7 @@ int selftest(SelftestCommand& command) {
     tell_report(command);
   }
   for (const std::string& failure : selftest_failures(result)) {
-    fmt::print(stderr, "credence: SELFTEST FAILED: {}\n", failure);
+    say(fmt::format("credence: SELFTEST FAILED: {}", failure));
   }
   return result.ok ? kDone : kSomeFailed;
 }
@@ -60,7 +61,9 @@ void add_selftest_command(CLI::App& app) {
   command->add_option("--studies", options->test.studies, "studies for each false-alarm rate")
       ->check(CLI::Range(100, 100'000'000))
       ->capture_default_str();
-  command->add_option("--seed", options->test.seed, "seed of all studies")->capture_default_str();
+  command->add_option("--seed", options->test.seed, "seed of all studies")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   add_threads_option(*command, options->test.threads);
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {"credence selftest", "credence selftest --out out/selftest",

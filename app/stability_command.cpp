@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <memory>
 #include <mutex>
 
@@ -10,7 +9,7 @@
 #include "analysis/stability/stability_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
-#include "app/interrupt.h"
+#include "app/naming_file.h"
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
@@ -67,7 +66,7 @@ void require_planar_inflation(const Scenario& scenario, const std::string& file)
       file));
 }
 
-/// All points of a sweep, in parallel; empty when interrupted.
+/// All points of a sweep, in parallel.
 std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const StabilityOptions& options) {
   for (const SweepPoint& point : plan.points) {
     if (point.scenario.world.model != WorldModel::planar) {
@@ -83,21 +82,19 @@ std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const Stabili
   ProgressDisplay display(plan.name, options.quiet, "configurations");
   StudyProgress progress{.runs_total = static_cast<std::int64_t>(plan.points.size())};
   std::mutex mutex;
-  const std::atomic<bool>& stop = catch_interrupt();
-  for_each_task(progress.runs_total, options.threads, &stop, [&](std::int64_t i) {
+  for_each_task(progress.runs_total, options.threads, nullptr, [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     analyses[at] = analyse_planar_stability(plan.points[at].scenario, options.loops);
     const std::lock_guard lock(mutex);
     ++progress.runs_done;
     display.show(progress);
   });
-  if (stop.load()) analyses.clear();
   return analyses;
 }
 
 int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
-  const std::vector<PlanarStability> analyses = analyse_points(plan, options);
-  if (analyses.empty()) return kInterrupted;
+  const std::vector<PlanarStability> analyses =
+      naming_file(options.scenario, [&] { return analyse_points(plan, options); });
   if (options.format == "json") {
     fmt::print("{}\n", planar_stability_table_json(plan, analyses));
   } else {
@@ -116,7 +113,9 @@ int stability(const StabilityOptions& options) {
   const bool planar = scenario.world.model == WorldModel::planar;
   require_one_covariance(scenario, options.scenario);
   if (planar) require_planar_inflation(scenario, options.scenario);
-  const StabilityOutput output = planar ? planar_output(scenario, options) : linear_output(scenario, options);
+  const StabilityOutput output = naming_file(options.scenario, [&] {
+    return planar ? planar_output(scenario, options) : linear_output(scenario, options);
+  });
   if (options.format == "json") {
     fmt::print("{}\n", output.json);
   } else {

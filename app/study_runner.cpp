@@ -1,11 +1,23 @@
 #include "app/study_runner.h"
 
+#include <fmt/format.h>
+
+#include <stdexcept>
+
 #include "analysis/evidence/sequential_study.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "montecarlo/scenario/scenario_text.h"
 
 namespace credence {
+
+void require_storable(const Scenario& scenario) {
+  const double head = most_stored_bytes(0, kChunkRuns), step = most_stored_bytes(1, kChunkRuns) - head;
+  const auto most = static_cast<std::int64_t>((ResultStore::kMostChunkBytes - head) / step);
+  if (scenario.study.steps <= most) return;
+  throw std::invalid_argument(
+      fmt::format("study.steps = {}: at most {} can be stored", scenario.study.steps, most));
+}
 
 Configuration make_configuration(const Scenario& scenario) {
   return {configuration_id(scenario), scenario, make_experiment(scenario)};

@@ -23,6 +23,9 @@ struct Configuration {
   std::unique_ptr<Experiment> experiment;
 };
 
+/// Throws std::invalid_argument naming the key where a chunk of this scenario is more than a store takes.
+void require_storable(const Scenario& scenario);
+
 Configuration make_configuration(const Scenario& scenario);
 
 /// Which part of the chunks this process runs.

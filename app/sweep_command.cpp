@@ -10,13 +10,18 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/naming_file.h"
+#include "app/say.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "core/memory_need.h"
+#include "montecarlo/engine/experiment_memory.h"
 #include "montecarlo/scenario/scenario_hash.h"
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "reports/document/sweep_report.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -52,14 +57,22 @@ int sweep(SweepOptions& options) {
   if (options.out.empty()) options.out = default_directory(plan, canonical).string();
 
   std::vector<Configuration> configurations;
-  for (const SweepPoint& point : plan.points) configurations.push_back(make_configuration(point.scenario));
-  std::vector<ConfigurationResult> results =
-      run_configurations(configurations, canonical, options.out, plan.name, options, shard);
+  std::vector<ConfigurationResult> results = naming_file(options.scenario, [&] {
+    double bytes = 0.0;
+    for (const SweepPoint& point : plan.points) bytes += least_experiment_bytes(point.scenario);
+    require_memory(bytes, fmt::format("[sweep] of {} points with study.runs = {}", plan.points.size(),
+                                      plan.points.front().scenario.most_runs()));
+    for (const SweepPoint& point : plan.points) {
+      require_storable(point.scenario);
+      configurations.push_back(make_configuration(point.scenario));
+    }
+    return run_configurations(configurations, canonical, options.out, plan.name, options, shard);
+  });
 
   if (shard.of > 1) {
     if (catch_interrupt().load()) return kInterrupted;
     if (!options.quiet) {
-      fmt::print(stderr, "Shard {} is stored in {}; join with credence merge\n", options.shard, options.out);
+      say(fmt::format("Shard {} is stored in {}; join with credence merge", options.shard, options.out));
     }
     return kDone;
   }
@@ -91,12 +104,15 @@ struct MergeOptions {
 };
 
 int merge(const MergeOptions& options) {
+  // Whatever is wrong with one of them is said before anything is made.
+  for (const std::string& directory : options.directories) ResultStore::open_to_read(directory);
   ResultStore target = ResultStore::open_to_write(options.out, CREDENCE_VERSION);
   for (const std::string& directory : options.directories) {
     const ResultStore source = ResultStore::open_to_read(directory);
     target.require_same_scenario(source.scenario());
     const auto count = target.merge_from(source);
-    fmt::print("{}: {} chunks added, {} there already\n", directory, count.added, count.already_there);
+    fmt::print("{}: {} chunks added, {} there already\n", printable_line(directory), count.added,
+               count.already_there);
   }
   target.commit();
   return kDone;

@@ -4,11 +4,13 @@
 
 #include <filesystem>
 
+#include "app/say.h"
+
 namespace credence {
 
 void tell_report(const CommonOptions& options) {
   if (options.quiet) return;
-  fmt::print(stderr, "Report: {}\n", (std::filesystem::path(options.out) / "index.html").string());
+  say(fmt::format("Report: {}", (std::filesystem::path(options.out) / "index.html").string()));
 }
 
 }  // namespace credence

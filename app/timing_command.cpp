@@ -8,6 +8,7 @@
 #include "app/common_options.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "reports/document/timing_report.h"
@@ -37,7 +38,7 @@ int timing(TimingCommand& command) {
     display.show({.runs_done = done, .runs_stored = 0, .runs_total = total});
   });
   if (result.filters.empty()) {
-    fmt::print(stderr, "credence: timing interrupted before its first round\n");
+    say("credence: timing interrupted before its first round");
     return kInterrupted;
   }
   print_timing(command, result);

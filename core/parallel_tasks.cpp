@@ -6,15 +6,39 @@
 
 #include <algorithm>
 #include <exception>
+#include <latch>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
+
+#include "core/stop_point.h"
 
 namespace credence {
 namespace {
 
-/// Runs `work` on so many threads at once and waits for all.
-void on_threads(int threads, const std::function<void()>& work) {
+/// As many threads as are wished and can be had. TBB makes its workers in its workers, where a failure ends
+/// the process; so it is found out before, once for each larger number.
+int possible_threads(int wished) {
+  static std::atomic<int> proved = 1;
+  if (wished <= proved) return wished;
+  std::latch end(1);
+  std::vector<std::jthread> made;
+  int possible = wished;
+  try {
+    made.reserve(static_cast<std::size_t>(wished - 1));
+    for (int i = 1; i < wished; ++i) made.emplace_back([&] { end.wait(); });
+  } catch (const std::system_error&) {  // there is a limit: half of it is left to what the threads need
+    possible = 1 + static_cast<int>(made.size()) / 2;
+  }
+  end.count_down();
+  if (possible == wished) proved = wished;
+  return possible;
+}
+
+/// Runs `work` on so many threads at once, or as many as can be had, and waits for all.
+void on_threads(int wished, const std::function<void()>& work) {
+  const int threads = possible_threads(wished);
 #ifdef __SANITIZE_THREAD__
   // Debian's TBB is not instrumented: the sanitizer would not see that it joins its workers.
   std::vector<std::jthread> pool;
@@ -54,7 +78,10 @@ void for_each_task(std::int64_t count, int threads, const std::atomic<bool>* sto
       const std::int64_t i = next++;
       if (i >= count) return;
       try {
+        const StopScope scope(stop);
         task(i);
+      } catch (const Stopped&) {
+        return;
       } catch (...) {
         const std::lock_guard lock(mutex);
         failed = true;

@@ -154,9 +154,9 @@ void judge_scales(const Evidence& e, Judgement& j) {
   j.scale_innovation = scale_of_innovation(j.nis);
   Moments share;
   for (const SensorSums& sensor : e.sensors) share.merge(sensor.measurement_share);
-  j.scale_measurement_noise = share.count > 0
+  j.scale_measurement_noise = share.count > 0 && share.mean > 0.0
                                   ? scale_of_measurement_noise(j.scale_innovation, std::min(1.0, share.mean))
-                                  : no_scale("R is not known");
+                                  : no_scale(share.count > 0 ? "R is zero" : "R is not known");
 }
 
 void judge_ends(const Evidence& e, Judgement& j) {

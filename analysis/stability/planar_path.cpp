@@ -1,9 +1,14 @@
 #include "analysis/stability/planar_path.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
+#include "core/memory_need.h"
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/filter_setup.h"
@@ -99,7 +104,13 @@ PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index 
   for (Index k = 1; k <= steps; ++k) {
     const Control& u = run.world.controls[static_cast<std::size_t>(k - 1)];
     const bool all_known = static_cast<Index>(filter.landmarks().size()) == run.world.states();
-    if (k == before_last + 1 && all_known) recorder.begin(filter);
+    if (k == before_last + 1 && all_known) {
+      constexpr double kMatrices = 3.0;  // F, GQGᵀ and ΔP; H and K have fewer elements
+      const auto n = static_cast<double>(filter.state().size());
+      require_memory(static_cast<double>(per_loop) * kMatrices * n * n * sizeof(double),
+                     fmt::format("{} states over a loop of {} steps", n, per_loop));
+      recorder.begin(filter);
+    }
     const bool recording = k > before_last && !run.loop.H.empty();
     drive.move(static_cast<std::size_t>(k));
     const Seen seen = drive.observe(static_cast<std::size_t>(k));
@@ -127,14 +138,23 @@ PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index 
 }  // namespace
 
 Index planar_steps_per_loop(const Scenario& scenario) {
+  constexpr double kMost = 1e7;
   const WorldSettings& w = scenario.world;
-  return static_cast<Index>(std::ceil(loop_length_m(w.path, w.path_radius) / (w.speed * w.dt) - 1e-9));
+  const double exact = loop_length_m(w.path, w.path_radius) / (w.speed * w.dt);
+  const double steps = std::max(0.0, std::ceil(exact - 1e-9));
+  if (steps >= 1.0 && steps <= kMost) return static_cast<Index>(steps);
+  throw std::invalid_argument(
+      fmt::format("world.path_radius = {}, world.speed = {}, world.dt = {}: once round the path takes {:.3g} "
+                  "steps; accepted are 1 to {}",
+                  w.path_radius, w.speed, w.dt, steps, kMost));
 }
 
 PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearisation at) {
   const Index per_loop = planar_steps_per_loop(scenario);
   Scenario longer = scenario;
   longer.study.steps = loops * per_loop;
+  require_memory(static_cast<double>(longer.study.steps) * sizeof(Control),
+                 fmt::format("{} loops of {} steps", loops, per_loop));
   PlanarWorld world = make_planar_world(longer);
   if (has_block_map(longer)) {
     BlockMapEkfSlam<PlanarModel> filter = make_block_map_filter(longer, world);

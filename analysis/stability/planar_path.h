@@ -31,10 +31,12 @@ struct PlanarPathRun {
   PlanarLoopRecord loop;       ///< empty where not all landmarks were known when it began
 };
 
-/// Steps once round the path, rounded up.
+/// Steps once round the path, rounded up. Throws std::invalid_argument naming the keys where they are none or
+/// more than 10^7.
 Index planar_steps_per_loop(const Scenario& scenario);
 
 /// Drives the filter of the scenario for so many loops; without noise at the truth, else with that of run 0.
+/// Throws std::invalid_argument where there is not enough memory for that.
 PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearisation at);
 
 }  // namespace credence

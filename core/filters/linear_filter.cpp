@@ -68,9 +68,11 @@ LinearFilter::LinearFilter(LinearModel assumed, InflationRule rule)
   reset();
 }
 
-void LinearFilter::reset() {
+void LinearFilter::reset() { reset(assumed_.P0); }
+
+void LinearFilter::reset(Matrix P) {
   step_ = {};
-  step_.P = assumed_.P0;
+  step_.P = std::move(P);
   inflation_.reset();
 }
 

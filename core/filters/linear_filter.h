@@ -29,8 +29,9 @@ class LinearFilter {
   /// std::invalid_argument where it is not.
   LinearFilter(LinearModel assumed, InflationRule rule);
 
-  /// Back to P0.
+  /// Back to P0, or to another P of a state and time.
   void reset();
+  void reset(Matrix P);
 
   /// One step with the measurements `rows` (row numbers of H, ascending) alone; K has a column and S a row
   /// for each of them. Good until the next call. After a step that is not ok the filter must be reset.

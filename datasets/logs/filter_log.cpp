@@ -13,8 +13,9 @@
 namespace credence {
 namespace {
 
-// A step beyond this is a mistake, and would ask for gigabytes.
+// A step beyond this is a mistake, and would ask for gigabytes; and so is one far beyond the rows there are.
 constexpr std::int64_t kLargestStep = 10'000'000;
+constexpr std::int64_t kLargestGap = 100'000, kLargestStepsPerRow = 100;
 // How far the two triangles of a full covariance may differ, in units of the standard deviations.
 constexpr double kAsymmetry = 1e-6;
 
@@ -93,7 +94,7 @@ void FilterLogReader::check_order() {
     if (std::isnan(value)) lines_.fail(fmt::format("column {} is blank", name));
     return value;
   };
-  run_began_ = !any_row_;
+  run_began_ = rows_ == 0;
   if (header_.run >= 0) {
     const double run = field(header_.run, "run");
     run_began_ = run_began_ || run != run_;
@@ -118,12 +119,18 @@ void FilterLogReader::check_order() {
       lines_.fail(fmt::format("step {}: accepted are whole numbers from 1 to {}", step, kLargestStep));
     }
     const auto whole = static_cast<std::int64_t>(step);
+    if (whole > kLargestGap + kLargestStepsPerRow * rows_) {
+      lines_.fail(
+          fmt::format("step {} with {} rows before it: the steps of a run are counted from 1, and a "
+                      "log has at least a row for every {} of them",
+                      whole, rows_, kLargestStepsPerRow));
+    }
     if (!run_began_ && whole <= step_) {
       lines_.fail(fmt::format("step {} does not increase: the row before has {}", whole, step_));
     }
     step_ = whole;
   }
-  any_row_ = true;
+  ++rows_;
 }
 
 Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, std::span<const Index> kept,
@@ -210,7 +217,7 @@ bool FilterLogReader::next(Step& row) {
   std::string_view line;
   if (!next_line(line)) {
     run_began_ = false;
-    if (!any_row_ && !failure_) lines_.fail("holds no rows");
+    if (rows_ == 0 && !failure_) lines_.fail("holds no rows");
     return false;
   }
   parse_fields(line);

@@ -57,7 +57,8 @@ class FilterLogReader {
   std::set<double> runs_;
   double run_ = 0.0, time_ = 0.0;
   std::int64_t step_ = 0;
-  bool any_row_ = false, run_began_ = false;
+  bool run_began_ = false;
+  std::int64_t rows_ = 0;  ///< read so far, of all runs
   std::optional<Failure> failure_;
 };
 

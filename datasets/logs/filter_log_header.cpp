@@ -6,6 +6,7 @@
 #include <charconv>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -99,7 +100,7 @@ class HeaderParser {
       }
     }
     for (const auto& [state, unused] : truth_) {
-      if (std::ranges::find(h.layout.states, state) == h.layout.states.end()) {
+      if (!states_.contains(state)) {
         throw std::invalid_argument(fmt::format("column estimate.{} is missing", state));
       }
     }
@@ -146,7 +147,7 @@ class HeaderParser {
     if (angle) name.remove_suffix(6);
     if (name.empty()) return false;
     RunLayout& layout = header_.layout;
-    if (std::ranges::find(layout.states, name) != layout.states.end()) {
+    if (!states_.emplace(name).second) {
       throw std::invalid_argument(fmt::format("column estimate.{} is there twice", name));
     }
     layout.states.emplace_back(name);
@@ -167,9 +168,9 @@ class HeaderParser {
   SensorColumns* sensor(std::string_view rest) {
     const std::optional<std::string> name = sensor_name(rest);
     if (!name) return nullptr;
-    std::vector<Sensor>& sensors = header_.layout.sensors;
-    if (std::ranges::find(sensors, *name, &Sensor::name) == sensors.end()) sensors.push_back({.name = *name});
-    return &sensors_[*name];
+    const auto [place, is_new] = sensors_.try_emplace(*name);
+    if (is_new) header_.layout.sensors.push_back({.name = *name});
+    return &place->second;
   }
 
   bool add_innovation(std::string_view rest, Index column) {
@@ -205,6 +206,7 @@ class HeaderParser {
   }
 
   FilterLogHeader header_;
+  std::set<std::string> states_;
   std::map<std::string, Index> truth_;
   Entries P_;
   std::map<std::string, SensorColumns> sensors_;

@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "core/parallel_tasks.h"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::size_t kGroupFiles = static_cast<std::size_t>(kChunkRuns);
 
-/// The sums of one group of files, in chunks of kChunkRuns runs, or why there are none.
+/// The sums of one group of files, in chunks of kChunkRuns runs, or why there are none (Stopped among them).
 struct Group {
   std::vector<Evidence> chunks;
   std::size_t files = 0;
@@ -110,13 +111,12 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     turn.wait(lock, [&] { return merged == i || failed; });
     if (failed) return;
     failed = group.error != nullptr;
-    for (Evidence& chunk : group.chunks) {
-      if (!failed) result.evidence.merge(std::move(chunk));
-    }
+    turn.notify_all();
+    if (failed) std::rethrow_exception(group.error);
+    for (Evidence& chunk : group.chunks) result.evidence.merge(std::move(chunk));
     result.files += static_cast<std::int64_t>(group.files);
     ++merged;
     turn.notify_all();
-    if (failed) std::rethrow_exception(group.error);
   });
   result.complete = merged == groups;
   return result;
@@ -136,6 +136,14 @@ std::vector<std::filesystem::path> log_files(std::span<const std::string> argume
     if (inside.empty()) throw DataError(argument, "", "the folder holds no *.csv");
     std::ranges::sort(inside);
     files.insert(files.end(), inside.begin(), inside.end());
+  }
+  std::set<std::filesystem::path> seen;
+  for (const std::filesystem::path& file : files) {
+    std::error_code error;
+    const auto one = std::filesystem::canonical(file, error);
+    if (!error && !seen.insert(one).second) {
+      throw DataError(file, "", "is named twice: its runs would be counted twice");
+    }
   }
   return files;
 }

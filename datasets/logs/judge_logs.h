@@ -21,8 +21,8 @@ void read_own_log(const std::filesystem::path& file, EvidenceRecorder& sums,
                   const std::function<void(std::int64_t)>& advance);
 
 struct LogJudgeOptions {
-  int threads = 0;                          ///< 0: one for each processor
-  const std::atomic<bool>* stop = nullptr;  ///< set: files begun are finished, no further group is begun
+  int threads = 0;                                   ///< 0: one for each processor
+  const std::atomic<bool>* stop = nullptr;           ///< set: the groups in hand are dropped
   std::function<void(std::int64_t bytes)> progress;  ///< bytes read so far, by one thread at a time
 };
 
@@ -42,7 +42,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
                           const LogJudgeOptions& options);
 
 /// The files that arguments mean: a file itself, of a folder its *.csv (in the order of their names).
-/// Throws DataError for a folder without any.
+/// Throws DataError for a folder without any, and for a file that is there twice.
 std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments);
 
 }  // namespace credence

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/stop_point.h"
 #include "datasets/data_error.h"
 
 namespace credence {
@@ -40,6 +41,7 @@ bool LineReader::fill() {
 }
 
 bool LineReader::next(std::string_view& line) {
+  stop_point();
   std::size_t searched = begin_;
   for (;;) {
     const void* newline = std::memchr(buffer_.data() + searched, '\n', end_ - searched);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <mutex>
 #include <optional>
 
@@ -53,16 +54,15 @@ class PartialStudy {
   /// True if this chunk let the study end before its last run.
   bool put(std::size_t index, StudyStatistics statistics, const StudyWatch& enough) {
     if (ended_) return false;
-    if (waiting_.size() <= index) waiting_.resize(index + 1);
-    waiting_[index] = std::move(statistics);
-    while (!ended_ && next_ < waiting_.size() && waiting_[next_]) {
+    waiting_.emplace(index, std::move(statistics));
+    for (auto first = waiting_.begin(); !ended_ && first != waiting_.end() && first->first == next_;
+         first = waiting_.erase(first), ++next_) {
       if (next_ == 0) {
-        merged_ = *waiting_[0];
+        merged_ = first->second;
       } else {
-        merged_.merge(*waiting_[next_]);
+        merged_.merge(first->second);
       }
-      ended_ = enough && enough(*waiting_[next_], merged_);
-      waiting_[next_++].reset();
+      ended_ = enough && enough(first->second, merged_);
     }
     return ended_;
   }
@@ -78,10 +78,15 @@ class PartialStudy {
 
  private:
   bool ended_ = false;
-  std::vector<std::optional<StudyStatistics>> waiting_;
+  std::map<std::size_t, StudyStatistics> waiting_;  ///< those behind a gap
   std::size_t next_ = 0;
   StudyStatistics merged_;
 };
+
+/// Whether a chunk is this process's.
+bool in_shard(std::size_t number, const EngineOptions& options) {
+  return number % static_cast<std::size_t>(options.shards) == static_cast<std::size_t>(options.shard - 1);
+}
 
 /// What the workers share; every access is under one lock, which a worker takes once a chunk.
 class ChunkCollector {
@@ -89,6 +94,7 @@ class ChunkCollector {
   ChunkCollector(std::span<const StudyTask> tasks, const EngineOptions& options)
       : tasks_(tasks), options_(options), studies_(tasks.size()) {
     for (const StudyTask& task : tasks) progress_.runs_total += task.runs;
+    progress_.runs_total /= options.shards;  // to a chunk
     begun_.resize(tasks.size());
     timed_out_.resize(tasks.size());
   }
@@ -103,7 +109,7 @@ class ChunkCollector {
         if (key.first_run >= tasks_[t].runs || key_of(chunks[number]) != key) continue;
         if (studies_[t].ended()) break;
         add(t, chunks[number].index, statistics_from_bytes(options_.store->get_chunk(key).value()));
-        progress_.runs_stored += key.runs;
+        if (in_shard(number, options_)) progress_.runs_stored += key.runs;
         done[number] = true;
       }
     }
@@ -166,11 +172,10 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
   ChunkCollector collector(tasks, options);
   collector.load(chunks, done);
 
-  const std::int64_t shards = options.shards, shard = options.shard - 1;
   for_each_task(static_cast<std::int64_t>(chunks.count()), options.threads, options.stop,
                 [&](std::int64_t i) {
                   const auto number = static_cast<std::size_t>(i);
-                  if (done[number] || i % shards != shard) return;
+                  if (done[number] || !in_shard(number, options)) return;
                   const Chunk chunk = chunks[number];
                   if (!collector.wants(chunk.task)) return;
                   collector.put(chunk, tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs));

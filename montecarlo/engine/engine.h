@@ -39,7 +39,7 @@ struct StudyProgress {
 
 struct EngineOptions {
   int threads = 0;                          ///< 0: one for each processor
-  const std::atomic<bool>* stop = nullptr;  ///< set: chunks begun are finished, no further one is begun
+  const std::atomic<bool>* stop = nullptr;  ///< set: the chunks in hand are dropped, no further one is begun
   ResultStore* store = nullptr;             ///< chunks found there are not run again, new ones are put there
   std::function<void(const StudyProgress&)> progress{};  ///< after every chunk, by one thread at a time
   int shard = 1, shards = 1;  ///< run only every shards-th chunk, beginning with this one

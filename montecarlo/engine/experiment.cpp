@@ -1,5 +1,11 @@
 #include "montecarlo/engine/experiment.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/memory_need.h"
+#include "montecarlo/engine/experiment_memory.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/filter_setup.h"
 #include "montecarlo/worlds/monobot/intermittent_experiment.h"
@@ -21,6 +27,17 @@ std::unique_ptr<Experiment> linear_experiment(const Scenario& scenario, const No
         IntermittentProblem{std::move(truth), assumed, rule, detected}, steps, source);
   }
   return std::make_unique<LinearExperiment>(std::move(truth), assumed, rule, steps, source);
+}
+
+/// The filter has a dense P over the landmarks that it sees at the start, and of more later.
+void require_dense_covariance(const Scenario& scenario, const PlanarWorld& world) {
+  const auto seen = std::ranges::count_if(
+      world.landmarks.begin(), world.landmarks.begin() + world.states(),
+      [&](const Point& landmark) { return world.sees(measure_range_bearing(world.start, landmark)); });
+  const double n = 3.0 + 2.0 * scenario.noise.detection_probability * static_cast<double>(seen);
+  require_memory(
+      n * n * sizeof(double),
+      fmt::format("world.landmarks = {}, of which {} are seen at the start", scenario.world.landmarks, seen));
 }
 
 template <PlanarSlamFilter F>
@@ -47,6 +64,7 @@ std::unique_ptr<Experiment> experiment_of(const Scenario& scenario) {
   const NoiseSource source(scenario.study.seed, noise_group(scenario));
   if (scenario.world.model == WorldModel::monobot) return linear_experiment(scenario, source);
   PlanarWorld world = make_planar_world(scenario);
+  if (!has_block_map(scenario)) require_dense_covariance(scenario, world);
   if (scenario.filter.inflation == FilterInflation::none &&
       scenario.world.landmarks <= PlanarLanesExperiment::kMaxLandmarks) {
     const AssumedPlanarNoise assumed = AssumedPlanarNoise::of(scenario);
@@ -71,6 +89,7 @@ std::vector<double> assumed_measurement_variances(const Scenario& scenario) {
 }  // namespace
 
 std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
+  require_experiment_memory(scenario);
   std::unique_ptr<Experiment> experiment = experiment_of(scenario);
   experiment->assume_measurement_variances(assumed_measurement_variances(scenario));
   return experiment;

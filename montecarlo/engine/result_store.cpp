@@ -37,6 +37,10 @@ std::filesystem::path made_directory(const std::filesystem::path& directory) {
   return directory;
 }
 
+std::filesystem::path lock_file(const std::filesystem::path& directory) {
+  return directory / (std::string(kFileName) + ".lock");
+}
+
 /// Whether SQLite must be told that nobody writes: it cannot make its shared memory, and there is no log to
 /// read.
 bool is_frozen(const std::filesystem::path& directory) {
@@ -67,9 +71,8 @@ void check_key(const ChunkKey& key) {
 
 ResultStore::ResultStore(std::filesystem::path directory, SqliteDatabase::Mode mode)
     : directory_(std::move(directory)),
-      lock_(mode == SqliteDatabase::Mode::create
-                ? std::make_unique<ResultStoreLock>(directory_ / (std::string(kFileName) + ".lock"))
-                : nullptr),
+      lock_(mode == SqliteDatabase::Mode::create ? std::make_unique<ResultStoreLock>(lock_file(directory_))
+                                                 : nullptr),
       database_(std::make_unique<SqliteDatabase>(directory_ / kFileName, mode)) {}
 
 ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
@@ -87,6 +90,17 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
   return store;
 }
 
+void ResultStore::discard(const std::filesystem::path& directory) {
+  std::error_code error;
+  if (!std::filesystem::exists(directory / kFileName, error)) return;
+  const ResultStoreLock lock(lock_file(directory));
+  for (const char* suffix : {"", "-wal", "-shm"}) {
+    const std::filesystem::path file = directory / (std::string(kFileName) + suffix);
+    std::filesystem::remove(file, error);
+    if (error) throw StoreError(fmt::format("{}: cannot be removed ({})", file.string(), error.message()));
+  }
+}
+
 ResultStore ResultStore::open_to_read(const std::filesystem::path& directory) {
   std::error_code error;
   if (!std::filesystem::exists(directory / kFileName, error)) {
@@ -102,7 +116,7 @@ ResultStore ResultStore::open_to_read(const std::filesystem::path& directory) {
 }
 
 ResultStore::~ResultStore() {
-  if (!database_ || failed_) return;
+  if (!database_ || !failure_.empty()) return;
   try {
     commit();
   } catch (const StoreError&) {  // a destructor cannot report it: commit() is there for who wants to know
@@ -127,7 +141,8 @@ void ResultStore::check_kind() const {
     throw StoreError(fmt::format("{}: was written by a newer version (layout {}, this one knows up to {})",
                                  file, schema, kSchema));
   }
-  const std::string state = database_->text("PRAGMA integrity_check(1)");
+  std::string state = database_->text("PRAGMA integrity_check(1)");
+  std::ranges::replace(state, '\n', ' ');  // a heading, and what it heads
   if (state != "ok") throw StoreError(fmt::format("{}: is damaged ({})", file, state));
 }
 
@@ -194,6 +209,7 @@ std::optional<std::string> ResultStore::configuration(std::string_view id) const
 
 bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payload) {
   check_key(key);
+  require_no_failure();  // a write that fails takes its whole transaction with it, configurations included
   if (const auto stored = get_chunk(key)) {
     if (std::equal(stored->begin(), stored->end(), payload.begin(), payload.end())) return false;
     throw StoreError(
@@ -246,31 +262,35 @@ std::vector<ChunkKey> ResultStore::chunks(std::string_view configuration) const 
   return keys;
 }
 
-void ResultStore::begin() {
-  if (!lock_) throw StoreError(fmt::format("{}: was opened to read", directory_.string()));
-  if (failed_) throw StoreError(fmt::format("{}: takes no more since a write failed", directory_.string()));
-  if (!database_->in_transaction()) database_->execute("BEGIN IMMEDIATE");
+void ResultStore::require_no_failure() const {
+  if (failure_.empty()) return;
+  throw StoreError(fmt::format("{}: takes no more since a write failed ({})", directory_.string(), failure_));
+}
+
+template <class Work>
+void ResultStore::or_fail(Work work) {
+  try {
+    work();
+  } catch (const StoreError& error) {
+    failure_ = error.what();
+    throw;
+  }
 }
 
 template <class Work>
 void ResultStore::write(Work work) {
-  begin();
-  try {
-    work();
-  } catch (const StoreError&) {
-    failed_ = true;
-    throw;
-  }
+  if (!lock_) throw StoreError(fmt::format("{}: was opened to read", directory_.string()));
+  require_no_failure();
+  if (!database_->in_transaction()) database_->execute("BEGIN IMMEDIATE");
+  or_fail(work);
 }
 
 void ResultStore::commit() {
-  if (!database_->in_transaction()) return;
-  try {
-    database_->execute("COMMIT");
-  } catch (const StoreError&) {
-    failed_ = true;
-    throw;
-  }
+  if (!lock_) return;
+  or_fail([&] {
+    if (database_->in_transaction()) database_->execute("COMMIT");
+    database_->require_in_place();
+  });
   last_commit_ = std::chrono::steady_clock::now();
 }
 

@@ -35,10 +35,16 @@ struct ChunkKey {
 /// once. All members throw StoreError.
 class ResultStore {
  public:
+  static constexpr double kMostChunkBytes = 1e9 - 1000;  ///< SQLite takes a row of 10^9 bytes
+
   /// Opens the store of a directory to write, making both where missing. `tool_version` is kept in a new
   /// store. Refuses a file that is no store, is damaged, or comes from a newer version, and touches none of
   /// them.
   static ResultStore open_to_write(const std::filesystem::path& directory, std::string_view tool_version);
+
+  /// Removes the store of a directory, if there is one, of whatever kind or state; refused while another
+  /// process writes to it.
+  static void discard(const std::filesystem::path& directory);
 
   /// Opens an existing store to read, also in a directory that cannot be written to.
   static ResultStore open_to_read(const std::filesystem::path& directory);
@@ -78,7 +84,7 @@ class ResultStore {
   /// The keys of all chunks of a configuration, ascending by first run and count.
   std::vector<ChunkKey> chunks(std::string_view configuration) const;
 
-  /// Makes everything put so far permanent.
+  /// Makes everything put so far permanent. Throws where the file was moved or removed meanwhile.
   void commit();
 
   struct MergeCount {
@@ -96,16 +102,18 @@ class ResultStore {
   void check_kind() const;
   std::string meta(std::string_view name) const;
   void set_meta(std::string_view name, std::string_view value);
-  void begin();
+  void require_no_failure() const;
   bool add_chunk(const ChunkKey& key, std::span<const std::byte> payload);
   template <class Work>
   void write(Work work);
+  template <class Work>
+  void or_fail(Work work);
 
   std::filesystem::path directory_;
   std::unique_ptr<ResultStoreLock> lock_;  ///< none when reading; outlives the database
   std::unique_ptr<SqliteDatabase> database_;
   std::chrono::steady_clock::time_point last_commit_{};
-  bool failed_ = false;  ///< a write failed: what was not committed is gone, and nothing more is taken
+  std::string failure_;  ///< why a write failed: what was not committed is gone, and nothing more is taken
 };
 
 }  // namespace credence

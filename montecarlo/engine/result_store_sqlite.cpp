@@ -10,8 +10,9 @@
 namespace credence {
 namespace {
 
-/// How long to wait for another program that looks at the file.
-constexpr int kBusyMilliseconds = 300;
+/// How long to wait for another program that writes to the file, a browser of databases or a backup: long,
+/// since what it holds up may be days of work.
+constexpr int kBusyMilliseconds = 30'000;
 
 std::string uri(const std::filesystem::path& file) {
   std::string text = "file:";
@@ -145,6 +146,14 @@ std::string SqliteDatabase::text(std::string_view sql) const {
 }
 
 bool SqliteDatabase::in_transaction() const { return sqlite3_get_autocommit(handle_.get()) == 0; }
+
+void SqliteDatabase::require_in_place() const {
+  int moved = 0;
+  sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
+  if (moved == 0) return;
+  throw StoreError(
+      fmt::format("{}: was moved or removed while results were written to it; they are not there", file_));
+}
 
 void SqliteDatabase::fail(int code) const {
   throw StoreError(fmt::format("{}: {}", file_, explain(handle_.get(), code)));

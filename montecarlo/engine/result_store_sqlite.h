@@ -62,6 +62,9 @@ class SqliteDatabase {
   std::string text(std::string_view sql) const;
   bool in_transaction() const;
 
+  /// Throws where the file is no longer found under its name.
+  void require_in_place() const;
+
   /// Throws the StoreError of the result code that SQLite returned.
   [[noreturn]] void fail(int code) const;
 

@@ -11,6 +11,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "stored chunks are little-endian");
 constexpr std::uint32_t kFormat = 2;
+constexpr std::size_t kStepSize = sizeof(Moments) * static_cast<std::size_t>(Quantity::count_) + 16;
+constexpr std::size_t kFailureSize = 20;
 
 class Writer {
  public:
@@ -138,6 +140,13 @@ std::vector<double> StudyStatistics::dofs(Quantity quantity) const {
   return result;
 }
 
+double most_stored_bytes(std::int64_t steps, std::int64_t runs) {
+  constexpr double kHead = sizeof(kFormat) + sizeof(std::int64_t) + 2 * sizeof(std::uint64_t);
+  constexpr double kAverages = 2 * (5 * sizeof(double) + sizeof(std::uint64_t));
+  constexpr double kOfARun = kFailureSize + 2 * sizeof(double);
+  return kHead + kAverages + static_cast<double>(steps) * kStepSize + static_cast<double>(runs) * kOfARun;
+}
+
 std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
   Writer w;
   w.put(kFormat);
@@ -160,8 +169,6 @@ std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
 }
 
 StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
-  constexpr std::size_t kStepSize = sizeof(Moments) * static_cast<std::size_t>(Quantity::count_) + 16;
-  constexpr std::size_t kFailureSize = 20;
   Reader r(bytes);
   if (r.get<std::uint32_t>() != kFormat) throw std::runtime_error("a stored chunk has another format");
   StudyStatistics s;

@@ -86,6 +86,9 @@ struct StudyStatistics {
   bool operator==(const StudyStatistics&) const = default;
 };
 
+/// Bytes that a result store needs for a chunk of so many steps, at most.
+double most_stored_bytes(std::int64_t steps, std::int64_t runs);
+
 /// The bytes that a result store keeps; little-endian, exact.
 std::vector<std::byte> to_bytes(const StudyStatistics& statistics);
 

@@ -166,7 +166,20 @@ std::string_view line_text(std::string_view text, std::size_t line) {
   return text.substr(0, text.find_first_of("\r\n"));
 }
 
+/// Each dot of a key is a table in a table, and toml++ as well as its destructors call themselves for each:
+/// keys of tens of thousands of dots end in a stack overflow.
+bool nests_too_deep(std::string_view text) {
+  constexpr int kMostDots = 1000;
+  int dots = 0;
+  for (const char c : text) {
+    if (c == '.' && ++dots > kMostDots) return true;
+    if (std::string_view("=[]{},\n").find(c) != std::string_view::npos) dots = 0;
+  }
+  return false;
+}
+
 toml::table parse_toml(std::string_view text, const std::string& file) {
+  if (nests_too_deep(text)) throw ScenarioError(fmt::format("{}: has a key of more than 1000 dots", file));
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {
@@ -179,7 +192,7 @@ toml::table parse_toml(std::string_view text, const std::string& file) {
 
 /// A TOML value, or else the text itself as a string.
 SettingValue override_value(const std::string& text) {
-  if (text.find_first_of("\r\n") == std::string::npos) {
+  if (text.find_first_of("\r\n") == std::string::npos && !nests_too_deep(text)) {
     try {
       const toml::table table = toml::parse("value = " + text);
       if (table.size() == 1) return setting_value(*table.get("value"));

@@ -140,16 +140,20 @@ SweepPlan plan_sweep(const ScenarioDocument& document) {
   Options options;
   std::vector<Axis> axes;
   for (const Setting& setting : document.sweep) {
-    if (setting.section.empty()) {
-      read_option(setting, options);
-    } else {
-      axes.push_back(make_axis(setting, document.settings));
-    }
+    if (setting.section.empty()) read_option(setting, options);
+  }
+  double count = 1.0;
+  for (const Setting& setting : document.sweep) {
+    if (setting.section.empty()) continue;
+    Axis& axis = axes.emplace_back(make_axis(setting, document.settings));
+    if (options.mode != SweepMode::grid) continue;
+    sort_values(axis);
+    count *= static_cast<double>(axis.values.size());
+    check_count(count, document.file);  // before the next list is made
   }
   std::sort(axes.begin(), axes.end(), [](const Axis& a, const Axis& b) { return a.key < b.key; });
-  if (options.mode == SweepMode::grid) std::for_each(axes.begin(), axes.end(), sort_values);
   const std::vector<AxisIndices> points =
-      options.mode == SweepMode::grid ? grid_points(axes, document.file) : zip_points(axes);
+      options.mode == SweepMode::grid ? grid_points(axes) : zip_points(axes);
 
   SweepPlan plan{document.name, options.mode, options.skip_impossible, {}, {}, 0, 0};
   for (const Axis& axis : axes) plan.axes.push_back({axis.key->path(), {}});

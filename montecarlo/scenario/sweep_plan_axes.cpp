@@ -45,14 +45,14 @@ std::string value_place(const Setting& setting, const ScalarValue& value) {
   return fmt::format("{}, value {}", setting.place, value_text(value));
 }
 
+}  // namespace
+
 void check_count(double count, const std::string& file) {
   if (count > static_cast<double>(kLargestSweep)) {
-    throw ScenarioError(
-        fmt::format("{}: [sweep] has {:.0f} points; at most {} are accepted", file, count, kLargestSweep));
+    throw ScenarioError(fmt::format("{}: [sweep] has {:.0f} points or more; at most {} are accepted", file,
+                                    count, kLargestSweep));
   }
 }
-
-}  // namespace
 
 Axis make_axis(const Setting& setting, std::span<const Setting> settings) {
   Axis axis{find_scenario_key(setting.section, setting.key), setting.place, {}};
@@ -85,13 +85,12 @@ void sort_values(Axis& axis) {
   axis.values.erase(last, axis.values.end());
 }
 
-std::vector<AxisIndices> grid_points(const std::vector<Axis>& axes, const std::string& file) {
-  double count = 1.0;
-  for (const Axis& axis : axes) count *= static_cast<double>(axis.values.size());
-  check_count(count, file);
+std::vector<AxisIndices> grid_points(const std::vector<Axis>& axes) {
+  std::size_t count = 1;
+  for (const Axis& axis : axes) count *= axis.values.size();
   std::vector<AxisIndices> points;
   AxisIndices point(axes.size(), 0);
-  for (auto left = static_cast<std::size_t>(count); left > 0; --left) {
+  for (std::size_t left = count; left > 0; --left) {
     points.push_back(point);
     for (std::size_t a = axes.size(); a-- > 0;) {
       if (++point[a] < axes[a].values.size()) break;

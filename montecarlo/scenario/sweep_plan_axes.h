@@ -38,8 +38,11 @@ Axis make_axis(const Setting& entry, std::span<const Setting> settings);
 /// Ascending, each value once.
 void sort_values(Axis& axis);
 
-/// All combinations, the last axis fastest; `file` is for the message of more than kLargestSweep points.
-std::vector<AxisIndices> grid_points(const std::vector<Axis>& axes, const std::string& file);
+/// Throws ScenarioError for more than kLargestSweep points; `file` is for the message.
+void check_count(double count, const std::string& file);
+
+/// All combinations, the last axis fastest.
+std::vector<AxisIndices> grid_points(const std::vector<Axis>& axes);
 
 /// The first values of all axes, the second, …, sorted by value. Throws ScenarioError for axes of different
 /// lengths.

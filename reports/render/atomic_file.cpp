@@ -12,9 +12,20 @@ namespace credence {
 namespace {
 
 // Threads of one process and several processes may write into one folder.
+// A process that was killed may have left a file of any number, and this one may have got its process number;
+// the target's name may be as long as names can be.
 std::filesystem::path temporary_beside(const std::filesystem::path& target) {
   static std::atomic<unsigned> count{0};
-  return target.parent_path() / fmt::format(".{}.{}.{}.tmp", target.filename().string(), getpid(), count++);
+  return target.parent_path() / fmt::format(".credence.{}.{}.tmp", getpid(), count++);
+}
+
+/// Else a loss of power may undo the rename; where a folder cannot be synchronised there is nothing to be
+/// done.
+void sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  close(descriptor);
 }
 
 }  // namespace
@@ -31,8 +42,10 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target) {
     const auto resolved = std::filesystem::canonical(target, error);
     if (!error) target_ = resolved;
   }
-  temporary_ = temporary_beside(target_);
-  descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  do {
+    temporary_ = temporary_beside(target_);
+    descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  } while (descriptor_ < 0 && errno == EEXIST);
   if (descriptor_ < 0) fail(errno);
 }
 
@@ -55,6 +68,7 @@ void AtomicFile::commit() {
   if (fsync(descriptor_) != 0) fail(errno);
   if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   close(descriptor_);
+  sync_folder(target_.parent_path());
   descriptor_ = -1;
 }
 

@@ -21,6 +21,29 @@ namespace fs = std::filesystem;
 
 class CheckCommand : public CommandTest {};
 
+TEST_F(CheckCommand, AFileThatIsNamedTwiceIsRefused) {
+  fs::create_directories(folder_ / "logs");
+  write("logs/a.csv", "innovation.1,S.1.1\n0.5,1\n-0.5,1\n");
+  for (const auto& twice : {std::vector<std::string>{"logs/a.csv", "logs/../logs/a.csv"},
+                            std::vector<std::string>{"logs", "logs/a.csv"}}) {
+    const Finished f = run({"check", twice[0], twice[1]});
+    EXPECT_EQ(f.code, 2);
+    EXPECT_NE(f.err.find("a.csv: is named twice"), std::string::npos) << f.err;
+  }
+}
+
+TEST_F(CheckCommand, AnInterruptionIsHeardWithinAFile) {
+  std::string text = "innovation.1,S.1.1\n";
+  for (int i = 0; i < 3'000'000; ++i) text += "0.5,1\n";
+  write("a.csv", text);
+  const pid_t child = start({"check", "a.csv"});
+  wait_until_caught(child);
+  kill(child, SIGINT);
+  const Finished f = finish(child);
+  EXPECT_EQ(f.code, 130);
+  EXPECT_NE(f.err.find("interrupted before the first rows"), std::string::npos) << f.err;
+}
+
 // 150 runs: three chunks.
 const std::string kLine =
     "[world]\nmodel = \"monobot\"\nlandmarks = 2\n[filter]\ninflation = \"map\"\n[study]\nruns = 150\nsteps "

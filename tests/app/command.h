@@ -5,9 +5,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/paths.h"
@@ -55,6 +61,23 @@ class CommandTest : public ::testing::Test {
     const Finished f = run(arguments);
     EXPECT_EQ(f.code, code) << f.err;
     return Json::parse(f.out);
+  }
+
+  static void wait_for(const std::function<bool()>& ready) {
+    for (int i = 0; i < 60000 && !ready(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+
+  /// Until the process catches SIGINT, as soon as it has something to save.
+  static void wait_until_caught(pid_t child) {
+    wait_for([&] {
+      std::ifstream status("/proc/" + std::to_string(child) + "/status");
+      for (std::string line; std::getline(status, line);) {
+        if (line.starts_with("SigCgt:")) {
+          return (std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1U) != 0;
+        }
+      }
+      return true;  // it has ended
+    });
   }
 
   std::filesystem::path write(const std::filesystem::path& name, const std::string& text) const {

@@ -59,6 +59,15 @@ TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
   EXPECT_NE(read("page/index.html").find("Stability of figure3_two_landmarks"), std::string::npos);
 }
 
+TEST_F(StabilityCommand, RefusesWhatCannotBeFollowedNamingFileAndKey) {
+  const std::string file = scenario("planar_stability");
+  for (const char* setting : {"world.dt=7e10", "world.path_radius=1e20"}) {
+    const Finished f = run({"stability", file, "--set", setting});
+    EXPECT_EQ(f.code, 2) << setting;
+    EXPECT_NE(f.err.find(file + ": world.path_radius"), std::string::npos) << f.err;
+  }
+}
+
 TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
   const Finished f = run({"stability", scenario("planar_stability"), "--set", "world.landmarks=4", "--loops",
                           "6", "--format", "json", "--out", "plane", "--quiet"});

@@ -1,11 +1,16 @@
 #include "core/parallel_tasks.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <atomic>
+#include <cstdlib>
 #include <mutex>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "core/stop_point.h"
 
 namespace credence {
 namespace {
@@ -46,6 +51,35 @@ TEST(ParallelTasks, NoFurtherOneIsBegunOnceStopped) {
   EXPECT_LT(done, 1000);
 }
 
+TEST(ParallelTasks, AreEndedAtAStopPointOnceStopped) {
+  std::atomic<bool> stop = false;
+  std::atomic<int> begun = 0, ended = 0;
+  for_each_task(10, 2, &stop, [&](std::int64_t) {
+    if (++begun == 1) {
+      stop_point();  // nothing yet
+      stop = true;
+    }
+    for (int i = 0; i < 2'000'000'000; ++i) stop_point();
+    ++ended;
+  });
+  EXPECT_GE(begun, 1);
+  EXPECT_LE(begun, 2);
+  EXPECT_EQ(ended, 0);
+}
+
+TEST(ParallelTasks, AStopPointAsksTheInnermostFlag) {
+  const std::atomic<bool> set = true, clear = false;
+  stop_point();  // outside of any
+  const StopScope outer(&set);
+  {
+    const StopScope inner(&clear);
+    stop_point();
+    const StopScope none(nullptr);
+    stop_point();
+  }
+  EXPECT_THROW(stop_point(), Stopped);
+}
+
 TEST(ParallelTasks, ThrowTheExceptionOfTheLowestTask) {
   std::atomic<std::int64_t> done = 0;
   try {
@@ -59,6 +93,21 @@ TEST(ParallelTasks, ThrowTheExceptionOfTheLowestTask) {
   }
   EXPECT_LT(done, 1000);
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these take all addresses
+// A limit of the memory stands for that of the threads, which does not hold for every user.
+TEST(ParallelTasks, FewerThreadsThanWishedAreEnough) {
+  const auto under_a_limit = [] {
+    const rlimit limit{rlim_t{1} << 30, rlim_t{1} << 30};
+    setrlimit(RLIMIT_AS, &limit);
+    std::atomic<int> done = 0;
+    for_each_task(5000, 4096, nullptr, [&](std::int64_t) { ++done; });
+    std::_Exit(done == 5000 ? 0 : 1);
+  };
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(under_a_limit(), testing::ExitedWithCode(0), "");
+}
+#endif
 
 TEST(ParallelTasks, ZeroThreadsAreOneForEachProcessor) {
   EXPECT_GE(thread_count(0), 1);

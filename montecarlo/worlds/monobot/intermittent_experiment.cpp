@@ -6,6 +6,7 @@
 #include "core/filters/linear_filter.h"
 #include "core/linear_algebra/psd_root.h"
 #include "core/nan.h"
+#include "core/stop_point.h"
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/worlds/monobot/linear_world.h"
 #include "montecarlo/worlds/slam_layout.h"
@@ -44,6 +45,7 @@ class IntermittentExperiment::Run {
 
   /// Step k from 1 on; good for `now` where the outcome is ok.
   Outcome step(Index k) {
+    stop_point();
     using Normals = Eigen::Map<const Vector>;
     const Vector v = noise_input_ * Normals(process_.at(k), noise_input_.cols());
     const Vector w = measurement_root_ * Normals(measurement_.at(k), measurement_root_.cols());
@@ -55,7 +57,7 @@ class IntermittentExperiment::Run {
     now_.z(rows_) = truth_.H(rows_, Eigen::all) * now_.truth + w(rows_);
     Innovation& innovation = now_.innovations.front();
     innovation = {truth_.H(rows_, Eigen::all) * error_ + w(rows_), filter.S};
-    now_.K = Matrix::Zero(error_.size(), w.size());
+    now_.K = Matrix::Constant(error_.size(), w.size(), filter.ok ? 0.0 : kNaN);
     if (!filter.ok) return Outcome::not_positive_definite;
     now_.K(Eigen::all, rows_) = filter.K;
     error_ -= filter.K * innovation.nu;
@@ -69,9 +71,12 @@ class IntermittentExperiment::Run {
   const TraceStep& now() const { return now_; }
   const LinearFilterStep& filter() const { return filter_.last(); }
 
-  /// Takes error, covariance and statistics from the first lane, with the same measurements.
+  /// Takes error, covariance and statistics from the first lane, with the same measurements. Where the
+  /// matrices lost S to rounding, which the lanes with one measurement at a time may not, they go on from the
+  /// lane's P.
   void take(const IntermittentLanes& lanes) {
     error_ = lanes.error(0);
+    if (!filter().ok || !filter().P.allFinite()) filter_.reset(lanes.covariance(0));
     judge(lanes.covariance(0), lanes.value(kNeesValue, 0), error_.size(), lanes.value(kNisValue, 0),
           static_cast<Index>(rows_.size()));
   }
@@ -151,6 +156,7 @@ void IntermittentExperiment::add_lanes(std::int64_t first_run, std::int64_t runs
   for (std::int64_t r = 0; r < runs; r += IntermittentLanes::kLanes) {
     lanes.start(first_run + r, static_cast<int>(std::min<std::int64_t>(IntermittentLanes::kLanes, runs - r)));
     for (Index done = 0; done < steps_;) {
+      stop_point();
       done += lanes.advance(steps_ - done);
       lanes.add_to(statistics);
     }

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "core/filters/block_map_ekf_slam.h"
+#include "core/stop_point.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/worlds/planar/arrow_statistics.h"
 #include "montecarlo/worlds/planar/planar_drive.h"
@@ -77,6 +78,7 @@ class PlanarExperiment final : public Experiment {
     }
 
     Outcome step(std::size_t k) {
+      stop_point();
       drive_.move(k);
       filter_.predict(e_.world_.controls[k - 1]);
       step_.update = filter_.update(drive_.observe(k));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/stop_point.h"
 #include "montecarlo/worlds/planar/state_error.h"
 
 namespace credence {
@@ -28,6 +29,7 @@ class PlanarLanesExperiment::Batch {
   }
 
   void step(std::size_t k) {
+    stop_point();
     std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
     std::array<Pose, PlanarLanes::kLanes> truth;
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string>
 
 #include "analysis/stability/planar_path.h"
 
@@ -54,6 +55,24 @@ TEST(PlanarStability, RanksAtTheTruthAndAtTheEstimate) {
       EXPECT_EQ(a.truth.unobservable[0].substr(0, 25), "rotation about the anchor");
     }
     EXPECT_EQ(a.process_rank, 3);  // the vehicle alone
+  }
+}
+
+TEST(PlanarStability, RefusesALoopThatIsNoneOrHasNoEnd) {
+  struct {
+    double path_radius, dt;
+  } const cases[] = {{10.0, 7e10}, {1e20, 1.0}, {1e8, 1.0}, {10.0, 1e-300}};
+  for (const auto& c : cases) {
+    Scenario s = planar(3, 0, FilterInflation::none);
+    s.world.path_radius = c.path_radius;
+    s.world.dt = c.dt;
+    try {
+      analyse_planar_stability(s, 4);
+      ADD_FAILURE() << c.path_radius << " " << c.dt;
+    } catch (const std::invalid_argument& error) {
+      for (const char* key : {"world.path_radius", "world.speed", "world.dt"})
+        EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
+    }
   }
 }
 

@@ -73,8 +73,8 @@ TEST_F(FilterLog, TakesSeveralSensorsOfVaryingDimension) {
       write("innovation.gps.1,innovation.gps.2,S.gps.1.1,S.gps.1.2,S.gps.2.2,innovation.odo.1,S.odo.1.1\n"
             "1,2,3,0.5,4,,\n,2,,,4,7,8\n"));
   EXPECT_FALSE(reader.layout().has_truth);
-  EXPECT_EQ(reader.layout().sensors,
-            (std::vector<Sensor>{{.name = "gps", .dim = 2, .piece = 2}, {.name = "odo", .dim = 1, .piece = 1}}));
+  EXPECT_EQ(reader.layout().sensors, (std::vector<Sensor>{{.name = "gps", .dim = 2, .piece = 2},
+                                                          {.name = "odo", .dim = 1, .piece = 1}}));
   Step row;
   ASSERT_TRUE(reader.next(row));
   EXPECT_EQ(row.innovations[0].nu.size(), 2);
@@ -127,6 +127,8 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {kHeader + row + row, "log.csv:3: step 1 does not increase"},
       {kHeader + "0,2,3,2,3,4,0,9,0,2\n", "step 0: accepted are whole numbers"},
       {kHeader + "1e12,2,3,2,3,4,0,9,0,2\n", "accepted are whole numbers from 1 to 10000000"},
+      {kHeader + "10000000,2,3,2,3,4,0,9,0,2\n", "log.csv:2: step 10000000 with 0 rows before it"},
+      {kHeader + row + "100101,2,3,2,3,4,0,9,0,2\n", "log.csv:3: step 100101 with 1 rows before it"},
       {kHeader + ",2,3,2,3,4,0,9,0,2\n", "column step is blank"},
       {kHeader + "1,2,3,2,3,4,,9,0,2\n", "column P.1.2 is blank"},
       {kHeader + "1,2,3,2,3,4,0,9,0,\n", "column S.1.1 is blank"},
@@ -145,6 +147,7 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
     EXPECT_NE(error(text).find(expected), std::string::npos)
         << "expected " << expected << "\ngot " << error(text);
   }
+  EXPECT_EQ(error(kHeader + row + "100100,2,3,2,3,4,0,9,0,2\n"), "no error") << "steps may be left out";
   EXPECT_THROW(FilterLogReader(folder_.path() / "absent.csv"), DataError);
   EXPECT_THROW(FilterLogReader(folder_.path()), DataError);
 }

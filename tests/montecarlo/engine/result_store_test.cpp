@@ -13,6 +13,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "montecarlo/scenario/scenario_difference.h"
@@ -192,21 +193,82 @@ TEST(ResultStore, OneProcessWritesWhileOthersRead) {
   EXPECT_EQ(reader.chunks("c1").size(), 3U) << "a reader follows";
 }
 
+/// The write lock of a database, held by another program.
+class ForeignWriter {
+ public:
+  explicit ForeignWriter(const std::filesystem::path& file) {
+    EXPECT_EQ(sqlite3_open(file.c_str(), &database_), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(database_, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  }
+  ~ForeignWriter() { sqlite3_close(database_); }
+  ForeignWriter(const ForeignWriter&) = delete;
+  ForeignWriter& operator=(const ForeignWriter&) = delete;
+
+ private:
+  sqlite3* database_ = nullptr;
+};
+
 TEST(ResultStore, SaysThatAnotherProgramHoldsTheFile) {
   const ScratchDirectory scratch;
   { filled(scratch / "a", 0, 1); }
-  sqlite3* other = nullptr;
-  ASSERT_EQ(sqlite3_open(scratch.database("a").c_str(), &other), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  const SqliteDatabase database(scratch.database("a"), SqliteDatabase::Mode::create);
+  database.execute("PRAGMA busy_timeout = 1");
+  const ForeignWriter other(scratch.database("a"));
+  EXPECT_THAT(said_by([&] { database.execute("BEGIN IMMEDIATE"); }), HasSubstr("locked by another process"));
+}
+
+TEST(ResultStore, WaitsForAnotherProgramThatHoldsTheFile) {
+  const ScratchDirectory scratch;
   {
-    ResultStore store = ResultStore::open_to_write(scratch / "a", kVersion);
-    EXPECT_THAT(said_by([&] { store.put_chunk(chunk(1), payload(1)); }),
-                HasSubstr("locked by another process"));
-    sqlite3_exec(other, "ROLLBACK", nullptr, nullptr, nullptr);
-    sqlite3_close(other);
+    ResultStore store = filled(scratch / "a", 0, 1);
+    auto other = std::make_optional<ForeignWriter>(scratch.database("a"));
+    std::jthread release([&] {
+      usleep(1'000'000);
+      other.reset();
+    });
     store.put_chunk(chunk(1), payload(1));
   }
   EXPECT_EQ(ResultStore::open_to_read(scratch / "a").chunks("c1").size(), 2U);
+}
+
+TEST(ResultStore, IsNotDiscardedWhileAProcessWritesToIt) {
+  const ScratchDirectory scratch;
+  {
+    ResultStore writer = filled(scratch / "a", 0, 2);
+    EXPECT_THAT(said_by([&] { ResultStore::discard(scratch / "a"); }), HasSubstr("is writing there"));
+    writer.put_chunk(chunk(2), payload(2));
+  }
+  EXPECT_EQ(ResultStore::open_to_read(scratch / "a").chunks("c1").size(), 3U);
+  ResultStore::discard(scratch / "a");
+  EXPECT_FALSE(std::filesystem::exists(scratch.database("a")));
+  ResultStore::discard(scratch / "a");  // and where there is none
+  ResultStore::discard(scratch / "nowhere");
+}
+
+TEST(ResultStore, SaysThatItWasTakenAway) {
+  const ScratchDirectory scratch;
+  const auto take_away = [&](const std::function<void()>& action) {
+    ResultStore store = filled(scratch / "a", 0, 2);
+    action();
+    const std::string said = said_by([&] {
+      store.put_chunk(chunk(2), payload(2));
+      store.commit();
+    });
+    std::filesystem::remove_all(scratch / "a");
+    return said;
+  };
+  EXPECT_THAT(take_away([&] { std::filesystem::remove(scratch.database("a")); }),
+              AllOf(HasSubstr("results.sqlite"), HasSubstr("moved or removed")));
+  EXPECT_THAT(take_away([&] { std::filesystem::rename(scratch / "a", scratch / "b"); }),
+              HasSubstr("moved or removed"));
+  EXPECT_EQ(ResultStore::open_to_read(scratch / "b").chunks("c1").size(), 3U)
+      << "it went where the file went";
+  EXPECT_THAT(take_away([&] {
+                std::filesystem::remove_all(scratch / "a");
+                filled(scratch / "a", 0, 1);
+              }),
+              HasSubstr("moved or removed"))
+      << "another store in its place";
 }
 
 TEST(ResultStore, AStoreOpenedToReadTakesNothing) {
@@ -335,6 +397,27 @@ TEST(ResultStore, SaysThatTheDiskIsFull) {
   const std::string said = said_by(
       [&] { SqliteStatement(database, "INSERT INTO t VALUES(?)").bind(1, payload(0, 50'000)).run(); });
   EXPECT_THAT(said, AllOf(HasSubstr("results.sqlite"), HasSubstr("the disk is full")));
+}
+
+// SQLite rolls the whole transaction back, and with it configurations that were put before.
+TEST(ResultStore, EveryLaterWriteTellsWhyTheFirstFailed) {
+  const ScratchDirectory scratch;
+  const int told = killed_after(1'000'000, [&](const std::function<void()>& report) {
+    ResultStore store = ResultStore::open_to_write(scratch / "a", kVersion);
+    store.require_same_scenario(scenario_text());
+    store.put_configuration("c1", "text of c1");
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{100'000, 100'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const std::string first = said_by([&] {
+      store.put_chunk(chunk(1), payload(1, 1'000'000));
+      store.commit();
+    });
+    if (first.find("results.sqlite: ") == std::string::npos) return;
+    const std::string second = said_by([&] { store.put_chunk(chunk(2), payload(2)); });
+    if (second.find(first) != std::string::npos) report();
+  });
+  EXPECT_EQ(told, 1);
 }
 
 TEST(ResultStore, FindsDamage) {

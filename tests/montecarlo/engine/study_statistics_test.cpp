@@ -47,6 +47,8 @@ TEST(Moments, MergingIsAddingAllValues) {
 TEST(StudyStatistics, BytesReadBackToTheSame) {
   const StudyStatistics s = sample(1, 10);
   EXPECT_EQ(statistics_from_bytes(to_bytes(s)), s);
+  EXPECT_EQ(static_cast<double>(to_bytes(s).size()), most_stored_bytes(3, 1))
+      << "3 steps, one run that failed";
 }
 
 TEST(StudyStatistics, BytesThatAreCutOrChangedAreRefused) {

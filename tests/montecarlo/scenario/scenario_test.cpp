@@ -468,6 +468,20 @@ TEST(Scenario, HugeInputIsCutInMessages) {
   EXPECT_THAT(message(std::string(10'000, '[')), HasSubstr("broken TOML"));
 }
 
+// The parser and its tables call themselves for each dot: tens of thousands would overflow the stack.
+TEST(Scenario, KeysOfManyDotsAreRefused) {
+  std::string dots = "a";
+  for (int i = 0; i < 40'000; ++i) dots += ".a";
+  const std::string head = "[world]\nmodel = \"monobot\"\n";
+  for (const std::string& text : {"[sweep]\n" + dots + " = 1\n", "[" + dots + "]\nb = 1\n"}) {
+    EXPECT_THAT(message(head + text), HasSubstr("more than 1000 dots"));
+  }
+  EXPECT_NO_THROW(load_scenario_text(head + "# " + std::string(500, '.') + "\n", "x.toml"));
+  EXPECT_THROW(
+      load_scenario_text(head, "x.toml", std::vector<std::string>{"noise.process_variance={" + dots + "=1}"}),
+      ScenarioError);
+}
+
 TEST(Scenario, FilesThatCannotBeRead) {
   const auto said = [](const std::filesystem::path& path) {
     try {

@@ -56,6 +56,13 @@ std::vector<std::string> ids(const SweepPlan& sweep) {
   return result;
 }
 
+TEST(SweepPlan, SaysThatThereAreTooManyPointsBeforeAllListsAreMade) {
+  std::string sweep;
+  for (const char* key : {"process_variance", "measurement_variance", "initial_variance"})
+    sweep += std::string("noise.") + key + " = \"lin(1, 2, 1000000)\"\n";
+  EXPECT_THAT(plan_error(sweep), HasSubstr("1000000000000 points or more"));  // of two of the three
+}
+
 TEST(SweepList, ReadsNumbersWordsAndRanges) {
   EXPECT_THAT(numbers("3"), ElementsAre(3));
   EXPECT_THAT(numbers(" 1, 2.5 ,-4e1, +7"), ElementsAre(1, 2.5, -40, 7));

@@ -5,6 +5,9 @@
 #include <signal.h>
 #include <sys/resource.h>
 
+#include <climits>
+#include <string>
+
 #include "tests/temporary_folder.h"
 
 namespace credence {
@@ -52,6 +55,34 @@ TEST(AtomicFile, NamesThePathThatCannotBeWritten) {
   EXPECT_THAT(message_of_writing(folder.path()),
               AllOf(HasSubstr(folder.path().string()), HasSubstr("a directory")));
   EXPECT_THAT(message_of_writing(""), HasSubstr("cannot write ''"));
+}
+
+TEST(AtomicFile, IsNotStoppedByWhatAKilledProcessOfTheSameNumberLeft) {
+  const TemporaryFolder folder;
+  const auto temporary = [&] {  // the one that is there
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) return entry.path();
+    return std::filesystem::path();
+  };
+  std::string name;
+  {
+    const AtomicFile file(folder / "a.txt");
+    name = temporary().filename().string();
+  }
+  const std::size_t last = name.rfind('.'), before = name.rfind('.', last - 1);
+  const int number = std::stoi(name.substr(before + 1, last - before - 1));
+  for (int i = 1; i <= 3; ++i) {
+    folder.write(name.substr(0, before + 1) + std::to_string(number + i) + name.substr(last), "left");
+  }
+  write_file(folder / "a.txt", "text");
+  EXPECT_EQ(folder.read("a.txt"), "text");
+  EXPECT_EQ(folder.entries(), 4);
+}
+
+TEST(AtomicFile, WritesNamesAsLongAsTheyCanBe) {
+  const TemporaryFolder folder;
+  const std::string name(NAME_MAX, 'x');
+  write_file(folder / name, "text");
+  EXPECT_EQ(folder.read(name), "text");
 }
 
 TEST(AtomicFile, RefusesDevicesInsteadOfReplacingThem) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -112,6 +113,30 @@ class WideRun {
   const NoiseSource& source_;
   std::int64_t run_;
 };
+
+// A diffuse prior beside a small R: the Cholesky factor of S fails where one measurement at a time does not.
+TEST(IntermittentExperiment, AVisitGoesOnWhereTheMatricesLoseSAndTheLanesDoNot) {
+  Scenario s = monobot(3, 0, 0.5);
+  s.noise.initial_variance = 1e10;
+  s.noise.measurement_variance = 1e-6;
+  s.study.steps = 50;
+  const IntermittentExperiment experiment = experiment_of(s);
+  const StudyStatistics chunk = experiment.run_chunk(0, 64);
+  EXPECT_LT(chunk.failures.size(), 64U) << "the lanes must get through, else nothing is compared";
+  Index lost = 0;
+  for (std::int64_t run = 0; run < 64; ++run) {
+    const auto failure = std::ranges::find(chunk.failures, run, &RunFailure::run);
+    Index steps = -1;
+    const Outcome outcome = experiment.visit(run, [&](const TraceStep& step) {
+      ++steps;
+      lost += step.K.hasNaN() ? 1 : 0;
+      EXPECT_EQ(step.P.rows(), 4);
+    });
+    EXPECT_EQ(outcome, failure == chunk.failures.end() ? Outcome::ok : failure->outcome) << "run " << run;
+    EXPECT_EQ(steps, failure == chunk.failures.end() ? s.study.steps : failure->step) << "run " << run;
+  }
+  EXPECT_GT(lost, 0) << "S must have been lost, else this test tests nothing";
+}
 
 struct Case {
   std::string name;
