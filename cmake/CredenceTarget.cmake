@@ -10,7 +10,7 @@ target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE)
 
 set(CREDENCE_WARNINGS -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
 
-include(${CMAKE_CURRENT_LIST_DIR}/CredencePrecompiled.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/CredenceCompileTime.cmake)
 
 # credence_library(core DEPENDS ...): the static target of one folder, from all its sources.
 function(credence_library folder)
