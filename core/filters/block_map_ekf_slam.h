@@ -49,31 +49,14 @@ class BlockMapEkfSlam {
   }
 
   /// Starts with a pose of covariance P and an empty map.
-  void reset(const PoseVector& pose, const PoseMatrix& P) {
-    ArrowCovariance arrow(kPose, kLandmark);
-    arrow.set_vehicle(P);
-    reset(pose, std::move(arrow), {});
-  }
+  void reset(const PoseVector& pose, const PoseMatrix& P);
 
   /// Starts with a pose and the landmarks `ids` in the state already. Throws std::invalid_argument for sizes
   /// that do not match.
-  void reset(VectorRef x, ArrowCovariance P, std::span<const int> ids) {
-    const Index n = kPose + kLandmark * static_cast<Index>(ids.size());
-    if (x.size() != n || P.state_dim() != n || P.layout().vehicle != kPose ||
-        P.layout().landmark != kLandmark) {
-      throw std::invalid_argument(
-          "BlockMapEkfSlam::reset: x and P must have the size of the pose and the landmarks");
-    }
-    table_.reset(ids);
-    map_.reset(x, std::move(P));
-  }
+  void reset(VectorRef x, ArrowCovariance P, std::span<const int> ids);
 
   /// Time update: x_r ← f(x_r, u), P_rr ← F P_rr Fᵀ + G Q Gᵀ, P_rf ← F P_rf.
-  void predict(const ControlVector& u) {
-    const auto motion = model_.move(map_.pose(), u);
-    map_.set_pose(motion.pose);
-    map_.predict(motion.F, motion.G * Q_ * motion.G.transpose());
-  }
+  void predict(const ControlVector& u);
 
   /// Measurement update with all known landmarks and anchors, linearised at the prior, with the inflation
   /// after each scalar, and initialisation of the landmarks seen for the first time.
@@ -135,28 +118,7 @@ class BlockMapEkfSlam {
     Eigen::Matrix<double, kPose, kMeasurement> column;  ///< vehicle rows of P Hᵀ
   };
 
-  void linearise(std::span<const Observation<Model>> observations) {
-    rows_.clear();
-    scalars_.clear();
-    auto nus = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
-    const PoseVector x_r = pose();
-    for (const Observation<Model>& o : observations) {
-      const LandmarkVector* anchor = table_.anchor(o.landmark);
-      const Index column = anchor ? -1 : table_.column_of(o.landmark);
-      if (!anchor && column < 0) continue;
-      const Index j = column / kLandmark;  // its number in the state
-      const LandmarkVector l = anchor ? *anchor : map_.position(j);
-      const auto predicted = model_.predict(x_r, l);
-      const Eigen::Matrix<double, kMeasurement, 1> nu = model_.innovation(o.z, predicted.z);
-      nus.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) = nu;
-      Row& row = rows_.emplace_back();
-      row.measured = anchor ? -1 : map_.measure(j);
-      row.H_r = predicted.H_r;
-      row.H_l = predicted.H_l;
-      append_scalars(row, nu);
-    }
-    nu_.resize(kMeasurement * static_cast<Index>(rows_.size()));  // leaves the first of them as they are
-  }
+  void linearise(std::span<const Observation<Model>> observations);
 
   void append_scalars(const Row& row, Eigen::Matrix<double, kMeasurement, 1> nu) {
     auto H_r = row.H_r;
@@ -174,26 +136,7 @@ class BlockMapEkfSlam {
   }
 
   /// S of the batch at the prior, and its NIS.
-  bool judge(UpdateResult& result) {
-    const auto nu = nu_.vector();
-    auto S = S_.resize(nu.size(), nu.size());
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      Row& row = rows_[i];
-      row.column = map_.vehicle_covariance() * row.H_r.transpose();
-      if (row.measured >= 0) row.column += map_.measured(row.measured).cross * row.H_l.transpose();
-      for (std::size_t k = 0; k <= i; ++k) set_innovation_block(S, i, k);
-    }
-    auto root = S_root_.resize(nu.size(), nu.size());
-    root = S;
-    const Eigen::LLT<Eigen::Ref<Matrix>> llt(root);
-    if (llt.info() != Eigen::Success || !S.allFinite()) return false;
-    whitened_.resize(nu.size());
-    auto whitened = whitened_.vector();
-    whitened = nu;
-    llt.matrixL().solveInPlace(whitened);
-    result.nis = whitened.squaredNorm();
-    return true;
-  }
+  bool judge(UpdateResult& result);
 
   void set_innovation_block(Eigen::Map<Matrix>& S, std::size_t i, std::size_t k) const {
     const Row &row = rows_[i], &other = rows_[k];
@@ -210,26 +153,9 @@ class BlockMapEkfSlam {
   }
 
   /// K is of whitened innovations L⁻¹ν: from the right by L⁻¹.
-  void unwhiten_gain() {
-    for (Index c = 0; c < K_.cols(); c += kMeasurement) {
-      auto columns = K_.template middleCols<kMeasurement>(c);
-      root_.template triangularView<Eigen::Lower>().template solveInPlace<Eigen::OnTheRight>(columns);
-    }
-  }
+  void unwhiten_gain();
 
-  Index initialise(std::span<const Observation<Model>> observations) {
-    Index count = 0;
-    for (const Observation<Model>& o : observations) {
-      if (table_.is_known(o.landmark)) continue;
-      const auto placed = model_.place(pose(), o.z);
-      table_.append(o.landmark);
-      map_.append(placed.position, placed.J_r,
-                  placed.J_r * map_.vehicle_covariance() * placed.J_r.transpose() +
-                      placed.J_z * R_ * placed.J_z.transpose());
-      ++count;
-    }
-    return count;
-  }
+  Index initialise(std::span<const Observation<Model>> observations);
 
   Model model_;
   ControlMatrix Q_;
@@ -245,6 +171,102 @@ class BlockMapEkfSlam {
   MatrixBuffer nu_, S_, S_root_, whitened_;
   Matrix K_;
 };
+
+// Not in the class: what is defined there is inline, and compiled again wherever it is called.
+template <class Model>
+void BlockMapEkfSlam<Model>::reset(const PoseVector& pose, const PoseMatrix& P) {
+  ArrowCovariance arrow(kPose, kLandmark);
+  arrow.set_vehicle(P);
+  reset(pose, std::move(arrow), {});
+}
+
+template <class Model>
+void BlockMapEkfSlam<Model>::reset(VectorRef x, ArrowCovariance P, std::span<const int> ids) {
+  const Index n = kPose + kLandmark * static_cast<Index>(ids.size());
+  if (x.size() != n || P.state_dim() != n || P.layout().vehicle != kPose ||
+      P.layout().landmark != kLandmark) {
+    throw std::invalid_argument(
+        "BlockMapEkfSlam::reset: x and P must have the size of the pose and the landmarks");
+  }
+  table_.reset(ids);
+  map_.reset(x, std::move(P));
+}
+
+template <class Model>
+void BlockMapEkfSlam<Model>::predict(const ControlVector& u) {
+  const auto motion = model_.move(map_.pose(), u);
+  map_.set_pose(motion.pose);
+  map_.predict(motion.F, motion.G * Q_ * motion.G.transpose());
+}
+
+template <class Model>
+void BlockMapEkfSlam<Model>::linearise(std::span<const Observation<Model>> observations) {
+  rows_.clear();
+  scalars_.clear();
+  auto nus = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
+  const PoseVector x_r = pose();
+  for (const Observation<Model>& o : observations) {
+    const LandmarkVector* anchor = table_.anchor(o.landmark);
+    const Index column = anchor ? -1 : table_.column_of(o.landmark);
+    if (!anchor && column < 0) continue;
+    const Index j = column / kLandmark;  // its number in the state
+    const LandmarkVector l = anchor ? *anchor : map_.position(j);
+    const auto predicted = model_.predict(x_r, l);
+    const Eigen::Matrix<double, kMeasurement, 1> nu = model_.innovation(o.z, predicted.z);
+    nus.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) = nu;
+    Row& row = rows_.emplace_back();
+    row.measured = anchor ? -1 : map_.measure(j);
+    row.H_r = predicted.H_r;
+    row.H_l = predicted.H_l;
+    append_scalars(row, nu);
+  }
+  nu_.resize(kMeasurement * static_cast<Index>(rows_.size()));  // leaves the first of them as they are
+}
+
+template <class Model>
+bool BlockMapEkfSlam<Model>::judge(UpdateResult& result) {
+  const auto nu = nu_.vector();
+  auto S = S_.resize(nu.size(), nu.size());
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    Row& row = rows_[i];
+    row.column = map_.vehicle_covariance() * row.H_r.transpose();
+    if (row.measured >= 0) row.column += map_.measured(row.measured).cross * row.H_l.transpose();
+    for (std::size_t k = 0; k <= i; ++k) set_innovation_block(S, i, k);
+  }
+  auto root = S_root_.resize(nu.size(), nu.size());
+  root = S;
+  const Eigen::LLT<Eigen::Ref<Matrix>> llt(root);
+  if (llt.info() != Eigen::Success || !S.allFinite()) return false;
+  whitened_.resize(nu.size());
+  auto whitened = whitened_.vector();
+  whitened = nu;
+  llt.matrixL().solveInPlace(whitened);
+  result.nis = whitened.squaredNorm();
+  return true;
+}
+
+template <class Model>
+void BlockMapEkfSlam<Model>::unwhiten_gain() {
+  for (Index c = 0; c < K_.cols(); c += kMeasurement) {
+    auto columns = K_.template middleCols<kMeasurement>(c);
+    root_.template triangularView<Eigen::Lower>().template solveInPlace<Eigen::OnTheRight>(columns);
+  }
+}
+
+template <class Model>
+Index BlockMapEkfSlam<Model>::initialise(std::span<const Observation<Model>> observations) {
+  Index count = 0;
+  for (const Observation<Model>& o : observations) {
+    if (table_.is_known(o.landmark)) continue;
+    const auto placed = model_.place(pose(), o.z);
+    table_.append(o.landmark);
+    map_.append(placed.position, placed.J_r,
+                placed.J_r * map_.vehicle_covariance() * placed.J_r.transpose() +
+                    placed.J_z * R_ * placed.J_z.transpose());
+    ++count;
+  }
+  return count;
+}
 
 extern template class BlockMapEkfSlam<PlanarModel>;
 extern template class BlockMapEkfSlam<MonobotModel>;

@@ -60,41 +60,15 @@ class EkfSlam {
   }
 
   /// Starts with a pose of covariance P and an empty map.
-  void reset(const PoseVector& pose, const PoseMatrix& P) {
-    know({});
-    x_.resize(kPose);
-    x_.template head<kPose>() = pose;
-    P_.resize(kPose, kPose);
-    P_.template topLeftCorner<kPose, kPose>() = P;
-  }
+  void reset(const PoseVector& pose, const PoseMatrix& P);
 
   /// Starts with a pose and the landmarks `ids` in the state already: x is n, P n×n.
   ///
   /// Throws std::invalid_argument for sizes that do not match.
-  void reset(VectorRef x, MatrixRef P, std::span<const int> ids) {
-    const Index n = kPose + kLandmark * static_cast<Index>(ids.size());
-    if (x.size() != n || P.rows() != n || P.cols() != n) {
-      throw std::invalid_argument("EkfSlam::reset: x and P must have the size of the pose and the landmarks");
-    }
-    know(ids);
-    x_ = x;
-    P_ = P;
-  }
+  void reset(VectorRef x, MatrixRef P, std::span<const int> ids);
 
   /// Time update: x_r ← f(x_r, u), P_rr ← F P_rr Fᵀ + G Q Gᵀ, P_rf ← F P_rf.
-  void predict(const ControlVector& u) {
-    const auto motion = model_.move(x_.template head<kPose>(), u);
-    x_.template head<kPose>() = motion.pose;
-    const PoseMatrix P_rr = P_.template topLeftCorner<kPose, kPose>();
-    const PoseMatrix predicted =
-        motion.F * P_rr * motion.F.transpose() + motion.G * Q_ * motion.G.transpose();
-    P_.template topLeftCorner<kPose, kPose>() = 0.5 * (predicted + predicted.transpose());
-    for (Index j = kPose; j < P_.cols(); ++j) {
-      const PoseVector column = motion.F * P_.col(j).template head<kPose>();
-      P_.col(j).template head<kPose>() = column;
-      P_.row(j).template head<kPose>() = column.transpose();
-    }
-  }
+  void predict(const ControlVector& u);
 
   /// Inflation, measurement update with all known landmarks and anchors in one batch, and initialisation of
   /// the landmarks seen for the first time. A landmark must not appear twice in one batch.
@@ -160,22 +134,7 @@ class EkfSlam {
   }
 
   /// Innovations and Jacobians of what is known, at the current estimate.
-  void linearise(std::span<const Observation<Model>> observations) {
-    rows_.clear();
-    auto nu = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
-    const PoseVector x_r = pose();
-    for (const Observation<Model>& o : observations) {
-      const LandmarkVector* anchor = table_.anchor(o.landmark);
-      const Index offset = anchor ? -1 : table_.offset_of(o.landmark);
-      if (!anchor && offset < 0) continue;
-      const LandmarkVector l = anchor ? *anchor : LandmarkVector(x_.template segment<kLandmark>(offset));
-      const auto predicted = model_.predict(x_r, l);
-      nu.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) =
-          model_.innovation(o.z, predicted.z);
-      rows_.push_back({offset, predicted.H_r, predicted.H_l});
-    }
-    nu_.resize(kMeasurement * static_cast<Index>(rows_.size()));  // leaves the first of them as they are
-  }
+  void linearise(std::span<const Observation<Model>> observations);
 
   /// out = A Hᵀ for a symmetric or general n×n A.
   void times_observation_transposed(const Matrix& A, MatrixBuffer& out) const {
@@ -203,30 +162,7 @@ class EkfSlam {
     symmetrise(S);
   }
 
-  bool correct(UpdateResult& result) {
-    compute_innovation_covariance();
-    const auto nu = nu_.vector();
-    auto S_root = S_root_.resize(nu.size(), nu.size());
-    S_root = S_.matrix();
-    const Eigen::LLT<Eigen::Ref<Matrix>> llt(S_root);
-    if (llt.info() != Eigen::Success || !S_.matrix().allFinite()) return false;
-    whitened_.resize(nu.size());
-    auto whitened = whitened_.vector();
-    whitened = nu;
-    llt.matrixL().solveInPlace(whitened);
-    result.nis = whitened.squaredNorm();
-    auto K = K_.resize(x_.size(), nu.size());
-    if (rule_.is_sequential()) {
-      if (!sequential_correct(K)) return false;
-    } else {
-      joseph_correct(llt, K);
-    }
-    x_.noalias() += K * nu;
-    PoseVector x_r = pose();
-    model_.wrap_pose(x_r);
-    x_.template head<kPose>() = x_r;
-    return true;
-  }
+  bool correct(UpdateResult& result);
 
   /// P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ, as A = P − K H P and P ← A − (A Hᵀ − K R) Kᵀ.
   void joseph_correct(const Eigen::LLT<Eigen::Ref<Matrix>>& llt, Eigen::Map<Matrix>& K) {
@@ -261,26 +197,7 @@ class EkfSlam {
   }
 
   /// New landmarks with their full cross-covariances: P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.
-  Index initialise(std::span<const Observation<Model>> observations) {
-    Index count = 0;
-    for (const Observation<Model>& o : observations) {
-      if (table_.is_known(o.landmark)) continue;
-      const auto placed = model_.place(pose(), o.z);
-      const Index n = x_.size();
-      table_.append(o.landmark);
-      x_.conservativeResize(n + kLandmark);
-      x_.template tail<kLandmark>() = placed.position;
-      P_.conservativeResize(n + kLandmark, n + kLandmark);
-      P_.bottomLeftCorner(kLandmark, n) = placed.J_r * P_.topLeftCorner(kPose, n);
-      P_.topRightCorner(n, kLandmark) = P_.bottomLeftCorner(kLandmark, n).transpose();
-      const Eigen::Matrix<double, kLandmark, kLandmark> own =
-          placed.J_r * P_.template topLeftCorner<kPose, kPose>() * placed.J_r.transpose() +
-          placed.J_z * R_ * placed.J_z.transpose();
-      P_.template bottomRightCorner<kLandmark, kLandmark>() = 0.5 * (own + own.transpose());
-      ++count;
-    }
-    return count;
-  }
+  Index initialise(std::span<const Observation<Model>> observations);
 
   Model model_;
   ControlMatrix Q_;
@@ -297,6 +214,107 @@ class EkfSlam {
   MatrixBuffer whitened_, S_root_, K_t_, PHt_, AHt_, H_, r_;
   SequentialWorkspace sequential_;
 };
+
+// Not in the class: what is defined there is inline, and compiled again wherever it is called.
+template <class Model>
+void EkfSlam<Model>::reset(const PoseVector& pose, const PoseMatrix& P) {
+  know({});
+  x_.resize(kPose);
+  x_.template head<kPose>() = pose;
+  P_.resize(kPose, kPose);
+  P_.template topLeftCorner<kPose, kPose>() = P;
+}
+
+template <class Model>
+void EkfSlam<Model>::reset(VectorRef x, MatrixRef P, std::span<const int> ids) {
+  const Index n = kPose + kLandmark * static_cast<Index>(ids.size());
+  if (x.size() != n || P.rows() != n || P.cols() != n) {
+    throw std::invalid_argument("EkfSlam::reset: x and P must have the size of the pose and the landmarks");
+  }
+  know(ids);
+  x_ = x;
+  P_ = P;
+}
+
+template <class Model>
+void EkfSlam<Model>::predict(const ControlVector& u) {
+  const auto motion = model_.move(x_.template head<kPose>(), u);
+  x_.template head<kPose>() = motion.pose;
+  const PoseMatrix P_rr = P_.template topLeftCorner<kPose, kPose>();
+  const PoseMatrix predicted = motion.F * P_rr * motion.F.transpose() + motion.G * Q_ * motion.G.transpose();
+  P_.template topLeftCorner<kPose, kPose>() = 0.5 * (predicted + predicted.transpose());
+  for (Index j = kPose; j < P_.cols(); ++j) {
+    const PoseVector column = motion.F * P_.col(j).template head<kPose>();
+    P_.col(j).template head<kPose>() = column;
+    P_.row(j).template head<kPose>() = column.transpose();
+  }
+}
+
+template <class Model>
+void EkfSlam<Model>::linearise(std::span<const Observation<Model>> observations) {
+  rows_.clear();
+  auto nu = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
+  const PoseVector x_r = pose();
+  for (const Observation<Model>& o : observations) {
+    const LandmarkVector* anchor = table_.anchor(o.landmark);
+    const Index offset = anchor ? -1 : table_.offset_of(o.landmark);
+    if (!anchor && offset < 0) continue;
+    const LandmarkVector l = anchor ? *anchor : LandmarkVector(x_.template segment<kLandmark>(offset));
+    const auto predicted = model_.predict(x_r, l);
+    nu.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) =
+        model_.innovation(o.z, predicted.z);
+    rows_.push_back({offset, predicted.H_r, predicted.H_l});
+  }
+  nu_.resize(kMeasurement * static_cast<Index>(rows_.size()));  // leaves the first of them as they are
+}
+
+template <class Model>
+bool EkfSlam<Model>::correct(UpdateResult& result) {
+  compute_innovation_covariance();
+  const auto nu = nu_.vector();
+  auto S_root = S_root_.resize(nu.size(), nu.size());
+  S_root = S_.matrix();
+  const Eigen::LLT<Eigen::Ref<Matrix>> llt(S_root);
+  if (llt.info() != Eigen::Success || !S_.matrix().allFinite()) return false;
+  whitened_.resize(nu.size());
+  auto whitened = whitened_.vector();
+  whitened = nu;
+  llt.matrixL().solveInPlace(whitened);
+  result.nis = whitened.squaredNorm();
+  auto K = K_.resize(x_.size(), nu.size());
+  if (rule_.is_sequential()) {
+    if (!sequential_correct(K)) return false;
+  } else {
+    joseph_correct(llt, K);
+  }
+  x_.noalias() += K * nu;
+  PoseVector x_r = pose();
+  model_.wrap_pose(x_r);
+  x_.template head<kPose>() = x_r;
+  return true;
+}
+
+template <class Model>
+Index EkfSlam<Model>::initialise(std::span<const Observation<Model>> observations) {
+  Index count = 0;
+  for (const Observation<Model>& o : observations) {
+    if (table_.is_known(o.landmark)) continue;
+    const auto placed = model_.place(pose(), o.z);
+    const Index n = x_.size();
+    table_.append(o.landmark);
+    x_.conservativeResize(n + kLandmark);
+    x_.template tail<kLandmark>() = placed.position;
+    P_.conservativeResize(n + kLandmark, n + kLandmark);
+    P_.bottomLeftCorner(kLandmark, n) = placed.J_r * P_.topLeftCorner(kPose, n);
+    P_.topRightCorner(n, kLandmark) = P_.bottomLeftCorner(kLandmark, n).transpose();
+    const Eigen::Matrix<double, kLandmark, kLandmark> own =
+        placed.J_r * P_.template topLeftCorner<kPose, kPose>() * placed.J_r.transpose() +
+        placed.J_z * R_ * placed.J_z.transpose();
+    P_.template bottomRightCorner<kLandmark, kLandmark>() = 0.5 * (own + own.transpose());
+    ++count;
+  }
+  return count;
+}
 
 extern template class EkfSlam<PlanarModel>;
 extern template class EkfSlam<MonobotModel>;

@@ -66,28 +66,10 @@ class FastEkfSlam {
   /// Starts with a pose and the landmarks `ids` in the state already: x is n, P n×n, its lower triangle read.
   ///
   /// Throws std::invalid_argument for sizes that do not match.
-  void reset(VectorRef x, MatrixRef P, std::span<const int> ids) {
-    const Index n = kPose + kLandmark * static_cast<Index>(ids.size());
-    if (x.size() != n || P.rows() != n || P.cols() != n) {
-      throw std::invalid_argument(
-          "FastEkfSlam::reset: x and P must have the size of the pose and the landmarks");
-    }
-    table_.reset(ids);
-    x_ = x;
-    P_.reset(P);
-    nu_.clear();
-    S_.resize(0, 0);
-    corrected_ = false;
-    joseph_updates_ = 0;
-  }
+  void reset(VectorRef x, MatrixRef P, std::span<const int> ids);
 
   /// Time update: x_r ← f(x_r, u), P_rr ← F P_rr Fᵀ + G Q Gᵀ, P_rf ← F P_rf.
-  void predict(const ControlVector& u) {
-    const auto motion = model_.move(x_.template head<kPose>(), u);
-    x_.template head<kPose>() = motion.pose;
-    const PoseMatrix noise = motion.G * Q_ * motion.G.transpose();
-    P_.predict(motion.F, noise);
-  }
+  void predict(const ControlVector& u);
 
   /// Measurement update with all known landmarks and anchors in one batch, and initialisation of the
   /// landmarks seen for the first time. A landmark must not appear twice in one batch. Allocates nothing once
@@ -131,21 +113,7 @@ class FastEkfSlam {
 
  private:
   /// Innovations and Jacobians of what is known, at the current estimate.
-  void linearise(std::span<const Observation<Model>> observations) {
-    batch_.clear(kPose, kLandmark, kMeasurement);
-    nu_.clear();
-    const PoseVector x_r = pose();
-    for (const Observation<Model>& o : observations) {
-      const LandmarkVector* anchor = table_.anchor(o.landmark);
-      const Index column = anchor ? -1 : table_.column_of(o.landmark);
-      if (!anchor && column < 0) continue;
-      const LandmarkVector l = anchor ? *anchor : x_.template segment<kLandmark>(kPose + column);
-      const auto predicted = model_.predict(x_r, l);
-      const Eigen::Matrix<double, kMeasurement, 1> nu = model_.innovation(o.z, predicted.z);
-      nu_.insert(nu_.end(), nu.data(), nu.data() + kMeasurement);
-      batch_.add(column, predicted.H_r, predicted.H_l);
-    }
-  }
+  void linearise(std::span<const Observation<Model>> observations);
 
   /// True if P − W Wᵀ would lose too much to rounding: the criterion of the class.
   bool cancels() const {
@@ -170,25 +138,7 @@ class FastEkfSlam {
     return in_place.info() == Eigen::Success && S.allFinite();
   }
 
-  bool correct(UpdateResult& result) {
-    if (!factorise()) return false;
-    const auto L = std::as_const(S_root_).matrix();
-    auto whitened = whitened_.resize(L.rows()).col(0);
-    whitened = innovation();
-    L.template triangularView<Eigen::Lower>().solveInPlace(whitened);
-    const bool positive = P_.whiten(L, whitened);
-    if (positive && !cancels()) {
-      P_.commit();
-    } else if (!correct_by_joseph()) {
-      return false;
-    }
-    result.nis = whitened.squaredNorm();
-    P_.add_state_change(x_);
-    PoseVector x_r = pose();
-    model_.wrap_pose(x_r);
-    x_.template head<kPose>() = x_r;
-    return true;
-  }
+  bool correct(UpdateResult& result);
 
   bool correct_by_joseph() {
     Matrix P = P_.dense();
@@ -207,23 +157,7 @@ class FastEkfSlam {
   }
 
   /// New landmarks with their full cross-covariances: P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.
-  Index initialise(std::span<const Observation<Model>> observations) {
-    Index count = 0;
-    for (const Observation<Model>& o : observations) {
-      if (table_.is_known(o.landmark)) continue;
-      const auto placed = model_.place(pose(), o.z);
-      const PoseMatrix P_rr = P_.block(0, 0, kPose, kPose);
-      const Eigen::Matrix<double, kLandmark, kLandmark> own =
-          placed.J_r * P_rr * placed.J_r.transpose() + placed.J_z * R_ * placed.J_z.transpose();
-      P_.append(placed.J_r, 0.5 * (own + own.transpose()));
-      const Index n = x_.size();
-      x_.conservativeResize(n + kLandmark);
-      x_.template tail<kLandmark>() = placed.position;
-      table_.append(o.landmark);
-      ++count;
-    }
-    return count;
-  }
+  Index initialise(std::span<const Observation<Model>> observations);
 
   Model model_;
   ControlMatrix Q_;
@@ -240,6 +174,88 @@ class FastEkfSlam {
   MatrixBuffer S_, S_root_, whitened_;
   bool corrected_ = false;
 };
+
+// Not in the class: what is defined there is inline, and compiled again wherever it is called.
+template <class Model>
+void FastEkfSlam<Model>::reset(VectorRef x, MatrixRef P, std::span<const int> ids) {
+  const Index n = kPose + kLandmark * static_cast<Index>(ids.size());
+  if (x.size() != n || P.rows() != n || P.cols() != n) {
+    throw std::invalid_argument(
+        "FastEkfSlam::reset: x and P must have the size of the pose and the landmarks");
+  }
+  table_.reset(ids);
+  x_ = x;
+  P_.reset(P);
+  nu_.clear();
+  S_.resize(0, 0);
+  corrected_ = false;
+  joseph_updates_ = 0;
+}
+
+template <class Model>
+void FastEkfSlam<Model>::predict(const ControlVector& u) {
+  const auto motion = model_.move(x_.template head<kPose>(), u);
+  x_.template head<kPose>() = motion.pose;
+  const PoseMatrix noise = motion.G * Q_ * motion.G.transpose();
+  P_.predict(motion.F, noise);
+}
+
+template <class Model>
+void FastEkfSlam<Model>::linearise(std::span<const Observation<Model>> observations) {
+  batch_.clear(kPose, kLandmark, kMeasurement);
+  nu_.clear();
+  const PoseVector x_r = pose();
+  for (const Observation<Model>& o : observations) {
+    const LandmarkVector* anchor = table_.anchor(o.landmark);
+    const Index column = anchor ? -1 : table_.column_of(o.landmark);
+    if (!anchor && column < 0) continue;
+    const LandmarkVector l = anchor ? *anchor : x_.template segment<kLandmark>(kPose + column);
+    const auto predicted = model_.predict(x_r, l);
+    const Eigen::Matrix<double, kMeasurement, 1> nu = model_.innovation(o.z, predicted.z);
+    nu_.insert(nu_.end(), nu.data(), nu.data() + kMeasurement);
+    batch_.add(column, predicted.H_r, predicted.H_l);
+  }
+}
+
+template <class Model>
+bool FastEkfSlam<Model>::correct(UpdateResult& result) {
+  if (!factorise()) return false;
+  const auto L = std::as_const(S_root_).matrix();
+  auto whitened = whitened_.resize(L.rows()).col(0);
+  whitened = innovation();
+  L.template triangularView<Eigen::Lower>().solveInPlace(whitened);
+  const bool positive = P_.whiten(L, whitened);
+  if (positive && !cancels()) {
+    P_.commit();
+  } else if (!correct_by_joseph()) {
+    return false;
+  }
+  result.nis = whitened.squaredNorm();
+  P_.add_state_change(x_);
+  PoseVector x_r = pose();
+  model_.wrap_pose(x_r);
+  x_.template head<kPose>() = x_r;
+  return true;
+}
+
+template <class Model>
+Index FastEkfSlam<Model>::initialise(std::span<const Observation<Model>> observations) {
+  Index count = 0;
+  for (const Observation<Model>& o : observations) {
+    if (table_.is_known(o.landmark)) continue;
+    const auto placed = model_.place(pose(), o.z);
+    const PoseMatrix P_rr = P_.block(0, 0, kPose, kPose);
+    const Eigen::Matrix<double, kLandmark, kLandmark> own =
+        placed.J_r * P_rr * placed.J_r.transpose() + placed.J_z * R_ * placed.J_z.transpose();
+    P_.append(placed.J_r, 0.5 * (own + own.transpose()));
+    const Index n = x_.size();
+    x_.conservativeResize(n + kLandmark);
+    x_.template tail<kLandmark>() = placed.position;
+    table_.append(o.landmark);
+    ++count;
+  }
+  return count;
+}
 
 extern template class FastEkfSlam<PlanarModel>;
 extern template class FastEkfSlam<MonobotModel>;
