@@ -12,7 +12,7 @@ namespace {
 
 /// C with Q_t = C Cᵀ, as many columns as its rank, which may be 0.
 Matrix range_root(const Matrix& Qt, double psd_tolerance) {
-  const Matrix range = psd_range(Qt, psd_tolerance);
+  Matrix range = psd_range(Qt, psd_tolerance);
   if (range.cols() == 0) return range;
   return range * psd_root(range.transpose() * Qt * range);
 }

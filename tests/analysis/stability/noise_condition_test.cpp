@@ -181,7 +181,7 @@ TEST(PeriodicNoise, IsBoundedExactlyIfItsSumTouchesNoUnobservableDirection) {
     }
     const ExactBoundedness condition = exact_boundedness(noise, local_observability(F, H));
     const auto at = [&](int k) { return steps[static_cast<std::size_t>(k - 1) % 4]; };
-    const Matrix half = followed(at, Matrix::Identity(4, 4), 8000), full = followed(at, half, 8000);
+    const Matrix half = followed(at, Matrix::Identity(4, 4), 30'000), full = followed(at, half, 30'000);
     const double growth = (full - half).trace() / half.trace();
     EXPECT_EQ(condition.bounded(), growth < 0.01) << growth;
     EXPECT_TRUE(growth < 1e-3 || growth > 0.1) << growth;
