@@ -34,7 +34,7 @@ class CommandTest : public ::testing::Test {
 
   /// Starts the binary with its output in files. No data set is named by the environment.
   pid_t start(std::vector<std::string> arguments) const {
-    const std::string binary = testing::credence_binary();
+    const std::string binary = credence_binary();
     arguments.insert(arguments.begin(), binary);
     const pid_t child = fork();
     if (child != 0) return child;

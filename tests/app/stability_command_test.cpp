@@ -13,7 +13,7 @@ namespace {
 class StabilityCommand : public CommandTest {
  protected:
   static std::string scenario(const std::string& name) {
-    return testing::source_folder() / "scenarios" / (name + ".toml");
+    return source_folder() / "scenarios" / (name + ".toml");
   }
 };
 

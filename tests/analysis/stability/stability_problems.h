@@ -54,7 +54,7 @@ inline Matrix iterated(const RiccatiProblem& problem, Matrix P, int steps) {
 inline std::filesystem::path golden_file(const std::string& name) {
   const char* const named = std::getenv("CREDENCE_GOLDEN");
   const std::filesystem::path folder =
-      named != nullptr ? std::filesystem::path(named) : testing::source_folder() / "../shared/golden";
+      named != nullptr ? std::filesystem::path(named) : source_folder() / "../shared/golden";
   const std::filesystem::path file = folder / name;
   return std::filesystem::exists(file) ? file : std::filesystem::path();
 }

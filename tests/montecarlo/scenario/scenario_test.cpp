@@ -282,7 +282,7 @@ std::string content_of(const std::filesystem::path& file) {
 }
 
 TEST(ScenarioReference, IsWhatTheTableSays) {
-  const std::string page = content_of(testing::source_folder() / "docs/scenario.md");
+  const std::string page = content_of(source_folder() / "docs/scenario.md");
   EXPECT_THAT(page, HasSubstr(scenario_reference()));
   for (const ScenarioKey& key : scenario_keys()) {
     EXPECT_THAT(scenario_help(), HasSubstr("  " + std::string(key.name) + " = "));
@@ -290,7 +290,7 @@ TEST(ScenarioReference, IsWhatTheTableSays) {
 }
 
 TEST(ScenarioReference, ItsExamplesAndMessagesAreTrue) {
-  const std::string page = content_of(testing::source_folder() / "docs/scenario.md");
+  const std::string page = content_of(source_folder() / "docs/scenario.md");
   int examples = 0;
   for (std::size_t at = page.find("```toml\n"); at != std::string::npos;
        at = page.find("```toml\n", at + 1)) {
