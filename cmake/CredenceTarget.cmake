@@ -6,9 +6,7 @@ set_target_properties(credence_options PROPERTIES EXPORT_NAME options)
 target_compile_features(credence_options INTERFACE cxx_std_20)
 # Contraction would make the bits of a result depend on the instruction set and the optimiser.
 target_compile_options(credence_options INTERFACE $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>)
-# Of an own program too, whatever instruction set it is compiled for: what one side allocates the other frees, and the
-# classes must have one layout. Kernels that want more have memory of their own (core/simd/aligned_vector.h).
-target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE EIGEN_MAX_ALIGN_BYTES=16)
+target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE)
 
 set(CREDENCE_WARNINGS -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
 
