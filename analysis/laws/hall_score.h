@@ -1,6 +1,6 @@
 #pragma once
 
-#include "analysis/laws/skewed_moments.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 /// @file
 /// A test of a mean that removes the skewness of the sample (P. Hall, "On the removal of skewness by

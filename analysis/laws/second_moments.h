@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "analysis/laws/run_mean.h"
-#include "analysis/laws/skewed_moments.h"
 #include "core/types.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 /// @file
 /// Whether Σ = P on average over a run, entry by entry, whatever the law of the errors and their dependence

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "analysis/laws/skewed_moments.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 /// @file
 /// Whether errors have heavier tails than Gaussian ones, so that "the covariance is right, the law is not"

@@ -12,7 +12,7 @@
 namespace credence {
 namespace {
 
-// TW₁ ≈ kScale/2 χ²(2 kShape) + kShift (Chiani 2014).
+// TW₁ ≈ kScale/2 χ²(2 kShape) + kShift [Chiani 2014].
 constexpr double kShape = 46.446;
 constexpr double kScale = 0.186054;
 constexpr double kShift = -9.84801;

@@ -19,13 +19,13 @@ struct Innovation {
 
 /// One step of one run.
 struct Step {
-  std::int64_t step = 0;                        ///< from 1
-  std::int64_t line = 0;                        ///< of its file, if it has one
-  std::vector<Index> states{};                  ///< those with an estimate and a truth, by number of the layout
-  Vector error{};                               ///< x̂ ⊟ x of these states, as the producer defines it
-  Matrix P{};                                   ///< their covariance
-  std::vector<Innovation> innovations{};        ///< one for each sensor
-  std::string_view problem = {};                ///< why the step cannot be used, else empty
+  std::int64_t step = 0;                  ///< from 1
+  std::int64_t line = 0;                  ///< of its file, if it has one
+  std::vector<Index> states{};            ///< those with an estimate and a truth, by number of the layout
+  Vector error{};                         ///< x̂ ⊟ x of these states, as the producer defines it
+  Matrix P{};                             ///< their covariance
+  std::vector<Innovation> innovations{};  ///< one for each sensor
+  std::string_view problem = {};          ///< why the step cannot be used, else empty
 };
 
 }  // namespace credence

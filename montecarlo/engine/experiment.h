@@ -16,10 +16,10 @@ namespace credence {
 /// One step of one run with everything in it: after the update, and of one sensor. Step 0 is the start: no
 /// measurement.
 struct TraceStep : Step {
-  Vector truth{};     ///< state of the world in the order of the filter's state
-  Vector estimate{};  ///< x̂
-  Matrix K{};         ///< gain, n×dim ν
-  Vector z{};           ///< the measurement H x + w; empty in planar runs
+  Vector truth{};                 ///< state of the world in the order of the filter's state
+  Vector estimate{};              ///< x̂
+  Matrix K{};                     ///< gain, n×dim ν
+  Vector z{};                     ///< the measurement H x + w; empty in planar runs
   Outcome outcome = Outcome::ok;  ///< other: the run failed here, and the numbers mean nothing
   double nees = 0.0, nis = 0.0;
   Index nees_dof = 0, nis_dof = 0;

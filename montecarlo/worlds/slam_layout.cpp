@@ -14,9 +14,8 @@ void add_vehicle(bool planar, RunLayout& layout) {
     return;
   }
   layout.states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
-  layout.blocks = {{"pose", Part::pose, {0, 1, 2}},
-                   {"position", Part::position, {0, 1}},
-                   {"heading", Part::heading, {2}}};
+  layout.blocks = {
+      {"pose", Part::pose, {0, 1, 2}}, {"position", Part::position, {0, 1}}, {"heading", Part::heading, {2}}};
 }
 
 void add_landmarks(const BlockLayout& blocks, RunLayout& layout) {

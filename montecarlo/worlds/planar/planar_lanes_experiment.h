@@ -17,7 +17,12 @@ class PlanarLanesExperiment final : public Experiment {
   /// `noise` is the true one, Q and the variances of range and bearing are what the filter assumes.
   PlanarLanesExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
                         const Eigen::Matrix2d& Q, const RangeBearing& measurement_variance)
-      : Experiment(planar_layout(world)), world_(std::move(world)), noise_(noise), source_(source), Q_(Q), variance_(measurement_variance) {}
+      : Experiment(planar_layout(world)),
+        world_(std::move(world)),
+        noise_(noise),
+        source_(source),
+        Q_(Q),
+        variance_(measurement_variance) {}
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;

@@ -27,7 +27,7 @@ TEST(LogScore, DensityOfAGaussian) {
   EXPECT_THROW(log_score(1.0, 0.0, -1.0), std::invalid_argument);
 }
 
-// CRPS of N(0, σ²) at e: σ (z (2Φ(z) − 1) + 2φ(z) − 1/√π), z = e/σ (Gneiting and Raftery 2007, eq. 21).
+// CRPS of N(0, σ²) at e: σ (z (2Φ(z) − 1) + 2φ(z) − 1/√π), z = e/σ [Gneiting 2007], eq. 21.
 double crps(double e, double sigma) {
   const double z = e / sigma;
   return sigma * (z * std::erf(z / std::sqrt(2.0)) +

@@ -27,8 +27,7 @@ Power simulated_power(double factor, std::int64_t runs, int studies) {
   const std::int64_t blocks = (runs + SyntheticFilter::kRuns - 1) / SyntheticFilter::kRuns;
   Power power;
   for (int study = 0; study < studies; ++study) {
-    const StudyStatistics s =
-        synthetic_evidence(filter, noise, study * blocks, static_cast<int>(runs)).study;
+    const StudyStatistics s = synthetic_evidence(filter, noise, study * blocks, static_cast<int>(runs)).study;
     const ConsistencyVerdict nees =
         judge_nees(s.series(Quantity::nees), s.dofs(Quantity::nees), 0.95, &s.nees_of_runs);
     const ConsistencyVerdict nis = judge_nis(s.series(Quantity::nis), s.dofs(Quantity::nis), 0.95);

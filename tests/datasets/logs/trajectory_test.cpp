@@ -136,8 +136,7 @@ TEST_F(TrajectoryFiles, CnspySaysItsAxesInAColumn) {
   const Step mixed = error_of("type5", {t.position + kPositionError, R_hat});
   EXPECT_LT((mixed.error.head<3>() - kPositionError).norm(), 1e-12);
   EXPECT_LT((mixed.error.tail<3>() - kTurn).norm(), 1e-12);
-  const Step world =
-      error_of("type6", {t.position + kPositionError, rotation_exp(kTurn) * t.orientation});
+  const Step world = error_of("type6", {t.position + kPositionError, rotation_exp(kTurn) * t.orientation});
   EXPECT_LT((world.error.tail<3>() - kTurn).norm(), 1e-12);
   EXPECT_EQ(world.P.diagonal(), (Vector(6) << 1, 2, 3, 4, 5, 6).finished());
   EXPECT_THROW(error_of("type3", t), DataError);
