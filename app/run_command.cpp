@@ -150,7 +150,7 @@ int run(const RunOptions& options) {
       if (result.result.statistics.runs == 0) return;
       analyses.push_back(analyse(c, std::move(result)));
       explain(analyses.back(), c, options);
-      if (!analyses.back().battery) analyses.back().complete = false;  // interrupted there
+      if (!analyses.back().judgement) analyses.back().complete = false;  // interrupted there
     });
     if (catch_interrupt().load()) break;
   }
