@@ -28,6 +28,9 @@ struct RunAverages {
     least_dof = std::min(least_dof, smallest_dof);
   }
 
+  /// Memory for so many runs, so that adding them allocates nothing.
+  void reserve(std::int64_t runs) { first.reserve(std::min(kKept, static_cast<std::size_t>(runs))); }
+
   /// Adds the runs of `later`, which follow the ones here.
   void merge(const RunAverages& later) {
     moments.merge(later.moments);

@@ -143,7 +143,7 @@ std::vector<double> StudyStatistics::dofs(Quantity quantity) const {
 double most_stored_bytes(std::int64_t steps, std::int64_t runs) {
   constexpr double kHead = sizeof(kFormat) + sizeof(std::int64_t) + 2 * sizeof(std::uint64_t);
   constexpr double kAverages = 2 * (5 * sizeof(double) + sizeof(std::uint64_t));
-  constexpr double kOfARun = kFailureSize + 2 * sizeof(double);
+  constexpr double kOfARun = std::max(kFailureSize, 2 * sizeof(double));  // it fails, or has averages
   return kHead + kAverages + static_cast<double>(steps) * kStepSize + static_cast<double>(runs) * kOfARun;
 }
 

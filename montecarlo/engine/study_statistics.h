@@ -75,6 +75,12 @@ struct StudyStatistics {
   /// steps differs.
   void merge(const StudyStatistics& other);
 
+  /// Memory for the averages of so many runs.
+  void reserve_runs(std::int64_t count) {
+    nees_of_runs.reserve(count);
+    vehicle_nees_of_runs.reserve(count);
+  }
+
   std::int64_t count(Outcome outcome) const;
 
   /// The moments of one quantity at every step.

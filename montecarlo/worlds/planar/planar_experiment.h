@@ -33,6 +33,7 @@ class PlanarExperiment final : public Experiment {
     StudyStatistics statistics;
     statistics.steps.resize(world_.controls.size());
     statistics.runs = runs;
+    statistics.reserve_runs(runs);
     F filter = make_filter_();
     Run run(*this, filter);
     for (std::int64_t r = first_run; r < first_run + runs; ++r) {

@@ -103,6 +103,7 @@ StudyStatistics PlanarLanesExperiment::run_chunk(std::int64_t first_run, std::in
   StudyStatistics statistics;
   statistics.steps.resize(world_.controls.size());
   statistics.runs = runs;
+  statistics.reserve_runs(runs);
   Batch batch(*this);
   for (std::int64_t r = 0; r < runs; r += PlanarLanes::kLanes) {
     batch.start(first_run + r, static_cast<int>(std::min<std::int64_t>(PlanarLanes::kLanes, runs - r)));

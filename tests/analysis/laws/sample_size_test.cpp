@@ -65,17 +65,21 @@ double simulated_power(const VerdictDesign& design, double factor, int runs, dou
   int rejected = 0;
   for (int study = 0; study < studies; ++study) {
     std::vector<Moments> moments(steps);
+    RunAverages averages;
     for (int run = 0; run < runs; ++run) {
       double a = normal(generator);
       double b = normal(generator);
+      RunSum sum;
       for (Moments& step : moments) {
         step.add(factor * (a * a + b * b));
+        sum.add(factor * (a * a + b * b), 2);
         a = phi * a + std::sqrt(1.0 - phi * phi) * normal(generator);
         b = phi * b + std::sqrt(1.0 - phi * phi) * normal(generator);
       }
+      sum.add_to(averages);
     }
     const ConsistencyVerdict verdict = design.white ? judge_nis(moments, dofs, design.confidence)
-                                                    : judge_nees(moments, dofs, design.confidence);
+                                                    : judge_nees(moments, dofs, design.confidence, &averages);
     rejected += verdict.verdict != Verdict::consistent;
   }
   return static_cast<double>(rejected) / studies;
