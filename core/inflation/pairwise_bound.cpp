@@ -13,33 +13,33 @@ namespace {
 constexpr int kDynamic = Eigen::Dynamic;
 
 template <int R, int C>
-using Block = Eigen::Matrix<double, R, C>;
+using BlockOf = Eigen::Matrix<double, R, C>;
 
 /// (C Cᵀ)^{1/2} and (Cᵀ C)^{1/2}, exactly symmetric, by the cheapest stable way for the shape.
 template <int Rows, int Cols>
 struct Moduli {
-  Block<Rows, Rows> left;
-  Block<Cols, Cols> right;
+  BlockOf<Rows, Rows> left;
+  BlockOf<Cols, Cols> right;
 };
 
-Moduli<1, 1> moduli(const Block<1, 1>& C) { return {C.cwiseAbs(), C.cwiseAbs()}; }
+Moduli<1, 1> moduli(const BlockOf<1, 1>& C) { return {C.cwiseAbs(), C.cwiseAbs()}; }
 
 /// A column c: c cᵀ/‖c‖ and ‖c‖.
 template <int Rows>
-requires(Rows > 1) Moduli<Rows, 1> moduli(const Block<Rows, 1>& c) {
+requires(Rows > 1) Moduli<Rows, 1> moduli(const BlockOf<Rows, 1>& c) {
   const double norm = c.norm();
   Moduli<Rows, 1> out;
   out.right(0, 0) = norm;
   out.left.setZero();
   if (norm == 0.0) return out;
-  const Block<Rows, 1> unit = c / norm;
+  const BlockOf<Rows, 1> unit = c / norm;
   out.left.noalias() = c * unit.transpose();
   mirror_lower(out.left);
   return out;
 }
 
 /// 2×2: with the orthogonal polar factor U of C the moduli are C Uᵀ and Uᵀ C.
-Moduli<2, 2> moduli(const Block<2, 2>& C) {
+Moduli<2, 2> moduli(const BlockOf<2, 2>& C) {
   const Eigen::Matrix2d U = orthogonal_factor(C);
   Moduli<2, 2> out;
   out.left.noalias() = C * U.transpose();
@@ -51,13 +51,13 @@ Moduli<2, 2> moduli(const Block<2, 2>& C) {
 
 /// m×2, m > 2: C = Q T with two orthonormal columns, then the 2×2 case for T.
 template <int Rows>
-requires(Rows > 2) Moduli<Rows, 2> moduli(const Block<Rows, 2>& C) {
-  Block<Rows, 2> Q;
-  Block<2, 2> T;
+requires(Rows > 2) Moduli<Rows, 2> moduli(const BlockOf<Rows, 2>& C) {
+  BlockOf<Rows, 2> Q;
+  BlockOf<2, 2> T;
   thin_qr(C, Q, T);
   const Moduli<2, 2> inner = moduli(T);
   Moduli<Rows, 2> out;
-  const Block<Rows, 2> half = Q * inner.left;
+  const BlockOf<Rows, 2> half = Q * inner.left;
   out.left.noalias() = half * Q.transpose();
   mirror_lower(out.left);
   out.right = inner.right;
@@ -65,12 +65,12 @@ requires(Rows > 2) Moduli<Rows, 2> moduli(const Block<Rows, 2>& C) {
 }
 
 template <int Rows, int Cols>
-Moduli<Rows, Cols> moduli_by_svd(const Block<Rows, Cols>& C) {
+Moduli<Rows, Cols> moduli_by_svd(const BlockOf<Rows, Cols>& C) {
   constexpr bool kFixed = Rows != kDynamic && Cols != kDynamic;
   // Fixed sizes take full bases (thin ones are for dynamic columns); the superfluous columns are not used.
   constexpr unsigned kOptions =
       kFixed ? Eigen::ComputeFullU | Eigen::ComputeFullV : Eigen::ComputeThinU | Eigen::ComputeThinV;
-  const Eigen::JacobiSVD<Block<Rows, Cols>> svd(C, kOptions);
+  const Eigen::JacobiSVD<BlockOf<Rows, Cols>> svd(C, kOptions);
   const Index rank = svd.singularValues().size();
   const auto U = svd.matrixU().leftCols(rank);
   const auto V = svd.matrixV().leftCols(rank);
@@ -82,8 +82,8 @@ Moduli<Rows, Cols> moduli_by_svd(const Block<Rows, Cols>& C) {
   return out;
 }
 
-Moduli<3, 3> moduli(const Block<3, 3>& C) { return moduli_by_svd<3, 3>(C); }
-Moduli<kDynamic, kDynamic> moduli(const Block<kDynamic, kDynamic>& C) {
+Moduli<3, 3> moduli(const BlockOf<3, 3>& C) { return moduli_by_svd<3, 3>(C); }
+Moduli<kDynamic, kDynamic> moduli(const BlockOf<kDynamic, kDynamic>& C) {
   return moduli_by_svd<kDynamic, kDynamic>(C);
 }
 
@@ -91,7 +91,7 @@ Moduli<kDynamic, kDynamic> moduli(const Block<kDynamic, kDynamic>& C) {
 template <int Rows, int Cols>
 void decorrelate_pair(Eigen::Ref<Matrix>& A, Index i, Index k, Index rows, Index cols) {
   auto C = A.block<Rows, Cols>(i, k, rows, cols);
-  const Moduli<Rows, Cols> bound = moduli(Block<Rows, Cols>(C));
+  const Moduli<Rows, Cols> bound = moduli(BlockOf<Rows, Cols>(C));
   A.block<Rows, Rows>(i, i, rows, rows) += bound.left;
   A.block<Cols, Cols>(k, k, cols, cols) += bound.right;
   C.setZero();
@@ -105,7 +105,7 @@ void decorrelate_vehicle(Eigen::Ref<Matrix>& A, const BlockLayout& layout) {
   for (Index k = 0; k < layout.landmarks; ++k) {
     const Index at = layout.landmark_offset(k);
     auto C = A.block<Vehicle, Landmark>(0, at, n, d);
-    const Moduli<Vehicle, Landmark> bound = moduli(Block<Vehicle, Landmark>(C));
+    const Moduli<Vehicle, Landmark> bound = moduli(BlockOf<Vehicle, Landmark>(C));
     A.block<Vehicle, Vehicle>(0, 0, n, n) += bound.left;
     A.block<Landmark, Landmark>(at, at, d, d) += bound.right;
     C.setZero();
@@ -136,7 +136,7 @@ void require_shape(const Eigen::Ref<Matrix>& A, const BlockLayout& layout) {
 
 TwoBlockBound two_block_bound(const MatrixRef& C) {
   if (C.size() == 0) return {Matrix::Zero(C.rows(), C.rows()), Matrix::Zero(C.cols(), C.cols()), 0.0};
-  const Moduli<kDynamic, kDynamic> bound = moduli(Block<kDynamic, kDynamic>(C));
+  const Moduli<kDynamic, kDynamic> bound = moduli(BlockOf<kDynamic, kDynamic>(C));
   return {bound.left, bound.right, bound.left.trace() + bound.right.trace()};
 }
 

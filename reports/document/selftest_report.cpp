@@ -78,7 +78,9 @@ ReportTable calibration_table(const SelftestResult& result) {
           "with {:g} % confidence, so that calibrated tests fail here with at most {:g} % probability.",
           result.studies, result.runs, result.steps, 100.0 * (1.0 - result.family_level),
           100.0 * result.family_level),
-      "conservative: proved to be at most nominal, and often far below. approximate: a limit law or matched "
+      "conservative: at most nominal, by proof or, where whole runs are compared, to the precision of "
+      "run_mean.h; "
+      "often far below. approximate: a limit law or matched "
       "cumulants."};
   return table;
 }
@@ -118,7 +120,7 @@ ReportTable wrong_filter_table(const SelftestResult& result) {
                filter.ok ? TableCell("ok", CellTone::good) : TableCell("NOT FOUND", CellTone::alarm)});
   }
   table.notes = {fmt::format(
-      "caught: by the whole battery at {:g} % for all its tests together. {} studies of {} runs for each "
+      "caught: by the word at {:g} %, over everything together. {} studies of {} runs for each "
       "filter. ok unless the share is proved to be below {:g} % caught or {:g} % named.",
       100.0 * result.power_level, result.wrong_filter_studies, result.wrong_filter_runs,
       100.0 * result.wrong_filters.front().caught_wanted, 100.0 * result.wrong_filters.front().named_wanted)};
