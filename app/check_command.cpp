@@ -119,7 +119,7 @@ int check(const CheckOptions& options) {
   }
   const Evidence& s = logs.analysis.evidence;
   return study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
-                         logs.analysis.judgement.word.verdict == Verdict::consistent, options);
+                         is_inconsistent(logs.analysis.judgement.word.verdict), options);
 }
 
 }  // namespace

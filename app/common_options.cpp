@@ -39,8 +39,9 @@ void add_threads_option(CLI::App& command, int& threads) {
 }
 
 void add_fail_option(CLI::App& command, CommonOptions& options) {
-  command.add_flag("--fail-on-inconsistent", options.fail_on_inconsistent,
-                   "exit with 1 when a verdict is not \"consistent\"");
+  command.add_flag(
+      "--fail-on-inconsistent", options.fail_on_inconsistent,
+      "exit with 1 when a verdict is optimistic, pessimistic or mixed; undecided is no accusation");
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options) {

@@ -71,10 +71,10 @@ std::vector<ConfigurationResult> run_configurations(std::span<const Configuratio
   return all;
 }
 
-int study_exit_code(bool complete, bool any_failed, bool all_consistent, const CommonOptions& options) {
+int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const CommonOptions& options) {
   if (!complete) return kInterrupted;
   if (any_failed) return kSomeFailed;
-  return options.fail_on_inconsistent && !all_consistent ? kInconsistent : kDone;
+  return options.fail_on_inconsistent && any_inconsistent ? kInconsistent : kDone;
 }
 
 }  // namespace credence

@@ -51,6 +51,6 @@ std::vector<ConfigurationResult> run_configurations(std::span<const Configuratio
                                                     Shard shard = {});
 
 /// The exit code of finished studies: interrupted, failed runs, inconsistent verdicts, in this order.
-int study_exit_code(bool complete, bool any_failed, bool all_consistent, const CommonOptions& options);
+int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const CommonOptions& options);
 
 }  // namespace credence

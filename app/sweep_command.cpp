@@ -76,14 +76,14 @@ int sweep(SweepOptions& options) {
     }
     return kDone;
   }
-  bool complete = true, failed = false, consistent = true;
+  bool complete = true, failed = false, inconsistent = false;
   std::vector<StudyAnalysis> analyses;
   for (std::size_t i = 0; i < results.size(); ++i) {
     complete = complete && results[i].result.complete;
     if (results[i].result.statistics.runs == 0) continue;
     analyses.push_back(analyse(configurations[i], std::move(results[i])));
     failed = failed || !analyses.back().statistics.failures.empty();
-    consistent = consistent && overall_verdict(analyses.back()) == Verdict::consistent;
+    inconsistent = inconsistent || is_inconsistent(overall_verdict(analyses.back()));
   }
   const SweepAnalysis analysis = analyse_sweep(plan, std::move(analyses));
   if (options.format == "json") {
@@ -95,7 +95,7 @@ int sweep(SweepOptions& options) {
   }
   write_sweep_report(options.out, analysis);
   tell_report(options);
-  return study_exit_code(complete, failed, consistent, options);
+  return study_exit_code(complete, failed, inconsistent, options);
 }
 
 struct MergeOptions {

@@ -132,6 +132,12 @@ TEST_F(CheckCommand, FindsAMistunedFilterFromItsLogs) {
   EXPECT_EQ(j["nees"]["verdict"], "optimistic");
 }
 
+TEST_F(CheckCommand, AnUndecidedFilterIsNotAccused) {
+  write("short.csv", "estimate.x,truth.x,P.1.1\n0.5,0,1\n-1,0,1\n0.2,0,1\n");
+  const Json j = json({"check", "short.csv", "--format", "json", "--quiet", "--fail-on-inconsistent"}, 0);
+  EXPECT_EQ(j["verdict"], "undecided");
+}
+
 TEST_F(CheckCommand, SaysWhatItReadRejectedAndWhere) {
   write("log.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n1,0,-1\n0.5,0,1\n0.1,0,0\n");
   const Finished f = run({"check", "log.csv", "--sensitivity"});
