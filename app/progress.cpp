@@ -31,7 +31,7 @@ std::string bar(double share) {
 
 }  // namespace
 
-ProgressDisplay::ProgressDisplay(std::string what, bool quiet, std::string unit)
+ProgressDisplay::ProgressDisplay(const std::string& what, bool quiet, std::string unit)
     : what_(printable_line(what)),
       unit_(std::move(unit)),
       quiet_(quiet),

@@ -12,7 +12,7 @@ namespace credence {
 class ProgressDisplay {
  public:
   /// `unit`: of what StudyProgress counts.
-  ProgressDisplay(std::string what, bool quiet, std::string unit = "runs");
+  ProgressDisplay(const std::string& what, bool quiet, std::string unit = "runs");
   ~ProgressDisplay();  ///< clears the bar
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
