@@ -37,12 +37,15 @@ bool well_conditioned(const Eigen::LLT<Matrix>& factor, const Matrix& P) {
   return true;
 }
 
-/// tr(S⁻¹ R)/m with R of pieces of these variances.
+/// tr(S⁻¹ R)/m with R of pieces of these variances: (S⁻¹)_ii = ‖column i of L⁻¹‖², S = L Lᵀ.
 double share_of_noise(const Matrix& S, const std::vector<double>& variances) {
   const Index m = S.rows(), d = std::ssize(variances);
-  Matrix R = Matrix::Zero(m, m);
-  for (Index i = 0; i < m; ++i) R(i, i) = variances[static_cast<std::size_t>(i % d)];
-  return S.llt().solve(R).trace() / static_cast<double>(m);
+  const Matrix inverse_factor = S.llt().matrixL().solve(Matrix::Identity(m, m));
+  double trace = 0.0;
+  for (Index i = 0; i < m; ++i) {
+    trace += variances[static_cast<std::size_t>(i % d)] * inverse_factor.col(i).tail(m - i).squaredNorm();
+  }
+  return trace / static_cast<double>(m);
 }
 
 /// Beyond it an angle is not wrapped; the least above π.
@@ -68,8 +71,11 @@ void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLa
 }
 
 void EvidenceRecorder::list_blocks() {
+  block_at_.clear();
   if (!layout_.has_truth) return;
-  for (const Block& block : layout_.blocks) sums_.block(block);
+  for (const Block& block : layout_.blocks) {
+    block_at_.push_back(static_cast<std::size_t>(&sums_.block(block) - sums_.blocks.data()));
+  }
 }
 
 void EvidenceRecorder::begin_run() {
@@ -195,7 +201,7 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
       run_.vehicle.add(blocks_[b].value, blocks_[b].dof);
     }
     run_.blocks[b].add(blocks_[b].value, blocks_[b].dof);
-    sums_at(sums_.block(block).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
+    sums_at(sums_of_block(b).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
     double squared = step.error(places_[b]).squaredNorm();
     if (block.part == Part::map) {
       squared *= static_cast<double>(layout_.landmark_dim) / static_cast<double>(places_[b].size());
@@ -360,7 +366,7 @@ void EvidenceRecorder::close_run(bool well) {
   runs.nees.push_back(std::move(run_.nees));
   for (std::size_t b = 0; b < run_.blocks.size(); ++b) {
     if (run_.squared_error[b].count == 0) continue;
-    BlockSums& sums = sums_.block(layout_.blocks[b]);
+    BlockSums& sums = sums_of_block(b);
     sums.squared_error.add(run_.squared_error[b].mean);
     run_.blocks[b].add_to(sums.runs);
   }

@@ -65,6 +65,7 @@ class EvidenceRecorder {
   };
 
   void list_blocks();  ///< in the order of the layout, seen or not
+  BlockSums& sums_of_block(std::size_t b) { return sums_.blocks[block_at_[b]]; }
   Normalised normalise(const Vector& error, const Matrix& P);
   void find_places(const Step& step);
   std::string_view judge_state(const Step& step);
@@ -84,6 +85,7 @@ class EvidenceRecorder {
   std::vector<Evidence> full_;
   OpenRun run_;
   NeesSolver solver_;
+  std::vector<std::size_t> block_at_;             ///< of each block of the layout, among those of the sums
   std::vector<Index> states_;                     ///< of the step that places_ is of
   std::vector<std::vector<Index>> places_;        ///< of the states of each block in the step at hand
   Normalised state_;                              ///< of the step at hand

@@ -34,7 +34,7 @@ Verdict verdict_of(bool optimistic, bool pessimistic) {
                                    : Verdict::consistent;
 }
 
-/// The part that says most in one direction: a block before NEES before NIS, since it says where.
+/// The part that says most in one direction: a block before NEES and NIS, since it says where.
 const Candidate* foremost(const std::vector<Candidate>& candidates, const JointTests& joint, std::size_t side,
                           double alpha) {
   const Candidate* best = nullptr;
@@ -46,8 +46,13 @@ const Candidate* foremost(const std::vector<Candidate>& candidates, const JointT
       best = &candidates[i];
     }
   }
-  for (std::size_t i = 0; best == nullptr && i < 2; ++i) {
-    if (joint.adjusted[i][side] <= alpha) best = &candidates[i];
+  if (best != nullptr) return best;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double p = joint.adjusted[i][side];
+    if (p <= alpha && p < smallest) {
+      smallest = p;
+      best = &candidates[i];
+    }
   }
   return best;
 }
