@@ -263,7 +263,7 @@ TEST(Judgement, ADimensionThatVariesIsTestedByTheSum) {
 }
 
 TEST(Judgement, InnovationsAloneAreJudgedWithoutTruth) {
-  RunLayout layout{.states = {}, .angles = {}, .sensors = {{.dim = 1, .piece = 1}}};
+  RunLayout layout{.states = {}, .angles = {}, .sensors = {{.name = "", .dim = 1, .piece = 1}}};
   layout.has_truth = false;
   EvidenceRecorder sums;
   sums.begin_file("x", layout);
