@@ -25,13 +25,6 @@ cairo_status_t append_bytes(void* target, const unsigned char* bytes, unsigned l
   return CAIRO_STATUS_SUCCESS;
 }
 
-struct SurfaceDeleter {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-struct ContextDeleter {
-  void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
-
 void set_colour(cairo_t* cr, std::uint32_t rgb, double opacity) {
   const auto channel = [rgb](unsigned shift) { return static_cast<double>((rgb >> shift) & 0xFFu) / 255.0; };
   cairo_set_source_rgba(cr, channel(16), channel(8), channel(0), opacity);
@@ -63,6 +56,13 @@ double advance_width(cairo_t* cr, const std::vector<TextRun>& runs) {
 }  // namespace
 
 struct PdfCanvas::Page {
+  struct SurfaceDeleter {
+    void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+  };
+  struct ContextDeleter {
+    void operator()(cairo_t* context) const { cairo_destroy(context); }
+  };
+
   std::string bytes;
   std::unique_ptr<cairo_surface_t, SurfaceDeleter> surface;
   std::unique_ptr<cairo_t, ContextDeleter> context;
