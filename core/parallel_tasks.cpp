@@ -36,15 +36,26 @@ int possible_threads(int wished) {
   return possible;
 }
 
+/// Runs `work` on this thread and on up to `threads` − 1 of its own, as many as can be had, and waits for
+/// all.
+void on_own_threads(int threads, const std::function<void()>& work) {
+  std::vector<std::jthread> pool;
+  try {
+    for (int i = 1; i < threads; ++i) pool.emplace_back(work);
+  } catch (const std::system_error&) {  // there are no more
+  }
+  work();
+}
+
 /// Runs `work` on so many threads at once, or as many as can be had, and waits for all.
 void on_threads(int wished, const std::function<void()>& work) {
   const int threads = possible_threads(wished);
 #ifdef __SANITIZE_THREAD__
   // Debian's TBB is not instrumented: the sanitizer would not see that it joins its workers.
-  std::vector<std::jthread> pool;
-  for (int i = 1; i < threads; ++i) pool.emplace_back(work);
-  work();
+  on_own_threads(threads, work);
 #else
+  // Near a limit nobody knows beforehand how many TBB can make.
+  if (threads < wished) return on_own_threads(threads, work);
   // Allows the arena more workers than processors when the user asks for them.
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(threads));
