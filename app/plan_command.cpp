@@ -12,6 +12,7 @@
 #include "app/progress.h"
 #include "app/terminal_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/plan_report.h"
 
 namespace credence {

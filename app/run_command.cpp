@@ -19,6 +19,7 @@
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
 #include "reports/document/study_json.h"
 #include "reports/document/study_report.h"

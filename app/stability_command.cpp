@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "analysis/stability/planar_stability.h"
 #include "analysis/stability/stability_analysis.h"
@@ -16,7 +17,7 @@
 #include "core/parallel_tasks.h"
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
-#include "montecarlo/worlds/filter_setup.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/planar_stability_report.h"
 #include "reports/document/planar_table_report.h"
 #include "reports/document/stability_report.h"
@@ -36,10 +37,17 @@ struct StabilityOutput {
   std::string json;
 };
 
-StabilityOutput linear_output(const Scenario& scenario, const StabilityOptions& options) {
+/// The names of the states, but for a SLAM state, whose symmetries have names.
+std::vector<std::string> own_names(const Scenario& scenario, const LinearProblem& problem) {
+  const bool slam = world_of(scenario).figure != RunFigure::states;
+  return slam ? std::vector<std::string>{} : problem.scene.layout.states;
+}
+
+StabilityOutput linear_output(const Scenario& scenario, const LinearProblem& problem,
+                              const StabilityOptions& options) {
   const Index steps = scenario.study.steps;
-  const StabilityAnalysis a = analyse_stability(make_assumed_model(scenario), make_inflation_rule(scenario),
-                                                steps, std::max(options.horizon, steps));
+  const StabilityAnalysis a = analyse_stability(
+      problem.assumed, problem.rule, steps, std::max(options.horizon, steps), own_names(scenario, problem));
   if (!options.out.empty()) write_stability_report(options.out, scenario, a);
   return {{stability_rank_table(a), stability_verdict_table(a)}, stability_json(scenario, a)};
 }
@@ -59,7 +67,13 @@ void require_one_covariance(const Scenario& scenario, const std::string& file) {
       file, scenario.noise.detection_probability));
 }
 
-void require_planar_inflation(const Scenario& scenario, const std::string& file) {
+/// Throws ScenarioError for a world that is neither linear nor driven along a path, and for an inflation that
+/// the latter has not.
+void require_path(const Scenario& scenario, const std::string& file) {
+  if (world_of(scenario).figure != RunFigure::plane_slam) {
+    throw ScenarioError(fmt::format("{}: {}: stability handles linear worlds and the planar one", file,
+                                    world_text(scenario)));
+  }
   if (scenario.filter.inflation != FilterInflation::rank) return;
   throw ScenarioError(fmt::format(
       "{}: filter.inflation = \"rank\": in a planar world stability handles \"none\", \"full\" and \"map\"",
@@ -69,14 +83,14 @@ void require_planar_inflation(const Scenario& scenario, const std::string& file)
 /// All points of a sweep, in parallel.
 std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const StabilityOptions& options) {
   for (const SweepPoint& point : plan.points) {
-    if (point.scenario.world.model != WorldModel::planar) {
+    if (linear_problem(point.scenario)) {
       throw ScenarioError(
           fmt::format("{}: [sweep]: stability compares planar worlds only; `credence sweep` "
                       "compares linear ones",
                       options.scenario));
     }
     require_one_covariance(point.scenario, options.scenario);
-    require_planar_inflation(point.scenario, options.scenario);
+    require_path(point.scenario, options.scenario);
   }
   std::vector<PlanarStability> analyses(plan.points.size());
   ProgressDisplay display(plan.name, options.quiet, "configurations");
@@ -110,11 +124,11 @@ int stability(const StabilityOptions& options) {
   const SweepPlan plan = load_sweep(options.scenario, options.overrides());
   if (!plan.axes.empty()) return stability_of_sweep(plan, options);
   const Scenario& scenario = plan.points.front().scenario;
-  const bool planar = scenario.world.model == WorldModel::planar;
+  const std::optional<LinearProblem> linear = linear_problem(scenario);
   require_one_covariance(scenario, options.scenario);
-  if (planar) require_planar_inflation(scenario, options.scenario);
+  if (!linear) require_path(scenario, options.scenario);
   const StabilityOutput output = naming_file(options.scenario, [&] {
-    return planar ? planar_output(scenario, options) : linear_output(scenario, options);
+    return linear ? linear_output(scenario, *linear, options) : planar_output(scenario, options);
   });
   if (options.format == "json") {
     fmt::print("{}\n", output.json);

@@ -8,6 +8,7 @@
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 

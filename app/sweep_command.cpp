@@ -16,10 +16,10 @@
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "core/memory_need.h"
-#include "montecarlo/engine/experiment_memory.h"
 #include "montecarlo/scenario/scenario_hash.h"
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/sweep_report.h"
 #include "reports/render/utf8_text.h"
 

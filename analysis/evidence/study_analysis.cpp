@@ -5,8 +5,9 @@
 
 #include "analysis/evidence/evidence_collect.h"
 
-#include "montecarlo/worlds/monobot/intermittent_experiment.h"
-#include "montecarlo/worlds/monobot/linear_experiment.h"
+#include "montecarlo/scenario/world_schema.h"
+#include "montecarlo/worlds/linear/intermittent_experiment.h"
+#include "montecarlo/worlds/linear/linear_experiment.h"
 
 namespace credence {
 namespace {
@@ -32,32 +33,43 @@ std::vector<double> root_means(const StudyStatistics& statistics, Quantity quant
   return result;
 }
 
+/// Of the first block of this kind.
+std::vector<Index> states_of(const RunLayout& layout, Part part) {
+  const auto block = std::ranges::find(layout.blocks, part, &Block::part);
+  return block == layout.blocks.end() ? std::vector<Index>{} : block->states;
+}
+
 void analyse_linear(const LinearExperiment& experiment, StudyAnalysis& analysis) {
   const auto& steps = experiment.filter_steps();
-  analysis.exact = exact_moments(experiment.true_model(), steps);
-  const Index landmarks = experiment.true_model().layout.landmarks;
+  analysis.linear = true;
+  analysis.exact = exact_moments(experiment.true_model(), experiment.assumed_model(), steps);
+  const std::vector<Index> position = states_of(experiment.layout(), Part::position);
+  const std::vector<Index> map = states_of(experiment.layout(), Part::map);
   for (const LinearFilterStep& step : steps) {
     if (!step.ok) break;
     CovarianceCurves& c = analysis.covariance;
     c.trace_prior.push_back(step.P_prior.trace());
     c.trace.push_back(step.P.trace());
-    c.vehicle.push_back(step.P(0, 0));
-    c.landmarks.push_back(step.P.diagonal().tail(landmarks).sum());
+    if (!position.empty()) c.vehicle.push_back(step.P.diagonal()(position).sum());
+    if (experiment.layout().landmark_dim > 0) c.landmarks.push_back(step.P.diagonal()(map).sum());
     analysis.gain = step.K;
   }
 }
 
-CovarianceCurves mean_curves(const StudyStatistics& s) {
-  return {.trace_prior = means(s, Quantity::trace_prior),
-          .trace = means(s, Quantity::trace),
-          .vehicle = means(s, Quantity::trace_vehicle),
-          .landmarks = means(s, Quantity::trace_landmarks)};
+CovarianceCurves mean_curves(const StudyStatistics& s, const RunLayout& layout) {
+  CovarianceCurves curves;
+  curves.trace_prior = means(s, Quantity::trace_prior);
+  curves.trace = means(s, Quantity::trace);
+  if (!states_of(layout, Part::position).empty()) curves.vehicle = means(s, Quantity::trace_vehicle);
+  if (layout.landmark_dim > 0) curves.landmarks = means(s, Quantity::trace_landmarks);
+  return curves;
 }
 
 /// Every run has a covariance of its own. Given what it sees, an optimal filter has E[NEES] = n and E[NIS] =
 /// the number of measurements, which is p m/(1 − (1 − p)^m) on average where there is one at all.
 void analyse_intermittent(const IntermittentExperiment& experiment, StudyAnalysis& analysis) {
-  analysis.covariance = mean_curves(analysis.statistics);
+  analysis.linear = true;
+  analysis.covariance = mean_curves(analysis.statistics, experiment.layout());
   if (!experiment.is_optimal()) return;
   const IntermittentProblem& p = experiment.problem();
   ExactMoments exact;
@@ -67,13 +79,19 @@ void analyse_intermittent(const IntermittentExperiment& experiment, StudyAnalysi
   analysis.exact.assign(analysis.statistics.steps.size(), exact);
 }
 
-void analyse_planar(StudyAnalysis& analysis) {
+void analyse_nonlinear(const RunLayout& layout, StudyAnalysis& analysis) {
   const StudyStatistics& s = analysis.statistics;
-  analysis.covariance = mean_curves(s);
-  analysis.errors = {.position_m = root_means(s, Quantity::position_error_squared),
-                     .heading_rad = root_means(s, Quantity::heading_error_squared),
-                     .landmark_m = root_means(s, Quantity::landmark_error_squared)};
-  analysis.vehicle_nees = judge_vehicle(s, analysis.scenario.study.confidence);
+  analysis.covariance = mean_curves(s, layout);
+  const auto curve = [&](bool there, Quantity quantity) {
+    return there ? root_means(s, quantity) : std::vector<double>{};
+  };
+  analysis.errors = {
+      .position_m = curve(!states_of(layout, Part::position).empty(), Quantity::position_error_squared),
+      .heading_rad = curve(!states_of(layout, Part::heading).empty(), Quantity::heading_error_squared),
+      .landmark_m = curve(layout.landmark_dim > 0, Quantity::landmark_error_squared)};
+  if (!states_of(layout, Part::pose).empty()) {
+    analysis.vehicle_nees = judge_vehicle(s, analysis.scenario.study.confidence);
+  }
 }
 
 }  // namespace
@@ -96,7 +114,7 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   } else if (const auto* missing = dynamic_cast<const IntermittentExperiment*>(&experiment)) {
     analyse_intermittent(*missing, analysis);
   } else {
-    analyse_planar(analysis);
+    analyse_nonlinear(experiment.layout(), analysis);
   }
   std::vector<BlockVerdict> blocks;
   if (analysis.vehicle_nees) blocks.push_back({"pose", *analysis.vehicle_nees});

@@ -44,6 +44,7 @@ struct StudyAnalysis {
   std::optional<Judgement> judgement;  ///< of the first runs; not made for a sweep
   CovarianceCurves covariance;
   ErrorCurves errors;
+  bool linear = false;              ///< gains and errors are linear: `exact` and `gain` may be known
   std::vector<ExactMoments> exact;  ///< linear models: one for each step
   Matrix gain;                      ///< linear models: K of the last step, n×m
 };

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/linear_algebra/decompositions.h"
+#include "core/models/model_mismatch.h"
 
 namespace credence {
 namespace {
@@ -90,27 +91,35 @@ ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma) {
 
 std::vector<ExactMoments> exact_moments(const LinearModel& truth,
                                         const std::vector<LinearFilterStep>& steps) {
-  const Index n = truth.state_dim();
-  const Matrix GQG = truth.G * truth.Q * truth.G.transpose();
+  return exact_moments(truth, truth, steps);
+}
+
+std::vector<ExactMoments> exact_moments(const LinearModel& truth, const LinearModel& assumed,
+                                        const std::vector<LinearFilterStep>& steps) {
+  const LinearModel model = error_model(truth, assumed);
+  const Index n = truth.state_dim(), states = model.state_dim();
+  const Matrix GQG = model.G * model.Q * model.G.transpose();
   std::vector<ExactMoments> moments;
   moments.reserve(steps.size());
-  Matrix Sigma = truth.P0;
+  Matrix Sigma = model.P0;
   for (const LinearFilterStep& step : steps) {
     if (!step.ok) break;
     require_sizes(truth, step);
     ExactMoments now;
-    now.Sigma_prior = symmetrised(truth.F * Sigma * truth.F.transpose() + GQG);
-    const Matrix A = Matrix::Identity(n, n) - step.K * truth.H;
-    now.Sigma = symmetrised(A * now.Sigma_prior * A.transpose() + step.K * truth.R * step.K.transpose());
+    const Matrix prior = symmetrised(model.F * Sigma * model.F.transpose() + GQG);
+    const Matrix K = padded(step.K, states, step.K.cols());
+    const Matrix A = Matrix::Identity(states, states) - K * model.H;
+    Sigma = symmetrised(A * prior * A.transpose() + K * model.R * K.transpose());
+    now.Sigma_prior = prior.topLeftCorner(n, n);
+    now.Sigma = Sigma.topLeftCorner(n, n);
     const ExpectedSquare nees = expected_square(step.P, now.Sigma);
     now.nees = nees.value;
     now.nees_dof = nees.dof;
     now.outside = nees.outside;
     const ExpectedSquare nis =
-        expected_square(step.S, symmetrised(truth.H * now.Sigma_prior * truth.H.transpose() + truth.R));
+        expected_square(step.S, symmetrised(model.H * prior * model.H.transpose() + model.R));
     now.nis = nis.value;
     now.nis_dof = nis.dof;
-    Sigma = now.Sigma;
     moments.push_back(std::move(now));
   }
   return moments;

@@ -32,6 +32,11 @@ struct ExactMoments {
 /// Throws std::invalid_argument for steps of other sizes than the model's.
 std::vector<ExactMoments> exact_moments(const LinearModel& truth, const std::vector<LinearFilterStep>& steps);
 
+/// The same for a filter that may have another F or H: the covariance is then that of [e; x]
+/// (core/models/model_mismatch.h), with x̂_0 = 0, and Σ is its block of e.
+std::vector<ExactMoments> exact_moments(const LinearModel& truth, const LinearModel& assumed,
+                                        const std::vector<LinearFilterStep>& steps);
+
 /// tr(P⁻¹ Σ) on the range of P.
 struct ExpectedSquare {
   double value = 0.0;

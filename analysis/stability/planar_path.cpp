@@ -11,9 +11,9 @@
 #include "core/memory_need.h"
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
-#include "montecarlo/worlds/filter_setup.h"
 #include "montecarlo/worlds/planar/path_length.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
+#include "montecarlo/worlds/slam_settings.h"
 
 namespace credence {
 namespace {

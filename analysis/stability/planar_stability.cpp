@@ -101,7 +101,7 @@ const PlanarFollowed& PlanarStability::own(InflationSolution solution) const {
 
 PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops) {
   if (loops < 4) throw std::invalid_argument(fmt::format("loops = {}: must be at least 4", loops));
-  if (scenario.world.model != WorldModel::planar || scenario.filter.inflation == FilterInflation::rank) {
+  if (scenario.world.model != "planar" || scenario.filter.inflation == FilterInflation::rank) {
     throw std::invalid_argument("a planar world without a constant inflation is needed");
   }
   PlanarStability a;

@@ -70,7 +70,11 @@ void compare_initial_covariances(StabilityAnalysis& a, const RiccatiProblem& pro
 }  // namespace
 
 StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationRule& rule, Index steps,
-                                    Index horizon) {
+                                    Index horizon, const std::vector<std::string>& states) {
+  const auto name = [&](const Matrix& directions) {
+    return states.empty() ? name_unobservable(directions, assumed.layout)
+                          : name_unobservable(directions, states);
+  };
   if (steps < 1) throw std::invalid_argument(fmt::format("steps = {}: must be at least 1", steps));
   if (horizon < std::max<Index>(4, steps)) {
     throw std::invalid_argument(
@@ -79,6 +83,7 @@ StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationR
   StabilityAnalysis a;
   a.state_dim = assumed.state_dim();
   a.steps = steps;
+  a.in_metres = states.empty();
   a.sequential = rule.is_sequential();
   a.inflation_varies = rule.inflation != Inflation::none;
 
@@ -93,9 +98,7 @@ StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationR
   a.observability = seen.decision;
   a.inflation = psd_rank(last.inflation);
   a.noise_total = psd_rank(problem.Qt);
-  for (const NamedDirection& d : name_unobservable(seen.unobservable, assumed.layout)) {
-    a.unobservable.push_back(d.name);
-  }
+  for (const NamedDirection& d : name(seen.unobservable)) a.unobservable.push_back(d.name);
 
   a.K = last.K;
   a.closed_loop_eigenvalues = closed_loop_eigenvalues(assumed.F, a.K, assumed.H);
@@ -108,7 +111,7 @@ StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationR
   if (problem.F.isIdentity(0.0)) {
     a.noise_condition = noise_condition(problem, assumed.P0);
     const Matrix& u = a.noise_condition->direction;
-    if (u.size() > 0) a.growth_direction = name_unobservable(u, assumed.layout).front().name;
+    if (u.size() > 0) a.growth_direction = name(u).front().name;
   }
   a.paper_condition_holds = paper_boundedness(last.inflation, a.observability.rank).bounded();
   return a;

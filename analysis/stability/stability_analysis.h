@@ -31,6 +31,7 @@ struct StabilityAnalysis {
   Index state_dim = 0;
   Index steps = 0;               ///< the step at which K and ΔP are taken
   bool sequential = false;       ///< inflation within the update: ΔP before it is zero
+  bool in_metres = true;         ///< all states are, so that a trace of P is in m²
   bool inflation_varies = true;  ///< ΔP_k depends on P: verdicts with constant Q_t are about its last value
 
   RankDecision controllability, observability, inflation, noise_total;
@@ -59,9 +60,11 @@ inline constexpr double kInitialEffectTolerance = 1e-6;
 /// Analyses the filter that `assumed` and `rule` define: ranks, eigenvalues and Riccati limit with the K and
 /// ΔP of step `steps`, and the covariance recursion over `horizon` steps.
 ///
-/// Throws std::invalid_argument for steps < 1, horizon < max(4, steps), a model that `require_valid` refuses,
-/// and a filter that fails (S not positive definite) before `steps`. O(horizon · n³).
+/// `states` names the states of a model that is no SLAM, whose units are not known; empty: they have the
+/// names of its layout, and are metres. Throws std::invalid_argument for steps < 1, horizon < max(4, steps),
+/// a model that `require_valid` refuses, and a filter that fails (S not positive definite) before `steps`.
+/// O(horizon · n³).
 StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationRule& rule, Index steps,
-                                    Index horizon);
+                                    Index horizon, const std::vector<std::string>& states = {});
 
 }  // namespace credence

@@ -164,9 +164,21 @@ std::vector<NamedDirection> name_unobservable(const Matrix& unobservable, const 
     names.push_back(std::move(candidate));
   }
   if (is_plane(layout)) name_combinations(layout, linearisation_point, tolerance, remainder, names);
-  const std::vector<std::string> states = state_names(layout);
-  for (Index j = 0; j < remainder.left().cols(); ++j) {
-    const Vector unit = remainder.left().col(j);
+  for (NamedDirection& listed : name_unobservable(remainder.left(), state_names(layout))) {
+    names.push_back(std::move(listed));
+  }
+  return names;
+}
+
+std::vector<NamedDirection> name_unobservable(const Matrix& unobservable,
+                                              const std::vector<std::string>& states) {
+  if (unobservable.rows() != std::ssize(states)) {
+    throw std::invalid_argument(fmt::format("directions have {} components and there are {} names",
+                                            unobservable.rows(), states.size()));
+  }
+  std::vector<NamedDirection> names;
+  for (Index j = 0; j < unobservable.cols(); ++j) {
+    const Vector unit = unobservable.col(j);
     names.push_back({list_components(unit, states), unit});
   }
   return names;

@@ -34,6 +34,11 @@ std::vector<NamedDirection> name_unobservable(const Matrix& unobservable, const 
                                               const Vector& linearisation_point = Vector(),
                                               const Matrix& anchors = Matrix(), double tolerance = 1e-6);
 
+/// The listings of the largest components of directions of a state without known symmetries, by the names of
+/// its states. Throws std::invalid_argument for names that are not as many as the directions have rows.
+std::vector<NamedDirection> name_unobservable(const Matrix& unobservable,
+                                              const std::vector<std::string>& states);
+
 /// The names of the states: r, f1, f2 … in one dimension; x, y, heading, f1x, f1y … in the plane; x1 … else.
 std::vector<std::string> state_names(const BlockLayout& layout);
 

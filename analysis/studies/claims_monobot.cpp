@@ -11,7 +11,8 @@
 #include "analysis/studies/claims.h"
 #include "core/filters/linear_filter.h"
 #include "core/inflation/rank_inflation.h"
-#include "montecarlo/worlds/monobot/linear_experiment.h"
+#include "montecarlo/worlds/linear/linear_experiment.h"
+#include "montecarlo/worlds/monobot/monobot_world.h"
 
 namespace credence {
 namespace {
@@ -57,7 +58,8 @@ Claim unit_eigenvalue() {
 
 Claim error_of_one_run() {
   const LinearModel model = monobot(1);
-  const LinearExperiment experiment(model, model, kNone, kLong, NoiseSource(1, 0));
+  const LinearExperiment experiment({{model, model, kNone}, monobot_scene(model, true)}, kLong,
+                                    NoiseSource(1, 0));
   double at_100 = 0.0, at_half = 0.0, last = 0.0;
   Index k = 0;
   experiment.visit(0, [&](const TraceStep& step) {

@@ -2,6 +2,7 @@
 
 #include "analysis/stability/planar_stability.h"
 #include "analysis/studies/claims.h"
+#include "montecarlo/scenario/world_schema.h"
 
 namespace credence {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 constexpr Index kLoops = 20;
 
 Scenario circle(Index anchors, FilterInflation inflation) {
-  Scenario s = default_scenario(WorldModel::planar);
+  Scenario s = default_scenario("planar");
   s.world.landmarks = 6;
   s.world.observability = anchors > 0 ? Observability::full : Observability::partial;
   s.world.anchors = anchors;

@@ -20,6 +20,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/worlds/monobot/plain_monobot.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -187,7 +188,7 @@ TimedWork engine_work(Scenario scenario, std::int64_t runs, int threads, double 
 std::vector<TimedWork> monte_carlo_works() {
   constexpr std::int64_t kRuns = 6400, kPlainRuns = 16, kNormalSteps = 32;
   constexpr std::size_t kSteps = 100;
-  Scenario monobot = default_scenario(WorldModel::monobot);
+  Scenario monobot = default_scenario("monobot");
   monobot.world.landmarks = 1;
   monobot.study.steps = kSteps;
   const auto normals = std::make_shared<std::vector<double>>(2 * kNormalSteps * NoiseSource::kLanes);
@@ -212,7 +213,7 @@ std::vector<TimedWork> monte_carlo_works() {
 }
 
 Scenario planar_ten() {
-  Scenario scenario = default_scenario(WorldModel::planar);
+  Scenario scenario = default_scenario("planar");
   scenario.world.landmarks = 10;
   return scenario;
 }

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "analysis/laws/multiple_tests.h"
-#include "montecarlo/worlds/filter_setup.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -19,14 +19,15 @@ double error_growth_of(const std::vector<ExactMoments>& exact) {
 }  // namespace
 
 bool is_rank_map_cell(const Scenario& scenario) {
-  return scenario.world.model == WorldModel::monobot && scenario.filter.inflation == FilterInflation::rank &&
+  return scenario.world.model == "monobot" && scenario.filter.inflation == FilterInflation::rank &&
          scenario.noise.detection_probability == 1.0;
 }
 
 RankMapCell rank_map_cell(const StudyAnalysis& analysis) {
   const Scenario& scenario = analysis.scenario;
-  const LinearModel model = make_assumed_model(scenario);
-  const Matrix inflation = make_inflation_rule(scenario).constant;
+  const LinearProblem cell_problem = linear_problem(scenario).value();
+  const LinearModel& model = cell_problem.assumed;
+  const Matrix& inflation = cell_problem.rule.constant;
   const RiccatiProblem problem{model.F, model.H, model.G * model.Q * model.G.transpose() + inflation,
                                model.R};
   const ExactBoundedness exact = exact_boundedness(problem.F, problem.H, problem.Qt);

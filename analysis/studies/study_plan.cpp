@@ -11,9 +11,10 @@
 
 #include "analysis/evidence/effective_steps.h"
 #include "analysis/laws/effective_sample.h"
+#include "core/models/model_mismatch.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/engine/engine.h"
-#include "montecarlo/worlds/monobot/linear_experiment.h"
+#include "montecarlo/worlds/linear/linear_experiment.h"
 
 namespace credence {
 namespace {
@@ -66,6 +67,7 @@ std::optional<double> exact_effective_steps(const Experiment& experiment) {
   constexpr double kMostOperations = 1e9;
   if (count * count * n * n * n > kMostOperations || !steps.back().ok) return std::nullopt;
   const LinearModel& model = linear->true_model();
+  if (!knows_dynamics(model, linear->assumed_model())) return std::nullopt;
   std::vector<Matrix> transitions, covariances;
   for (const LinearFilterStep& step : steps) {
     transitions.emplace_back((Matrix::Identity(step.P.rows(), step.P.rows()) - step.K * model.H) * model.F);

@@ -10,6 +10,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -24,14 +25,14 @@ void run_engine(benchmark::State& state, const Scenario& scenario) {
 }
 
 void monobot_runs(benchmark::State& state) {
-  Scenario scenario = default_scenario(WorldModel::monobot);
+  Scenario scenario = default_scenario("monobot");
   scenario.study.runs = 10'000;
   run_engine(state, scenario);
 }
 BENCHMARK(monobot_runs)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 Scenario planar_scenario() {
-  Scenario scenario = default_scenario(WorldModel::planar);
+  Scenario scenario = default_scenario("planar");
   scenario.world.landmarks = 10;
   scenario.study.runs = 2048;
   return scenario;

@@ -6,19 +6,21 @@
 
 #include <vector>
 
-#include "montecarlo/worlds/filter_setup.h"
-#include "montecarlo/worlds/monobot/intermittent_experiment.h"
+#include "montecarlo/scenario/world_schema.h"
+#include "montecarlo/worlds/linear/intermittent_experiment.h"
+#include "montecarlo/worlds/monobot/monobot_world.h"
 
 namespace credence {
 namespace {
 
 /// The argument is N.
-IntermittentProblem problem_of(const benchmark::State& state, InflationSolution solution) {
-  Scenario scenario = default_scenario(WorldModel::monobot);
+LinearProblem problem_of(const benchmark::State& state, InflationSolution solution) {
+  Scenario scenario = default_scenario("monobot");
   scenario.world.landmarks = state.range(0);
   if (solution != InflationSolution::pairwise) scenario.filter.inflation = FilterInflation::map;
   scenario.filter.solution = solution;
-  return {make_true_model(scenario), make_assumed_model(scenario), make_inflation_rule(scenario), 0.9};
+  scenario.noise.detection_probability = 0.9;
+  return monobot_problem(scenario);
 }
 
 void run_chunks(benchmark::State& state, const IntermittentExperiment& experiment, std::int64_t runs) {

@@ -2,14 +2,12 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 #include "core/types.h"
 #include "montecarlo/engine/study_statistics.h"
-#include "montecarlo/scenario/scenario.h"
 
 namespace credence {
 
@@ -91,8 +89,5 @@ Outcome visit_steps(Index steps, const StepVisitor& take, Step step, Show show) 
   }
   return outcome;
 }
-
-/// The experiment of a scenario: linear for the monobot, EKF-SLAM for the planar world.
-std::unique_ptr<Experiment> make_experiment(const Scenario& scenario);
 
 }  // namespace credence

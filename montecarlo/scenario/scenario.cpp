@@ -2,28 +2,6 @@
 
 namespace credence {
 
-Scenario default_scenario(WorldModel model) {
-  Scenario scenario;
-  scenario.world.model = model;
-  if (model == WorldModel::planar) scenario.world.dt = 0.25;
-  return scenario;
-}
-
-BlockLayout block_layout(const Scenario& scenario) {
-  const bool planar = scenario.world.model == WorldModel::planar;
-  return {.vehicle = planar ? 3 : 1, .landmark = planar ? 2 : 1, .landmarks = scenario.world.landmarks};
-}
-
-std::string_view to_string(WorldModel value) {
-  switch (value) {
-    case WorldModel::monobot:
-      return "monobot";
-    case WorldModel::planar:
-      return "planar";
-  }
-  return "";
-}
-
 std::string_view to_string(Observability value) {
   switch (value) {
     case Observability::partial:

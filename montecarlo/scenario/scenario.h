@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <variant>
+#include <vector>
 
 #include "core/inflation/inflation.h"
 #include "core/inflation/rank_inflation.h"
@@ -13,12 +16,11 @@
 
 /// @file
 /// What one configuration of a study is: the world, its noise, the filter that is judged, and how it is run.
-/// The meaning, unit, default and accepted values of every field are in the table of scenario_schema.cpp and
-/// in docs/scenario.md; scenario_io.h reads these structs from a TOML file.
+/// The meaning, unit, default and accepted values of every field are in the table of scenario_schema.h and in
+/// docs/scenario.md; scenario_io.h reads these structs from a TOML file.
 
 namespace credence {
 
-enum class WorldModel { monobot, planar };
 enum class Observability {
   partial,  ///< every landmark is a state
   full,     ///< `anchors` more landmarks stand at known positions and are no states
@@ -30,8 +32,8 @@ enum class PathShape { circle, eight, line };
 enum class FilterInflation { none, full, map, rank };
 
 struct WorldSettings {
-  WorldModel model = WorldModel::monobot;
-  Index landmarks = 2;  ///< N, landmarks that are states
+  std::string model = "monobot";  ///< name of one of the worlds of world_schema.h
+  Index landmarks = 2;            ///< N, landmarks that are states
   Observability observability = Observability::partial;
   Index anchors = 0;  ///< known landmarks that are no states; 0 when partial
   VehicleKind vehicle = VehicleKind::unicycle;
@@ -107,6 +109,14 @@ struct StopSettings {
   bool operator==(const StopSettings&) const = default;
 };
 
+/// Numbers as rows, of lengths that a world has to check.
+using NumberRows = std::vector<std::vector<double>>;
+
+/// Values of the keys that a world keeps in its own folder, by section.name; what is not in it has its
+/// default.
+using OwnValue = std::variant<double, std::int64_t, std::size_t, NumberRows, std::vector<std::string>>;
+using OwnValues = std::map<std::string, OwnValue, std::less<>>;
+
 /// One configuration, resolved: every field has its value, fields that play no part have their default.
 struct Scenario {
   std::string name;  ///< stem of the file; a label, no part of the configuration's identity
@@ -116,6 +126,7 @@ struct Scenario {
   FilterSettings filter;
   StudySettings study;
   StopSettings stop;
+  OwnValues own;
 
   /// Runs that the study makes unless it may end before.
   std::int64_t most_runs() const { return stop.max_runs > 0 ? stop.max_runs : study.runs; }
@@ -123,15 +134,7 @@ struct Scenario {
   bool operator==(const Scenario&) const = default;
 };
 
-/// The scenario of which everything but the model is left at its default.
-Scenario default_scenario(WorldModel model);
-
-/// How the state of a filter in this scenario is cut into blocks: the monobot has n_r = d = 1, the planar
-/// vehicle n_r = 3 and d = 2.
-BlockLayout block_layout(const Scenario& scenario);
-
 /// The word that stands for the value in a scenario file.
-std::string_view to_string(WorldModel value);
 std::string_view to_string(Observability value);
 std::string_view to_string(VehicleKind value);
 std::string_view to_string(PathShape value);

@@ -12,11 +12,18 @@ namespace {
 
 constexpr std::size_t kWidth = 100;
 
-/// The default in the model the key belongs to; anchors count from the observability that needs them.
+/// The default in the worlds that have the key: of the first, then those in which it is another. Anchors
+/// count from the observability that needs them.
 std::string default_text(const ScenarioKey& key) {
-  if (key.path() == "world.model") return "required";
-  const bool planar = key.accepted_when.find("\"planar\"") != std::string_view::npos;
-  return value_text(key_value(key, starting_scenario(planar ? WorldModel::planar : WorldModel::monobot)));
+  if (!key.default_words.empty()) return std::string(key.default_words);
+  std::string text, last;
+  for (const ScenarioKey::Use& use : key.uses) {
+    std::string value = value_text(key_value(key, starting_scenario(use.world)));
+    if (value == last) continue;
+    text += text.empty() ? value : fmt::format(", {} with \"{}\"", value, use.world);
+    last = std::move(value);
+  }
+  return text;
 }
 
 std::string with_unit(const std::string& text, std::string_view unit) {
@@ -39,6 +46,11 @@ std::string wrapped(std::string_view text, std::size_t indent) {
   return lines + fmt::format("{:{}}{}\n", "", indent, line);
 }
 
+std::string only_text(const ScenarioKey& key) {
+  const std::string where = key.accepted_where();
+  return where.empty() ? "" : fmt::format("; only {}", where);
+}
+
 std::string code(std::string_view text) { return fmt::format("`{}`", text); }
 
 }  // namespace
@@ -51,7 +63,7 @@ std::string scenario_help() {
       if (key.section != section) continue;
       text += fmt::format("  {} = {}\n", key.name, with_unit(default_text(key), key.unit));
       std::string about = fmt::format("{}; {}", key.meaning, accepted_values(key));
-      if (!key.accepted_when.empty()) about += fmt::format("; only {}", key.accepted_when);
+      about += only_text(key);
       text += wrapped(about, 6);
     }
   }
@@ -65,9 +77,8 @@ std::string scenario_reference() {
         "### `[{}]`\n\n| key | default | unit | accepted | meaning |\n|---|---|---|---|---|\n", section);
     for (const ScenarioKey& key : scenario_keys()) {
       if (key.section != section) continue;
-      const std::string only = key.accepted_when.empty() ? "" : fmt::format("; only {}", key.accepted_when);
       text += fmt::format("| {} | {} | {} | {}{} | {} |\n", code(key.name), code(default_text(key)), key.unit,
-                          accepted_values(key), only, key.meaning);
+                          accepted_values(key), only_text(key), key.meaning);
     }
     text += "\n";
   }

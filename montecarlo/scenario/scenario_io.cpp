@@ -50,12 +50,19 @@ ScalarValue scalar_value(const toml::node& node) {
   return OtherValue{"a date or time"};
 }
 
+std::vector<ScalarValue> scalar_values(const toml::array& array) {
+  std::vector<ScalarValue> values;
+  for (const toml::node& element : array) values.push_back(scalar_value(element));
+  return values;
+}
+
 SettingValue setting_value(const toml::node& node) {
   const auto* array = node.as_array();
   if (array == nullptr) return scalar_value(node);
-  std::vector<ScalarValue> values;
-  for (const toml::node& element : *array) values.push_back(scalar_value(element));
-  return values;
+  if (array->empty() || !array->is_homogeneous(toml::node_type::array)) return scalar_values(*array);
+  NestedArray rows;
+  for (const toml::node& element : *array) rows.push_back(scalar_values(*element.as_array()));
+  return rows;
 }
 
 /// The dot between section and key: behind the longest section that there is, else the first.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "montecarlo/scenario/scenario_schema.h"
+#include "montecarlo/scenario/world_schema.h"
 
 namespace credence {
 namespace {
@@ -19,7 +20,7 @@ const Setting* find_setting(std::span<const Setting> settings, const ScenarioKey
 }
 
 /// The model, when it is given and right.
-std::optional<WorldModel> chosen_model(std::span<const Setting> settings) {
+std::optional<std::string> chosen_model(std::span<const Setting> settings) {
   const ScenarioKey& key = *find_scenario_key("world", "model");
   const Setting* setting = find_setting(settings, key);
   Scenario scenario;
@@ -27,16 +28,10 @@ std::optional<WorldModel> chosen_model(std::span<const Setting> settings) {
   return scenario.world.model;
 }
 
-/// Whether the key exists in worlds of the model, whatever the other settings.
-bool belongs_to(const ScenarioKey& key, std::optional<WorldModel> model) {
-  if (!model || key.accepted_when.find("world.model") == std::string_view::npos) return true;
-  return key.accepted_when.find(to_string(*model)) != std::string_view::npos;
-}
-
-std::vector<std::string_view> names_of(std::string_view section, std::optional<WorldModel> model) {
+std::vector<std::string_view> names_of(std::string_view section, const std::optional<std::string>& model) {
   std::vector<std::string_view> names;
   for (const ScenarioKey& key : scenario_keys()) {
-    if (key.section == section && belongs_to(key, model)) names.push_back(key.name);
+    if (key.section == section && (!model || key.of_world(*model))) names.push_back(key.name);
   }
   return names;
 }
@@ -64,50 +59,18 @@ struct Resolution {
                        value_text(key_value(key, scenario)));
   }
 
-  [[noreturn]] void impossible(std::string_view section, std::string_view name,
-                               const std::string& rule) const {
-    throw ImpossibleCombination(fmt::format("{}: {}", place(*find_scenario_key(section, name)), rule));
+  template <class Error>
+  Refusal::Throw refuse() const {
+    return [this](std::string_view section, std::string_view name, const std::string& rule) {
+      throw Error(fmt::format("{}: {}", place(*find_scenario_key(section, name)), rule));
+    };
+  }
+
+  void check() const {
+    find_world(scenario.world.model)
+        ->check(scenario, {refuse<ImpossibleCombination>(), refuse<ScenarioError>()});
   }
 };
-
-void check_landmarks(const Resolution& r) {
-  const WorldSettings& world = r.scenario.world;
-  if (world.observability == Observability::partial) {
-    if (world.landmarks < 1) {
-      r.impossible("world", "landmarks", "must be >= 1 with world.observability = \"partial\"");
-    }
-  } else if (world.anchors < 1) {
-    r.impossible("world", "anchors", "must be >= 1 with world.observability = \"full\"");
-  }
-}
-
-void check_sensor(const Resolution& r) {
-  const WorldSettings& world = r.scenario.world;
-  if (world.model == WorldModel::planar && world.sensor_min_range >= world.sensor_range) {
-    r.impossible("world", "sensor_min_range",
-                 fmt::format("must be < world.sensor_range = {}", world.sensor_range));
-  }
-}
-
-void check_filter(const Resolution& r) {
-  const FilterSettings& filter = r.scenario.filter;
-  if (filter.inflation == FilterInflation::full &&
-      (filter.solution == InflationSolution::sequential || filter.solution == InflationSolution::drop)) {
-    r.impossible("filter", "solution",
-                 "needs filter.inflation = \"map\", it is \"full\"; with \"full\" accepted are \"pairwise\", "
-                 "\"min-trace\"");
-  }
-  if (filter.inflation != FilterInflation::rank) return;
-  const Index most = max_inflation_rank(block_layout(r.scenario), filter.inflation_range);
-  const Index noises = r.scenario.world.model == WorldModel::planar ? 2 : 1;  // rank G
-  const Index least = filter.inflation_range == InflationRange::with_vehicle ? noises : 0;
-  if (filter.inflation_rank < least || filter.inflation_rank > most) {
-    r.impossible(
-        "filter", "inflation_rank",
-        fmt::format("must be from {} to {} with world.landmarks = {} and filter.inflation_range = \"{}\"",
-                    least, most, r.scenario.world.landmarks, to_string(filter.inflation_range)));
-  }
-}
 
 void assign(Resolution& r) {
   for (const Setting& setting : r.settings) {
@@ -120,23 +83,29 @@ void assign(Resolution& r) {
 void check_acceptance(const Resolution& r) {
   for (const Setting& setting : r.settings) {
     const ScenarioKey& key = *find_scenario_key(setting.section, setting.key);
-    if (key.accepted(r.scenario)) continue;
+    if (key.accepted_in(r.scenario)) continue;
     std::vector<std::string_view> names;
     for (const ScenarioKey& other : scenario_keys()) {
-      if (other.section == key.section && other.accepted(r.scenario)) names.push_back(other.name);
+      if (other.section == key.section && other.accepted_in(r.scenario)) names.push_back(other.name);
     }
     const std::string here = names.empty() ? fmt::format("no key of [{}]", key.section)
                                            : fmt::format("{}", fmt::join(names, ", "));
     throw ScenarioError(
-        fmt::format("{}: accepted only {}; here accepted: {}", setting.place, key.accepted_when, here));
+        fmt::format("{}: accepted only {}; here accepted: {}", setting.place, key.accepted_where(), here));
   }
+}
+
+void require(const ScenarioKey& key, std::span<const Setting> settings, const std::string& origin) {
+  if (find_setting(settings, key) != nullptr) return;
+  throw ScenarioError(
+      fmt::format("{}: [{}] {} is missing: must be {}", origin, key.section, key.name, accepted_values(key)));
 }
 
 /// Two scenarios that differ in nothing that matters shall be equal.
 void rest_unused(Scenario& scenario) {
   const Scenario defaults = default_scenario(scenario.world.model);
   for (const ScenarioKey& key : scenario_keys()) {
-    if (!key.in_effect(scenario)) set_key(key, key_value(key, defaults), scenario);
+    if (!key.in_effect_in(scenario)) copy_key(key, defaults, scenario);
   }
 }
 
@@ -147,17 +116,15 @@ Scenario resolve_scenario(std::span<const Setting> settings, const std::string& 
     if (find_scenario_key(setting.section, setting.key) == nullptr) throw_unknown_key(setting, settings);
   }
   const ScenarioKey& model_key = *find_scenario_key("world", "model");
-  if (find_setting(settings, model_key) == nullptr) {
-    throw ScenarioError(
-        fmt::format("{}: [world] model is missing: must be {}", origin, accepted_values(model_key)));
-  }
+  require(model_key, settings, origin);
   Resolution resolution{settings, origin,
-                        starting_scenario(chosen_model(settings).value_or(WorldModel::monobot))};
+                        starting_scenario(chosen_model(settings).value_or(Scenario().world.model))};
   assign(resolution);
   check_acceptance(resolution);
-  check_landmarks(resolution);
-  check_sensor(resolution);
-  check_filter(resolution);
+  for (const ScenarioKey& key : scenario_keys()) {
+    if (key.required() && key.accepted_in(resolution.scenario)) require(key, settings, origin);
+  }
+  resolution.check();
   rest_unused(resolution.scenario);
   return resolution.scenario;
 }

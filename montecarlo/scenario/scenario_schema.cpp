@@ -1,208 +1,166 @@
 #include "montecarlo/scenario/scenario_schema.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
+#include <optional>
+
+#include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/world_schema.h"
 
 namespace credence {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-constexpr Interval kPositive{0.0, kInfinity, true, true};
-constexpr Interval kNotNegative{0.0, kInfinity, false, true};
-
-template <auto Part, auto Member>
-RealField real(Interval interval) {
-  return {[](const Scenario& s) { return (s.*Part).*Member; },
-          [](Scenario& s, double value) { (s.*Part).*Member = value; }, interval};
+std::vector<std::string_view> world_names() {
+  std::vector<std::string_view> names;
+  for (const WorldSchema* world : world_schemas()) names.push_back(world->name);
+  return names;
 }
 
-template <auto Part, auto Member>
-IntegerField integer(std::int64_t low, std::int64_t high) {
-  return {[](const Scenario& s) { return static_cast<std::int64_t>((s.*Part).*Member); },
-          [](Scenario& s, std::int64_t value) {
-            auto& member = (s.*Part).*Member;
-            member = static_cast<std::remove_reference_t<decltype(member)>>(value);
-          },
-          low, high};
+/// "vehicle on a line (monobot); …".
+std::string_view meaning_of_model() {
+  static const std::string text = [] {
+    std::vector<std::string> worlds;
+    for (const WorldSchema* world : world_schemas()) {
+      worlds.push_back(fmt::format("{}: {}", world->name, world->meaning));
+    }
+    return fmt::format("{}", fmt::join(worlds, "; "));
+  }();
+  return text;
 }
 
-template <auto Part, auto Member, class Enum>
-ChoiceField choice(Enum last) {
-  ChoiceField field{[](const Scenario& s) { return static_cast<std::size_t>((s.*Part).*Member); },
-                    [](Scenario& s, std::size_t index) { (s.*Part).*Member = static_cast<Enum>(index); },
-                    {}};
-  for (std::size_t i = 0; i <= static_cast<std::size_t>(last); ++i) {
-    field.words.push_back(to_string(static_cast<Enum>(i)));
-  }
-  return field;
-}
-
-bool always(const Scenario&) { return true; }
-bool is_monobot(const Scenario& s) { return s.world.model == WorldModel::monobot; }
-bool is_planar(const Scenario& s) { return s.world.model == WorldModel::planar; }
-bool is_unicycle(const Scenario& s) { return is_planar(s) && s.world.vehicle == VehicleKind::unicycle; }
-bool is_steered(const Scenario& s) { return is_planar(s) && s.world.vehicle != VehicleKind::unicycle; }
-bool is_anchored(const Scenario& s) { return s.world.observability == Observability::full; }
-bool is_of_rank(const Scenario& s) { return s.filter.inflation == FilterInflation::rank; }
-bool is_decorrelating(const Scenario& s) {
-  return s.filter.inflation == FilterInflation::full || s.filter.inflation == FilterInflation::map;
-}
-bool misses(const Scenario& s) { return s.noise.detection_probability < 1.0; }
-bool stops_by_verdict(const Scenario& s) { return s.stop.verdict != StopVerdict::none; }
-bool may_stop_as_consistent(const Scenario& s) { return s.stop.verdict == StopVerdict::either; }
-
-constexpr std::string_view kOnlyMonobot = "with world.model = \"monobot\"";
-constexpr std::string_view kOnlyPlanar = "with world.model = \"planar\"";
-constexpr std::string_view kOnlyUnicycle =
-    "with world.model = \"planar\" and world.vehicle = \"unicycle\" (bicycle and car have steering_std_deg)";
-constexpr std::string_view kOnlySteered =
-    "with world.model = \"planar\" and world.vehicle = \"bicycle\" or \"car\" (the unicycle has "
-    "turn_rate_std)";
-constexpr std::string_view kOnlyRank = "with filter.inflation = \"rank\"";
-
-std::vector<ScenarioKey> world_keys() {
-  using W = WorldSettings;
-  constexpr auto kWorld = &Scenario::world;
-  return {
-      {"world", "model", "", "vehicle on a line (linear), or in the plane with range and bearing",
-       choice<kWorld, &W::model>(WorldModel::planar), always, "", always},
-      {"world", "landmarks", "", "landmarks that are states; 0 only with anchors",
-       integer<kWorld, &W::landmarks>(0, 1'000'000), always, "", always},
-      {"world", "observability", "",
-       "partial: all landmarks are states; full: `anchors` more stand at known positions",
-       choice<kWorld, &W::observability>(Observability::full), always, "", always},
-      {"world", "anchors", "",
-       "known landmarks that are no states; of no effect with observability = \"partial\"; the plane needs 2 "
-       "to be fully observable",
-       integer<kWorld, &W::anchors>(0, 1'000'000), always, "", is_anchored},
-      {"world", "vehicle", "", "motion model; car is the bicycle with the sensor off the axle",
-       choice<kWorld, &W::vehicle>(VehicleKind::car), is_planar, kOnlyPlanar, is_planar},
-      {"world", "path", "", "path that the vehicle drives again and again",
-       choice<kWorld, &W::path>(PathShape::line), is_planar, kOnlyPlanar, is_planar},
-      {"world", "path_radius", "m", "radius of the circle and of both loops of the eight; half the line",
-       real<kWorld, &W::path_radius>(kPositive), is_planar, kOnlyPlanar, is_planar},
-      {"world", "speed", "m/s", "speed along the path", real<kWorld, &W::speed>(kPositive), is_planar,
-       kOnlyPlanar, is_planar},
-      {"world", "dt", "s", "time of one step", real<kWorld, &W::dt>(kPositive), is_planar, kOnlyPlanar,
-       is_planar},
-      {"world", "sensor_min_range", "m", "landmarks nearer than this are not seen",
-       real<kWorld, &W::sensor_min_range>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
-      {"world", "sensor_range", "m", "landmarks farther away are not seen",
-       real<kWorld, &W::sensor_range>(kPositive), is_planar, kOnlyPlanar, is_planar},
-      {"world", "field_of_view_deg", "deg", "full angle of sight, centred on the heading",
-       real<kWorld, &W::field_of_view_deg>({0.0, 360.0, true, false}), is_planar, kOnlyPlanar, is_planar},
+KeyRow model_key() {
+  const std::vector<std::string_view> names = world_names();
+  const auto get = [names](const Scenario& s) {
+    return static_cast<std::size_t>(std::ranges::find(names, s.world.model) - names.begin());
   };
+  const auto set = [names](Scenario& s, std::size_t index) { s.world.model = names[index]; };
+  return {.section = "world",
+          .name = "model",
+          .unit = "",
+          .meaning = meaning_of_model(),
+          .field = ChoiceField{get, set, names},
+          .default_words = "required"};
 }
 
-std::vector<ScenarioKey> noise_keys() {
-  using N = NoiseSettings;
-  using I = InitialSettings;
-  constexpr auto kNoise = &Scenario::noise;
-  constexpr auto kInitial = &Scenario::initial;
+KeyRow detection_key() {
   return {
-      {"noise", "process_variance", "m^2", "Q, variance of the vehicle's motion in one step",
-       real<kNoise, &N::process_variance>(kNotNegative), is_monobot, kOnlyMonobot, is_monobot},
-      {"noise", "measurement_variance", "m^2", "R, variance of each measurement",
-       real<kNoise, &N::measurement_variance>(kNotNegative), is_monobot, kOnlyMonobot, is_monobot},
-      {"noise", "initial_variance", "m^2", "variance of every state at the start",
-       real<kNoise, &N::initial_variance>(kNotNegative), is_monobot, kOnlyMonobot, is_monobot},
-      {"noise", "speed_std", "m/s", "standard deviation of the speed",
-       real<kNoise, &N::speed_std>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
-      {"noise", "turn_rate_std", "rad/s", "standard deviation of the turn rate",
-       real<kNoise, &N::turn_rate_std>(kNotNegative), is_unicycle, kOnlyUnicycle, is_unicycle},
-      {"noise", "steering_std_deg", "deg", "standard deviation of the steering angle",
-       real<kNoise, &N::steering_std_deg>(kNotNegative), is_steered, kOnlySteered, is_steered},
-      {"noise", "range_std", "m", "standard deviation of a measured range",
-       real<kNoise, &N::range_std>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
-      {"noise", "bearing_std_deg", "deg", "standard deviation of a measured bearing",
-       real<kNoise, &N::bearing_std_deg>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
-      {"noise", "detection_probability", "",
-       "chance that a landmark in view is measured at a step; the others are missed",
-       real<kNoise, &N::detection_probability>({0.0, 1.0, true, false}), always, "", misses},
-      {"initial", "position_std", "m", "standard deviation of each coordinate of the vehicle at the start",
-       real<kInitial, &I::position_std>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
-      {"initial", "heading_std_deg", "deg", "standard deviation of the heading at the start",
-       real<kInitial, &I::heading_std_deg>(kNotNegative), is_planar, kOnlyPlanar, is_planar},
-  };
+      .section = "noise",
+      .name = "detection_probability",
+      .unit = "",
+      .meaning =
+          "chance that a landmark in view is measured at a step; the others are missed",
+          .field = real_field<&Scenario::noise, &NoiseSettings::detection_probability>({0.0, 1.0, true, false}),
+      .in_effect = [](const Scenario& s) { return s.noise.detection_probability < 1.0; }};
 }
 
-std::vector<ScenarioKey> filter_keys() {
-  using F = FilterSettings;
-  constexpr auto kFilter = &Scenario::filter;
-  return {
-      {"filter", "inflation", "",
-       "what is decorrelated: nothing, vehicle and map, the map only; rank: a constant covariance is added",
-       choice<kFilter, &F::inflation>(FilterInflation::rank), always, "", always},
-      {"filter", "solution", "",
-       "bound that decorrelates: sum over pairs, exact least trace, exact after each scalar measurement (map "
-       "only, O(N)), or the same without any gain for the map; of no effect with inflation = \"none\" or "
-       "\"rank\"",
-       choice<kFilter, &F::solution>(InflationSolution::drop), always, "", is_decorrelating},
-      {"filter", "process_scale", "", "process variance the filter assumes, over the true one",
-       real<kFilter, &F::process_scale>(kPositive), always, "", always},
-      {"filter", "measurement_scale", "", "measurement variance the filter assumes, over the true one",
-       real<kFilter, &F::measurement_scale>(kPositive), always, "", always},
-      {"filter", "inflation_rank", "", "rank of the constant added covariance",
-       integer<kFilter, &F::inflation_rank>(0, 3'000'000), is_of_rank, kOnlyRank, is_of_rank},
-      {"filter", "inflation_range", "",
-       "where the range of the constant added covariance lies: anywhere, in the landmarks, containing the "
-       "vehicle's own noise, in the differences of landmarks",
-       choice<kFilter, &F::inflation_range>(InflationRange::difference), is_of_rank, kOnlyRank, is_of_rank},
-      {"filter", "inflation_scale", "m^2", "every non-zero eigenvalue of the constant added covariance",
-       real<kFilter, &F::inflation_scale>(kPositive), is_of_rank, kOnlyRank, is_of_rank},
-  };
-}
-
-std::vector<ScenarioKey> study_keys() {
+std::vector<KeyRow> study_keys() {
   using S = StudySettings;
   constexpr auto kStudy = &Scenario::study;
   return {
-      {"study", "runs", "", "independent runs", integer<kStudy, &S::runs>(1, 1'000'000'000), always, "",
-       always},
-      {"study", "steps", "", "steps of one run", integer<kStudy, &S::steps>(1, 10'000'000), always, "",
-       always},
+      {"study", "runs", "", "independent runs", integer_field<kStudy, &S::runs>(1, 1'000'000'000)},
+      {"study", "steps", "", "steps of one run", integer_field<kStudy, &S::steps>(1, 10'000'000)},
       {"study", "seed", "", "first key of all random numbers",
-       integer<kStudy, &S::seed>(0, std::numeric_limits<std::int64_t>::max()), always, "", always},
+       integer_field<kStudy, &S::seed>(0, std::numeric_limits<std::int64_t>::max())},
       {"study", "confidence", "", "of every interval and verdict",
-       real<kStudy, &S::confidence>({0.0, 1.0, true, true}), always, "", always},
+       real_field<kStudy, &S::confidence>({0.0, 1.0, true, true})},
   };
 }
 
-std::vector<ScenarioKey> stop_keys() {
+std::vector<KeyRow> stop_keys() {
   using S = StopSettings;
   constexpr auto kStop = &Scenario::stop;
   return {
-      {"study.stop", "verdict", "",
-       "end the study when the filter is proved inconsistent, or either that or consistent within a factor; "
-       "valid however often one looks",
-       choice<kStop, &S::verdict>(StopVerdict::either), always, "", stops_by_verdict},
-      {"study.stop", "consistent_within", "", "P is then proved right within the factor 1 + this",
-       real<kStop, &S::consistent_within>(kPositive), always, "", may_stop_as_consistent},
-      {"study.stop", "precision", "",
-       "end the study when the mean NEES is known to this relative half-width; 0: do not",
-       real<kStop, &S::precision>(kNotNegative), always, "",
-       [](const Scenario& s) { return s.stop.precision > 0.0; }},
-      {"study.stop", "max_runs", "", "most runs, in the place of study.runs; 0: study.runs",
-       integer<kStop, &S::max_runs>(0, 1'000'000'000), always, "",
-       [](const Scenario& s) { return s.stop.max_runs > 0; }},
-      {"study.stop", "max_seconds", "s",
-       "no chunk of runs is begun later; the only limit that depends on the machine; 0: none",
-       real<kStop, &S::max_seconds>(kNotNegative), always, "",
-       [](const Scenario& s) { return s.stop.max_seconds > 0.0; }},
+      {.section = "study.stop",
+       .name = "verdict",
+       .unit = "",
+       .meaning =
+           "end the study when the filter is proved inconsistent, or either that or consistent within a "
+           "factor; valid however often one looks",
+       .field = choice_field<kStop, &S::verdict>(StopVerdict::either),
+       .in_effect = [](const Scenario& s) { return s.stop.verdict != StopVerdict::none; }},
+      {.section = "study.stop",
+       .name = "consistent_within",
+       .unit = "",
+       .meaning = "P is then proved right within the factor 1 + this",
+       .field = real_field<kStop, &S::consistent_within>(Interval::kPositive),
+       .in_effect = [](const Scenario& s) { return s.stop.verdict == StopVerdict::either; }},
+      {.section = "study.stop",
+       .name = "precision",
+       .unit = "",
+       .meaning = "end the study when the mean NEES is known to this relative half-width; 0: do not",
+       .field = real_field<kStop, &S::precision>(Interval::kNotNegative),
+       .in_effect = [](const Scenario& s) { return s.stop.precision > 0.0; }},
+      {.section = "study.stop",
+       .name = "max_runs",
+       .unit = "",
+       .meaning = "most runs, in the place of study.runs; 0: study.runs",
+       .field = integer_field<kStop, &S::max_runs>(0, 1'000'000'000),
+       .in_effect = [](const Scenario& s) { return s.stop.max_runs > 0; }},
+      {.section = "study.stop",
+       .name = "max_seconds",
+       .unit = "s",
+       .meaning = "no chunk of runs is begun later; the only limit that depends on the machine; 0: none",
+       .field = real_field<kStop, &S::max_seconds>(Interval::kNotNegative),
+       .in_effect = [](const Scenario& s) { return s.stop.max_seconds > 0.0; }},
   };
 }
 
-std::vector<ScenarioKey> all_keys() {
-  std::vector<ScenarioKey> keys = world_keys();
-  for (auto&& more : {noise_keys(), filter_keys(), study_keys(), stop_keys()}) {
-    keys.insert(keys.end(), more.begin(), more.end());
+void append(ScenarioKey key, std::vector<ScenarioKey>& table) {
+  const auto same = std::ranges::find_if(table, [&](const ScenarioKey& other) {
+    return other.section == key.section && other.name == key.name;
+  });
+  if (same == table.end()) {
+    table.push_back(std::move(key));
+  } else {
+    same->uses.insert(same->uses.end(), key.uses.begin(), key.uses.end());
   }
-  return keys;
+}
+
+/// A row of one world; a key that several worlds have is described by the first of them.
+void append(const KeyRow& row, std::string_view world, std::vector<ScenarioKey>& table) {
+  const auto in_effect = row.in_effect != nullptr ? row.in_effect : row.accepted;
+  append(ScenarioKey{row, {{world, row.accepted, row.accepted_when, in_effect}}}, table);
+}
+
+/// In each section the worlds' keys stand between those that all worlds have.
+std::vector<ScenarioKey> all_keys() {
+  constexpr std::string_view kSections[] = {"world", "noise", "initial", "filter", "study", "study.stop"};
+  std::vector<KeyRow> last = {detection_key()};
+  for (auto&& rows : {study_keys(), stop_keys()}) last.insert(last.end(), rows.begin(), rows.end());
+  std::vector<ScenarioKey> table;
+  const auto append_common = [&](const KeyRow& row) {
+    for (const WorldSchema* world : world_schemas()) append(row, world->name, table);
+  };
+  append_common(model_key());
+  for (const std::string_view section : kSections) {
+    for (const WorldSchema* world : world_schemas()) {
+      for (const KeyRow& row : world->keys()) {
+        if (row.section == section) append(row, world->name, table);
+      }
+    }
+    for (const KeyRow& row : last) {
+      if (row.section == section) append_common(row);
+    }
+  }
+  return table;
+}
+
+/// Of a key whose value is an array, which may be left out.
+std::optional<bool> is_given(const ScenarioKey& key, const Scenario& scenario) {
+  if (const auto* rows = std::get_if<RowsField>(&key.field)) return scenario.own.contains(rows->path);
+  if (const auto* names = std::get_if<NamesField>(&key.field)) return scenario.own.contains(names->path);
+  return std::nullopt;
+}
+
+const ScenarioKey::Use* use_in(const ScenarioKey& key, std::string_view world) {
+  const auto found = std::ranges::find(key.uses, world, &ScenarioKey::Use::world);
+  return found == key.uses.end() ? nullptr : &*found;
 }
 
 std::string interval_text(const Interval& interval) {
@@ -230,7 +188,56 @@ struct AcceptedText {
     return fmt::format("an integer from {} to {}", field.low, field.high);
   }
   std::string operator()(const ChoiceField& field) const { return words_text(field); }
+  std::string operator()(const RowsField&) const { return "a matrix of finite numbers, [[row], [row], …]"; }
+  std::string operator()(const NamesField&) const { return "an array of different names"; }
 };
+
+SettingValue setting_of(const NumberRows& rows) {
+  if (rows.empty()) return std::vector<ScalarValue>{};
+  NestedArray value;
+  for (const std::vector<double>& row : rows) value.emplace_back(row.begin(), row.end());
+  return value;
+}
+
+struct FieldValue {
+  const Scenario& scenario;
+
+  SettingValue operator()(const RealField& field) const { return field.get(scenario); }
+  SettingValue operator()(const IntegerField& field) const { return field.get(scenario); }
+  SettingValue operator()(const ChoiceField& field) const {
+    return std::string(field.words[field.get(scenario)]);
+  }
+  SettingValue operator()(const RowsField& field) const {
+    return setting_of(rows_value(scenario, field.path));
+  }
+  SettingValue operator()(const NamesField& field) const {
+    const std::vector<std::string> names = names_value(scenario, field.path);
+    return std::vector<ScalarValue>(names.begin(), names.end());
+  }
+};
+
+struct FieldCopy {
+  const Scenario& from;
+  Scenario& to;
+
+  template <class Field>
+  void operator()(const Field& field) const {
+    if constexpr (requires { field.path; }) {
+      to.own.erase(field.path);
+      if (const auto found = from.own.find(field.path); found != from.own.end()) to.own.insert(*found);
+    } else {
+      field.set(to, field.get(from));
+    }
+  }
+};
+
+/// A finite number, whole or not.
+std::optional<double> number_of(const ScalarValue& value) {
+  std::optional<double> number;
+  if (const auto* real = std::get_if<double>(&value)) number = *real;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) number = static_cast<double>(*whole);
+  return number && std::isfinite(*number) ? std::optional(*number + 0.0) : std::nullopt;
+}
 
 /// Sets one field; what it returns is as for set_key.
 struct Setter {
@@ -282,11 +289,79 @@ struct Setter {
     field.set(scenario, static_cast<std::size_t>(found - field.words.begin()));
     return {};
   }
+
+  std::string operator()(const RowsField& field) const {
+    const auto* rows = std::get_if<NestedArray>(&value);
+    if (rows == nullptr) return refuse_type(AcceptedText{}(field));
+    NumberRows numbers;
+    for (const std::vector<ScalarValue>& row : *rows) {
+      std::vector<double>& into = numbers.emplace_back();
+      for (const ScalarValue& element : row) {
+        const std::optional<double> number = number_of(element);
+        if (!number) {
+          return refuse(fmt::format("{}; row {}, column {} is {}", AcceptedText{}(field), numbers.size(),
+                                    into.size() + 1, value_text(element)));
+        }
+        into.push_back(*number);
+      }
+    }
+    scenario.own[field.path] = std::move(numbers);
+    return {};
+  }
+
+  std::string operator()(const NamesField& field) const {
+    const auto* list = std::get_if<std::vector<ScalarValue>>(&value);
+    if (list == nullptr || list->empty()) return refuse_type(AcceptedText{}(field));
+    std::vector<std::string> names;
+    for (const ScalarValue& element : *list) {
+      const auto* name = std::get_if<std::string>(&element);
+      if (name == nullptr || name->empty() || std::ranges::find(names, *name) != names.end()) {
+        return refuse(fmt::format("{}; element {} is {}", AcceptedText{}(field), names.size() + 1,
+                                  value_text(element)));
+      }
+      names.push_back(*name);
+    }
+    scenario.own[field.path] = std::move(names);
+    return {};
+  }
 };
 
 }  // namespace
 
+const Interval Interval::kPositive{0.0, kInfinity, true, true};
+const Interval Interval::kNotNegative{0.0, kInfinity, false, true};
+
 std::string ScenarioKey::path() const { return fmt::format("{}.{}", section, name); }
+
+bool ScenarioKey::of_world(std::string_view world) const { return use_in(*this, world) != nullptr; }
+
+bool ScenarioKey::accepted_in(const Scenario& scenario) const {
+  const Use* const use = use_in(*this, scenario.world.model);
+  return use != nullptr && (use->accepted == nullptr || use->accepted(scenario));
+}
+
+bool ScenarioKey::in_effect_in(const Scenario& scenario) const {
+  const Use* const use = use_in(*this, scenario.world.model);
+  if (use == nullptr) return false;
+  if (const std::optional<bool> given = is_given(*this, scenario)) return *given;
+  return use->in_effect == nullptr || use->in_effect(scenario);
+}
+
+std::string ScenarioKey::accepted_where() const {
+  std::vector<std::string> plain, places;
+  for (const Use& use : uses) {
+    if (use.accepted_when.empty()) {
+      plain.push_back(fmt::format("\"{}\"", use.world));
+    } else if (std::ranges::find(places, use.accepted_when) == places.end()) {
+      places.emplace_back(use.accepted_when);
+    }
+  }
+  if (plain.size() == world_schemas().size()) return {};
+  if (!plain.empty()) {
+    places.insert(places.begin(), fmt::format("with world.model = {}", fmt::join(plain, " or ")));
+  }
+  return fmt::format("{}", fmt::join(places, ", or "));
+}
 
 std::span<const ScenarioKey> scenario_keys() {
   static const std::vector<ScenarioKey> keys = all_keys();
@@ -311,18 +386,19 @@ const ScenarioKey* find_scenario_key(std::string_view section, std::string_view 
 
 std::string accepted_values(const ScenarioKey& key) { return std::visit(AcceptedText{}, key.field); }
 
-ScalarValue key_value(const ScenarioKey& key, const Scenario& scenario) {
-  if (const auto* real_field = std::get_if<RealField>(&key.field)) return real_field->get(scenario);
-  if (const auto* integer_field = std::get_if<IntegerField>(&key.field)) return integer_field->get(scenario);
-  const auto& choice_field = std::get<ChoiceField>(key.field);
-  return std::string(choice_field.words[choice_field.get(scenario)]);
+SettingValue key_value(const ScenarioKey& key, const Scenario& scenario) {
+  return std::visit(FieldValue{scenario}, key.field);
 }
 
 std::string set_key(const ScenarioKey& key, const SettingValue& value, Scenario& scenario) {
   return std::visit(Setter{value, scenario}, key.field);
 }
 
-Scenario starting_scenario(WorldModel model) {
+void copy_key(const ScenarioKey& key, const Scenario& from, Scenario& to) {
+  std::visit(FieldCopy{from, to}, key.field);
+}
+
+Scenario starting_scenario(std::string_view model) {
   Scenario scenario = default_scenario(model);
   scenario.world.anchors = 1;
   return scenario;

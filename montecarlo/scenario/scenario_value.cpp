@@ -55,6 +55,7 @@ struct TypeName {
   std::string_view operator()(const OtherValue&) const { return ""; }
   std::string_view operator()(const ScalarValue& value) const { return std::visit(*this, value); }
   std::string_view operator()(const std::vector<ScalarValue>&) const { return "the array"; }
+  std::string_view operator()(const NestedArray&) const { return "the array"; }
 };
 
 struct ScalarText {
@@ -64,6 +65,26 @@ struct ScalarText {
   std::string operator()(const std::string& value) const { return shortened(quoted_text(value)); }
   std::string operator()(const OtherValue& value) const { return value.type; }
 };
+
+/// The elements behind some `longest` characters may be left out.
+template <class Elements, class Text>
+std::string list_text(const Elements& elements, std::size_t longest, Text text_of) {
+  std::string text = "[";
+  for (const auto& element : elements) {
+    if (text.size() > longest) break;
+    text += (text.size() > 1 ? ", " : "") + text_of(element);
+  }
+  return text + "]";
+}
+
+std::string array_text(const SettingValue& value, std::size_t longest) {
+  const auto scalar_text = [](const ScalarValue& scalar) { return value_text(scalar); };
+  if (const auto* flat = std::get_if<std::vector<ScalarValue>>(&value)) {
+    return list_text(*flat, longest, scalar_text);
+  }
+  return list_text(std::get<NestedArray>(value), longest,
+                   [&](const std::vector<ScalarValue>& row) { return list_text(row, longest, scalar_text); });
+}
 
 }  // namespace
 
@@ -83,12 +104,12 @@ std::string value_text(const ScalarValue& value) { return std::visit(ScalarText{
 
 std::string value_text(const SettingValue& value) {
   if (const auto* scalar = std::get_if<ScalarValue>(&value)) return value_text(*scalar);
-  std::string text = "[";
-  for (const ScalarValue& element : std::get<std::vector<ScalarValue>>(value)) {
-    if (text.size() > kLongestText) break;
-    text += (text.size() > 1 ? ", " : "") + value_text(element);
-  }
-  return shortened(text + "]");
+  return shortened(array_text(value, kLongestText));
+}
+
+std::string full_text(const SettingValue& value) {
+  if (const auto* scalar = std::get_if<ScalarValue>(&value)) return value_text(*scalar);
+  return array_text(value, std::string::npos);
 }
 
 std::string_view type_text(const SettingValue& value) { return std::visit(TypeName{}, value); }

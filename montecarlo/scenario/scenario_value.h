@@ -16,8 +16,12 @@ struct OtherValue {
 };
 using ScalarValue = std::variant<bool, std::int64_t, double, std::string, OtherValue>;
 
-/// A value as written in TOML; arrays are used by the [sweep] table only.
-using SettingValue = std::variant<ScalarValue, std::vector<ScalarValue>>;
+/// Arrays in an array, such as the rows of a matrix.
+using NestedArray = std::vector<std::vector<ScalarValue>>;
+
+/// A value as written in TOML. An array of which every element is an array is a NestedArray; what is deeper
+/// is an OtherValue.
+using SettingValue = std::variant<ScalarValue, std::vector<ScalarValue>, NestedArray>;
 
 /// One key as given by a file or on the command line.
 struct Setting {
@@ -40,6 +44,9 @@ std::string shown_text(std::string_view text, std::size_t longest = 60);
 /// TOML text of a value; of what is neither scalar nor array, its type. Cut short, for messages.
 std::string value_text(const ScalarValue& value);
 std::string value_text(const SettingValue& value);
+
+/// The same, but arrays in full.
+std::string full_text(const SettingValue& value);
 
 /// The type of a value with its article: "the string", "the number".
 std::string_view type_text(const SettingValue& value);

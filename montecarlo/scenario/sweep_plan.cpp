@@ -183,13 +183,13 @@ std::string canonical_toml(const SweepPlan& plan) {
   for (const ScenarioKey& key : scenario_keys()) {
     if (is_swept(plan, key)) continue;
     const auto user = std::find_if(plan.points.begin(), plan.points.end(),
-                                   [&](const SweepPoint& point) { return key.in_effect(point.scenario); });
+                                   [&](const SweepPoint& point) { return key.in_effect_in(point.scenario); });
     if (user == plan.points.end()) continue;
     if (key.section != section) {
       section = key.section;
       text += fmt::format("[{}]\n", section);
     }
-    text += fmt::format("{} = {}\n", key.name, value_text(key_value(key, user->scenario)));
+    text += fmt::format("{} = {}\n", key.name, full_text(key_value(key, user->scenario)));
   }
   if (plan.axes.empty()) return text;
   text += fmt::format("[sweep]\nmode = \"{}\"\n", to_string(plan.mode));

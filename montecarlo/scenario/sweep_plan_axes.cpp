@@ -23,8 +23,10 @@ std::vector<ScalarValue> expand(const Setting& setting) {
   std::vector<ScalarValue> written;
   if (const auto* scalar = std::get_if<ScalarValue>(&setting.value)) {
     written.push_back(*scalar);
+  } else if (const auto* list = std::get_if<std::vector<ScalarValue>>(&setting.value)) {
+    written = *list;
   } else {
-    written = std::get<std::vector<ScalarValue>>(setting.value);
+    written.emplace_back(OtherValue{"an array"});
   }
   std::vector<ScalarValue> values;
   try {
@@ -63,6 +65,11 @@ Axis make_axis(const Setting& setting, std::span<const Setting> settings) {
         fmt::format("{}: cannot be swept, since it makes no other configuration; set it once in "
                     "[study]",
                     setting.place));
+  }
+  if (std::holds_alternative<RowsField>(axis.key->field) ||
+      std::holds_alternative<NamesField>(axis.key->field)) {
+    throw ScenarioError(
+        fmt::format("{}: cannot be swept, since it is an array; numbers and words can", setting.place));
   }
   Scenario scratch;
   for (const ScalarValue& value : expand(setting)) {

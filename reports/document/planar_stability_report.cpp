@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/stability_json.h"
 #include "reports/document/study_table.h"
 #include "reports/figures/draw_figures.h"

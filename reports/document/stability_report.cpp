@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/stability_json.h"
 #include "reports/document/study_table.h"
 #include "reports/figures/draw_figures.h"
@@ -80,13 +81,18 @@ TableCell long_run_cell(const LongHorizon& h) {
           h.growth.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm};
 }
 
-std::string long_run_text(const LongHorizon& h) {
+/// Behind the trace of a covariance.
+std::string unit_of_trace(const StabilityAnalysis& a) { return a.in_metres ? " m²" : ""; }
+
+std::string long_run_text(const StabilityAnalysis& a) {
+  const LongHorizon& h = a.long_horizon;
   if (h.growth.verdict == LongRun::failed) {
     return fmt::format("S lost positive definiteness after {} steps", h.trace.size());
   }
-  return fmt::format("prior {} m² at step {}; {} m² a step over the last half, exponent {}",
-                     number_text(h.trace_prior.back(), 5), h.trace_prior.size(),
-                     number_text(h.growth.per_sample, 4), number_text(h.growth.exponent, 3));
+  const std::string unit = unit_of_trace(a);
+  return fmt::format("prior {}{} at step {}; {}{} a step over the last half, exponent {}",
+                     number_text(h.trace_prior.back(), 5), unit, h.trace_prior.size(),
+                     number_text(h.growth.per_sample, 4), unit, number_text(h.growth.exponent, 3));
 }
 
 std::vector<std::string> notes(const StabilityAnalysis& a) {
@@ -114,13 +120,15 @@ std::vector<std::string> notes(const StabilityAnalysis& a) {
 /// What is proved of P where F = I: a bound on its trace, or how fast it grows at least, and along what.
 std::string noise_condition_text(const StabilityAnalysis& a) {
   const NoiseCondition& c = *a.noise_condition;
+  const std::string unit = unit_of_trace(a);
   if (c.bounded()) {
-    return fmt::format("proved: tr P after an update never above {} m²", number_text(c.trace_bound(), 6));
+    return fmt::format("proved: tr P after an update never above {}{}", number_text(c.trace_bound(), 6),
+                       unit);
   }
   return fmt::format(
-      "proved: a variance of {} m² more at every step along {}, which no measurement sees; tr P grows by {} "
-      "m² a step in the limit",
-      number_text(c.rate, 4), a.growth_direction, number_text(c.growth_per_step(), 4));
+      "proved: a variance of {}{} more at every step along {}, which no measurement sees; tr P grows by {}{} "
+      "a step in the limit",
+      number_text(c.rate, 4), unit, a.growth_direction, number_text(c.growth_per_step(), 4), unit);
 }
 
 /// The object `noise_condition`; null where F is not the identity.
@@ -179,7 +187,7 @@ Panel trace_panel(const StabilityAnalysis& a) {
   const FigureData steps = index_axis(static_cast<Index>(h.trace.size()));
   Panel panel{.title = "Covariance of the filter",
               .x_label = "step",
-              .y_label = "trace of P (m²)",
+              .y_label = a.in_metres ? "trace of P (m²)" : "trace of P",
               .log_x = true,
               .log_y = true};
   panel.series.push_back(line_series("before the update", ColourRole::first, steps, h.trace_prior));
@@ -257,8 +265,8 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
                          eigenvalue_text(a))});
   const RiccatiSolution& r = a.riccati;
   table.add({"P with Q_t constant, computed", riccati_cell(r),
-             fmt::format("solution: {}; trace of the prior {} m²{}; growth exponent {}; residual {}{}",
-                         to_string(r.kind), number_text(r.P.trace(), 6),
+             fmt::format("solution: {}; trace of the prior {}{}{}; growth exponent {}; residual {}{}",
+                         to_string(r.kind), number_text(r.P.trace(), 6), unit_of_trace(a),
                          r.bounded() ? "" : fmt::format(" after {} steps", number_text(r.steps, 3)),
                          number_text(r.growth_exponent, 3), number_text(r.residual, 2),
                          r.reason.empty() ? "" : "; " + r.reason)});
@@ -267,12 +275,15 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
     table.add(
         {"the same, bound or growth", bounded_cell(a.noise_condition->bounded()), noise_condition_text(a)});
   }
-  const bool agrees = a.paper_condition_holds == a.predicted_bounded;
-  table.add(
-      {"the same, eq. (22) of the paper",
-       {a.paper_condition_holds ? "bounded" : "unbounded", agrees ? CellTone::plain : CellTone::caution},
-       fmt::format("rank ΔP = {} {} rank O = {}{}", a.inflation.rank, a.paper_condition_holds ? "≤" : ">",
-                   a.observability.rank, agrees ? "" : "; the exact condition says otherwise")});
+  // The paper's condition is one on inflated filters of a static map.
+  if (a.noise_condition) {
+    const bool agrees = a.paper_condition_holds == a.predicted_bounded;
+    table.add(
+        {"the same, eq. (22) of the paper",
+         {a.paper_condition_holds ? "bounded" : "unbounded", agrees ? CellTone::plain : CellTone::caution},
+         fmt::format("rank ΔP = {} {} rank O = {}{}", a.inflation.rank, a.paper_condition_holds ? "≤" : ">",
+                     a.observability.rank, agrees ? "" : "; the exact condition says otherwise")});
+  }
   table.add({"largest gains at the limit", r.bounded() ? "constant" : "no limit", gain_text(r.K)});
   const bool no_limit = std::isnan(a.initial_covariance_effect);
   table.add({"does the limit depend on P0",
@@ -281,7 +292,7 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
                                     : "no",
              initial_text(a)});
   table.add({fmt::format("P of the filter itself, {} steps", a.long_horizon.trace.size()),
-             long_run_cell(a.long_horizon), long_run_text(a.long_horizon)});
+             long_run_cell(a.long_horizon), long_run_text(a)});
   return table;
 }
 

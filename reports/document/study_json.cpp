@@ -63,7 +63,7 @@ Json study(const StudyAnalysis& a) {
   j["nees"] = verdict_json(a.nees);
   j["nis"] = verdict_json(a.nis);
   if (a.vehicle_nees) j["vehicle_nees"] = verdict_json(*a.vehicle_nees);
-  const bool linear = a.scenario.world.model == WorldModel::monobot;
+  const bool linear = a.linear;
   const bool misses = a.scenario.noise.detection_probability < 1.0;
   if (linear) j["exact"] = exact_json(a);
   if (linear && a.exact.empty() && misses) {

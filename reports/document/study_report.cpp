@@ -5,6 +5,7 @@
 #include <set>
 
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
 #include "reports/document/study_csv.h"
 #include "reports/document/study_table.h"

@@ -34,17 +34,6 @@ std::string filter_text(const FilterSettings& filter) {
   return text;
 }
 
-std::string world_text(const Scenario& scenario) {
-  const WorldSettings& world = scenario.world;
-  const std::string anchors = world.anchors == 0
-                                  ? "partially observable"
-                                  : fmt::format("{} anchor{}", world.anchors, world.anchors == 1 ? "" : "s");
-  const double seen = scenario.noise.detection_probability;
-  return fmt::format("{}, {} landmark{}, {}{}", to_string(world.model), world.landmarks,
-                     world.landmarks == 1 ? "" : "s", anchors,
-                     seen < 1.0 ? fmt::format(", each measured with probability {:g}", seen) : "");
-}
-
 TableCell verdict_cell(Verdict verdict) {
   const CellTone tone = verdict == Verdict::consistent                                ? CellTone::good
                         : verdict == Verdict::optimistic || verdict == Verdict::mixed ? CellTone::alarm

@@ -19,9 +19,6 @@ std::string word_sentence(const std::string& name, const Word& word, const Consi
 /// "map, pairwise" and the like.
 std::string filter_text(const FilterSettings& filter);
 
-/// "monobot, 2 landmarks, partially observable", and with what probability they are measured if not always.
-std::string world_text(const Scenario& scenario);
-
 /// A verdict as a cell.
 TableCell verdict_cell(Verdict verdict);
 

@@ -1,10 +1,16 @@
 #include "reports/document/trace_json.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
+#include <vector>
 
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -13,10 +19,35 @@ namespace {
 
 Json vector_json(const Vector& v) { return json_numbers(std::vector<double>(v.data(), v.data() + v.size())); }
 
-/// The errors of the vehicle, each with its 2σ.
-std::string errors_text(const RunTrace& trace, const TraceStep& s) {
+/// The states whose errors a table of steps has room for: the vehicle, or the first ones.
+std::vector<Index> shown_states(const Scenario& scenario, const RunTrace& trace) {
+  if (world_of(scenario).figure != RunFigure::states) return trace.layout.blocks.front().states;
+  std::vector<Index> states(std::min<std::size_t>(trace.layout.states.size(), 3));
+  std::iota(states.begin(), states.end(), Index{0});
+  return states;
+}
+
+/// The words above them.
+std::string errors_title(const Scenario& scenario, const RunTrace& trace) {
+  switch (world_of(scenario).figure) {
+    case RunFigure::line_slam:
+      return "vehicle error (m) ± 2σ";
+    case RunFigure::plane_slam:
+      return "error of x (m), y (m), θ (rad) ± 2σ";
+    case RunFigure::states:
+      break;
+  }
+  std::vector<std::string> names;
+  for (const Index i : shown_states(scenario, trace)) {
+    names.push_back(trace.layout.states[static_cast<std::size_t>(i)]);
+  }
+  return fmt::format("error of {} ± 2σ", fmt::join(names, ", "));
+}
+
+/// Errors, each with its 2σ.
+std::string errors_text(std::span<const Index> states, const TraceStep& s) {
   std::string text;
-  for (const Index i : trace.layout.blocks.front().states) {
+  for (const Index i : states) {
     text += fmt::format("{}{} ± {}", i > 0 ? ", " : "", number_text(s.error[i], 3),
                         number_text(2.0 * std::sqrt(s.P(i, i)), 3));
   }
@@ -62,21 +93,15 @@ ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
   ReportTable table{
       .title = fmt::format("{}, run {}, seed {}: {}", scenario.name, trace.run, scenario.study.seed,
                            to_string(trace.outcome)),
-      .columns = {{"step"},
-                  {trace.layout.blocks.front().part == Part::pose ? "error of x (m), y (m), θ (rad) ± 2σ"
-                                                                  : "vehicle error (m) ± 2σ",
-                   words},
-                  {"NEES"},
-                  {"dof"},
-                  {"NIS"},
-                  {"dof"}},
+      .columns = {{"step"}, {errors_title(scenario, trace), words}, {"NEES"}, {"dof"}, {"NIS"}, {"dof"}},
       .rows = {},
       .notes = {}};
+  const std::vector<Index> states = shown_states(scenario, trace);
   const std::size_t last = trace.steps.size() - 1;
   const std::size_t every = std::max<std::size_t>(1, (last + kRows - 1) / kRows);
   for (std::size_t k = 0; k <= last; k += (k + every <= last || k == last) ? every : last - k) {
     const TraceStep& s = trace.steps[k];
-    table.add({k, errors_text(trace, s), s.nees, s.nees_dof, s.nis, s.nis_dof});
+    table.add({k, errors_text(states, s), s.nees, s.nees_dof, s.nis, s.nis_dof});
   }
   if (every > 1)
     table.notes = {fmt::format("every {}th of {} steps; all of them with --format json", every, last)};

@@ -8,6 +8,7 @@
 
 #include "core/manifold/angle.h"
 #include "core/nan.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
 
 namespace credence {
@@ -227,6 +228,24 @@ Figure planar_run_figure(const std::string& name, const RunTrace& trace, double 
   return figure;
 }
 
+Figure states_run_figure(const std::string& name, const RunTrace& trace) {
+  constexpr Index kPanels = 6;
+  const FigureData steps = index_axis(static_cast<Index>(trace.steps.size()), 0);
+  const Index n = trace.steps.front().truth.size(), shown = std::min(n, kPanels);
+  const std::string which = n > shown ? fmt::format(" of the first {} of {} states", shown, n) : "";
+  Figure figure{.name = name + "-run",
+                .caption = fmt::format("Run {}: errors{} with 2σ.", trace.run, which),
+                .rows = static_cast<int>(shown + 2) / 3,
+                .cols = static_cast<int>(std::min<Index>(shown, 3))};
+  for (Index i = 0; i < shown; ++i) {
+    Panel panel{
+        .title = trace.layout.states[static_cast<std::size_t>(i)], .x_label = "step", .y_label = "error"};
+    add_error(panel, steps, trace, i, "error", ColourRole::estimate, true);
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis) {
   Figure figure{
       .name = name + "-consistency",
@@ -243,12 +262,21 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
   figure.panels.push_back(verdict_panel("ANEES", "mean NEES", analysis.nees, exact_nees));
   figure.panels.push_back(verdict_panel("NIS", "mean NIS", analysis.nis, exact_nis));
   const CovarianceCurves& c = analysis.covariance;
-  const bool planar = analysis.scenario.world.model == WorldModel::planar;
-  Panel panel{.title = "Covariance", .x_label = "step", .y_label = "trace (m²)"};
+  const RunFigure kind = world_of(analysis.scenario).figure;
+  Panel panel{.title = "Covariance",
+              .x_label = "step",
+              .y_label = kind == RunFigure::states ? "trace" : "trace (m²)"};
   const FigureData x = index_axis(static_cast<Index>(c.trace.size()));
-  panel.series.push_back(
-      line_series(planar ? "vehicle position" : "vehicle", ColourRole::first, x, c.vehicle));
-  panel.series.push_back(line_series("landmarks", ColourRole::second, x, c.landmarks));
+  if (kind == RunFigure::states) {
+    panel.series.push_back(line_series("all states", ColourRole::first, x, c.trace));
+    if (!c.vehicle.empty()) {
+      panel.series.push_back(line_series("position (m²)", ColourRole::second, x, c.vehicle));
+    }
+  } else {
+    panel.series.push_back(line_series(kind == RunFigure::plane_slam ? "vehicle position" : "vehicle",
+                                       ColourRole::first, x, c.vehicle));
+    panel.series.push_back(line_series("landmarks", ColourRole::second, x, c.landmarks));
+  }
   figure.panels.push_back(std::move(panel));
   return figure;
 }
@@ -256,10 +284,16 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
 std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
                                   const RunTrace& trace) {
   std::vector<Figure> figures;
-  if (analysis.scenario.world.model == WorldModel::monobot) {
-    figures.push_back(monobot_run_figure(name, trace));
-  } else {
-    figures.push_back(planar_run_figure(name, trace, analysis.scenario.world.dt));
+  switch (world_of(analysis.scenario).figure) {
+    case RunFigure::line_slam:
+      figures.push_back(monobot_run_figure(name, trace));
+      break;
+    case RunFigure::plane_slam:
+      figures.push_back(planar_run_figure(name, trace, analysis.scenario.world.dt));
+      break;
+    case RunFigure::states:
+      figures.push_back(states_run_figure(name, trace));
+      break;
   }
   figures.push_back(consistency_figure(name, analysis));
   if (analysis.judgement) figures.push_back(evidence_figure(name, *analysis.judgement));

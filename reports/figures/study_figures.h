@@ -19,6 +19,9 @@ Figure monobot_run_figure(const std::string& name, const RunTrace& trace);
 /// One run in the plane: true and estimated path, landmarks, and their 2σ ellipses; pose errors with 2σ.
 Figure planar_run_figure(const std::string& name, const RunTrace& trace, double dt_s);
 
+/// One run of a world without a picture of its own: the error of every state with 2σ.
+Figure states_run_figure(const std::string& name, const RunTrace& trace);
+
 /// ANEES and mean NIS over the steps with pointwise and simultaneous bounds and, for linear models, the exact
 /// curves; and the traces of P.
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis);

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "montecarlo/worlds/filter_setup.h"
+#include "montecarlo/worlds/slam_settings.h"
 
 namespace credence {
 

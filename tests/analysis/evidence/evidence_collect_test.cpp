@@ -9,12 +9,13 @@
 #include "analysis/evidence/study_analysis.h"
 #include "core/nan.h"
 #include "montecarlo/engine/engine.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
 
 Scenario monobot(std::int64_t runs) {
-  Scenario s = default_scenario(WorldModel::monobot);
+  Scenario s = default_scenario("monobot");
   s.world.landmarks = 2;
   s.study.runs = runs;
   s.study.steps = 60;
@@ -23,7 +24,7 @@ Scenario monobot(std::int64_t runs) {
 }
 
 Scenario planar() {
-  Scenario s = default_scenario(WorldModel::planar);
+  Scenario s = default_scenario("planar");
   s.world.landmarks = 6;
   s.study.runs = 70;
   s.study.steps = 40;

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "montecarlo/engine/engine.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -19,7 +20,7 @@ StudyAnalysis study(const Scenario& scenario) {
 }
 
 Scenario monobot(Index landmarks, Index anchors, FilterInflation inflation, std::int64_t runs) {
-  Scenario s = default_scenario(WorldModel::monobot);
+  Scenario s = default_scenario("monobot");
   s.world.landmarks = landmarks;
   s.world.anchors = anchors;
   s.world.observability = anchors > 0 ? Observability::full : Observability::partial;
@@ -90,7 +91,7 @@ TEST(StudyAnalysis, AWrongMeasurementNoiseIsCalledByItsName) {
 }
 
 TEST(StudyAnalysis, APlanarFilterIsConsistentWhileItIsNearlyLinear) {
-  Scenario s = default_scenario(WorldModel::planar);
+  Scenario s = default_scenario("planar");
   s.world.landmarks = 6;
   s.world.anchors = 2;
   s.world.observability = Observability::full;

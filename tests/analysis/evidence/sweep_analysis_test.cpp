@@ -7,6 +7,7 @@
 #include "analysis/evidence/sweep_verdicts.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -19,7 +20,7 @@ SweepPlan plan_of(const std::vector<Scenario>& scenarios) {
 }
 
 Scenario inflated(Index rank) {
-  Scenario scenario = default_scenario(WorldModel::monobot);
+  Scenario scenario = default_scenario("monobot");
   scenario.filter.inflation = rank == 0 ? FilterInflation::none : FilterInflation::rank;
   scenario.filter.inflation_rank = rank;
   scenario.filter.inflation_scale = 0.1;

@@ -8,13 +8,14 @@
 #include <string>
 
 #include "analysis/stability/planar_path.h"
+#include "montecarlo/scenario/world_schema.h"
 
 namespace credence {
 namespace {
 
 /// A unicycle on a circle of 63 steps of 1 m, all landmarks in view unless the range is limited.
 Scenario planar(Index landmarks, Index anchors, FilterInflation inflation, double sensor_range = 100.0) {
-  Scenario s = default_scenario(WorldModel::planar);
+  Scenario s = default_scenario("planar");
   s.world.landmarks = landmarks;
   s.world.anchors = anchors;
   s.world.observability = anchors > 0 ? Observability::full : Observability::partial;
@@ -143,7 +144,7 @@ TEST(PlanarPath, JacobiansAtTheTruthBelongToTheNominalPath) {
 TEST(PlanarStability, RefusesWhatItCannotFollow) {
   EXPECT_THROW(analyse_planar_stability(planar(2, 0, FilterInflation::none), 3), std::invalid_argument);
   EXPECT_THROW(analyse_planar_stability(planar(2, 0, FilterInflation::rank), 8), std::invalid_argument);
-  EXPECT_THROW(analyse_planar_stability(default_scenario(WorldModel::monobot), 8), std::invalid_argument);
+  EXPECT_THROW(analyse_planar_stability(default_scenario("monobot"), 8), std::invalid_argument);
 }
 
 }  // namespace

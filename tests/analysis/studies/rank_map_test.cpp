@@ -4,13 +4,13 @@
 
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/experiment.h"
-#include "montecarlo/worlds/filter_setup.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
 
 RankMapCell cell_of(Index landmarks, Index anchors, InflationRange range, Index rank, std::uint64_t seed) {
-  Scenario scenario = default_scenario(WorldModel::monobot);
+  Scenario scenario = default_scenario("monobot");
   scenario.world.landmarks = landmarks;
   scenario.world.anchors = anchors;
   scenario.world.observability = anchors > 0 ? Observability::full : Observability::partial;
@@ -78,11 +78,11 @@ TEST(RankMap, CountsErrorsOutsideTheCovariance) {
 }
 
 TEST(RankMap, IsOfLinearWorldsWithAConstantInflation) {
-  Scenario scenario = default_scenario(WorldModel::monobot);
+  Scenario scenario = default_scenario("monobot");
   EXPECT_FALSE(is_rank_map_cell(scenario));
   scenario.filter.inflation = FilterInflation::rank;
   EXPECT_TRUE(is_rank_map_cell(scenario));
-  EXPECT_FALSE(is_rank_map_cell(default_scenario(WorldModel::planar)));
+  EXPECT_FALSE(is_rank_map_cell(default_scenario("planar")));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "analysis/evidence/consistency.h"
 #include "analysis/laws/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
+#include "montecarlo/worlds/registry.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence {
@@ -68,7 +69,7 @@ TEST(StudyPlan, PlannedRunsHaveThePlannedPower) {
 }
 
 Scenario short_monobot() {
-  Scenario scenario = default_scenario(WorldModel::monobot);
+  Scenario scenario = default_scenario("monobot");
   scenario.study.steps = 20;
   return scenario;
 }

@@ -9,8 +9,9 @@
 #include "montecarlo/engine/result_store.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
-#include "montecarlo/worlds/monobot/linear_experiment.h"
+#include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -18,14 +19,14 @@ namespace {
 namespace fs = std::filesystem;
 
 Scenario monobot(std::int64_t runs) {
-  Scenario s = default_scenario(WorldModel::monobot);
+  Scenario s = default_scenario("monobot");
   s.study.runs = runs;
   s.study.steps = 20;
   return s;
 }
 
 Scenario small_planar(std::int64_t runs) {
-  Scenario s = default_scenario(WorldModel::planar);
+  Scenario s = default_scenario("planar");
   s.world.landmarks = 4;
   s.study.runs = runs;
   s.study.steps = 15;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
 #include "tests/montecarlo/engine/allocation_count.h"
@@ -15,7 +16,7 @@ namespace credence {
 namespace {
 
 Scenario planar(Index landmarks, Index steps = 60) {
-  Scenario s = default_scenario(WorldModel::planar);
+  Scenario s = default_scenario("planar");
   s.world.landmarks = landmarks;
   s.study.steps = steps;
   return s;

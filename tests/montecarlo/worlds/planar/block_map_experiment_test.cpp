@@ -8,13 +8,14 @@
 
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
+#include "montecarlo/worlds/registry.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
 namespace credence {
 namespace {
 
 Scenario with_block_map(InflationSolution solution, Index anchors) {
-  Scenario s = default_scenario(WorldModel::planar);
+  Scenario s = default_scenario("planar");
   s.world.landmarks = 8;
   s.world.sensor_range = 15.0;
   if (anchors > 0) s.world.observability = Observability::full;

@@ -8,6 +8,7 @@
 
 #include "core/manifold/angle.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/planar/planar_drive.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "tests/montecarlo/engine/allocation_count.h"
@@ -16,7 +17,7 @@ namespace credence {
 namespace {
 
 Scenario ten_landmarks() {
-  Scenario s = default_scenario(WorldModel::planar);
+  Scenario s = default_scenario("planar");
   s.world.landmarks = 10;
   s.study.steps = 500;
   return s;

@@ -3,6 +3,7 @@
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/lanes/intermittent_lanes.h"
 #include "montecarlo/random/noise.h"
+#include "montecarlo/worlds/linear/linear_problem.h"
 
 namespace credence {
 
@@ -12,7 +13,7 @@ namespace credence {
 /// A step without any measurement has no NIS. The true and the assumed R must be diagonal.
 class IntermittentExperiment final : public Experiment {
  public:
-  IntermittentExperiment(IntermittentProblem problem, Index steps, NoiseSource source);
+  IntermittentExperiment(LinearProblem problem, Index steps, NoiseSource source);
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
@@ -30,7 +31,7 @@ class IntermittentExperiment final : public Experiment {
   void add_lanes(std::int64_t first_run, std::int64_t runs, StudyStatistics& statistics) const;
   void add_matrices(std::int64_t first_run, std::int64_t runs, StudyStatistics& statistics) const;
 
-  IntermittentProblem problem_;
+  LinearProblem problem_;
   Index steps_;
   NoiseSource source_;
   bool lanes_;

@@ -1,41 +1,56 @@
-#include "montecarlo/worlds/monobot/linear_experiment.h"
+#include "montecarlo/worlds/linear/linear_experiment.h"
 
 #include <algorithm>
 #include <limits>
 
 #include "core/linear_algebra/psd_root.h"
-#include "montecarlo/worlds/monobot/linear_world.h"
-#include "montecarlo/worlds/slam_layout.h"
+#include "core/models/model_mismatch.h"
+#include "montecarlo/worlds/linear/intermittent_experiment.h"
+#include "montecarlo/worlds/linear/linear_trace.h"
 
 namespace credence {
 namespace {
 
-LinearErrorSystem make_error_system(const LinearModel& truth, const std::vector<LinearFilterStep>& steps) {
+/// L with L n the error at the start; where the state of the model holds x beside e, both are that error.
+Matrix initial_root(const LinearModel& truth, Index states) {
+  const Matrix root = psd_root(truth.P0);
+  const Index n = root.rows();
+  if (states == n) return root;
+  Matrix both = Matrix::Zero(states, states);
+  both.topLeftCorner(n, n) = root;
+  both.bottomLeftCorner(n, n) = root;
+  return both;
+}
+
+LinearErrorSystem make_error_system(const LinearProblem& problem,
+                                    const std::vector<LinearFilterStep>& steps) {
+  const LinearModel model = error_model(problem.truth, problem.assumed);
+  const Index states = model.state_dim();
   LinearErrorSystem system;
-  system.F = truth.F;
-  system.H = truth.H;
-  system.noise_input = truth.G * psd_root(truth.Q);
-  system.measurement_root = psd_root(truth.R);
-  system.initial_root = psd_root(truth.P0);
+  system.F = model.F;
+  system.H = model.H;
+  system.noise_input = model.G * psd_root(model.Q);
+  system.measurement_root = psd_root(model.R);
+  system.initial_root = initial_root(problem.truth, states);
   for (const LinearFilterStep& step : steps) {
     if (!step.ok) break;
-    system.steps.push_back({.K = step.K,
+    const Matrix whitening = psd_whitening(step.P);
+    system.steps.push_back({.K = padded(step.K, states, step.K.cols()),
                             .innovation_whitening = psd_whitening(step.S),
-                            .error_whitening = psd_whitening(step.P)});
+                            .error_whitening = padded(whitening, whitening.rows(), states)});
   }
   return system;
 }
 
 }  // namespace
 
-LinearExperiment::LinearExperiment(LinearModel truth, const LinearModel& assumed, const InflationRule& rule,
-                                   Index steps, NoiseSource source)
-    : Experiment(slam_layout(truth.layout, truth.measurement_dim(), true)),
-      truth_(std::move(truth)),
+LinearExperiment::LinearExperiment(LinearProblem problem, Index steps, NoiseSource source)
+    : Experiment(problem.scene.layout),
+      problem_(std::move(problem)),
       steps_(steps),
       source_(source),
-      filter_steps_(linear_filter_steps(assumed, rule, steps)),
-      system_(make_error_system(truth_, filter_steps_)),
+      filter_steps_(linear_filter_steps(problem_.assumed, problem_.rule, steps)),
+      system_(make_error_system(problem_, filter_steps_)),
       simulator_(system_) {}
 
 StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
@@ -70,31 +85,27 @@ StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t
   return statistics;
 }
 
-RunTrace LinearExperiment::describe_world() const { return describe_linear_world(truth_); }
+RunTrace LinearExperiment::describe_world() const { return describe_scene(problem_.scene); }
 
 Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const {
+  const LinearModel& truth = problem_.truth;
+  const Index n = truth.state_dim();
   const LinearRunTrace errors = trace_linear(system_, source_, run);
-  const std::vector<int> landmarks = linear_landmarks(truth_.layout);
-  Vector x = linear_start(truth_.layout);
   TraceStep now;
-  slam_states(truth_.layout, landmarks, now.states);
-  now.landmarks = landmarks;
-  now.truth = x;
-  now.error = -errors.initial_error;
-  now.estimate = x - errors.initial_error;
-  now.P = truth_.P0;
+  name_states(problem_.truth.layout, now);
+  Vector x = linear_start(problem_.scene, errors.initial_error.head(n));
+  set_error(x, errors.initial_error.head(n), now);
+  now.P = problem_.assumed.P0;
   take(now);
   for (std::size_t k = 0; k < system_.steps.size(); ++k) {
     const LinearFilterStep& filter = filter_steps_[k];
-    x = truth_.F * x + errors.process_noise[k];
+    x = truth.F * x + errors.process_noise[k].head(n);
     now.step = static_cast<std::int64_t>(k) + 1;
-    now.truth = x;
-    now.error = -errors.errors[k];
-    now.estimate = x - errors.errors[k];
+    set_error(x, errors.errors[k].head(n), now);
     now.P = filter.P;
     now.innovations.front() = {errors.innovations[k], filter.S};
     now.K = filter.K;
-    now.z = truth_.H * x + errors.measurement_noise[k];
+    now.z = truth.H * x + errors.measurement_noise[k];
     now.nees = errors.nees[k];
     now.nis = errors.nis[k];
     now.nees_dof = system_.steps[k].error_whitening.rows();
@@ -103,6 +114,13 @@ Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const
   }
   return system_.steps.size() < static_cast<std::size_t>(steps_) ? Outcome::not_positive_definite
                                                                  : Outcome::ok;
+}
+
+std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index steps, NoiseSource source) {
+  if (problem.detection_probability < 1.0) {
+    return std::make_unique<IntermittentExperiment>(std::move(problem), steps, source);
+  }
+  return std::make_unique<LinearExperiment>(std::move(problem), steps, source);
 }
 
 }  // namespace credence

@@ -1,15 +1,15 @@
-#include "montecarlo/worlds/monobot/intermittent_experiment.h"
+#include "montecarlo/worlds/linear/intermittent_experiment.h"
 
 #include <algorithm>
 #include <optional>
 
 #include "core/filters/linear_filter.h"
 #include "core/linear_algebra/psd_root.h"
+#include "core/models/model_mismatch.h"
 #include "core/nan.h"
 #include "core/stop_point.h"
 #include "montecarlo/random/step_draws.h"
-#include "montecarlo/worlds/monobot/linear_world.h"
-#include "montecarlo/worlds/slam_layout.h"
+#include "montecarlo/worlds/linear/linear_trace.h"
 
 namespace credence {
 
@@ -18,6 +18,9 @@ class IntermittentExperiment::Run {
  public:
   explicit Run(const IntermittentExperiment& e)
       : truth_(e.problem_.truth),
+        assumed_(e.problem_.assumed),
+        scene_(e.problem_.scene),
+        knows_dynamics_(knows_dynamics(truth_, assumed_)),
         source_(e.source_),
         filter_(e.problem_.assumed, e.problem_.rule),
         noise_input_(truth_.G * psd_root(truth_.Q)),
@@ -27,8 +30,10 @@ class IntermittentExperiment::Run {
         measurement_(StepDraws::normals(source_, NoisePurpose::measurement, truth_.measurement_dim())),
         detection_(StepDraws::events(source_, NoisePurpose::detection, e.problem_.detection_probability,
                                      truth_.measurement_dim())) {
-    now_.landmarks = linear_landmarks(truth_.layout);
-    slam_states(truth_.layout, now_.landmarks, now_.states);
+    name_states(truth_.layout, now_);
+    for (const Block& block : scene_.layout.blocks) {
+      if (block.part == Part::position) positions_ = block.states;
+    }
   }
 
   void start(std::int64_t run) {
@@ -37,10 +42,8 @@ class IntermittentExperiment::Run {
     Vector start(truth_.state_dim());
     source_.normals(run, 0, NoisePurpose::initial, {start.data(), static_cast<std::size_t>(start.size())});
     error_ = initial_root_ * start;
-    now_.truth = linear_start(truth_.layout);
+    set_error(linear_start(scene_, error_), error_, now_);
     now_.P = filter_.last().P;
-    now_.error = -error_;
-    now_.estimate = now_.truth - error_;
   }
 
   /// Step k from 1 on; good for `now` where the outcome is ok.
@@ -49,14 +52,16 @@ class IntermittentExperiment::Run {
     using Normals = Eigen::Map<const Vector>;
     const Vector v = noise_input_ * Normals(process_.at(k), noise_input_.cols());
     const Vector w = measurement_root_ * Normals(measurement_.at(k), measurement_root_.cols());
+    error_ = assumed_.F * error_ + v;
+    if (!knows_dynamics_) error_ += (truth_.F - assumed_.F) * now_.truth;
     now_.truth = truth_.F * now_.truth + v;
-    error_ = truth_.F * error_ + v;
     find_rows(k);
     const LinearFilterStep& filter = filter_.step(rows_);
     now_.z = Vector::Constant(w.size(), kNaN);
     now_.z(rows_) = truth_.H(rows_, Eigen::all) * now_.truth + w(rows_);
     Innovation& innovation = now_.innovations.front();
-    innovation = {truth_.H(rows_, Eigen::all) * error_ + w(rows_), filter.S};
+    innovation = {assumed_.H(rows_, Eigen::all) * error_ + w(rows_), filter.S};
+    if (!knows_dynamics_) innovation.nu += (truth_.H - assumed_.H)(rows_, Eigen::all) * now_.truth;
     now_.K = Matrix::Constant(error_.size(), w.size(), filter.ok ? 0.0 : kNaN);
     if (!filter.ok) return Outcome::not_positive_definite;
     now_.K(Eigen::all, rows_) = filter.K;
@@ -89,8 +94,10 @@ class IntermittentExperiment::Run {
     s.nis_dof += now_.nis_dof;
     s[Quantity::trace_prior].add(filter().P_prior.trace());
     s[Quantity::trace].add(P.trace());
-    s[Quantity::trace_vehicle].add(P(0, 0));
-    s[Quantity::trace_landmarks].add(P.trace() - P(0, 0));
+    if (positions_.empty()) return;
+    const double position = P.diagonal()(positions_).sum();
+    s[Quantity::trace_vehicle].add(position);
+    if (scene_.layout.landmark_dim > 0) s[Quantity::trace_landmarks].add(P.trace() - position);
   }
 
  private:
@@ -104,8 +111,7 @@ class IntermittentExperiment::Run {
   }
 
   void judge(const Matrix& P, double nees, Index nees_dof, double nis, Index nis_dof) {
-    now_.error = -error_;
-    now_.estimate = now_.truth - error_;
+    set_error(Vector(now_.truth), error_, now_);
     now_.P = P;
     now_.nees = nees;
     now_.nees_dof = nees_dof;
@@ -113,7 +119,10 @@ class IntermittentExperiment::Run {
     now_.nis_dof = nis_dof;
   }
 
-  const LinearModel& truth_;
+  const LinearModel &truth_, &assumed_;
+  const LinearScene& scene_;
+  bool knows_dynamics_;
+  std::vector<Index> positions_;  ///< states that are a position
   NoiseSource source_;
   LinearFilter filter_;
   Matrix noise_input_, measurement_root_, initial_root_;
@@ -123,8 +132,8 @@ class IntermittentExperiment::Run {
   TraceStep now_;
 };
 
-IntermittentExperiment::IntermittentExperiment(IntermittentProblem problem, Index steps, NoiseSource source)
-    : Experiment(slam_layout(problem.truth.layout, problem.truth.measurement_dim(), false)),
+IntermittentExperiment::IntermittentExperiment(LinearProblem problem, Index steps, NoiseSource source)
+    : Experiment(problem.scene.layout),
       problem_(std::move(problem)),
       steps_(steps),
       source_(source),
@@ -133,10 +142,11 @@ IntermittentExperiment::IntermittentExperiment(IntermittentProblem problem, Inde
 bool IntermittentExperiment::is_optimal() const {
   const LinearModel &truth = problem_.truth, &assumed = problem_.assumed;
   return problem_.rule.inflation == Inflation::none && problem_.rule.constant.size() == 0 &&
-         truth.Q == assumed.Q && truth.R == assumed.R && truth.P0 == assumed.P0;
+         knows_dynamics(truth, assumed) && truth.G == assumed.G && truth.Q == assumed.Q &&
+         truth.R == assumed.R && truth.P0 == assumed.P0;
 }
 
-RunTrace IntermittentExperiment::describe_world() const { return describe_linear_world(problem_.truth); }
+RunTrace IntermittentExperiment::describe_world() const { return describe_scene(problem_.scene); }
 
 StudyStatistics IntermittentExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
   StudyStatistics statistics;

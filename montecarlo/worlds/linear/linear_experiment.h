@@ -4,6 +4,7 @@
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/lanes/linear_kernel.h"
 #include "montecarlo/random/noise.h"
+#include "montecarlo/worlds/linear/linear_problem.h"
 
 namespace credence {
 
@@ -11,14 +12,15 @@ namespace credence {
 /// is the propagation of its error alone (theory, section 3).
 class LinearExperiment final : public Experiment {
  public:
-  /// `truth` makes the noise, `assumed` is what the filter believes.
-  LinearExperiment(LinearModel truth, const LinearModel& assumed, const InflationRule& rule, Index steps,
-                   NoiseSource source);
+  /// `truth` of the problem makes the noise, `assumed` is what the filter believes; every measurement is
+  /// there at every step.
+  LinearExperiment(LinearProblem problem, Index steps, NoiseSource source);
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
 
-  const LinearModel& true_model() const { return truth_; }
+  const LinearModel& true_model() const { return problem_.truth; }
+  const LinearModel& assumed_model() const { return problem_.assumed; }
 
   /// Shorter than the study if S was not positive definite at some step.
   const std::vector<LinearFilterStep>& filter_steps() const { return filter_steps_; }
@@ -26,12 +28,16 @@ class LinearExperiment final : public Experiment {
   RunTrace describe_world() const override;
 
  private:
-  LinearModel truth_;
+  LinearProblem problem_;
   Index steps_;
   NoiseSource source_;
   std::vector<LinearFilterStep> filter_steps_;
   LinearErrorSystem system_;
   LinearSimulator simulator_;
 };
+
+/// The experiment of a linear problem: a LinearExperiment, or, where measurements are missed, one in which
+/// every run has gains of its own.
+std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index steps, NoiseSource source);
 
 }  // namespace credence

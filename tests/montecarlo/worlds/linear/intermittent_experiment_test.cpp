@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/monobot/intermittent_experiment.h"
+#include "montecarlo/worlds/linear/intermittent_experiment.h"
 
 #include <gtest/gtest.h>
 
@@ -10,15 +10,16 @@
 
 #include "core/filters/linear_filter.h"
 #include "montecarlo/scenario/scenario_text.h"
-#include "montecarlo/worlds/filter_setup.h"
-#include "montecarlo/worlds/monobot/linear_experiment.h"
+#include "montecarlo/scenario/world_schema.h"
+#include "montecarlo/worlds/linear/linear_experiment.h"
+#include "montecarlo/worlds/monobot/monobot_world.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
 namespace credence {
 namespace {
 
 Scenario monobot(Index landmarks, Index anchors, double probability) {
-  Scenario s = default_scenario(WorldModel::monobot);
+  Scenario s = default_scenario("monobot");
   s.world.landmarks = landmarks;
   s.world.observability = anchors > 0 ? Observability::full : Observability::partial;
   s.world.anchors = anchors;
@@ -27,9 +28,7 @@ Scenario monobot(Index landmarks, Index anchors, double probability) {
   return s;
 }
 
-IntermittentProblem problem_of(const Scenario& s) {
-  return {make_true_model(s), make_assumed_model(s), make_inflation_rule(s), s.noise.detection_probability};
-}
+LinearProblem problem_of(const Scenario& s) { return monobot_problem(s); }
 
 IntermittentExperiment experiment_of(const Scenario& s, InstructionSet set = best_instruction_set()) {
   return {problem_of(s), s.study.steps, NoiseSource(s.study.seed, noise_group(s), set)};
@@ -226,7 +225,8 @@ TEST(IntermittentExperiment, matrices_do_what_no_lane_does) {
   ASSERT_FALSE(IntermittentLanes::support(problem_of(s)));
   const RunTrace trace = experiment_of(s).trace(5);
   ASSERT_EQ(trace.outcome, Outcome::ok);
-  LinearFilter filter(make_assumed_model(s), make_inflation_rule(s));
+  const LinearProblem problem = monobot_problem(s);
+  LinearFilter filter(problem.assumed, problem.rule);
   for (std::size_t k = 1; k < trace.steps.size(); ++k) {
     const TraceStep& step = trace.steps[k];
     std::vector<Index> rows;
@@ -383,9 +383,8 @@ TEST(IntermittentExperiment, runs_that_fail_are_counted_named_and_end_there) {
 TEST(IntermittentExperiment, a_sure_detection_is_the_shared_filter) {
   const Scenario s = monobot(2, 1, 1.0);
   const NoiseSource source(s.study.seed, 0);
-  const LinearExperiment shared(make_true_model(s), make_assumed_model(s), {}, s.study.steps, source);
-  const IntermittentExperiment own({make_true_model(s), make_assumed_model(s), {}, 1.0}, s.study.steps,
-                                   source);
+  const LinearExperiment shared(problem_of(s), s.study.steps, source);
+  const IntermittentExperiment own(problem_of(s), s.study.steps, source);
   const RunTrace a = shared.trace(11), b = own.trace(11);
   for (std::size_t k = 0; k < a.steps.size(); ++k) {
     EXPECT_EQ(a.steps[k].truth, b.steps[k].truth);

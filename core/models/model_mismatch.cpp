@@ -1,0 +1,29 @@
+#include "core/models/model_mismatch.h"
+
+namespace credence {
+
+bool knows_dynamics(const LinearModel& truth, const LinearModel& assumed) {
+  return truth.F == assumed.F && truth.H == assumed.H;
+}
+
+LinearModel error_model(const LinearModel& truth, const LinearModel& assumed) {
+  if (knows_dynamics(truth, assumed)) return truth;
+  const Index n = truth.state_dim(), m = truth.measurement_dim(), q = truth.G.cols();
+  LinearModel model = truth;
+  model.F = Matrix::Zero(2 * n, 2 * n);
+  model.F << assumed.F, truth.F - assumed.F, Matrix::Zero(n, n), truth.F;
+  model.G = Matrix(2 * n, q);
+  model.G << truth.G, truth.G;
+  model.H = Matrix(m, 2 * n);
+  model.H << assumed.H, truth.H - assumed.H;
+  model.P0 = truth.P0.replicate(2, 2);
+  return model;
+}
+
+Matrix padded(const Matrix& matrix, Index rows, Index columns) {
+  Matrix result = Matrix::Zero(rows, columns);
+  result.topLeftCorner(matrix.rows(), matrix.cols()) = matrix;
+  return result;
+}
+
+}  // namespace credence

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/scenario/world_schema.h"
+#include "montecarlo/worlds/linear/linear_problem.h"
+
+namespace credence {
+
+/// The figure of a single run.
+enum class RunFigure {
+  line_slam,   ///< a vehicle on a line and its landmarks
+  plane_slam,  ///< paths, landmarks and ellipses in the plane
+  states,      ///< the error of every state with its 2σ
+};
+
+/// One kind of world: all that anyone needs to know of it. It states this in a folder of its own, and the
+/// registry lists it.
+struct World {
+  WorldSchema schema;
+
+  /// The linear problem that the scenario is, from which its experiment, the exact moments, `stability` and
+  /// the Riccati equation follow; null or nothing where it is not linear.
+  std::optional<LinearProblem> (*linear_problem)(const Scenario&);
+  /// The experiment of a scenario that is not linear; null where there is none. Throws std::invalid_argument
+  /// for what cannot be made.
+  std::unique_ptr<Experiment> (*experiment)(const Scenario&);
+  /// Doubles that the experiment keeps at the least, beside what is kept of any study.
+  double (*least_doubles)(const Scenario&);
+  /// The keys and values on which that depends: "world.landmarks = 3".
+  std::string (*size_text)(const Scenario&);
+  /// A few words on the world of a scenario, for reports.
+  std::string (*text)(const Scenario&);
+  RunFigure figure;
+};
+
+}  // namespace credence
