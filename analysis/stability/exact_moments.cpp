@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
 #include "core/linear_algebra/decompositions.h"
+#include "core/linear_algebra/psd_root.h"
 #include "core/models/model_mismatch.h"
 
 namespace credence {
@@ -31,11 +33,8 @@ struct UnitDiagonal {
   Matrix P, Sigma;
 };
 
-UnitDiagonal unit_diagonal(MatrixRef P, MatrixRef Sigma) {
-  UnitDiagonal unit;
-  for (Index i = 0; i < P.rows(); ++i) {
-    if (P(i, i) > 0.0) unit.states.push_back(i);
-  }
+UnitDiagonal unit_diagonal(MatrixRef P, MatrixRef Sigma, VectorRef before) {
+  UnitDiagonal unit{.states = states_with_variance(P, before), .P = {}, .Sigma = {}};
   const Vector d = P.diagonal()(unit.states).cwiseSqrt().cwiseInverse();
   unit.P = d.asDiagonal() * P(unit.states, unit.states) * d.asDiagonal();
   unit.Sigma = d.asDiagonal() * Sigma(unit.states, unit.states) * d.asDiagonal();
@@ -63,20 +62,21 @@ void add_on_range(const UnitDiagonal& unit, ExpectedSquare& result) {
   if (total > 0.0) result.outside = std::max(result.outside, outside / total);
 }
 
-double zero_variance_share(MatrixRef P, MatrixRef Sigma) {
-  double outside = 0.0;
-  for (Index i = 0; i < P.rows(); ++i) {
-    if (!(P(i, i) > 0.0)) outside += Sigma(i, i);
-  }
-  return Sigma.trace() > 0.0 ? outside / Sigma.trace() : 0.0;
+double zero_variance_share(const std::vector<Index>& states, MatrixRef Sigma) {
+  const double total = Sigma.trace();
+  return total > 0.0 ? (total - Sigma.diagonal()(states).sum()) / total : 0.0;
 }
 
 }  // namespace
 
 ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma) {
+  return expected_square(P, Sigma, Vector::Zero(P.rows()));
+}
+
+ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma, VectorRef before) {
   ExpectedSquare result;
-  result.outside = zero_variance_share(P, Sigma);
-  const UnitDiagonal unit = unit_diagonal(P, Sigma);
+  const UnitDiagonal unit = unit_diagonal(P, Sigma, before);
+  if (std::ssize(unit.states) < P.rows()) result.outside = zero_variance_share(unit.states, Sigma);
   const Index n = unit.P.rows();
   if (n == 0) return result;
   const Eigen::LLT<Matrix> llt(unit.P);
@@ -112,7 +112,7 @@ std::vector<ExactMoments> exact_moments(const LinearModel& truth, const LinearMo
     Sigma = symmetrised(A * prior * A.transpose() + K * model.R * K.transpose());
     now.Sigma_prior = prior.topLeftCorner(n, n);
     now.Sigma = Sigma.topLeftCorner(n, n);
-    const ExpectedSquare nees = expected_square(step.P, now.Sigma);
+    const ExpectedSquare nees = expected_square(step.P, now.Sigma, step.P_prior.diagonal());
     now.nees = nees.value;
     now.nees_dof = nees.dof;
     now.outside = nees.outside;

@@ -48,4 +48,8 @@ struct ExpectedSquare {
 /// decided, and those of variance zero left out. Both n×n symmetric psd.
 ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma);
 
+/// The same after a measurement, with the variances `before` it, n: a state of which rounding alone is left
+/// has no variance (core/linear_algebra/psd_root.h).
+ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma, VectorRef before);
+
 }  // namespace credence

@@ -54,6 +54,7 @@ LinearFilterStep advance(const LinearModel& model, const InflationRule& rule, co
   } else {
     step.ok = joseph_update(model, step);
   }
+  step.ok = step.ok && step.P.allFinite();  // what is unstable and not observed grows beyond all numbers
   return step;
 }
 

@@ -18,7 +18,7 @@ struct LinearFilterStep {
   Matrix P;               ///< P_{k|k}, Joseph form, n×n
   Matrix inflation;       ///< ΔP of this step before the update, n×n; zero for a sequential rule
   bool converged = true;  ///< the exact minimal trace was reached to its tolerance
-  bool ok = true;         ///< false: S was not positive definite, K and P are not to be used
+  bool ok = true;         ///< false: S was not positive definite or P not finite; K and P are not to be used
 };
 
 /// What a linear filter believes, step by step (paper eqs (3)-(10)), where it does not have every

@@ -3,6 +3,31 @@
 #include "core/linear_algebra/decompositions.h"
 
 namespace credence {
+namespace {
+
+/// Whether a factor's pivots are more than rounding.
+bool is_regular(const Eigen::LLT<Matrix>& llt, const Matrix& A, double tolerance) {
+  if (llt.info() != Eigen::Success) return false;
+  const auto pivots = llt.matrixLLT().diagonal().array().square();
+  return (pivots > tolerance * A.diagonal().array()).all();
+}
+
+/// Over states that all have a variance.
+Matrix whitening_of_states(const Matrix& A, double tolerance) {
+  const Index n = A.rows();
+  if (n == 0) return Matrix(0, 0);
+  const Eigen::LLT<Matrix> llt(A);
+  if (is_regular(llt, A, tolerance)) return llt.matrixL().solve(Matrix::Identity(n, n));
+  const Vector scale = A.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scale.asDiagonal() * A * scale.asDiagonal());
+  const double least = tolerance * std::max(0.0, eigen.eigenvalues().maxCoeff());
+  const Index rank = (eigen.eigenvalues().array() > least).count();
+  // Eigenvalues ascend: the last `rank` are kept.
+  return eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal() *
+         eigen.eigenvectors().rightCols(rank).transpose() * scale.asDiagonal();
+}
+
+}  // namespace
 
 Matrix psd_root(const Matrix& A) {
   const Eigen::LLT<Matrix> llt(A);
@@ -11,18 +36,26 @@ Matrix psd_root(const Matrix& A) {
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-Matrix psd_whitening(const Matrix& A, double tolerance) {
-  const Index n = A.rows();
-  const Eigen::LLT<Matrix> llt(A);
-  if (llt.info() == Eigen::Success) {
-    return llt.matrixL().solve(Matrix::Identity(n, n));
+std::vector<Index> states_with_variance(MatrixRef A, VectorRef before) {
+  constexpr double kNoVariance = 1e-28;
+  std::vector<Index> states;
+  for (Index i = 0; i < A.rows(); ++i) {
+    if (A(i, i) > 0.0 && A(i, i) > kNoVariance * before[i]) states.push_back(i);
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(A);
-  const double least = tolerance * std::max(0.0, eigen.eigenvalues().maxCoeff());
-  const Index rank = (eigen.eigenvalues().array() > least).count();
-  // Eigenvalues ascend: the last `rank` are kept.
-  return eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal() *
-         eigen.eigenvectors().rightCols(rank).transpose();
+  return states;
+}
+
+Matrix psd_whitening(const Matrix& A, double tolerance) {
+  return psd_whitening(A, Vector::Zero(A.rows()), tolerance);
+}
+
+Matrix psd_whitening(const Matrix& A, VectorRef before, double tolerance) {
+  const std::vector<Index> states = states_with_variance(A, before);
+  if (std::ssize(states) == A.rows()) return whitening_of_states(A, tolerance);
+  const Matrix of_states = whitening_of_states(A(states, states), tolerance);
+  Matrix whitening = Matrix::Zero(of_states.rows(), A.rows());
+  whitening(Eigen::all, states) = of_states;
+  return whitening;
 }
 
 }  // namespace credence

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/types.h"
 
 namespace credence {
@@ -8,9 +10,19 @@ namespace credence {
 /// eigenvectors (negative eigenvalues, which are rounding, count as zero).
 Matrix psd_root(const Matrix& A);
 
+/// The states of a covariance after a measurement that have a variance: A_ii > 1e-28 times the variance
+/// before it, the square of what rounding leaves of a state that a measurement without noise has made
+/// certain.
+std::vector<Index> states_with_variance(MatrixRef A, VectorRef before);
+
 /// W with W A Wᵀ = I of rank A rows, so that |W e|² is the NEES of e over the directions of non-zero
-/// variance: the inverse of the Cholesky factor where it exists, else the scaled eigenvectors whose
-/// eigenvalues exceed `tolerance` times the largest. Its rows are the dof.
+/// variance: the inverse of the Cholesky factor where it exists, else the scaled eigenvectors. Its rows are
+/// the dof.
+///
+/// The rank is that of A scaled to unit diagonal, so that it depends on no units; states without variance are
+/// left out, by `before` if it is given as for states_with_variance. A is singular where a squared pivot is
+/// below `tolerance` times its diagonal element, or an eigenvalue below `tolerance` times the largest.
 Matrix psd_whitening(const Matrix& A, double tolerance = 1e-13);
+Matrix psd_whitening(const Matrix& A, VectorRef before, double tolerance = 1e-13);
 
 }  // namespace credence

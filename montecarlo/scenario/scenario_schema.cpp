@@ -54,8 +54,10 @@ KeyRow detection_key() {
       .name = "detection_probability",
       .unit = "",
       .meaning =
-          "chance that a landmark in view is measured at a step; the others are missed",
-          .field = real_field<&Scenario::noise, &NoiseSettings::detection_probability>({0.0, 1.0, true, false}),
+          "chance that a landmark in view (else a component of the measurement) is measured at a step; the "
+          "others "
+          "are missed",
+      .field = real_field<&Scenario::noise, &NoiseSettings::detection_probability>({0.0, 1.0, true, false}),
       .in_effect = [](const Scenario& s) { return s.noise.detection_probability < 1.0; }};
 }
 

@@ -10,8 +10,10 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
+#include "montecarlo/worlds/linear/linear_world.h"
 #include "montecarlo/worlds/monobot/monobot_world.h"
 #include "montecarlo/worlds/planar/planar_registration.h"
+#include "montecarlo/worlds/tracking/tracking_world.h"
 
 namespace credence {
 namespace {
@@ -19,6 +21,8 @@ namespace {
 constexpr std::array kWorlds = {
     &kMonobotWorld,
     &kPlanarWorld,
+    &kLinearWorld,
+    &kTrackingWorld,
 };
 
 /// The experiment, the statistics of its steps, and a bit for each chunk.

@@ -8,6 +8,7 @@
 #include "core/models/model_mismatch.h"
 #include "core/nan.h"
 #include "core/stop_point.h"
+#include "montecarlo/engine/run_loop.h"
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/worlds/linear/linear_trace.h"
 
@@ -67,7 +68,7 @@ class IntermittentExperiment::Run {
     now_.K(Eigen::all, rows_) = filter.K;
     error_ -= filter.K * innovation.nu;
     if (!error_.allFinite()) return Outcome::diverged;
-    const Matrix of_S = psd_whitening(filter.S), of_P = psd_whitening(filter.P);
+    const Matrix of_S = psd_whitening(filter.S), of_P = psd_whitening(filter.P, filter.P_prior.diagonal());
     judge(filter.P, (of_P * error_).squaredNorm(), of_P.rows(), (of_S * innovation.nu).squaredNorm(),
           of_S.rows());
     return Outcome::ok;
@@ -178,21 +179,7 @@ void IntermittentExperiment::add_lanes(std::int64_t first_run, std::int64_t runs
 void IntermittentExperiment::add_matrices(std::int64_t first_run, std::int64_t runs,
                                           StudyStatistics& statistics) const {
   Run run(*this);
-  for (std::int64_t r = first_run; r < first_run + runs; ++r) {
-    run.start(r);
-    RunSum sum;
-    Index k = 1;
-    for (; k <= steps_; ++k) {
-      const Outcome outcome = run.step(k);
-      if (outcome != Outcome::ok) {
-        statistics.failures.push_back({r, k, outcome});
-        break;
-      }
-      run.add_to(statistics.steps[static_cast<std::size_t>(k - 1)]);
-      sum.add(run.now().nees, run.now().nees_dof);
-    }
-    if (k > steps_) sum.add_to(statistics.nees_of_runs);
-  }
+  add_runs(run, first_run, runs, steps_, statistics);
 }
 
 Outcome IntermittentExperiment::visit(std::int64_t run_number, const StepVisitor& take) const {

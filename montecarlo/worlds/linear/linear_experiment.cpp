@@ -34,7 +34,7 @@ LinearErrorSystem make_error_system(const LinearProblem& problem,
   system.initial_root = initial_root(problem.truth, states);
   for (const LinearFilterStep& step : steps) {
     if (!step.ok) break;
-    const Matrix whitening = psd_whitening(step.P);
+    const Matrix whitening = psd_whitening(step.P, step.P_prior.diagonal());
     system.steps.push_back({.K = padded(step.K, states, step.K.cols()),
                             .innovation_whitening = psd_whitening(step.S),
                             .error_whitening = padded(whitening, whitening.rows(), states)});

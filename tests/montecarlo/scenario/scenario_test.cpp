@@ -301,7 +301,7 @@ TEST(ScenarioReference, ItsExamplesAndMessagesAreTrue) {
     EXPECT_GE(plan_sweep(read_scenario_text(example, "docs/scenario.md")).points.size(), 1U);
     ++examples;
   }
-  EXPECT_EQ(examples, 3);
+  EXPECT_EQ(examples, 4);
   const auto said = [](const char* text) {
     try {
       load_scenario_text(text, "scenarios/little.toml");

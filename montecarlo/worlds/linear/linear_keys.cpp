@@ -1,0 +1,230 @@
+#include "montecarlo/worlds/linear/linear_keys.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/linear_algebra/decompositions.h"
+#include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/slam_settings.h"
+
+namespace credence {
+namespace {
+
+std::string path_of(std::string_view section, std::string_view name) {
+  return fmt::format("{}.{}", section, name);
+}
+
+Matrix matrix_of(const NumberRows& rows) {
+  Matrix matrix(std::ssize(rows), rows.empty() ? 0 : std::ssize(rows.front()));
+  for (Index i = 0; i < matrix.rows(); ++i) {
+    for (Index j = 0; j < matrix.cols(); ++j) {
+      matrix(i, j) = rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+    }
+  }
+  return matrix;
+}
+
+/// One matrix of a scenario, with what is said where it is refused.
+class WrittenMatrix {
+ public:
+  WrittenMatrix(const Scenario& scenario, const Refusal& refuse, std::string_view section,
+                std::string_view name)
+      : refuse_(refuse),
+        section_(section),
+        name_(name),
+        rows_(rows_value(scenario, path_of(section, name))) {}
+
+  bool given() const { return !rows_.empty(); }
+  Index rows() const { return std::ssize(rows_); }
+  Index columns() const { return std::ssize(rows_.front()); }
+  Matrix value() const { return matrix_of(rows_); }
+
+  [[noreturn]] void wrong(const std::string& rule) const {
+    refuse_.wrong(section_, name_, rule);
+    throw ScenarioError(rule);  // not reached
+  }
+
+  /// `shape` in words ("m×2, as world.F is 2×2"); rows < 0: any number of them.
+  void require_shape(Index rows, Index columns, const std::string& shape) const {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (std::ssize(rows_[i]) == columns && columns > 0) continue;
+      wrong(fmt::format("must be {}; row {} has {} number{}", shape, i + 1, rows_[i].size(),
+                        rows_[i].size() == 1 ? "" : "s"));
+    }
+    if (rows >= 0 && std::ssize(rows_) != rows) {
+      wrong(fmt::format("must be {}; it has {} row{}", shape, rows_.size(), rows_.size() == 1 ? "" : "s"));
+    }
+  }
+
+  /// A covariance of this dimension.
+  void require_covariance(Index dim, const std::string& why) const {
+    require_shape(dim, dim, fmt::format("{}×{}, as {}", dim, dim, why));
+    const Matrix A = value();
+    for (Index i = 0; i < dim; ++i) {
+      for (Index j = 0; j < i; ++j) {
+        if (A(i, j) == A(j, i)) continue;
+        wrong(fmt::format("must be symmetric; row {}, column {} is {}, and row {}, column {} is {}", i + 1,
+                          j + 1, A(i, j), j + 1, i + 1, A(j, i)));
+      }
+    }
+    const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(A).eigenvalues();
+    const double least = eigenvalues.minCoeff();
+    if (least < -kRounding * static_cast<double>(dim) * eigenvalues.cwiseAbs().maxCoeff()) {
+      wrong(fmt::format("must be positive semidefinite; its least eigenvalue is {:.6g}", least));
+    }
+  }
+
+ private:
+  static constexpr double kRounding = 1e-14;  // of decimal numbers, such as 1/3 in four rows
+
+  const Refusal& refuse_;
+  std::string_view section_, name_;
+  NumberRows rows_;
+};
+
+std::string shape_of(std::string_view path, Index rows, Index columns) {
+  return fmt::format("{} is {}×{}", path, rows, columns);
+}
+
+/// What there is of a model in one section; `world` where it is left out.
+LinearModel model_of(const Scenario& scenario, std::string_view section, const LinearModel* world) {
+  const auto part = [&](std::string_view name, const Matrix& otherwise) {
+    const NumberRows rows = rows_value(scenario, path_of(section, name));
+    return rows.empty() ? otherwise : matrix_of(rows);
+  };
+  LinearModel model;
+  model.F = part("F", world != nullptr ? world->F : Matrix());
+  const Index n = model.F.rows();
+  model.G = part("G", world != nullptr ? world->G : Matrix::Identity(n, n));
+  model.H = part("H", world != nullptr ? world->H : Matrix());
+  model.Q = part("Q", world != nullptr ? world->Q : Matrix());
+  model.R = part("R", world != nullptr ? world->R : Matrix());
+  model.P0 = part("P0", world != nullptr ? world->P0 : Matrix());
+  model.layout = {.vehicle = n, .landmark = 0, .landmarks = 0};
+  return model;
+}
+
+/// Process noises, and why there are so many.
+struct ProcessNoises {
+  Index count;
+  std::string why;
+};
+
+ProcessNoises check_noise_input(const WrittenMatrix& G, std::string_view section, Index n,
+                                const ProcessNoises& otherwise) {
+  if (!G.given()) return otherwise;
+  const std::string path = path_of(section, "G");
+  G.require_shape(n, G.columns(), fmt::format("{}×q, as {}", n, shape_of("world.F", n, n)));
+  return {G.columns(), shape_of(path, n, G.columns())};
+}
+
+void check_world(const Scenario& scenario, const Refusal& refuse) {
+  const auto written = [&](std::string_view name) { return WrittenMatrix(scenario, refuse, "world", name); };
+  const WrittenMatrix F = written("F"), H = written("H");
+  const Index n = F.rows();
+  F.require_shape(n, n, fmt::format("square; it has {} row{}", n, n == 1 ? "" : "s"));
+  const std::string F_shape = shape_of("world.F", n, n);
+  H.require_shape(-1, n, fmt::format("m×{}, as {}", n, F_shape));
+  const Index m = H.rows();
+  const ProcessNoises noises =
+      check_noise_input(written("G"), "world", n, {n, F_shape + " and world.G is not given"});
+  written("Q").require_covariance(noises.count, noises.why);
+  written("R").require_covariance(m, shape_of("world.H", m, n));
+  written("P0").require_covariance(n, F_shape);
+  const std::size_t names = names_value(scenario, "world.states").size();
+  if (names > 0 && std::ssize(names_value(scenario, "world.states")) != n) {
+    refuse.wrong("world", "states", fmt::format("must be {} names, as {}", n, F_shape));
+  }
+}
+
+void check_filter(const Scenario& scenario, const Refusal& refuse) {
+  const LinearModel world = linear_truth(scenario);
+  const Index n = world.state_dim(), m = world.measurement_dim();
+  const auto written = [&](std::string_view name) { return WrittenMatrix(scenario, refuse, "filter", name); };
+  const auto check = [&](std::string_view name, Index rows, Index columns, const std::string& why) {
+    const WrittenMatrix matrix = written(name);
+    if (matrix.given()) matrix.require_shape(rows, columns, fmt::format("{}×{}, as {}", rows, columns, why));
+  };
+  check("F", n, n, shape_of("world.F", n, n));
+  check("H", m, n, shape_of("world.H", m, n));
+  const Index q = world.G.cols();
+  const ProcessNoises noises = check_noise_input(written("G"), "filter", n, {q, shape_of("world.Q", q, q)});
+  const WrittenMatrix Q = written("Q"), R = written("R"), P0 = written("P0");
+  if (Q.given()) Q.require_covariance(noises.count, noises.why);
+  if (!Q.given() && noises.count != q) {
+    refuse.wrong(
+        "filter", "G",
+        fmt::format("needs a filter.Q of {}×{}, since world.Q is {}×{}", noises.count, noises.count, q, q));
+  }
+  if (R.given()) R.require_covariance(m, shape_of("world.R", m, m));
+  if (P0.given()) P0.require_covariance(n, shape_of("world.F", n, n));
+}
+
+}  // namespace
+
+std::vector<KeyRow> linear_keys() {
+  const auto row = [](std::string_view section, std::string_view name, std::string_view meaning,
+                      std::string_view default_words) {
+    return KeyRow{.section = section,
+                  .name = name,
+                  .unit = "",
+                  .meaning = meaning,
+                  .field = RowsField{path_of(section, name)},
+                  .default_words = default_words};
+  };
+  return {
+      row("world", "F", "state transition of one step, n×n: x⁺ = F x + G v", "required"),
+      row("world", "G", "input of the process noise, n×q", "identity"),
+      row("world", "H", "measurement, m×n: z = H x + w", "required"),
+      row("world", "Q", "covariance of the process noise v of one step, q×q; may be singular", "required"),
+      row("world", "R", "covariance of the measurement noise w, m×m", "required"),
+      row("world", "P0", "covariance of the state at the start, n×n, whose mean is 0; may be singular",
+          "required"),
+      {.section = "world",
+       .name = "states",
+       .unit = "",
+       .meaning = "names of the states; those of one block have its name and a dot in front, \"position.x\"",
+       .field = NamesField{"world.states"},
+       .default_words = "x1, x2, …"},
+      process_scale_key(),
+      measurement_scale_key(),
+      row("filter", "F", "state transition that the filter assumes", "world.F"),
+      row("filter", "G", "input of the process noise that the filter assumes", "world.G"),
+      row("filter", "H", "measurement that the filter assumes", "world.H"),
+      row("filter", "Q", "covariance of the process noise that the filter assumes, before process_scale",
+          "world.Q"),
+      row("filter", "R",
+          "covariance of the measurement noise that the filter assumes, before measurement_scale", "world.R"),
+      row("filter", "P0", "covariance of the state at the start that the filter assumes", "world.P0"),
+  };
+}
+
+void check_linear(const Scenario& scenario, const Refusal& refuse) {
+  check_world(scenario, refuse);
+  check_filter(scenario, refuse);
+  if (scenario.noise.detection_probability == 1.0) return;
+  for (const LinearModel& model : {linear_truth(scenario), linear_belief(scenario)}) {
+    if (!model.R.isDiagonal(0.0)) {
+      refuse.impossible("noise", "detection_probability",
+                        "must be 1 where world.R or filter.R is not diagonal");
+    }
+  }
+}
+
+LinearModel linear_truth(const Scenario& scenario) { return model_of(scenario, "world", nullptr); }
+
+LinearModel linear_belief(const Scenario& scenario) {
+  const LinearModel world = linear_truth(scenario);
+  return model_of(scenario, "filter", &world);
+}
+
+std::vector<std::string> linear_state_names(const Scenario& scenario) {
+  std::vector<std::string> names = names_value(scenario, "world.states");
+  if (!names.empty()) return names;
+  const Index n = linear_truth(scenario).state_dim();
+  for (Index i = 1; i <= n; ++i) names.push_back(fmt::format("x{}", i));
+  return names;
+}
+
+}  // namespace credence

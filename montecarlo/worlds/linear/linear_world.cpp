@@ -1,0 +1,101 @@
+#include "montecarlo/worlds/linear/linear_world.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/linear/linear_keys.h"
+
+namespace credence {
+namespace {
+
+constexpr Index kMostBlocks = 50;   // beyond them only the whole state is judged
+constexpr Index kLargestWhole = 4;  // innovations up to this dimension are judged as one piece
+
+Index states_of(const Scenario& scenario) { return std::ssize(rows_value(scenario, "world.F")); }
+Index measurements_of(const Scenario& scenario) { return std::ssize(rows_value(scenario, "world.H")); }
+
+BlockLayout linear_blocks(const Scenario& scenario) {
+  return {.vehicle = states_of(scenario), .landmark = 0, .landmarks = 0};
+}
+
+std::optional<LinearProblem> linear_problem_of(const Scenario& scenario) {
+  LinearProblem problem;
+  problem.truth = linear_truth(scenario);
+  problem.assumed = linear_belief(scenario);
+  problem.assumed.Q *= scenario.filter.process_scale;
+  problem.assumed.R *= scenario.filter.measurement_scale;
+  problem.detection_probability = scenario.noise.detection_probability;
+  problem.scene = {.layout = linear_layout(linear_state_names(scenario), problem.assumed.R,
+                                           problem.detection_probability == 1.0),
+                   .start = Vector::Zero(problem.truth.state_dim()),
+                   .random_start = true};
+  return problem;
+}
+
+double least_linear_doubles(const Scenario& scenario) {
+  return linear_problem_doubles(static_cast<double>(states_of(scenario)),
+                                static_cast<double>(measurements_of(scenario)), scenario);
+}
+
+std::string linear_size_text(const Scenario& scenario) {
+  const Index n = states_of(scenario);
+  return fmt::format("world.F of {}×{}", n, n);
+}
+
+/// The matrices that the filter has of its own: ", a filter with its own F and Q".
+std::string own_matrices_text(const Scenario& scenario) {
+  std::vector<std::string> own;
+  for (const char* name : {"F", "G", "H", "Q", "R", "P0"}) {
+    if (!rows_value(scenario, fmt::format("filter.{}", name)).empty()) own.emplace_back(name);
+  }
+  return own.empty() ? "" : fmt::format(", a filter with its own {}", fmt::join(own, ", "));
+}
+
+std::string linear_text(const Scenario& scenario) {
+  const Index n = states_of(scenario), m = measurements_of(scenario);
+  const double seen = scenario.noise.detection_probability;
+  return fmt::format("linear, {} state{}, {} measurement{}{}{}", n, n == 1 ? "" : "s", m, m == 1 ? "" : "s",
+                     seen < 1.0 ? fmt::format(", each there with probability {:g}", seen) : "",
+                     own_matrices_text(scenario));
+}
+
+/// Of a piece of the measurement. Where some may be missing only what all have in common.
+std::vector<double> assumed_variances(const Matrix& R, bool constant) {
+  if (!R.isDiagonal(0.0)) return {};
+  const Vector variances = R.diagonal();
+  if (constant) return {variances.begin(), variances.end()};
+  if ((variances.array() == variances[0]).all()) return {variances[0]};
+  return {};
+}
+
+}  // namespace
+
+RunLayout linear_layout(std::vector<std::string> states, const Matrix& R, bool constant) {
+  const Index m = R.rows();
+  RunLayout layout;
+  layout.states = std::move(states);
+  layout.angles.assign(layout.states.size(), false);
+  add_named_blocks(layout);
+  if (layout.blocks.size() == 1 || std::ssize(layout.blocks) > kMostBlocks) layout.blocks.clear();
+  layout.sensors = {{.name = "",
+                     .dim = m,
+                     .piece = constant && m <= kLargestWhole ? m : 1,
+                     .variances = assumed_variances(R, constant)}};
+  return layout;
+}
+
+constinit const World kLinearWorld = {.schema = {.name = "linear",
+                                                 .meaning = "any linear system, its matrices written out",
+                                                 .keys = linear_keys,
+                                                 .set_defaults = nullptr,
+                                                 .check = check_linear,
+                                                 .blocks = linear_blocks},
+                                      .linear_problem = linear_problem_of,
+                                      .experiment = nullptr,
+                                      .least_doubles = least_linear_doubles,
+                                      .size_text = linear_size_text,
+                                      .text = linear_text,
+                                      .figure = RunFigure::states};
+
+}  // namespace credence

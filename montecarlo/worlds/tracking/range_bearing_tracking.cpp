@@ -1,0 +1,161 @@
+#include "montecarlo/worlds/tracking/range_bearing_tracking.h"
+
+#include <Eigen/Cholesky>
+
+#include "core/linear_algebra/mirror.h"
+#include "core/linear_algebra/psd_root.h"
+#include "core/manifold/angle.h"
+#include "core/stop_point.h"
+#include "montecarlo/engine/run_loop.h"
+#include "montecarlo/random/step_draws.h"
+#include "montecarlo/worlds/linear/linear_trace.h"
+#include "montecarlo/worlds/tracking/tracking_world.h"
+
+namespace credence {
+namespace {
+
+constexpr Index kStates = 4;
+
+Matrix variances(const RangeBearing& std, double scale) {
+  return Matrix((scale * std.cwiseAbs2()).asDiagonal());
+}
+
+RunLayout layout_of(const Scenario& scenario, const Matrix& R) {
+  RunLayout layout = target_layout(scenario, R);
+  Sensor& sensor = layout.sensors.front();
+  sensor.piece = 2;  // a step is measured as a whole
+  sensor.variances = {R(0, 0), R(1, 1)};
+  sensor.angles = {false, true};
+  layout.nonlinear = true;
+  return layout;
+}
+
+RangeBearing measurement_std_of(const Scenario& scenario) {
+  return {scenario.noise.range_std, scenario.noise.bearing_std_deg * kRadiansPerDegree};
+}
+
+}  // namespace
+
+/// One run of target and filter.
+class RangeBearingTracking::Run {
+ public:
+  explicit Run(const RangeBearingTracking& e)
+      : e_(e),
+        Q_(e.process_scale_ * e.motion_.Q),
+        R_(variances(e.measurement_std_, e.measurement_scale_)),
+        noise_root_(psd_root(e.motion_.Q)),
+        initial_root_(psd_root(e.motion_.P0)),
+        process_(StepDraws::normals(e.source_, NoisePurpose::process, kStates)),
+        measurement_(StepDraws::normals(e.source_, NoisePurpose::measurement, 2)),
+        detection_(StepDraws::events(e.source_, NoisePurpose::detection, e.detection_probability_, 1)) {
+    name_states(e.motion_.layout, now_);
+  }
+
+  void start(std::int64_t run) {
+    for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
+    Vector error(kStates);
+    e_.source_.normals(run, 0, NoisePurpose::initial, {error.data(), static_cast<std::size_t>(kStates)});
+    estimate_ = e_.start_;
+    const Vector x = e_.start_ + initial_root_ * error;
+    set_error(x, x - estimate_, now_);
+    now_.P = e_.motion_.P0;
+  }
+
+  Outcome step(Index k) {
+    stop_point();
+    const Matrix& F = e_.motion_.F;
+    const Vector x = F * now_.truth + noise_root_ * Eigen::Map<const Vector>(process_.at(k), kStates);
+    estimate_ = F * estimate_;
+    Matrix P = F * now_.P * F.transpose() + Q_;
+    symmetrise(P);
+    const Vector before = P.diagonal();
+    trace_prior_ = before.sum();
+    now_.nis_dof = 0;
+    now_.nis = 0.0;
+    now_.innovations.front() = {};
+    now_.K.resize(0, 0);
+    if (detection_.at(k)[0] != 0.0 && !update(x, Eigen::Map<const RangeBearing>(measurement_.at(k)), P)) {
+      return Outcome::not_positive_definite;
+    }
+    if (!estimate_.allFinite()) return Outcome::diverged;
+    set_error(x, x - estimate_, now_);
+    now_.P = P;
+    const Matrix whitening = psd_whitening(P, before);
+    now_.nees = (whitening * now_.error).squaredNorm();
+    now_.nees_dof = whitening.rows();
+    return Outcome::ok;
+  }
+
+  const TraceStep& now() const { return now_; }
+
+  void add_to(StepStatistics& s) const {
+    s[Quantity::nees].add(now_.nees);
+    if (now_.nis_dof > 0) s[Quantity::nis].add(now_.nis);
+    s.nees_dof += now_.nees_dof;
+    s.nis_dof += now_.nis_dof;
+    s[Quantity::trace_prior].add(trace_prior_);
+    s[Quantity::trace].add(now_.P.trace());
+    s[Quantity::trace_vehicle].add(now_.P(0, 0) + now_.P(1, 1));
+    s[Quantity::position_error_squared].add(now_.error.head<2>().squaredNorm());
+  }
+
+ private:
+  /// The extended Kalman filter's update in Joseph's form; false where S is not positive definite.
+  bool update(const Vector& x, const RangeBearing& noise, Matrix& P) {
+    RangeBearing z = measure_range_bearing(Pose::Zero(), x.head<2>());
+    z += e_.measurement_std_.cwiseProduct(noise);
+    const PredictedRangeBearing predicted = predict_range_bearing(Pose::Zero(), estimate_.head<2>());
+    Matrix H = Matrix::Zero(2, kStates);
+    H.leftCols<2>() = predicted.H_l;
+    const Matrix S = H * P * H.transpose() + R_;
+    const Eigen::LLT<Matrix> llt(S);
+    if (!S.allFinite() || llt.info() != Eigen::Success) return false;
+    const Vector nu = range_bearing_innovation(z, predicted.z);
+    now_.K = llt.solve(H * P).transpose();
+    estimate_ += now_.K * nu;
+    const Matrix A = Matrix::Identity(kStates, kStates) - now_.K * H;
+    P = (A * P * A.transpose() + now_.K * R_ * now_.K.transpose()).eval();
+    symmetrise(P);
+    now_.innovations.front() = {nu, S};
+    now_.nis = nu.dot(llt.solve(nu));
+    now_.nis_dof = 2;
+    return true;
+  }
+
+  const RangeBearingTracking& e_;
+  Matrix Q_, R_, noise_root_, initial_root_;
+  StepDraws process_, measurement_, detection_;
+  Vector estimate_;
+  double trace_prior_ = 0.0;
+  TraceStep now_;
+};
+
+RangeBearingTracking::RangeBearingTracking(const Scenario& scenario, NoiseSource source)
+    : Experiment(
+          layout_of(scenario, variances(measurement_std_of(scenario), scenario.filter.measurement_scale))),
+      motion_(target_model(scenario)),
+      start_(target_start(scenario)),
+      measurement_std_(measurement_std_of(scenario)),
+      detection_probability_(scenario.noise.detection_probability),
+      process_scale_(scenario.filter.process_scale),
+      measurement_scale_(scenario.filter.measurement_scale),
+      steps_(scenario.study.steps),
+      source_(source) {}
+
+StudyStatistics RangeBearingTracking::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+  StudyStatistics statistics;
+  statistics.runs = runs;
+  statistics.steps.resize(static_cast<std::size_t>(steps_));
+  Run run(*this);
+  add_runs(run, first_run, runs, steps_, statistics);
+  return statistics;
+}
+
+Outcome RangeBearingTracking::visit(std::int64_t run_number, const StepVisitor& take) const {
+  Run run(*this);
+  run.start(run_number);
+  return visit_steps(
+      steps_, take, [&](Index k) { return run.step(k); }, [&] { return run.now(); });
+}
+
+}  // namespace credence

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "core/models/linear_model.h"
+#include "core/models/range_bearing.h"
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/random/noise.h"
+#include "montecarlo/scenario/scenario.h"
+
+namespace credence {
+
+/// Many runs of an extended Kalman filter that tracks a target by range and bearing from the origin; a step
+/// may be missed.
+///
+/// Noise of run i: step 0, purpose initial, slots 0 … 3; step k, purpose process, slots 0 … 3; purpose
+/// measurement, slots 0 and 1; purpose detection, slot 0.
+class RangeBearingTracking final : public Experiment {
+ public:
+  /// Of a scenario of the tracking world with world.sensor = "range_bearing".
+  RangeBearingTracking(const Scenario& scenario, NoiseSource source);
+
+  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
+  Outcome visit(std::int64_t run, const StepVisitor& take) const override;
+  RunTrace describe_world() const override { return {}; }
+
+ private:
+  class Run;
+
+  LinearModel motion_;  ///< of the target; its measurement is not used
+  Vector start_;
+  RangeBearing measurement_std_;
+  double detection_probability_, process_scale_, measurement_scale_;
+  Index steps_;
+  NoiseSource source_;
+};
+
+}  // namespace credence

@@ -1,0 +1,280 @@
+#include "montecarlo/worlds/linear/linear_world.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/simd/cpu_dispatch.h"
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/sweep_plan.h"
+#include "montecarlo/worlds/linear/linear_experiment.h"
+#include "montecarlo/worlds/registry.h"
+
+namespace credence {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+// Lines 1 to 7, so that messages name them.
+const std::string kSystem =
+    "[world]\n"
+    "model = \"linear\"\n"
+    "F = [[1, 0.5], [-0.1, 0.9]]\n"
+    "H = [[1, 0], [1, 1], [0.5, 0]]\n"
+    "Q = [[0.2, 0.1], [0.1, 0.3]]\n"
+    "R = [[1, 0, 0], [0, 2, 0], [0, 0, 1]]\n"
+    "P0 = [[4, 1], [1, 4]]\n";
+
+Scenario load(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  return load_scenario_text(text, "s.toml", overrides);
+}
+
+std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  try {
+    load(text, overrides);
+  } catch (const ScenarioError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+StudyStatistics run(const Experiment& experiment, int threads) {
+  const StudyTask task{.id = {}, .experiment = &experiment, .runs = 200};
+  return run_studies({&task, 1}, {.threads = threads}).front().statistics;
+}
+
+TEST(LinearWorld, ReadsItsMatrices) {
+  const LinearProblem p =
+      linear_problem(load(kSystem + "G = [[1, 0], [0, 2]]\n[filter]\nR = [[2, 0, 0], [0, 2, 0], [0, 0, 2]]\n"
+                                    "process_scale = 2\nmeasurement_scale = 3\n"))
+          .value();
+  EXPECT_EQ(p.truth.F, (Matrix(2, 2) << 1, 0.5, -0.1, 0.9).finished());
+  EXPECT_EQ(p.truth.G, (Matrix(2, 2) << 1, 0, 0, 2).finished());
+  EXPECT_EQ(p.truth.H, (Matrix(3, 2) << 1, 0, 1, 1, 0.5, 0).finished());
+  EXPECT_EQ(p.truth.P0, (Matrix(2, 2) << 4, 1, 1, 4).finished());
+  EXPECT_EQ(p.assumed.Q, (Matrix(2, 2) << 0.4, 0.2, 0.2, 0.6).finished());
+  EXPECT_EQ(p.assumed.R, Matrix(6.0 * Matrix::Identity(3, 3)));
+  EXPECT_EQ(p.assumed.F, p.truth.F);
+  EXPECT_EQ(p.assumed.P0, p.truth.P0);
+  EXPECT_EQ(linear_problem(load(kSystem)).value().truth.G, Matrix(Matrix::Identity(2, 2)));
+  EXPECT_EQ(world_text(load(kSystem)), "linear, 2 states, 3 measurements");
+}
+
+TEST(LinearWorld, ItsCanonicalTextLoadsTheSame) {
+  const Scenario s = load(kSystem + "states = [\"a.p\", \"a.v\"]\n[filter]\nP0 = [[0.1, 0], [0, 1e-20]]\n");
+  Scenario again = load(canonical_toml(s));
+  again.name = s.name;
+  EXPECT_EQ(again, s);
+  EXPECT_THAT(canonical_toml(s), HasSubstr("P0 = [[0.1, 0.0], [0.0, 1e-20]]\n"));
+  // What the filter believes makes another configuration that meets the same noise.
+  EXPECT_NE(configuration_id(load(kSystem)), configuration_id(load(kSystem, {"filter.F=[[1, 0], [0, 1]]"})));
+  EXPECT_EQ(noise_group(load(kSystem)), noise_group(load(kSystem, {"filter.F=[[1, 0], [0, 1]]"})));
+  EXPECT_NE(noise_group(load(kSystem)), noise_group(load(kSystem, {"world.F=[[1, 0], [0, 1]]"})));
+}
+
+TEST(LinearWorld, NamesMakeBlocks) {
+  const RunLayout layout =
+      linear_problem(load(kSystem + "states = [\"tank.level\", \"leak\"]\n")).value().scene.layout;
+  EXPECT_EQ(layout.states, (std::vector<std::string>{"tank.level", "leak"}));
+  ASSERT_EQ(layout.blocks.size(), 2U);
+  EXPECT_EQ(layout.blocks[0].name, "tank");
+  EXPECT_EQ(linear_problem(load(kSystem)).value().scene.layout.states[1], "x2");
+  // A single block would be the state once more.
+  EXPECT_TRUE(
+      linear_problem(load(kSystem + "states = [\"a.p\", \"a.v\"]\n")).value().scene.layout.blocks.empty());
+}
+
+TEST(LinearWorld, RefusesNamingPlaceKeyAndShape) {
+  const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
+      {"world.F=[[1, 0], [0, 1, 2]]",
+       {"world.F=[[1, 0], [0, 1, 2]]: must be square; it has 2 rows; row 2 has 3 numbers"}},
+      {"world.F=[[1, 0]]", {"must be square; it has 1 row; row 1 has 2 numbers"}},
+      {"world.F=3", {"must be a matrix of finite numbers, [[row], [row], …], not the integer 3"}},
+      {"world.F=[]", {"must be a matrix of finite numbers"}},
+      {"world.F=[[]]", {"must be square; it has 1 row; row 1 has 0 numbers"}},
+      {"world.F=[1, 2]", {"must be a matrix of finite numbers", "not the array [1, 2]"}},
+      {"world.F=[[1, 0], [inf, 1]]", {"row 2, column 1 is inf"}},
+      {"world.F=[[1, nan], [0, 1]]", {"row 1, column 2 is nan"}},
+      {"world.F=[[1, \"a\"], [0, 1]]", {"row 1, column 2 is \"a\""}},
+      {"world.F=[[[1]]]", {"row 1, column 1 is an array"}},
+      {"world.H=[[1, 0], [1, 1, 3]]", {"must be m×2, as world.F is 2×2; row 2 has 3 numbers"}},
+      {"world.Q=[[1]]", {"must be 2×2, as world.F is 2×2 and world.G is not given; row 1 has 1 number"}},
+      {"world.G=[[1], [2]]", {"[world] Q", "must be 1×1, as world.G is 2×1; row 1 has 2 numbers"}},
+      {"world.G=[[1]]", {"world.G=[[1]]: must be 2×q, as world.F is 2×2; it has 1 row"}},
+      {"world.R=[[1, 0], [0, 1]]", {"must be 3×3, as world.H is 3×2; row 1 has 2 numbers"}},
+      {"world.P0=[[1, 0.5], [0.4, 1]]",
+       {"must be symmetric; row 2, column 1 is 0.4, and row 1, column 2 is 0.5"}},
+      {"world.Q=[[1, 2], [2, 1]]", {"must be positive semidefinite; its least eigenvalue is -1"}},
+      {"world.states=[\"a\"]", {"must be 2 names, as world.F is 2×2"}},
+      {"world.states=[\"a\", \"a\"]", {"must be an array of different names; element 2 is \"a\""}},
+      {"filter.F=[[1]]", {"must be 2×2, as world.F is 2×2; row 1 has 1 number"}},
+      {"filter.H=[[1, 0]]", {"must be 3×2, as world.H is 3×2; it has 1 row"}},
+      {"filter.R=[[1]]", {"must be 3×3, as world.R is 3×3"}},
+      {"filter.G=[[1], [1]]", {"needs a filter.Q of 1×1, since world.Q is 2×2"}},
+      {"filter.P0=[[-1, 0], [0, 1]]", {"must be positive semidefinite"}},
+      {"world.landmarks=3", {"accepted only with world.model = \"monobot\" or \"planar\""}},
+      {"filter.inflation=map", {"accepted only with world.model = \"monobot\" or \"planar\""}},
+      {"world.Hh=[[1]]", {"unknown key, did you mean H?"}},
+  };
+  for (const auto& [wrong, said] : cases) {
+    const std::string message = refusal(kSystem, {wrong});
+    for (const std::string& part : said) EXPECT_THAT(message, HasSubstr(part)) << wrong;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  // Files name the line.
+  EXPECT_THAT(refusal(kSystem + "states = [\"a\"]\n"),
+              StartsWith("s.toml:8: [world] states = [\"a\"]: must be 2"));
+  EXPECT_EQ(refusal("[world]\nmodel = \"linear\"\nF = [[1]]\n"),
+            "s.toml: [world] H is missing: must be a matrix of finite numbers, [[row], [row], …]");
+  EXPECT_THAT(
+      refusal(kSystem, {"world.R=[[1, 0.5, 0], [0.5, 1, 0], [0, 0, 1]]", "noise.detection_probability=0.5"}),
+      HasSubstr("must be 1 where world.R or filter.R is not diagonal"));
+}
+
+TEST(LinearWorld, SingularCovariancesAreLegal) {
+  for (const char* singular : {"world.Q=[[0, 0], [0, 0]]", "world.P0=[[0, 0], [0, 0]]",
+                               "world.P0=[[0.1, 0.3], [0.3, 0.9]]", "filter.Q=[[1, 0], [0, 0]]"}) {
+    EXPECT_EQ(refusal(kSystem, {singular}), "accepted") << singular;
+    const StudyStatistics statistics = run(*make_experiment(load(kSystem, {singular})), 1);
+    EXPECT_TRUE(statistics.failures.empty()) << singular;
+  }
+}
+
+// Rank one at every step, whatever rounding says; and a state that is known after every measurement.
+TEST(LinearWorld, NeesCountsTheDirectionsThatHaveAVariance) {
+  const std::string line =
+      "[world]\nmodel = \"linear\"\nF = [[0.5, 0.4], [0.4, 0.5]]\nG = [[1], [1]]\nH = [[1, 0.5]]\n"
+      "Q = [[0.3]]\nR = [[1]]\nP0 = [[2, 2], [2, 2]]\n";
+  const std::string exact =
+      "[world]\nmodel = \"linear\"\nF = [[1, 1], [0, 0.9]]\nH = [[1, 0]]\n"
+      "Q = [[0.1, 0.02], [0.02, 0.3]]\nR = [[0]]\nP0 = [[1, 0], [0, 1]]\n";
+  for (const std::string& text : {line, exact}) {
+    for (const StepStatistics& step : run(*make_experiment(load(text)), 1).steps) {
+      ASSERT_EQ(step.nees_dof, 200);
+      EXPECT_NEAR(step[Quantity::nees].mean, 1.0, 5.0 * std::sqrt(2.0 / 200.0));
+    }
+  }
+}
+
+// What is unstable and not observed grows beyond all numbers: the runs end there, and say so.
+TEST(LinearWorld, APThatIsNotFiniteEndsTheRun) {
+  const Scenario s = load(
+      "[world]\nmodel = \"linear\"\nF = [[2, 0], [0, 0.5]]\nH = [[0, 1]]\nQ = [[1, 0], [0, 1]]\n"
+      "R = [[1]]\nP0 = [[1, 0], [0, 1]]\n[study]\nsteps = 600\n");
+  const StudyStatistics statistics = run(*make_experiment(s), 1);
+  ASSERT_EQ(statistics.failures.size(), 200U);
+  EXPECT_GT(statistics.failures.front().step, 500);
+  EXPECT_LT(statistics.failures.front().step, 515);  // 4^512 is beyond 1.8e308
+}
+
+TEST(LinearWorld, SweepsNumbersAndNoMatrices) {
+  const auto plan = [](const std::string& sweep) {
+    return plan_sweep(read_scenario_text(kSystem + "[sweep]\n" + sweep, "s.toml"));
+  };
+  EXPECT_EQ(plan("filter.process_scale = [0.5, 1, 2]\nstudy.seed = \"1:2\"\n").points.size(), 6U);
+  try {
+    plan("world.F = [[1, 0], [0, 1]]\n");
+    FAIL() << "a matrix was swept";
+  } catch (const ScenarioError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("s.toml:9: [sweep] world.F"));
+    EXPECT_THAT(error.what(), HasSubstr("cannot be swept, since it is an array"));
+  }
+}
+
+const std::vector<std::vector<std::string>> kVariants = {
+    {},
+    {"filter.F=[[1, 0.4], [-0.1, 0.8]]", "filter.H=[[1, 0], [1, 0.9], [0.5, 0]]"},
+    {"noise.detection_probability=0.6"},
+    {"noise.detection_probability=0.6", "filter.F=[[1, 0.4], [-0.1, 0.8]]"},
+    {"world.P0=[[1, 1], [1, 1]]", "world.Q=[[0, 0], [0, 0]]"}};
+
+TEST(LinearWorld, ThreadsGiveTheSameBits) {
+  for (const auto& variant : kVariants) {
+    const auto experiment = make_experiment(load(kSystem, variant));
+    EXPECT_EQ(to_bytes(run(*experiment, 1)), to_bytes(run(*experiment, 2)));
+  }
+}
+
+TEST(LinearWorld, InstructionSetsGiveTheSameBits) {
+  if (best_instruction_set() == InstructionSet::scalar) GTEST_SKIP() << "one instruction set cannot differ";
+  for (const auto& variant : kVariants) {
+    const Scenario s = load(kSystem, variant);
+    const auto bytes = [&](InstructionSet set) {
+      const NoiseSource source(s.study.seed, noise_group(s), set);
+      return to_bytes(
+          make_linear_experiment(linear_problem(s).value(), s.study.steps, source)->run_chunk(0, 100));
+    };
+    for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
+      if (!is_supported(set)) continue;
+      EXPECT_EQ(bytes(set), bytes(InstructionSet::scalar));
+    }
+  }
+}
+
+/// The Kalman filter of the textbook that meets the truth and the measurements of a trace.
+void expect_textbook(const RunTrace& trace, const LinearModel& truth, const LinearModel& assumed) {
+  const Index n = assumed.state_dim();
+  Vector x = trace.steps.front().estimate;
+  Matrix P = assumed.P0;
+  EXPECT_TRUE(x.isZero(0.0)) << "the filter starts at the mean";
+  for (std::size_t k = 1; k < trace.steps.size(); ++k) {
+    const TraceStep& step = trace.steps[k];
+    x = assumed.F * x;
+    P = assumed.F * P * assumed.F.transpose() + assumed.G * assumed.Q * assumed.G.transpose();
+    std::vector<Index> rows;
+    for (Index i = 0; i < step.z.size(); ++i) {
+      if (std::isfinite(step.z[i])) rows.push_back(i);
+    }
+    const Matrix H = assumed.H(rows, Eigen::all), R = assumed.R(rows, rows);
+    const Matrix S = H * P * H.transpose() + R;
+    const Matrix K = P * H.transpose() * S.inverse();
+    x += K * (Vector(step.z(rows)) - H * x);
+    P = (Matrix::Identity(n, n) - K * H) * P;
+    const double scale = 1e-9 * (1.0 + step.truth.norm());
+    EXPECT_LT((x - step.estimate).norm(), scale) << k;
+    EXPECT_LT((x - step.truth - step.error).norm(), scale) << k;
+    EXPECT_LT((P - step.P).norm(), 1e-9 * P.norm()) << k;
+    EXPECT_NEAR(step.nees, step.error.dot(P.inverse() * step.error), 1e-6 * (1.0 + step.nees)) << k;
+    EXPECT_EQ(truth.state_dim(), n);
+  }
+}
+
+TEST(LinearWorld, ARunIsThatOfTheTextbook) {
+  for (std::size_t v = 0; v < 4; ++v) {
+    const Scenario s = load(kSystem, kVariants[v]);
+    const LinearProblem p = linear_problem(s).value();
+    expect_textbook(make_experiment(s)->trace(3), p.truth, p.assumed);
+  }
+}
+
+TEST(LinearWorld, AChunkHasTheRunsOfItsTraces) {
+  for (const auto& variant : kVariants) {
+    const auto experiment = make_experiment(load(kSystem, variant));
+    const StudyStatistics one = experiment->run_chunk(5, 1);
+    const RunTrace trace = experiment->trace(5);
+    for (std::size_t k = 1; k < trace.steps.size(); ++k) {
+      // A chunk takes the dof off before it sums.
+      EXPECT_NEAR(one.steps[k - 1][Quantity::nees].mean, trace.steps[k].nees,
+                  1e-12 * (10.0 + trace.steps[k].nees));
+      EXPECT_EQ(one.steps[k - 1].nees_dof, trace.steps[k].nees_dof);
+    }
+  }
+}
+
+TEST(LinearWorld, TellsTheMemoryThatItNeeds) {
+  const Scenario small = load(kSystem), longer = load(kSystem, {"study.steps=1000000"});
+  EXPECT_GT(least_experiment_bytes(longer), 1e6 * 8.0 * 12.0);
+  EXPECT_LT(least_experiment_bytes(small), 1e6);
+}
+
+}  // namespace
+}  // namespace credence
