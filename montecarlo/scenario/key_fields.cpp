@@ -35,17 +35,18 @@ const Field& field_at(std::string_view path) {
 
 }  // namespace
 
-RealField own_real(std::string path, double default_value, Interval interval) {
+RealField own_real(const std::string& path, double default_value, Interval interval) {
   return {[=](const Scenario& s) { return own_value(s, path, default_value); },
           [=](Scenario& s, double value) { set_own(s, path, value, default_value); }, interval};
 }
 
-IntegerField own_integer(std::string path, std::int64_t default_value, std::int64_t low, std::int64_t high) {
+IntegerField own_integer(const std::string& path, std::int64_t default_value, std::int64_t low,
+                         std::int64_t high) {
   return {[=](const Scenario& s) { return own_value(s, path, default_value); },
           [=](Scenario& s, std::int64_t value) { set_own(s, path, value, default_value); }, low, high};
 }
 
-ChoiceField own_choice(std::string path, std::vector<std::string_view> words) {
+ChoiceField own_choice(const std::string& path, std::vector<std::string_view> words) {
   return {[=](const Scenario& s) { return own_value(s, path, std::size_t{0}); },
           [=](Scenario& s, std::size_t index) { set_own(s, path, index, std::size_t{0}); }, std::move(words)};
 }

@@ -39,10 +39,11 @@ ChoiceField choice_field(Enum last) {
 }
 
 /// Fields of Scenario::own. A value that equals the default is not kept, so that equal scenarios compare so.
-RealField own_real(std::string path, double default_value, Interval interval);
-IntegerField own_integer(std::string path, std::int64_t default_value, std::int64_t low, std::int64_t high);
+RealField own_real(const std::string& path, double default_value, Interval interval);
+IntegerField own_integer(const std::string& path, std::int64_t default_value, std::int64_t low,
+                         std::int64_t high);
 /// The first word is the default.
-ChoiceField own_choice(std::string path, std::vector<std::string_view> words);
+ChoiceField own_choice(const std::string& path, std::vector<std::string_view> words);
 
 /// The value of a key by its path, such as "noise.range_std". Throws std::invalid_argument for a path that no
 /// key of that type has.

@@ -232,11 +232,12 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace) {
   constexpr Index kPanels = 6;
   const FigureData steps = index_axis(static_cast<Index>(trace.steps.size()), 0);
   const Index n = trace.steps.front().truth.size(), shown = std::min(n, kPanels);
+  const Index columns = shown == 4 ? 2 : std::min<Index>(shown, 3);
   const std::string which = n > shown ? fmt::format(" of the first {} of {} states", shown, n) : "";
   Figure figure{.name = name + "-run",
                 .caption = fmt::format("Run {}: errors{} with 2σ.", trace.run, which),
-                .rows = static_cast<int>(shown + 2) / 3,
-                .cols = static_cast<int>(std::min<Index>(shown, 3))};
+                .rows = static_cast<int>((shown + columns - 1) / columns),
+                .cols = static_cast<int>(columns)};
   for (Index i = 0; i < shown; ++i) {
     Panel panel{
         .title = trace.layout.states[static_cast<std::size_t>(i)], .x_label = "step", .y_label = "error"};

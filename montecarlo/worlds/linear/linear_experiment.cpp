@@ -13,7 +13,7 @@ namespace {
 
 /// L with L n the error at the start; where the state of the model holds x beside e, both are that error.
 Matrix initial_root(const LinearModel& truth, Index states) {
-  const Matrix root = psd_root(truth.P0);
+  Matrix root = psd_root(truth.P0);
   const Index n = root.rows();
   if (states == n) return root;
   Matrix both = Matrix::Zero(states, states);
