@@ -1,0 +1,97 @@
+// The linear and the tracking world by every command that takes a scenario.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/app/command.h"
+#include "tests/paths.h"
+
+namespace credence {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class WorldsCommand : public CommandTest {
+ protected:
+  static std::string scenario(const std::string& name) {
+    return source_folder() / "scenarios" / (name + ".toml");
+  }
+};
+
+TEST_F(WorldsCommand, RunHasTheExactMomentsOfALinearWorld) {
+  for (const char* name : {"linear", "tracking"}) {
+    const Json j =
+        json({"run", scenario(name), "--runs", "64", "--set", "study.steps=20", "--format", "json"});
+    EXPECT_EQ(j["exact"]["nees"].size(), 20U) << name;
+    EXPECT_EQ(j["covariance"]["trace"].size(), 20U) << name;
+    EXPECT_TRUE(j["covariance"]["landmarks"].empty()) << name;
+    EXPECT_FALSE(j["gain"].empty()) << name;
+    EXPECT_TRUE(j["scenario"]["world"].contains("model")) << name;
+  }
+  const Json radar = json({"run", scenario("tracking_radar"), "--runs", "64", "--format", "json"});
+  EXPECT_FALSE(radar.contains("exact"));
+  EXPECT_EQ(radar["rmse"]["position_m"].size(), 100U);
+  EXPECT_TRUE(radar["rmse"]["heading_rad"].empty());
+}
+
+TEST_F(WorldsCommand, SweepResumesAndCheckJudgesTheLogs) {
+  const std::vector<std::string> sweep = {"sweep",    scenario("linear"),
+                                          "--runs",   "64",
+                                          "--set",    "study.steps=10",
+                                          "--set",    "sweep.filter.process_scale=0.5,1,2",
+                                          "--out",    "out",
+                                          "--format", "json"};
+  const Json first = json(sweep), again = json(sweep);
+  EXPECT_EQ(first, again);
+  EXPECT_EQ(
+      run({"run", scenario("tracking"), "--runs", "64", "--set", "study.steps=20", "--log", "logs"}).code, 0);
+  const Json judged = json({"check", "logs", "--format", "json"});
+  EXPECT_NEAR(judged["nees"]["mean"].get<double>(),
+              json({"run", scenario("tracking"), "--runs", "64", "--set", "study.steps=20", "--format",
+                    "json"})["nees"]["mean"]
+                  .get<double>(),
+              1e-9);
+}
+
+TEST_F(WorldsCommand, ReportsShowNothingOfLandmarks) {
+  for (const char* name : {"linear", "tracking", "tracking_radar"}) {
+    ASSERT_EQ(run({"run", scenario(name), "--runs", "64", "--set", "study.steps=20", "--out", name}).code, 0);
+    const std::string page = read(std::filesystem::path(name) / "index.html");
+    EXPECT_THAT(page, HasSubstr(std::string(name) == "linear" ? "load" : "velocity.y"));
+    for (const char* word : {"landmark", "Vehicle", "heading"})
+      EXPECT_THAT(page, Not(HasSubstr(word))) << name;
+  }
+}
+
+TEST_F(WorldsCommand, StabilityJudgesAnyF) {
+  const std::string chain =
+      source_folder() / "tests/analysis/stability/golden/linear_systems/unobserved_chain.toml";
+  const Json grows = json({"stability", chain, "--format", "json"});
+  EXPECT_EQ(grows["predicted_bounded"], false);
+  EXPECT_EQ(grows["riccati"]["bounded"], false);
+  EXPECT_TRUE(grows["noise_condition"].is_null());
+  const Json motor = json({"stability", scenario("linear"), "--format", "json"});
+  EXPECT_EQ(motor["riccati"]["bounded"], true);
+  EXPECT_LT(motor["spectral_radius"].get<double>(), 1.0);
+  const Finished text = run({"stability", scenario("tracking")});
+  EXPECT_EQ(text.code, 0);
+  EXPECT_THAT(text.out, Not(HasSubstr("m²")));
+  const Finished radar =
+      run({"stability", scenario("tracking_radar"), "--set", "noise.detection_probability=1"});
+  EXPECT_EQ(radar.code, 2);
+  EXPECT_THAT(radar.err, HasSubstr("stability handles linear worlds and the planar one"));
+}
+
+TEST_F(WorldsCommand, PlanAndASingleRunWork) {
+  EXPECT_EQ(run({"plan", scenario("linear"), "--set", "study.steps=20"}).code, 0);
+  const Finished one = run({"run", scenario("linear"), "--only-run", "3"});
+  EXPECT_EQ(one.code, 0) << one.err;
+  EXPECT_THAT(one.out, HasSubstr("error of angle, speed, load ± 2σ"));
+}
+
+}  // namespace
+}  // namespace credence

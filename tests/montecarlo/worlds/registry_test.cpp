@@ -1,0 +1,60 @@
+#include "montecarlo/worlds/registry.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "montecarlo/scenario/key_fields.h"
+
+namespace credence {
+namespace {
+
+TEST(Registry, EveryWorldIsComplete) {
+  std::set<std::string_view> names;
+  for (const World* world : worlds()) {
+    EXPECT_TRUE(names.insert(world->schema.name).second) << world->schema.name;
+    EXPECT_EQ(find_world(world->schema.name), &world->schema);
+    EXPECT_FALSE(world->schema.meaning.empty());
+    EXPECT_FALSE(world->schema.keys().empty());
+    EXPECT_TRUE(world->linear_problem != nullptr || world->experiment != nullptr) << world->schema.name;
+    for (const bool there :
+         {world->schema.check != nullptr, world->schema.blocks != nullptr, world->least_doubles != nullptr,
+          world->size_text != nullptr, world->text != nullptr}) {
+      EXPECT_TRUE(there) << world->schema.name;
+    }
+  }
+  EXPECT_EQ(names.size(), 4U);
+}
+
+TEST(Registry, AnUnknownWorldIsRefusedByName) {
+  EXPECT_EQ(find_world("moon"), nullptr);
+  EXPECT_THROW(default_scenario("moon"), std::invalid_argument);
+  Scenario scenario;
+  scenario.world.model = "moon";
+  EXPECT_THROW(world_of(scenario), std::invalid_argument);
+  EXPECT_THROW(make_experiment(scenario), std::invalid_argument);
+}
+
+// A key of two worlds is one row, with a default of its own in each.
+TEST(Registry, WorldsShareKeys) {
+  const ScenarioKey* key = find_scenario_key("world", "dt");
+  ASSERT_NE(key, nullptr);
+  EXPECT_TRUE(key->of_world("planar") && key->of_world("tracking"));
+  EXPECT_FALSE(key->of_world("monobot"));
+  EXPECT_EQ(key->accepted_where(), "with world.model = \"planar\" or \"tracking\"");
+  EXPECT_EQ(real_value(default_scenario("planar"), "world.dt"), 0.25);
+  EXPECT_EQ(real_value(default_scenario("tracking"), "world.dt"), 1.0);
+  EXPECT_THROW(real_value(Scenario(), "world.model"), std::invalid_argument);
+  EXPECT_THROW(real_value(Scenario(), "nonsense"), std::invalid_argument);
+}
+
+TEST(Registry, AScenarioIsLinearOrNot) {
+  EXPECT_TRUE(linear_problem(default_scenario("monobot")).has_value());
+  EXPECT_FALSE(linear_problem(default_scenario("planar")).has_value());
+  EXPECT_TRUE(linear_problem(default_scenario("tracking")).has_value());
+}
+
+}  // namespace
+}  // namespace credence
