@@ -6,7 +6,6 @@
 #include "analysis/studies/claims.h"
 #include "app/commands.h"
 #include "app/common_options.h"
-#include "app/interrupt.h"
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
