@@ -297,7 +297,11 @@ std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& 
       break;
   }
   figures.push_back(consistency_figure(name, analysis));
-  if (analysis.judgement) figures.push_back(evidence_figure(name, *analysis.judgement));
+  if (analysis.judgement) {
+    Figure evidence = evidence_figure(name, *analysis.judgement);
+    if (!evidence.panels.empty())
+      figures.push_back(std::move(evidence));  // there is none where all runs failed
+  }
   return figures;
 }
 

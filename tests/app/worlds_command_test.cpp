@@ -67,6 +67,14 @@ TEST_F(WorldsCommand, ReportsShowNothingOfLandmarks) {
   }
 }
 
+// H = 0 and R = 0: S is never positive definite.
+TEST_F(WorldsCommand, AReportOfRunsThatAllFailedSaysSo) {
+  const Finished f = run({"run", scenario("linear"), "--runs", "64", "--set", "world.H=[[0, 0, 0]]", "--set",
+                          "world.R=[[0]]", "--out", "failed"});
+  EXPECT_EQ(f.code, 3) << f.err;
+  EXPECT_THAT(read("failed/index.html"), HasSubstr("64 of 64 runs failed"));
+}
+
 TEST_F(WorldsCommand, StabilityJudgesAnyF) {
   const std::string chain =
       source_folder() / "tests/analysis/stability/golden/linear_systems/unobserved_chain.toml";
