@@ -6,6 +6,7 @@
 #include "analysis/studies/claims.h"
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/interrupt.h"
 #include "app/data_set_folder.h"
 #include "app/progress.h"
 #include "app/tell_report.h"

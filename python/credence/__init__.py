@@ -1,0 +1,24 @@
+"""Can this covariance be trusted?
+
+``check`` judges arrays of errors and covariances, ``run`` a scenario, ``study`` a world and a filter written in
+Python. Each returns a ``Result``: its verdict, the tests and the causes behind it, and its report.
+"""
+
+from ._check import check
+from ._credence import OutputError, ScenarioError
+from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
+from ._run import run
+
+__all__ = [
+    "Block",
+    "Cause",
+    "Factor",
+    "OutputError",
+    "Result",
+    "ScenarioError",
+    "Sensor",
+    "Test",
+    "Verdict",
+    "check",
+    "run",
+]

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "montecarlo/scenario/scenario.h"
+#include "reports/document/judged_filter.h"
+
+namespace credence {
+
+/// What is told of a judged filter, wherever its runs came from.
+struct Told {
+  std::string verdict, says;
+  double p_value = 0.0;
+  bool complete = true;
+  std::function<std::string()> text, json;
+  std::function<void(const std::filesystem::path&)> write_report;
+};
+
+Told tell(JudgedFilter filter);
+
+/// Runs a scenario as `credence run` does.
+Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>& stop);
+
+}  // namespace credence
