@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -57,7 +58,7 @@ ArrayRows rows_of(const Doubles& array, std::int64_t run) {
 using Failure = std::tuple<std::int64_t, std::string, std::string>;
 
 Outcome outcome_named(const std::string& name) {
-  for (const Outcome outcome : {Outcome::diverged, Outcome::not_positive_definite}) {
+  for (const Outcome outcome : {Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
     if (name == to_string(outcome)) return outcome;
   }
   throw std::invalid_argument("unknown outcome " + name);
@@ -147,6 +148,21 @@ py::array_t<double> normals(const NoiseSource& source, std::int64_t first_run, s
   return result;
 }
 
+/// Standard normals (4, runs, slots) of the steps first_step …, first_step mod 4 = 1.
+py::array_t<double> normals_of_four_steps(const NoiseSource& source, std::int64_t first_run,
+                                          std::int64_t runs, std::int64_t first_step, NoisePurpose purpose,
+                                          std::int64_t slots) {
+  py::array_t<double> result({std::int64_t{4}, runs, slots});
+  std::vector<double> four(static_cast<std::size_t>(4 * slots));
+  for (std::int64_t run = 0; run < runs; ++run) {
+    source.normals_of_four_steps(first_run + run, first_step, purpose, slots, four);
+    for (std::int64_t k = 0; k < 4; ++k) {
+      std::copy_n(four.begin() + k * slots, slots, result.mutable_data(k, run, 0));
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_credence, m) {
@@ -189,7 +205,8 @@ PYBIND11_MODULE(_credence, m) {
 
   py::class_<NoiseSource>(m, "NoiseSource")
       .def(py::init<std::uint64_t, std::uint64_t>())
-      .def("normals", &normals);
+      .def("normals", &normals)
+      .def("normals_of_four_steps", &normals_of_four_steps);
 
   m.def("run", [](const std::string& file, const std::optional<std::string>& text,
                   const std::vector<std::string>& overrides, int threads) {

@@ -8,12 +8,15 @@ from ._check import check
 from ._credence import OutputError, ScenarioError
 from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
 from ._run import run
+from ._study import Noise, PlugError, study
 
 __all__ = [
     "Block",
     "Cause",
     "Factor",
+    "Noise",
     "OutputError",
+    "PlugError",
     "Result",
     "ScenarioError",
     "Sensor",
@@ -21,4 +24,5 @@ __all__ = [
     "Verdict",
     "check",
     "run",
+    "study",
 ]

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/evidence/evidence_recorder.h"
+#include "core/manifold/angle.h"
 #include "montecarlo/random/noise.h"
 
 namespace credence {
@@ -90,7 +91,9 @@ TEST_F(ArrayEvidence, IsThatOfTheSameSteps) {
       step.error.resize(n);
       step.P = Matrix::Identity(n, n);
       for (Index i = 0; i < n; ++i) {
-        step.error[i] = error_[at(run, k, kStates, step.states[static_cast<std::size_t>(i)])];
+        const Index state = step.states[static_cast<std::size_t>(i)];
+        step.error[i] = error_[at(run, k, kStates, state)];
+        if (state == 2) step.error[i] = wrap_angle(step.error[i]);
       }
       const Index from = run == 70 && k == 4 ? 1 : 0;
       Innovation seen{Vector(kMeasurements - from),
