@@ -118,6 +118,12 @@ EvidenceRecorder::Normalised EvidenceRecorder::normalise(const Vector& error, co
   return {.value = general.value, .whitened = general.whitened, .dof = general.dof};
 }
 
+EvidenceRecorder::Normalised EvidenceRecorder::normalise(double error, double variance) {
+  const double whitened = error / std::sqrt(variance), value = whitened * whitened;
+  if (variance > 0.0 && std::isfinite(value)) return {.value = value, .whitened = {}, .dof = 1};
+  return normalise(Vector::Constant(1, error), Matrix::Constant(1, 1, variance));
+}
+
 void EvidenceRecorder::find_places(const Step& step) {
   if (step.states == states_) return;
   states_ = step.states;
@@ -147,7 +153,10 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (places_[b].empty()) continue;
     const bool whole = std::ssize(places_[b]) == step.error.size() && layout_.joint_covariance;
-    blocks_[b] = whole ? state_ : normalise(step.error(places_[b]), step.P(places_[b], places_[b]));
+    const Index first = places_[b].front();
+    blocks_[b] = whole                    ? state_
+                 : places_[b].size() == 1 ? normalise(step.error[first], step.P(first, first))
+                                          : normalise(step.error(places_[b]), step.P(places_[b], places_[b]));
     if (!blocks_[b].problem.empty()) return blocks_[b].problem;
     if (layout_.joint_covariance) continue;
     state_.value += blocks_[b].value;
