@@ -88,7 +88,7 @@ Matrix difference_jacobian(const std::function<Vector(const Vector&)>& function,
   return J;
 }
 
-FunctionWorld::FunctionWorld(FunctionModel model)
+FunctionWorld::FunctionWorld(const FunctionModel& model)
     : model_(checked(model)),
       layout_(layout_of(model_)),
       root_Q_(psd_root(model_.Q)),
@@ -115,7 +115,7 @@ Vector FunctionWorld::minus(const Vector& a, const Vector& b) const {
   return difference;
 }
 
-FunctionEkf::FunctionEkf(FunctionModel model)
+FunctionEkf::FunctionEkf(const FunctionModel& model)
     : model_(checked(model)), state_angles_(layout_of(model_).angles) {}
 
 Matrix FunctionEkf::jacobian_of_f(const Vector& x) const {

@@ -31,7 +31,7 @@ class FunctionWorld {
  public:
   /// Throws std::invalid_argument naming the part for a function that is not there and for sizes that do not
   /// fit.
-  explicit FunctionWorld(FunctionModel model);
+  explicit FunctionWorld(const FunctionModel& model);
 
   Prior<Vector> prior() const { return {model_.mean, model_.P0}; }
   Vector initial(NoiseDraw& noise) const;
@@ -49,7 +49,7 @@ class FunctionWorld {
 /// The extended Kalman filter of a model ([Bar-Shalom 2001], section 10.3), Joseph form.
 class FunctionEkf {
  public:
-  explicit FunctionEkf(FunctionModel model);
+  explicit FunctionEkf(const FunctionModel& model);
 
   void reset(const Vector& mean, const Matrix& P);
   void predict();
