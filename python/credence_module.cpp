@@ -16,6 +16,7 @@
 #include "datasets/arrays/array_evidence.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/scenario/scenario_text.h"
 #include "python/interruptible.h"
 #include "python/told.h"
 #include "reports/render/atomic_file.h"
@@ -208,6 +209,16 @@ PYBIND11_MODULE(_credence, m) {
       .def("normals", &normals)
       .def("normals_of_four_steps", &normals_of_four_steps);
 
+  m.def("noise_group", [](const std::string& file, const std::optional<std::string>& text,
+                          const std::vector<std::string>& overrides) {
+    return noise_group(text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides));
+  });
+  m.def("sweep", [](const std::string& file, const std::optional<std::string>& text,
+                    const std::vector<std::string>& overrides, int threads) {
+    const ScenarioDocument document =
+        text ? read_scenario_text(*text, file, overrides) : read_scenario(file, overrides);
+    return interruptible([&](const std::atomic<bool>& stop) { return run_sweep(document, threads, stop); });
+  });
   m.def("run", [](const std::string& file, const std::optional<std::string>& text,
                   const std::vector<std::string>& overrides, int threads) {
     const Scenario scenario =

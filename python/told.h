@@ -1,10 +1,12 @@
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <string>
 
 #include "montecarlo/scenario/scenario.h"
+#include "montecarlo/scenario/scenario_io.h"
 #include "reports/document/judged_filter.h"
 
 namespace credence {
@@ -22,5 +24,8 @@ Told tell(JudgedFilter filter);
 
 /// Runs a scenario as `credence run` does.
 Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>& stop);
+
+/// Runs all configurations of a sweep as `credence sweep` does. It has no single verdict.
+Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<bool>& stop);
 
 }  // namespace credence

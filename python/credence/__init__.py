@@ -7,7 +7,7 @@ Python. Each returns a ``Result``: its verdict, the tests and the causes behind 
 from ._check import check
 from ._credence import OutputError, ScenarioError
 from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
-from ._run import run
+from ._run import Sweep, noise_group, run, sweep
 from ._study import Noise, PlugError, study
 
 __all__ = [
@@ -20,9 +20,12 @@ __all__ = [
     "Result",
     "ScenarioError",
     "Sensor",
+    "Sweep",
     "Test",
     "Verdict",
     "check",
+    "noise_group",
     "run",
     "study",
+    "sweep",
 ]

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 from typing import Any, Mapping, Optional, Union
+
+import numpy as np
 
 from . import _credence
 from ._result import Result
@@ -33,8 +37,18 @@ def _toml(document: Mapping[str, Any]) -> str:
         if not isinstance(settings, Mapping):
             raise ValueError(f"scenario: '{section}' is no section; expected {{'world': {{...}}, 'filter': {{...}}}}")
         lines.append(f"[{section}]")
-        lines += [f"{key} = {_toml_value(value)}" for key, value in settings.items()]
+        lines += [f"{_toml_value(str(key))} = {_toml_value(value)}" for key, value in settings.items()]
     return "\n".join(lines)
+
+
+def _read(scenario: Scenario, overrides: Mapping[str, Any]) -> "tuple[str, Optional[str], list[str]]":
+    """File, text if there is one, and the settings over it."""
+    settings = [f"{key}={_toml_value(value)}" for key, value in overrides.items()]
+    if isinstance(scenario, Mapping):
+        return "scenario", _toml(scenario), settings
+    if isinstance(scenario, str) and "\n" in scenario:
+        return "scenario", scenario, settings
+    return os.fspath(scenario), None, settings
 
 
 def run(
@@ -57,11 +71,73 @@ def run(
     for key, value in (("runs", runs), ("steps", steps), ("seed", seed)):
         if value is not None:
             overrides[f"study.{key}"] = value
-    settings = [f"{key}={_toml_value(value)}" for key, value in overrides.items()]
-    if isinstance(scenario, Mapping):
-        file, text = "scenario", _toml(scenario)
-    elif isinstance(scenario, str) and "\n" in scenario:
-        file, text = "scenario", scenario
-    else:
-        file, text = os.fspath(scenario), None
-    return Result(_credence.run(file, text, settings, threads))
+    return Result(_credence.run(*_read(scenario, overrides), threads))
+
+
+class Sweep:
+    """The studies of all configurations of a sweep. ``print(sweep)`` is what ``credence sweep`` prints."""
+
+    def __init__(self, told: _credence.Told):
+        self._told = told
+
+    def to_dict(self) -> "dict[str, Any]":
+        """The document of ``credence sweep --format json`` (docs/formats.md)."""
+        return json.loads(self._told.json())
+
+    @property
+    def array(self) -> np.ndarray:
+        """A structured array with a row for each configuration, which pandas takes as it is: the swept keys, verdict,
+        p_value, sweep_p_value (adjusted over all of them), factor on P with its interval, mean_nees, expected_nees,
+        mean_nis, expected_nis, runs, failed."""
+        document = self.to_dict()
+        if "configurations" not in document:
+            raise ValueError("a map of ranks has no verdicts: see to_dict()['rank_map']")
+        rows = []
+        for c in document["configurations"]:
+            nees, nis = c["nees"], c["nis"]
+            factor = nees["factor"]
+            numbers = [c["word"]["p_value"], c["sweep_p_value"], factor["value"], factor["lower"], factor["upper"]]
+            numbers += [nees["mean"], nees["expected"], nis["mean"], nis["expected"]]
+            rows.append(
+                (*c["swept"].values(), c["verdict"], *(math.nan if x is None else x for x in numbers))
+                + (c["runs"], len(c["outcomes"]["failures"]))
+            )
+        if not rows:
+            raise ValueError("interrupted before the first runs were done")
+        swept = list(document["configurations"][0]["swept"])
+        names = ["p_value", "sweep_p_value", "factor", "factor_lower", "factor_upper"]
+        names += ["mean_nees", "expected_nees", "mean_nis", "expected_nis"]
+        kinds = [(key, _column_type([row[i] for row in rows])) for i, key in enumerate(swept)]
+        kinds += [("verdict", "U11"), *((name, "f8") for name in names), ("runs", "i8"), ("failed", "i8")]
+        return np.array(rows, dtype=kinds)
+
+    def report(self, directory: "str | os.PathLike[str]") -> str:
+        """Writes the report and returns the path of its page, DIR/index.html."""
+        self._told.write_report(os.fspath(directory))
+        return os.path.join(os.fspath(directory), "index.html")
+
+    def __repr__(self) -> str:
+        return self._told.text()
+
+
+def _column_type(values: list) -> str:
+    if all(isinstance(v, bool) for v in values):
+        return "?"
+    if all(isinstance(v, int) for v in values):
+        return "i8"
+    if all(isinstance(v, (int, float)) for v in values):
+        return "f8"
+    return f"U{max(len(str(v)) for v in values)}"
+
+
+def sweep(scenario: Scenario, *, threads: int = 0, **overrides: Any) -> Sweep:
+    """Monte Carlo of all configurations of a [sweep] table, with the bits of ``credence sweep``.
+
+    scenario, overrides: as in ``run``; a dict may have a section "sweep": {"filter.process_scale": [0.5, 1.0]}.
+    """
+    return Sweep(_credence.sweep(*_read(scenario, overrides), threads))
+
+
+def noise_group(scenario: Scenario, **overrides: Any) -> int:
+    """What names the noise of a scenario's world: a ``study`` in this group, with the same seed, meets the same noise."""
+    return _credence.noise_group(*_read(scenario, overrides))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import dataclasses
 import multiprocessing
 from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, Optional, Sequence
@@ -38,8 +39,8 @@ class Noise:
 class _Source:
     """The normals of a few runs; those of four steps are made at once."""
 
-    def __init__(self, seed: int, first_run: int, runs: int, batch: bool):
-        self._noise = _credence.NoiseSource(seed, 0)
+    def __init__(self, seed: int, group: int, first_run: int, runs: int, batch: bool):
+        self._noise = _credence.NoiseSource(seed, group)
         self._first_run, self._runs, self._batch = first_run, runs, batch
         self._blocks: dict = {}
 
@@ -62,6 +63,7 @@ class _Plan:
     make_filter: Callable[[], Any]
     steps: int
     seed: int
+    noise_group: int
     batch: bool
     angles: Any = None
 
@@ -135,7 +137,7 @@ class _Play:
     def play(self) -> _Chunk:
         plan, runs = self._plan, self._runs
         world, made = plan.world, plan.make_filter()
-        source = _Source(plan.seed, self._first_run, runs, plan.batch)
+        source = _Source(plan.seed, plan.noise_group, self._first_run, runs, plan.batch)
         mean, P0, n = _initial(plan, runs)
         angles = np.zeros(n, dtype=bool)
         if plan.angles is not None:
@@ -228,7 +230,7 @@ def _play_chunk(plan: _Plan, first_run: int, runs: int) -> _Chunk:
 
 
 def _require_same_twice(plan: _Plan, runs: int) -> None:
-    short = _Plan(plan.world, plan.make_filter, min(plan.steps, 5), plan.seed, plan.batch, plan.angles)
+    short = dataclasses.replace(plan, steps=min(plan.steps, 5))
     runs = min(runs, CHUNK if plan.batch else 2)
     once, again = _play_chunk(short, 0, runs), _play_chunk(short, 0, runs)
     for name, a, b in (("error", once.error, again.error), ("covariance", once.P, again.P)):
@@ -250,6 +252,7 @@ def study(
     runs: int = 1000,
     steps: int = 100,
     seed: int = 1,
+    noise_group: int = 0,
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
@@ -277,6 +280,7 @@ def study(
     .innovation (B, m) and .S (B, m, m) or (m, m), if it has them; dicts by sensor if there are several.
 
     batch=False: for a filter of one run, without the axis B; many times slower.
+    noise_group: studies of one seed and group meet the same noise.
     workers: processes; world and filter must then be importable, and the script guarded by
         ``if __name__ == "__main__":``. The bits do not depend on it: the same 64 runs are always one batch.
     names, angles, blocks, confidence, inflated: as in ``check``.
@@ -289,7 +293,7 @@ def study(
     n = np.asarray(world.prior()[0]).shape[-1]
     states = state_names(names, n)
     marked = None if angles is None else indices(angles, states, "angles")
-    plan = _Plan(world, filter, steps, seed, batch, marked)
+    plan = _Plan(world, filter, steps, seed, noise_group, batch, marked)
     _require_same_twice(plan, runs)
 
     bounds = [(first, min(CHUNK, runs - first)) for first in range(0, runs, CHUNK)]

@@ -86,6 +86,46 @@ def test_what_is_not_finite_is_a_failed_run():
     assert failures and all(f["outcome"] == "diverged" for f in failures)
 
 
+def test_the_numbers_are_those_of_the_built_in_filter_in_the_same_world():
+    H = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+
+    class Monobot:
+        def prior(self):
+            return np.zeros(3), np.eye(3)
+
+        def initial(self, noise):
+            return noise(3)
+
+        def step(self, x, k, noise):
+            return x + np.sqrt(0.1) * noise(1) * np.array([1.0, 0.0, 0.0])
+
+        def measure(self, x, k, noise):
+            return x @ H.T + np.sqrt(0.1) * noise(2)
+
+    class MonobotFilter(Filter):
+        def predict(self):
+            self.covariance = self.covariance + np.diag([0.03, 0.0, 0.0])
+
+        def update(self, z):
+            self.innovation, self.S = z - self.state @ H.T, H @ self.covariance @ H.T + 0.1 * np.eye(2)
+            K = self.covariance @ H.T @ np.linalg.inv(self.S)
+            self.state = self.state + (K @ self.innovation[..., np.newaxis])[..., 0]
+            P = self.covariance - K @ self.S @ K.transpose(0, 2, 1)
+            self.covariance = 0.5 * (P + P.transpose(0, 2, 1))
+
+    scenario = {
+        "world": {"model": "monobot", "landmarks": 2},
+        "study": {"runs": 130, "steps": 30, "seed": 8},
+        "filter": {"process_scale": 0.3},
+    }
+    built_in = credence.run(scenario)
+    group = credence.noise_group(scenario)
+    plugged = credence.study(Monobot(), MonobotFilter, runs=130, steps=30, seed=8, noise_group=group)
+    np.testing.assert_allclose(plugged.mean_nees, built_in.mean_nees, rtol=1e-9)
+    np.testing.assert_allclose(plugged.mean_nis, built_in.mean_nis, rtol=1e-9)
+    assert plugged.verdict == built_in.verdict == "optimistic"
+
+
 def test_silent_steps_and_several_sensors():
     class Twice(World):
         def measure(self, x, k, noise):

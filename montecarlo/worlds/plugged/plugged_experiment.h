@@ -21,6 +21,7 @@ namespace credence {
 struct PlugSettings {
   std::int64_t steps = 100;
   std::uint64_t seed = 1;
+  std::uint64_t noise_group = 0;  ///< studies of one seed and group meet the same noise
 };
 
 /// Many runs of a user's filter in a user's world. `make_filter()` gives a fresh filter and must be safe to
@@ -33,11 +34,11 @@ class PluggedExperiment final : public Experiment {
   using State = StateOf<World>;
 
   PluggedExperiment(World world, MakeFilter make_filter, const PlugSettings& settings = {})
-      : Experiment(layout_of(world, make_filter, NoiseSource(settings.seed, 0))),
+      : Experiment(layout_of(world, make_filter, NoiseSource(settings.seed, settings.noise_group))),
         world_(std::move(world)),
         make_filter_(std::move(make_filter)),
         steps_(settings.steps),
-        source_(settings.seed, 0) {}
+        source_(settings.seed, settings.noise_group) {}
 
   std::int64_t steps() const { return steps_; }
 

@@ -1,8 +1,10 @@
 #include "montecarlo/worlds/plugged/plugged_experiment.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <atomic>
 #include <cmath>
 #include <numbers>
@@ -10,6 +12,8 @@
 
 #include "core/manifold/angle.h"
 #include "montecarlo/engine/engine.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/plugged/model_plug.h"
 
 namespace credence {
@@ -127,6 +131,66 @@ TEST(PluggedExperiment, GivesTheSameBitsWithAnyThreads) {
   for (const StepStatistics& step : one.steps) {
     EXPECT_NEAR(step[Quantity::nees].mean, 2.0, 6.0 * 2.0 / std::sqrt(200.0));
     EXPECT_EQ(step.nis_dof, 200);
+  }
+}
+
+/// The monobot of a scenario, as someone would write it who knows nothing of ours.
+struct Monobot {
+  Prior<Vector> prior() const { return {Vector::Zero(3), Matrix::Identity(3, 3)}; }
+  Vector initial(NoiseDraw& noise) const { return noise.normals(3); }
+  Vector step(Vector x, std::int64_t, NoiseDraw& noise) const {
+    x[0] += std::sqrt(0.1) * noise.normal();
+    return x;
+  }
+  Vector measure(const Vector& x, std::int64_t, NoiseDraw& noise) const {
+    return Vector(x.tail<2>().array() - x[0]) + std::sqrt(0.1) * noise.normals(2);
+  }
+};
+
+struct MonobotFilter {
+  void reset(const Vector& mean, const Matrix& P) {
+    x = mean;
+    covariance_ = P;
+  }
+  void predict() { covariance_(0, 0) += believed_process; }
+  void update(const Vector& z) {
+    Matrix H(2, 3);
+    H << -1.0, 1.0, 0.0, -1.0, 0.0, 1.0;
+    nu = z - H * x;
+    S = H * covariance_ * H.transpose() + 0.1 * Matrix::Identity(2, 2);
+    const Matrix K = covariance_ * H.transpose() * S.inverse();
+    x += K * nu;
+    covariance_ = (covariance_ - K * S * K.transpose()).eval();
+    covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+  }
+  const Vector& state() const { return x; }
+  const Matrix& covariance() const { return covariance_; }
+  const Vector& innovation() const { return nu; }
+  const Matrix& innovation_covariance() const { return S; }
+
+  double believed_process = 0.1;
+  Vector x{}, nu{};
+  Matrix covariance_{}, S{};
+};
+
+TEST(PluggedExperiment, IsTheBuiltInExperimentOfTheSameWorld) {
+  for (const double scale : {1.0, 0.3}) {
+    const Scenario scenario = load_scenario_text(
+        fmt::format("[world]\nmodel = \"monobot\"\nlandmarks = 2\n[study]\nruns = 128\nsteps = 50\nseed = "
+                    "9\n[filter]\nprocess_scale = {:f}\n",
+                    scale),
+        "scenario");
+    const auto built_in = make_experiment(scenario);
+    const PluggedExperiment plugged(Monobot(),
+                                    [scale] { return MonobotFilter{.believed_process = 0.1 * scale}; },
+                                    {.steps = 50, .seed = 9, .noise_group = noise_group(scenario)});
+    const StudyStatistics wanted = built_in->run_chunk(64, 64), got = plugged.run_chunk(64, 64);
+    for (std::size_t k = 0; k < 50; ++k) {
+      const StepStatistics &a = wanted.steps[k], &b = got.steps[k];
+      EXPECT_NEAR(b[Quantity::nees].mean / a[Quantity::nees].mean, 1.0, 1e-9) << k;
+      EXPECT_NEAR(b[Quantity::nis].mean / a[Quantity::nis].mean, 1.0, 1e-9) << k;
+      EXPECT_EQ(b.nees_dof, a.nees_dof);
+    }
   }
 }
 
