@@ -120,10 +120,17 @@ EvidenceRecorder::Normalised EvidenceRecorder::normalise(const Vector& error, co
   return {.value = general.value, .whitened = general.whitened, .dof = general.dof};
 }
 
-EvidenceRecorder::Normalised EvidenceRecorder::normalise(double error, double variance) {
+void EvidenceRecorder::normalise_state(double error, double variance, Normalised& out) {
   const double whitened = error / std::sqrt(variance), value = whitened * whitened;
-  if (variance > 0.0 && std::isfinite(value)) return {.value = value, .whitened = {}, .dof = 1};
-  return normalise(Vector::Constant(1, error), Matrix::Constant(1, 1, variance));
+  if (!(variance > 0.0) || !std::isfinite(value)) {
+    out = normalise(Vector::Constant(1, error), Matrix::Constant(1, 1, variance));
+    return;
+  }
+  out.value = value;
+  out.whitened.resize(1);
+  out.whitened[0] = whitened;
+  out.dof = 1;
+  out.problem = {};
 }
 
 void EvidenceRecorder::find_places(const Step& step) {
@@ -143,7 +150,8 @@ void EvidenceRecorder::find_places(const Step& step) {
 
 std::string_view EvidenceRecorder::judge_state(const Step& step) {
   state_ = {};
-  blocks_.assign(layout_.blocks.size(), {});
+  blocks_.resize(layout_.blocks.size());
+  for (Normalised& block : blocks_) block.dof = -1;
   if (step.states.empty()) return {};
   find_places(step);
   if (layout_.joint_covariance) {
@@ -158,10 +166,14 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (places_[b].empty()) continue;
     const bool whole = std::ssize(places_[b]) == step.error.size() && layout_.joint_covariance;
-    const Index first = places_[b].front();
-    blocks_[b] = whole                    ? state_
-                 : places_[b].size() == 1 ? normalise(step.error[first], step.P(first, first))
-                                          : normalise(step.error(places_[b]), step.P(places_[b], places_[b]));
+    if (whole) {
+      blocks_[b] = state_;
+    } else if (places_[b].size() == 1) {
+      const Index state = places_[b].front();
+      normalise_state(step.error[state], step.P(state, state), blocks_[b]);
+    } else {
+      blocks_[b] = normalise(step.error(places_[b]), step.P(places_[b], places_[b]));
+    }
     if (!blocks_[b].problem.empty()) return blocks_[b].problem;
     if (layout_.joint_covariance) continue;
     state_.value += blocks_[b].value;
@@ -254,7 +266,8 @@ void EvidenceRecorder::add_law(const Step& step) {
   const Index all = std::ssize(layout_.states);
   if (!layout_.joint_covariance) return;
   if (all > LawSums::kLargestAveraged) {
-    const bool complete = !blocks_.empty() && blocks_.front().dof == std::ssize(layout_.blocks.front().states);
+    const bool complete =
+        !blocks_.empty() && blocks_.front().dof == std::ssize(layout_.blocks.front().states);
     if (complete && blocks_.front().dof <= LawSums::kLargestAveraged) {
       sums_.law.averaged = layout_.blocks.front().name;
       run_.law.add_error(blocks_.front().whitened);

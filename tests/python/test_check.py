@@ -197,3 +197,9 @@ def test_a_report_and_a_notebook(tmp_path):
     blocked.write_text("")
     with pytest.raises(OSError):
         result.report(blocked)
+
+
+def test_a_large_state_of_single_blocks_is_judged():
+    rng = np.random.default_rng(3)
+    result = credence.check(rng.standard_normal((70, 10, 15)), np.eye(15))
+    assert result.verdict == "consistent" and len(result.blocks) == 15

@@ -204,7 +204,7 @@ class PluggedExperiment final : public Experiment {
       const auto prior = world.prior();
       std::vector<std::string> names;
       const Index n = state_minus(world, prior.mean, prior.mean).size();
-      for (Index i = 1; i <= n; ++i) names.push_back("x" + std::to_string(i));
+      for (Index i = 1; i <= n; ++i) names.emplace_back("x").append(std::to_string(i));
       return model_layout(names, first_sensors(world, make_filter(), source));
     }
   }
@@ -236,8 +236,9 @@ class PluggedExperiment final : public Experiment {
     }
     const std::vector<Innovation> innovations = innovations_of(filter);
     for (std::size_t i = 0; i < innovations.size(); ++i) {
-      const std::string name = innovations.size() == 1 ? "" : "sensor " + std::to_string(i + 1);
-      sensors.emplace_back(name, innovations[i].nu.size());
+      std::string name;
+      if (innovations.size() > 1) name.append("sensor ").append(std::to_string(i + 1));
+      sensors.emplace_back(std::move(name), innovations[i].nu.size());
     }
     return sensors;
   }
