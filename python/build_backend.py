@@ -18,7 +18,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 def _metadata():
     project = (ROOT / "pyproject.toml").read_text()
-    name, version, summary = (re.search(rf'^{key} = "(.*)"', project, re.M)[1] for key in ("name", "version", "description"))
+    keys = ("name", "version", "description")
+    name, version, summary = (re.search(rf'^{key} = "(.*)"', project, re.M)[1] for key in keys)
     text = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\nSummary: {summary}\nRequires-Dist: numpy\n"
     return name, version, text
 

@@ -6,9 +6,10 @@ Python. Each returns a ``Result``: its verdict, the tests and the causes behind 
 
 from ._check import check
 from ._credence import OutputError, ScenarioError
+from ._play import Noise, PlugError
 from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
 from ._run import Sweep, noise_group, run, sweep
-from ._study import Noise, PlugError, study
+from ._study import study
 
 __all__ = [
     "Block",

@@ -58,7 +58,8 @@ def leading(value: Any, name: str) -> "tuple[Shape, list[np.ndarray], int]":
     array = float_array(value, name)
     if array.ndim not in (2, 3):
         raise ValueError(
-            f"{name} has shape {array.shape}: expected (runs, steps, n), (steps, n) for one run, or a list of (steps, n)"
+            f"{name} has shape {array.shape}: expected (runs, steps, n), (steps, n) for one run, "
+            "or a list of (steps, n)"
         )
     if array.shape[-1] == 0:
         raise ValueError(f"{name} has shape {array.shape}: its last axis is empty")

@@ -139,5 +139,5 @@ def sweep(scenario: Scenario, *, threads: int = 0, **overrides: Any) -> Sweep:
 
 
 def noise_group(scenario: Scenario, **overrides: Any) -> int:
-    """What names the noise of a scenario's world: a ``study`` in this group, with the same seed, meets the same noise."""
+    """What names the noise of a scenario's world: a ``study`` in this group, with its seed, meets the same noise."""
     return _credence.noise_group(*_read(scenario, overrides))

@@ -57,7 +57,8 @@ Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
 Json log_outcomes_json(const CheckedLogs& logs) {
   const StudyStatistics& s = logs.analysis.evidence.study;
   Json j, failures = Json::array();
-  for (const Outcome outcome : {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
+  for (const Outcome outcome :
+       {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
     j[std::string(to_string(outcome))] = s.count(outcome);
   }
   for (const RunFailure& f : s.failures) {

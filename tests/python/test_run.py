@@ -20,7 +20,8 @@ seed = 3
 def test_a_scenario_gives_the_bits_of_the_command(tmp_path):
     file = tmp_path / "scenario.toml"
     file.write_text(SCENARIO)
-    command = [os.environ["CREDENCE"], "run", str(file), "--quiet", "--format", "json", "--set", "filter.process_scale=0.2"]
+    command = [os.environ["CREDENCE"], "run", str(file), "--quiet", "--format", "json"]
+    command += ["--set", "filter.process_scale=0.2"]
     wanted = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     result = credence.run(file, **{"filter.process_scale": 0.2})
     assert result.to_dict() == wanted
