@@ -101,7 +101,8 @@ int check(const CheckOptions& options) {
       .format = format_text(options),
       .files = result.files,
       .unmatched_rows = trajectories ? trajectories->unmatched() : 0,
-      .analysis = analyse_logs(std::move(result.evidence), options.confidence, options.sensitivity)};
+      .analysis = analyse_logs(std::move(result.evidence),
+                               {.confidence = options.confidence, .sensitivity = options.sensitivity})};
   logs.analysis.complete = result.complete;
   if (options.format == "json") {
     fmt::print("{}\n", log_json(logs));

@@ -120,6 +120,19 @@ EvidenceRecorder::Normalised EvidenceRecorder::normalise(const Vector& error, co
   return {.value = general.value, .whitened = general.whitened, .dof = general.dof};
 }
 
+void EvidenceRecorder::normalise_state(double error, double variance, Normalised& out) {
+  const double whitened = error / std::sqrt(variance), value = whitened * whitened;
+  if (!(variance > 0.0) || !std::isfinite(value)) {
+    out = normalise(Vector::Constant(1, error), Matrix::Constant(1, 1, variance));
+    return;
+  }
+  out.value = value;
+  out.whitened.resize(1);
+  out.whitened[0] = whitened;
+  out.dof = 1;
+  out.problem = {};
+}
+
 void EvidenceRecorder::find_places(const Step& step) {
   if (step.states == states_) return;
   states_ = step.states;
@@ -137,7 +150,8 @@ void EvidenceRecorder::find_places(const Step& step) {
 
 std::string_view EvidenceRecorder::judge_state(const Step& step) {
   state_ = {};
-  blocks_.assign(layout_.blocks.size(), {});
+  blocks_.resize(layout_.blocks.size());
+  for (Normalised& block : blocks_) block.dof = -1;
   if (step.states.empty()) return {};
   find_places(step);
   if (layout_.joint_covariance) {
@@ -152,7 +166,14 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (places_[b].empty()) continue;
     const bool whole = std::ssize(places_[b]) == step.error.size() && layout_.joint_covariance;
-    blocks_[b] = whole ? state_ : normalise(step.error(places_[b]), step.P(places_[b], places_[b]));
+    if (whole) {
+      blocks_[b] = state_;
+    } else if (places_[b].size() == 1) {
+      const Index state = places_[b].front();
+      normalise_state(step.error[state], step.P(state, state), blocks_[b]);
+    } else {
+      blocks_[b] = normalise(step.error(places_[b]), step.P(places_[b], places_[b]));
+    }
     if (!blocks_[b].problem.empty()) return blocks_[b].problem;
     if (layout_.joint_covariance) continue;
     state_.value += blocks_[b].value;

@@ -72,6 +72,8 @@ class EvidenceRecorder {
   void list_blocks();  ///< in the order of the layout, seen or not
   BlockSums& sums_of_block(std::size_t b) { return sums_.blocks[block_at_[b]]; }
   Normalised normalise(const Vector& error, const Matrix& P);
+  /// Of one state, with the same bits and without a matrix; `out` keeps its memory.
+  void normalise_state(double error, double variance, Normalised& out);
   void find_places(const Step& step);
   std::string_view judge_state(const Step& step);
   std::string_view judge_innovations(const Step& step);

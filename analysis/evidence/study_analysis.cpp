@@ -137,9 +137,9 @@ Verdict overall_verdict(const StudyAnalysis& analysis) {
   return analysis.stop ? analysis.stop->verdict : analysis.word.verdict;
 }
 
-LogAnalysis analyse_logs(Evidence evidence, double confidence, bool sensitivity) {
+LogAnalysis analyse_logs(Evidence evidence, const JudgementContext& context) {
   LogAnalysis a;
-  a.judgement = judge(evidence, {.confidence = confidence, .sensitivity = sensitivity});
+  a.judgement = judge(evidence, context);
   const StudyStatistics& s = evidence.study;
   a.covariance = {.trace_prior = {},
                   .trace = if_any(means(s, Quantity::trace)),

@@ -72,7 +72,8 @@ struct LogAnalysis {
   ErrorCurves errors;           ///< of a position, a heading and a map, where there are such blocks
 };
 
-/// Judges logs: the same sums as a study of our own give the same numbers.
-LogAnalysis analyse_logs(Evidence evidence, double confidence, bool sensitivity);
+/// Judges logs: the same sums as a study of our own give the same numbers. Of `context` all but all_runs
+/// counts.
+LogAnalysis analyse_logs(Evidence evidence, const JudgementContext& context);
 
 }  // namespace credence

@@ -94,6 +94,8 @@ std::string_view to_string(Outcome outcome) {
       return "diverged";
     case Outcome::not_positive_definite:
       return "not_positive_definite";
+    case Outcome::threw:
+      return "threw";
   }
   return "unknown";
 }

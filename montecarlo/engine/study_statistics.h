@@ -21,6 +21,7 @@ enum class Outcome : std::uint32_t {
   ok,
   diverged,               ///< the estimate was not finite, or farther off than the world is wide
   not_positive_definite,  ///< a Cholesky factorisation of P or S failed
+  threw,                  ///< the filter under test threw an exception
 };
 
 std::string_view to_string(Outcome outcome);

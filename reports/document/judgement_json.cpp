@@ -129,6 +129,7 @@ Json judgement_json(const Judgement& b) {
     tests.push_back({{"name", test.name},
                      {"p_value", json_number(test.p_value)},
                      {"adjusted_p_value", json_number(test.adjusted)},
+                     {"law", to_string(test.exactness)},
                      {"measured", test.says}});
   }
   j["tests"] = std::move(tests);

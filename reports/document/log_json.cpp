@@ -54,13 +54,19 @@ Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
       {"runs_to_settle", settle.runs}};
 }
 
-Json log_outcomes_json(const StudyStatistics& s) {
+Json log_outcomes_json(const CheckedLogs& logs) {
+  const StudyStatistics& s = logs.analysis.evidence.study;
   Json j, failures = Json::array();
-  for (const Outcome outcome : {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite}) {
+  for (const Outcome outcome :
+       {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
     j[std::string(to_string(outcome))] = s.count(outcome);
   }
   for (const RunFailure& f : s.failures) {
-    failures.push_back({{"run", f.run}, {"step", f.step}, {"outcome", to_string(f.outcome)}});
+    Json failure = {{"run", f.run}, {"step", f.step}, {"outcome", to_string(f.outcome)}};
+    if (const auto said = logs.failures_said.find(f.run); said != logs.failures_said.end()) {
+      failure["says"] = said->second;
+    }
+    failures.push_back(std::move(failure));
   }
   j["failures"] = std::move(failures);
   return j;
@@ -125,7 +131,7 @@ std::string log_json(const CheckedLogs& logs) {
                {"heading_rad", json_numbers(logged.errors.heading_rad)},
                {"landmark_m", json_numbers(logged.errors.landmark_m)}};
   j["battery"] = judgement_json(a);
-  j["outcomes"] = log_outcomes_json(s.study);
+  j["outcomes"] = log_outcomes_json(logs);
   j["null_reason"] = "null: no row contributes to this number, or a log cannot know it";
   return j.dump(1);
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,11 +16,12 @@ namespace credence {
 
 /// Logs and where they came from.
 struct CheckedLogs {
-  std::string name;    ///< for titles and files
-  std::string format;  ///< in words, with how truth was found
-  std::int64_t files = 0;
+  std::string name;                 ///< for titles and files
+  std::string format;               ///< in words, with how truth was found
+  std::int64_t files = 0;           ///< 0: the runs lay in memory
   std::int64_t unmatched_rows = 0;  ///< estimates without a truth at their time
   LogAnalysis analysis;
+  std::map<std::int64_t, std::string> failures_said{};  ///< by number of the run: what its filter said
 };
 
 /// One row for NEES, NIS, every block and every sensor: mean, expected, bounds, verdict; the notes say what

@@ -26,8 +26,9 @@ std::string tests_of(const SensorJudgement& s) {
 
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   const Evidence& s = logs.analysis.evidence;
-  table.notes.push_back(fmt::format("{} rows of {} runs in {} files ({}).{}", s.rows, s.study.runs,
-                                    logs.files, logs.format, logs.analysis.complete ? "" : " Interrupted."));
+  const std::string files = logs.files == 0 ? "" : fmt::format(" in {} files", logs.files);
+  table.notes.push_back(fmt::format("{} rows of {} runs{} ({}).{}", s.rows, s.study.runs, files, logs.format,
+                                    logs.analysis.complete ? "" : " Interrupted."));
   if (logs.unmatched_rows > 0) {
     table.notes.push_back(
         fmt::format("{} rows have no truth at their time and are left out.", logs.unmatched_rows));
@@ -36,7 +37,9 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
     table.notes.push_back(fmt::format("REJECTED: {} rows, {} (first: {}).", rows.count, reason, rows.first));
   }
   for (const RunFailure& f : s.study.failures) {
-    table.notes.push_back(fmt::format("FAILED: run {}, {} at step {}.", f.run, to_string(f.outcome), f.step));
+    const auto said = logs.failures_said.find(f.run);
+    table.notes.push_back(fmt::format("FAILED: run {}, {} at step {}{}.", f.run, to_string(f.outcome), f.step,
+                                      said == logs.failures_said.end() ? "" : ": " + said->second));
     if (s.study.failures.size() > 5) {
       table.notes.push_back(fmt::format("… {} runs failed in all.", s.study.failures.size()));
       break;

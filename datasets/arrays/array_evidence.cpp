@@ -1,0 +1,51 @@
+#include "datasets/arrays/array_evidence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "analysis/evidence/evidence_recorder.h"
+#include "core/parallel_tasks.h"
+#include "datasets/arrays/array_reader.h"
+#include "montecarlo/engine/engine.h"
+
+namespace credence {
+namespace {
+
+Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t last) {
+  EvidenceRecorder recorder(arrays.layout);
+  ArrayReader reader(arrays);
+  Step step;
+  for (std::int64_t r = first; r < last; ++r) {
+    const ArrayRun& run = arrays.runs[static_cast<std::size_t>(r)];
+    recorder.begin_file(fmt::format("run {}", arrays.first_run + r), arrays.layout);
+    recorder.begin_run();
+    for (std::int64_t row = 0; row < run.steps; ++row) {
+      reader.read(r, row, step);
+      recorder.add(step);
+    }
+    if (run.failure) recorder.end_run(run.failure->outcome, run.failure->step);
+  }
+  return recorder.take();
+}
+
+}  // namespace
+
+Evidence add_arrays(const ArrayRuns& arrays, int threads, const std::atomic<bool>* stop) {
+  if (std::ranges::all_of(arrays.runs, [](const ArrayRun& run) { return run.steps == 0 && !run.failure; })) {
+    throw std::invalid_argument("the arrays hold no step");
+  }
+  const std::int64_t runs = std::ssize(arrays.runs);
+  std::vector<Evidence> chunks(static_cast<std::size_t>((runs + kChunkRuns - 1) / kChunkRuns));
+  for_each_task(std::ssize(chunks), threads, stop, [&](std::int64_t chunk) {
+    const std::int64_t first = chunk * kChunkRuns;
+    chunks[static_cast<std::size_t>(chunk)] = add_chunk(arrays, first, std::min(runs, first + kChunkRuns));
+  });
+  Evidence all;
+  for (Evidence& chunk : chunks) all.merge(std::move(chunk));
+  return all;
+}
+
+}  // namespace credence

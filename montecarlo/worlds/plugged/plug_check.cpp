@@ -1,0 +1,148 @@
+#include "montecarlo/worlds/plugged/plug_check.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+
+#include "core/linear_algebra/cholesky.h"
+
+namespace credence {
+namespace {
+
+constexpr std::int64_t kRunsLookedAt = 4;
+/// Relative to the standard deviations: beyond what rounding does.
+constexpr double kAsymmetry = 1e-9;
+constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
+
+/// Sentences, each kind once.
+class Problems {
+ public:
+  void add(const std::string& kind, const std::string& sentence) {
+    if (seen_.insert(kind).second) sentences_.push_back(sentence);
+  }
+  std::vector<std::string> take() { return std::move(sentences_); }
+
+ private:
+  std::set<std::string> seen_;
+  std::vector<std::string> sentences_;
+};
+
+void check_covariance(const std::string& name, const Matrix& M, const std::string& where,
+                      Problems& problems) {
+  for (Index i = 0; i < M.rows(); ++i) {
+    for (Index j = i + 1; j < M.cols(); ++j) {
+      const double scale = std::sqrt(std::abs(M(i, i) * M(j, j)));
+      if (std::abs(M(i, j) - M(j, i)) <= kAsymmetry * scale) continue;
+      return problems.add(
+          name, fmt::format("{} is not symmetric {}: its entries ({}, {}) and ({}, {}) are {} and {}", name,
+                            where, i, j, j, i, M(i, j), M(j, i)));
+    }
+  }
+  // A state that is known has no variance, and is left out.
+  std::vector<Index> kept;
+  for (Index i = 0; i < M.rows(); ++i) {
+    if (M(i, i) != 0.0) kept.push_back(i);
+  }
+  const Matrix uncertain = M(kept, kept);
+  if (Eigen::LLT<Matrix>(uncertain).info() == Eigen::Success) return;
+  problems.add(name, fmt::format("{} is not positive definite {}", name, where));
+}
+
+void check_step(const RunLayout& layout, const TraceStep& step, const std::string& where,
+                Problems& problems) {
+  check_covariance("P", step.P, where, problems);
+  for (Index i = 0; i < step.error.size(); ++i) {
+    const auto state = static_cast<std::size_t>(i);
+    if (!layout.angles[state] || std::abs(step.error[i]) <= kHalfTurn) continue;
+    problems.add("angle", fmt::format("the error of the angle '{}' is {} rad {}: minus() does not wrap it",
+                                      layout.states[state], step.error[i], where));
+  }
+  for (std::size_t s = 0; s < step.innovations.size(); ++s) {
+    const Innovation& innovation = step.innovations[s];
+    const Sensor& sensor = layout.sensors[s];
+    if (innovation.nu.size() == 0) continue;
+    const std::string name = sensor.name.empty() ? "S" : fmt::format("S of {}", sensor.name);
+    check_covariance(name, innovation.S, where, problems);
+    for (Index j = 0; j < innovation.nu.size() && !sensor.angles.empty(); ++j) {
+      if (!sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))]) continue;
+      if (std::abs(innovation.nu[j]) <= kHalfTurn) continue;
+      problems.add("innovation",
+                   fmt::format("the innovation of an angle is {} rad {}: the filter does not wrap it",
+                               innovation.nu[j], where));
+    }
+  }
+}
+
+bool same(const Step& a, const Step& b) {
+  const auto same_innovation = [](const Innovation& x, const Innovation& y) {
+    return x.nu == y.nu && x.S == y.S;
+  };
+  return a.error == b.error && a.P == b.P &&
+         std::ranges::equal(a.innovations, b.innovations, same_innovation);
+}
+
+}  // namespace
+
+void require_fit(const RunLayout& layout, const TraceStep& step) {
+  const Index n = std::ssize(layout.states);
+  if (step.error.size() != n || step.P.rows() != n || step.P.cols() != n) {
+    throw std::invalid_argument(
+        fmt::format("an error of dimension {} and P of {}x{} do not fit a state of {}", step.error.size(),
+                    step.P.rows(), step.P.cols(), n));
+  }
+  if (step.innovations.size() != layout.sensors.size()) {
+    throw std::invalid_argument(fmt::format("{} innovations, but the layout has {} sensors",
+                                            step.innovations.size(), layout.sensors.size()));
+  }
+  for (std::size_t s = 0; s < step.innovations.size(); ++s) {
+    const Innovation& innovation = step.innovations[s];
+    const Index m = innovation.nu.size();
+    if (innovation.S.rows() == m && innovation.S.cols() == m && m <= layout.sensors[s].dim) continue;
+    if (m == 0) continue;
+    throw std::invalid_argument(
+        fmt::format("an innovation of dimension {} with S of {}x{} does not fit a sensor of {}", m,
+                    innovation.S.rows(), innovation.S.cols(), layout.sensors[s].dim));
+  }
+}
+
+std::vector<std::string> plug_problems(const Experiment& experiment) {
+  Problems problems;
+  std::vector<TraceStep> first;
+  for (std::int64_t run = 0; run < kRunsLookedAt; ++run) {
+    experiment.visit(run, [&](const TraceStep& step) {
+      if (step.outcome != Outcome::ok) return;
+      if (run == 0) first.push_back(step);
+      check_step(experiment.layout(), step, fmt::format("in run {} at step {}", run, step.step), problems);
+    });
+  }
+  std::size_t i = 0;
+  experiment.visit(0, [&](const TraceStep& step) {
+    if (step.outcome != Outcome::ok) return;
+    if (i < first.size() && !same(first[i], step)) {
+      problems.add("bits",
+                   fmt::format("run 0 is not the same twice, from step {} on: the world or the filter "
+                               "draws random numbers of its own, or keeps something from run to run",
+                               step.step));
+    }
+    ++i;
+  });
+  return problems.take();
+}
+
+void report_plus(const Vector& d, const Vector& back, std::vector<std::string>& problems) {
+  if (back.size() == d.size() && (back - d).norm() <= 1e-9 * d.norm()) return;
+  problems.push_back(fmt::format("minus(plus(x, d), x) is not d: d = ({}) comes back as ({})",
+                                 fmt::join(d.begin(), d.end(), ", "),
+                                 fmt::join(back.begin(), back.end(), ", ")));
+}
+
+void require_sound(const std::vector<std::string>& problems) {
+  if (!problems.empty()) throw std::invalid_argument(fmt::format("{}", fmt::join(problems, "; ")));
+}
+
+}  // namespace credence

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "montecarlo/engine/experiment.h"
+
+/// @file
+/// What can be wrong with a plugged world or filter, and would otherwise be taken for an inconsistency.
+
+namespace credence {
+
+/// Throws std::invalid_argument naming the numbers where error, P or the innovations of a step do not have
+/// the dimensions of the layout.
+void require_fit(const RunLayout& layout, const TraceStep& step);
+
+/// Plays the first runs and tells, in sentences: a run that is not the same twice; a P or S that is not
+/// symmetric, or not positive definite; an error or innovation of an angle beyond half a turn.
+std::vector<std::string> plug_problems(const Experiment& experiment);
+
+/// Adds a sentence unless minus(plus(x, d), x), which is `back`, is d.
+void report_plus(const Vector& d, const Vector& back, std::vector<std::string>& problems);
+
+/// The sentences as one std::invalid_argument, if there are any.
+void require_sound(const std::vector<std::string>& problems);
+
+}  // namespace credence

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/record/run_layout.h"
+#include "core/record/step.h"
+#include "core/types.h"
+#include "montecarlo/worlds/plugged/noise_draw.h"
+
+/// @file
+/// What a world and a filter of a user's own must be to be judged (docs/plugin.md).
+
+namespace credence {
+
+/// What is believed of the state before the first step.
+template <class State>
+struct Prior {
+  State mean;
+  Matrix covariance;  ///< n×n, of minus(estimate, truth)
+};
+
+/// The state of a world: any type.
+template <class World>
+using StateOf = std::decay_t<decltype(std::declval<const World&>().prior().mean)>;
+
+/// a ⊟ b, n: by a member of the world, a function beside the type of the state, or as vectors.
+template <class World, class State>
+Vector state_minus(const World& world, const State& a, const State& b) {
+  if constexpr (requires { Vector(world.minus(a, b)); }) {
+    return world.minus(a, b);
+  } else if constexpr (requires { Vector(minus(a, b)); }) {
+    return minus(a, b);
+  } else {
+    return a - b;
+  }
+}
+
+/// A world draws a truth, moves it, and measures it; it has no random generator of its own.
+///
+/// prior() is what the filter starts from; initial(noise) the truth at the start; step(x, k, noise) the truth
+/// at step k = 1, 2, … from that of the step before; measure(x, k, noise) what the filter is given, or a
+/// std::optional of it, empty where nothing is measured. All const, and safe to call from several threads.
+///
+/// It may have: minus(a, b); plus(x, d); input(x, k, noise), what the filter's predict is given; layout(),
+/// with the names, angles, blocks and sensors (model_layout makes one).
+template <class World>
+concept PluggedWorld = requires(const World& world, const StateOf<World>& x, std::int64_t k,
+                                NoiseDraw& noise) {
+  { world.prior().covariance } -> std::convertible_to<Matrix>;
+  { world.initial(noise) } -> std::convertible_to<StateOf<World>>;
+  { world.step(x, k, noise) } -> std::convertible_to<StateOf<World>>;
+  world.measure(x, k, noise);
+  { state_minus(world, x, x) } -> std::convertible_to<Vector>;
+};
+
+/// Whether the filter is given an input at each prediction.
+template <class World>
+concept HasInput = requires(const World& world, const StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
+  world.input(x, k, noise);
+};
+
+namespace plugged {
+
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+template <class T>
+const T& value_of(const T& measurement) {
+  return measurement;
+}
+template <class T>
+const T& value_of(const std::optional<T>& measurement) {
+  return *measurement;
+}
+
+}  // namespace plugged
+
+/// A filter starts from a mean and its covariance, predicts, updates, and shows its state and covariance.
+///
+/// update may return a bool: false where S is not positive definite, which ends the run. An exception ends
+/// the run too; both are counted and named. It may have innovations(), one Innovation for each sensor (empty
+/// where it is silent), or innovation() and innovation_covariance(), for NIS.
+template <class Filter, class World>
+concept PluggedFilter = requires(Filter& filter, const Filter& shown, const World& world,
+                                 const StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
+  filter.reset(world.prior().mean, world.prior().covariance);
+  filter.update(plugged::value_of(world.measure(x, k, noise)));
+  { state_minus(world, static_cast<const StateOf<World>&>(shown.state()), x) } -> std::convertible_to<Vector>;
+  { shown.covariance() } -> std::convertible_to<Matrix>;
+}
+&&(HasInput<World> ? requires(Filter& filter, const World& world, const StateOf<World>& x, std::int64_t k,
+                              NoiseDraw& noise) { filter.predict(world.input(x, k, noise)); }
+                   : requires(Filter& filter) { filter.predict(); });
+
+/// The innovations that a filter shows after an update; none if it shows none.
+template <class Filter>
+std::vector<Innovation> innovations_of(const Filter& filter) {
+  if constexpr (requires { filter.innovations(); }) {
+    const auto& shown = filter.innovations();
+    return {shown.begin(), shown.end()};
+  } else if constexpr (requires { filter.innovation(); }) {
+    return {{filter.innovation(), filter.innovation_covariance()}};
+  } else {
+    return {};
+  }
+}
+
+/// The layout of a state with these names ("heading:angle" is an angle in rad, "pose.x" of a block "pose")
+/// and of sensors with these names and dimensions.
+RunLayout model_layout(const std::vector<std::string>& states,
+                       const std::vector<std::pair<std::string, Index>>& sensors);
+
+}  // namespace credence

@@ -1,0 +1,69 @@
+#include "montecarlo/worlds/plugged/plugged_statistics.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "montecarlo/worlds/planar/covariance_statistics.h"
+#include "montecarlo/worlds/plugged/plugged_concepts.h"
+
+namespace credence {
+
+RunLayout model_layout(const std::vector<std::string>& states,
+                       const std::vector<std::pair<std::string, Index>>& sensors) {
+  constexpr std::string_view kAngle = ":angle";
+  RunLayout layout;
+  for (const std::string& state : states) {
+    const bool angle = state.ends_with(kAngle);
+    layout.states.push_back(angle ? state.substr(0, state.size() - kAngle.size()) : state);
+    layout.angles.push_back(angle);
+  }
+  add_named_blocks(layout);
+  for (const auto& [name, dim] : sensors) layout.sensors.push_back({.name = name, .dim = dim, .piece = dim});
+  return layout;
+}
+
+void normalise_step(TraceStep& step) {
+  NeesSolver solver;
+  const NeesValue nees = solver.solve(step.error, step.P);
+  step.nees = nees.value;
+  step.nees_dof = std::max<Index>(0, nees.dof);
+  step.nis = 0.0;
+  step.nis_dof = 0;
+  for (const Innovation& innovation : step.innovations) {
+    if (innovation.nu.size() == 0) continue;
+    const NeesValue nis = solver.solve(innovation.nu, innovation.S);
+    step.nis += nis.value;
+    step.nis_dof += std::max<Index>(0, nis.dof);
+  }
+}
+
+StudyStatistics visited_chunk(const Experiment& experiment, std::int64_t steps, std::int64_t first_run,
+                              std::int64_t runs) {
+  StudyStatistics statistics;
+  statistics.steps.resize(static_cast<std::size_t>(steps));
+  statistics.runs = runs;
+  statistics.reserve_runs(runs);
+  for (std::int64_t run = first_run; run < first_run + runs; ++run) {
+    RunSum sum;
+    std::int64_t last = 0;
+    const Outcome outcome = experiment.visit(run, [&](const TraceStep& step) {
+      last = step.step;
+      if (step.step == 0 || step.outcome != Outcome::ok) return;
+      StepStatistics& s = statistics.steps[static_cast<std::size_t>(step.step) - 1];
+      s[Quantity::trace].add(step.P.trace());
+      if (step.nees_dof > 0) s[Quantity::nees].add(step.nees);
+      if (step.nis_dof > 0) s[Quantity::nis].add(step.nis);
+      s.nees_dof += step.nees_dof;
+      s.nis_dof += step.nis_dof;
+      sum.add(step.nees, step.nees_dof);
+    });
+    if (outcome == Outcome::ok) {
+      sum.add_to(statistics.nees_of_runs);
+    } else {
+      statistics.failures.push_back({run, last, outcome});
+    }
+  }
+  return statistics;
+}
+
+}  // namespace credence

@@ -1,0 +1,32 @@
+"""Can this covariance be trusted?
+
+``check`` judges arrays of errors and covariances, ``run`` a scenario, ``study`` a world and a filter written in
+Python. Each returns a ``Result``: its verdict, the tests and the causes behind it, and its report.
+"""
+
+from ._check import check
+from ._credence import OutputError, ScenarioError
+from ._play import Noise, PlugError
+from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
+from ._run import Sweep, noise_group, run, sweep
+from ._study import study
+
+__all__ = [
+    "Block",
+    "Cause",
+    "Factor",
+    "Noise",
+    "OutputError",
+    "PlugError",
+    "Result",
+    "ScenarioError",
+    "Sensor",
+    "Sweep",
+    "Test",
+    "Verdict",
+    "check",
+    "noise_group",
+    "run",
+    "study",
+    "sweep",
+]

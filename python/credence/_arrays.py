@@ -1,0 +1,136 @@
+"""From what users have, to runs by steps by rows of float64 that lie one after the other. Copies only what is not
+so already."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+
+from ._credence import Indexing
+
+
+@dataclass
+class Shape:
+    """How the leading axes of the arrays are laid out: the first array given decides for all."""
+
+    indexing: Indexing
+    runs: int  # of single: 1
+    steps: "int | list[int]"  # one for each run if listed
+
+
+def float_array(value: Any, name: str) -> np.ndarray:
+    """`value` as float64; no copy if it is that."""
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"{name} is of dtype {array.dtype}: expected float64")
+    return array.astype(np.float64, copy=False)
+
+
+def _contiguous_rows(array: np.ndarray, dims: int) -> np.ndarray:
+    stride = array.itemsize
+    for axis in range(array.ndim - 1, array.ndim - 1 - dims, -1):
+        if array.shape[axis] != 1 and array.strides[axis] != stride:
+            return np.ascontiguousarray(array)
+        stride *= array.shape[axis]
+    return array
+
+
+def is_list_of_runs(value: Any, dims: int) -> bool:
+    """Whether `value` is a list with an array of (steps, …) for each run, where a row has `dims` axes."""
+    return isinstance(value, (list, tuple)) and len(value) > 0 and all(np.ndim(v) == dims + 1 for v in value)
+
+
+def leading(value: Any, name: str) -> "tuple[Shape, list[np.ndarray], int]":
+    """The array that decides: its shape, its parts as (runs, steps, n), and n."""
+    if is_list_of_runs(value, 1):
+        parts = [float_array(v, f"{name}[{i}]") for i, v in enumerate(value)]
+        n = parts[0].shape[1]
+        for i, part in enumerate(parts):
+            if part.shape[1] != n:
+                raise ValueError(f"{name}[{i}] has shape {part.shape}: {name}[0] has {n} columns")
+        shape = Shape(Indexing.listed, len(parts), [part.shape[0] for part in parts])
+        return shape, [_contiguous_rows(part, 1)[np.newaxis] for part in parts], n
+    array = float_array(value, name)
+    if array.ndim not in (2, 3):
+        raise ValueError(
+            f"{name} has shape {array.shape}: expected (runs, steps, n), (steps, n) for one run, "
+            "or a list of (steps, n)"
+        )
+    if array.shape[-1] == 0:
+        raise ValueError(f"{name} has shape {array.shape}: its last axis is empty")
+    single = array.ndim == 2
+    stacked = _contiguous_rows(array[np.newaxis] if single else array, 1)
+    shape = Shape(Indexing.single if single else Indexing.stacked, stacked.shape[0], stacked.shape[1])
+    return shape, [stacked], stacked.shape[2]
+
+
+def following(value: Any, name: str, row: "tuple[int, ...]", shape: Shape, like: str) -> "list[np.ndarray]":
+    """The parts of another array, with rows of shape `row`. A covariance may also be given once for all runs,
+    (steps, n, n), or once for all, (n, n)."""
+    dims = len(row)
+    covariance = dims == 2
+    if shape.indexing is Indexing.listed and is_list_of_runs(value, dims):
+        if len(value) != shape.runs:
+            raise ValueError(f"{name} has {len(value)} runs: {like} has {shape.runs}")
+        parts = []
+        for i, (v, steps) in enumerate(zip(value, shape.steps)):
+            part = float_array(v, f"{name}[{i}]")
+            if part.shape != (steps, *row):
+                raise ValueError(f"{name}[{i}] has shape {part.shape}: expected {(steps, *row)}, as {like}[{i}]")
+            parts.append(_contiguous_rows(part, dims)[np.newaxis])
+        return parts
+    array = float_array(value, name)
+    if covariance and array.shape == row:
+        array = _contiguous_rows(array, dims)
+        counts = shape.steps if isinstance(shape.steps, list) else [shape.steps]
+        runs = 1 if shape.indexing is Indexing.listed else shape.runs
+        return [np.broadcast_to(array, (runs, steps, *row)) for steps in counts]
+    if shape.indexing is Indexing.listed:
+        raise ValueError(f"{name} has shape {array.shape}: expected a list of {shape.runs} arrays, as {like}")
+    stacked, once = (shape.runs, shape.steps, *row), (shape.steps, *row)
+    if array.shape == stacked and shape.indexing is Indexing.stacked:
+        return [_contiguous_rows(array, dims)]
+    if array.shape == once and (covariance or shape.indexing is Indexing.single):
+        return [np.broadcast_to(_contiguous_rows(array, dims), stacked)]
+    expected = once if shape.indexing is Indexing.single else stacked
+    raise ValueError(f"{name} has shape {array.shape}: expected {expected}, as {like}")
+
+
+def indices(which: Any, names: "list[str]", argument: str) -> "list[int]":
+    """States that are named, numbered, marked by booleans, or sliced, as ascending numbers."""
+    if isinstance(which, slice):
+        return list(range(len(names)))[which]
+    if isinstance(which, (str, int, np.integer)):
+        which = [which]
+    which = list(which)
+    if which and all(isinstance(w, (bool, np.bool_)) for w in which):
+        if len(which) != len(names):
+            raise ValueError(f"{argument} has {len(which)} entries: the state has {len(names)}")
+        return [i for i, w in enumerate(which) if w]
+    found = set()
+    for w in which:
+        if isinstance(w, str):
+            if w not in names:
+                raise ValueError(f"{argument}: there is no state '{w}' among {', '.join(names)}")
+            found.add(names.index(w))
+        elif isinstance(w, (int, np.integer)) and -len(names) <= w < len(names):
+            found.add(int(w) % len(names))
+        else:
+            raise ValueError(f"{argument}: there is no state {w!r}; the state has {len(names)}")
+    return sorted(found)
+
+
+def state_names(names: "Optional[list[str]]", n: int) -> "list[str]":
+    if names is None:
+        return [f"x{i + 1}" for i in range(n)]
+    names = list(names)
+    if len(names) != n:
+        raise ValueError(f"names has {len(names)} entries: the state has {n}")
+    if len(set(names)) != n or not all(isinstance(name, str) and name for name in names):
+        raise ValueError("names must be different words, one for each state")
+    return names

@@ -1,0 +1,110 @@
+"""Verdicts on arrays."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Optional, Sequence
+
+import numpy as np
+
+from . import _credence
+from ._arrays import following, indices, leading, state_names
+from ._result import Result
+
+
+def _by_sensor(value: Any) -> dict[str, Any]:
+    return dict(value) if isinstance(value, Mapping) else {"": value}
+
+
+def _label(array: str, sensor: str) -> str:
+    return f"{array}['{sensor}']" if sensor else array
+
+
+def collector(names, angles, blocks, n: int, sensors: "list[tuple[str, int]]", has_truth: bool):
+    """Where runs with a state of n and these sensors are added up."""
+    states = state_names(names, n) if has_truth else []
+    angle = np.zeros(len(states), dtype=bool)
+    if angles is not None:
+        angle[indices(angles, states, "angles")] = True
+    of_blocks = [(name, indices(which, states, f"blocks['{name}']")) for name, which in (blocks or {}).items()]
+    return _credence.Collector(states, angle.tolist(), of_blocks, sensors, has_truth)
+
+
+def check(
+    error: Any = None,
+    P: Any = None,
+    innovation: Any = None,
+    S: Any = None,
+    *,
+    names: Optional[Sequence[str]] = None,
+    angles: Any = None,
+    blocks: Optional[Mapping[str, Any]] = None,
+    confidence: float = 0.95,
+    inflated: bool = False,
+    sensitivity: bool = False,
+    threads: int = 0,
+    name: str = "arrays",
+) -> Result:
+    """Judges the errors, covariances and innovations of a filter.
+
+    Shapes are (runs, steps, n), or (steps, n) for one run, or a list with (steps, n) for each run, whose steps may
+    differ. What is C-contiguous float64 is read where it lies; anything else is converted once.
+
+    error: float64 (runs, steps, n), estimate minus truth. NaN: that state has no estimate or no truth there.
+    P: float64 (runs, steps, n, n), its covariance; not read where the error is NaN. (steps, n, n): the same in
+        every run; (n, n): always the same.
+    innovation: float64 (runs, steps, m), or a dict with one such array for each sensor. NaN: silent.
+    S: float64 (runs, steps, m, m), its covariance, as P; a dict with the same keys.
+    names: one for each state; "pose.x", "pose.y" are a block "pose". Without names each state is a block.
+    angles: the states that are angles in rad, by name, number or booleans: their errors are wrapped.
+    blocks: name → states that are judged together, by name, number or slice, instead of those that names make.
+    confidence: of the verdict: a consistent filter is called anything else with probability 1 − confidence at most.
+    inflated: the filter inflates its covariance on purpose.
+    sensitivity: judge without gross outliers too.
+    threads: 0 for one on each processor; the bits do not depend on it.
+
+    Raises ValueError naming argument, shape, and the first bad index. A covariance that is not positive
+    semidefinite is data: the row is counted as rejected, and named.
+    """
+    if (error is None) != (P is None):
+        raise ValueError("error and P belong together: one of them is None")
+    if (innovation is None) != (S is None):
+        raise ValueError("innovation and S belong together: one of them is None")
+    if error is None and innovation is None:
+        raise ValueError("nothing to judge: give error and P, or innovation and S, or all four")
+    if not 0.5 <= confidence < 1.0:
+        raise ValueError(f"confidence = {confidence}: expected at least 0.5 and below 1")
+
+    nus = {} if innovation is None else _by_sensor(innovation)
+    covariances = {} if S is None else _by_sensor(S)
+    if set(nus) != set(covariances):
+        raise ValueError(f"innovation has the sensors {sorted(nus)}, S has {sorted(covariances)}")
+
+    shape = lead = error_parts = P_parts = None
+    n = 0
+    if error is not None:
+        shape, error_parts, n = leading(error, "error")
+        lead = "error"
+        P_parts = following(P, "P", (n, n), shape, lead)
+    sensor_parts, sensors = [], []
+    for sensor, nu in nus.items():
+        label = _label("innovation", sensor)
+        own, nu_parts, m = leading(nu, label)
+        if shape is None:
+            shape, lead = own, label
+        else:
+            nu_parts = following(nu, label, (m,), shape, lead)
+        S_parts = following(covariances[sensor], _label("S", sensor), (m, m), shape, lead)
+        sensors.append((sensor, m))
+        sensor_parts.append(list(zip(nu_parts, S_parts)))
+
+    bundles = [
+        _credence.Bundle(
+            error_parts[i] if error_parts else None,
+            P_parts[i] if P_parts else None,
+            [parts[i] for parts in sensor_parts],
+        )
+        for i in range(len(error_parts or sensor_parts[0]))
+    ]
+    runs = collector(names, angles, blocks, n, sensors, error is not None)
+    runs.add(bundles, shape.indexing, threads, {})
+    return Result(runs.judge(name, "arrays", confidence, inflated, sensitivity))

@@ -1,0 +1,241 @@
+"""Plays runs of a world and a filter written in Python, a batch of them at once."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any, Callable, Mapping, Optional
+
+import numpy as np
+
+from . import _credence
+from ._arrays import float_array
+
+CHUNK = 64  # runs: fixed, because it fixes the bits
+_INPUT_SLOTS = 1 << 20  # beyond those of the process noise
+
+
+class PlugError(ValueError):
+    """The world or the filter is not what ``study`` needs; the message says where."""
+
+
+class Noise:
+    """Standard normals of one step: a pure function of (seed, run, step, purpose, place in the order of drawing)."""
+
+    def __init__(self, source: "_Source", step: int, purpose: _credence.Purpose, first_slot: int = 0):
+        self._source, self._step, self._purpose, self._slot = source, step, purpose, first_slot
+
+    def __call__(self, count: int) -> np.ndarray:
+        """The next `count` of them: float64 (B, count), or (count,) without batches."""
+        result = self._source.normals(self._step, self._purpose, self._slot, count)
+        self._slot += count
+        return result
+
+
+class _Source:
+    """The normals of a few runs; those of four steps are made at once."""
+
+    def __init__(self, seed: int, group: int, first_run: int, runs: int, batch: bool):
+        self._noise = _credence.NoiseSource(seed, group)
+        self._first_run, self._runs, self._batch = first_run, runs, batch
+        self._blocks: dict = {}
+
+    def normals(self, step: int, purpose, slot: int, count: int) -> np.ndarray:
+        if step == 0 or slot > 0:
+            result = self._noise.normals(self._first_run, self._runs, step, purpose, count, slot)
+        else:
+            first = step - (step - 1) % 4
+            known = self._blocks.get((purpose, count))
+            if known is None or known[0] != first:
+                four = self._noise.normals_of_four_steps(self._first_run, self._runs, first, purpose, count)
+                self._blocks[(purpose, count)] = known = (first, four)
+            result = known[1][step - first].copy()
+        return result if self._batch else result[0]
+
+
+@dataclass
+class Plan:
+    world: Any
+    make_filter: Callable[[], Any]
+    steps: int
+    seed: int
+    noise_group: int
+    batch: bool
+    angles: Any = None
+
+
+@dataclass
+class Chunk:
+    """What some runs showed: (runs, steps, …), NaN where nothing was shown."""
+
+    error: np.ndarray
+    P: np.ndarray
+    innovations: "dict[str, tuple[np.ndarray, np.ndarray]]"
+    failures: "dict[int, tuple[int, str, str]]" = field(default_factory=dict)
+
+
+def _shown(value: Any, name: str, shape: "tuple[int, ...]", runs: int) -> np.ndarray:
+    """`value` as (runs, *shape); the same for all runs where it has no axis of them."""
+    array = float_array(value, name)
+    if array.shape in ((runs, *shape), shape):
+        return np.broadcast_to(array, (runs, *shape))
+    raise PlugError(f"{name} has shape {array.shape}: expected {(runs, *shape)} or {shape}")
+
+
+def _minus(plan: Plan, estimate: Any, truth: Any, angles: np.ndarray) -> np.ndarray:
+    if hasattr(plan.world, "minus"):
+        return np.asarray(plan.world.minus(estimate, truth), dtype=np.float64)
+    error = np.asarray(estimate, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
+    if angles.any():
+        error[..., angles] = np.remainder(error[..., angles] + np.pi, 2.0 * np.pi) - np.pi
+    return error
+
+
+def _innovations(made: Any, measured: Any, runs: int) -> "dict[str, tuple[np.ndarray, np.ndarray]]":
+    """What the filter shows of its last update, by sensor."""
+    nu = getattr(made, "innovation", None)
+    if nu is None or measured is None:
+        return {}
+    by_sensor, S = (nu, made.S) if isinstance(nu, Mapping) else ({"": nu}, {"": made.S})
+    shown = {}
+    for sensor, value in by_sensor.items():
+        if value is None:
+            continue
+        label = f"['{sensor}']" if sensor else ""
+        array = float_array(value, f"filter.innovation{label}")
+        m = array.shape[-1] if array.ndim else 0
+        shown[sensor] = (
+            _shown(array, f"filter.innovation{label}", (m,), runs),
+            _shown(S[sensor], f"filter.S{label}", (m, m), runs),
+        )
+    return shown
+
+
+def _initial(plan: Plan, runs: int):
+    mean, P = plan.world.prior()
+    mean = np.asarray(mean, dtype=np.float64)
+    n = mean.shape[-1]
+    P = float_array(P, "the covariance of world.prior()")
+    if P.shape != (n, n):
+        raise PlugError(f"the covariance of world.prior() has shape {P.shape}: expected {(n, n)}")
+    if not plan.batch:
+        return mean.copy(), P.copy(), n
+    return np.tile(mean, (runs, 1)), np.tile(P, (runs, 1, 1)), n
+
+
+class _Play:
+    """Some runs, step by step; `step` is the one at hand when a filter throws."""
+
+    def __init__(self, plan: Plan, first_run: int, runs: int):
+        self.step = 1
+        self._plan, self._first_run, self._runs = plan, first_run, runs
+
+    def play(self) -> Chunk:
+        plan, runs = self._plan, self._runs
+        world, made = plan.world, plan.make_filter()
+        source = _Source(plan.seed, plan.noise_group, self._first_run, runs, plan.batch)
+        mean, P0, n = _initial(plan, runs)
+        angles = np.zeros(n, dtype=bool)
+        if plan.angles is not None:
+            angles[plan.angles] = True
+        chunk = Chunk(np.full((runs, plan.steps, n), np.nan), np.empty((runs, plan.steps, n, n)), {})
+        self.chunk = chunk
+        truth = world.initial(Noise(source, 0, _credence.Purpose.initial))
+        made.reset(mean, P0)
+        for k in range(1, plan.steps + 1):
+            self.step = k
+            truth = world.step(truth, k, Noise(source, k, _credence.Purpose.process))
+            if hasattr(world, "input"):
+                made.predict(world.input(truth, k, Noise(source, k, _credence.Purpose.process, _INPUT_SLOTS)))
+            else:
+                made.predict()
+            z = world.measure(truth, k, Noise(source, k, _credence.Purpose.measurement))
+            if z is not None:
+                made.update(z)
+            self._show(made, truth, z, k, n, angles)
+        return chunk
+
+    def _show(self, made: Any, truth: Any, z: Any, k: int, n: int, angles: np.ndarray) -> None:
+        runs, chunk = self._runs, self.chunk
+        error = _minus(self._plan, made.state, truth, angles)
+        if error.shape != ((runs, n) if self._plan.batch else (n,)):
+            raise PlugError(f"filter.state minus the truth has shape {error.shape}: expected {(runs, n)}")
+        P = _shown(made.covariance, "filter.covariance", (n, n), runs)
+        chunk.error[:, k - 1], chunk.P[:, k - 1] = error, P
+        well = np.isfinite(error).all(axis=-1) & np.isfinite(P).all(axis=(-2, -1))
+        for sensor, (nu, S) in _innovations(made, z, runs).items():
+            if sensor not in chunk.innovations:
+                m = nu.shape[-1]
+                chunk.innovations[sensor] = (
+                    np.full((runs, self._plan.steps, m), np.nan),
+                    np.zeros((runs, self._plan.steps, m, m)),
+                )
+            all_nu, all_S = chunk.innovations[sensor]
+            all_nu[:, k - 1], all_S[:, k - 1] = nu, S
+            well = well & ~np.isinf(nu).any(axis=-1)
+        for run in np.flatnonzero(~np.atleast_1d(well)):
+            chunk.failures.setdefault(int(run), (k, "diverged", "its numbers are not finite"))
+
+
+def _joined(parts: "list[Chunk]") -> Chunk:
+    sensors = max((part.innovations for part in parts), key=len)
+    innovations = {}
+    for sensor, (nu, S) in sensors.items():
+        def of(part: Chunk, which: int, like: np.ndarray, sensor: str = sensor) -> np.ndarray:
+            if sensor in part.innovations:
+                return part.innovations[sensor][which]
+            return np.full((len(part.error), *like.shape[1:]), np.nan)
+
+        innovations[sensor] = (
+            np.concatenate([of(part, 0, nu) for part in parts]),
+            np.concatenate([of(part, 1, S) for part in parts]),
+        )
+    joined = Chunk(np.concatenate([p.error for p in parts]), np.concatenate([p.P for p in parts]), innovations)
+    first = 0
+    for part in parts:
+        joined.failures.update({first + run: failure for run, failure in part.failures.items()})
+        first += len(part.error)
+    return joined
+
+
+def _play_alone(plan: Plan, run: int) -> Chunk:
+    """One run; an exception of world or filter ends it, and is told."""
+    play = _Play(plan, run, 1)
+    try:
+        return play.play()
+    except PlugError:
+        raise
+    except Exception as error:  # of the user's code, whatever it is
+        if not hasattr(play, "chunk"):
+            raise
+        said = f"seed {plan.seed}: {type(error).__name__}: {error}"
+        play.chunk.failures.setdefault(0, (play.step, "threw", said))
+        return play.chunk
+
+
+def play_chunk(plan: Plan, first_run: int, runs: int) -> Chunk:
+    """All runs of a chunk at once; where that throws, one by one, to find which."""
+    if plan.batch:
+        try:
+            return _Play(plan, first_run, runs).play()
+        except PlugError:
+            raise
+        except Exception:
+            pass
+    return _joined([_play_alone(plan, run) for run in range(first_run, first_run + runs)])
+
+
+def require_same_twice(plan: Plan, runs: int) -> None:
+    short = dataclasses.replace(plan, steps=min(plan.steps, 5))
+    runs = min(runs, CHUNK if plan.batch else 2)
+    once, again = play_chunk(short, 0, runs), play_chunk(short, 0, runs)
+    for name, a, b in (("error", once.error, again.error), ("covariance", once.P, again.P)):
+        same = (a == b) | (np.isnan(a) & np.isnan(b))
+        for run in once.failures.keys() | again.failures.keys():
+            same[run] = True
+        if not same.all():
+            run, step = np.argwhere(~same)[0][:2]
+            raise PlugError(
+                f"run {run} is not the same twice, in its {name} at step {step + 1}: the world or the filter draws "
+                "random numbers of its own, or keeps something from run to run"
+            )

@@ -1,0 +1,143 @@
+"""Scenarios."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from typing import Any, Mapping, Optional, Union
+
+import numpy as np
+
+from . import _credence
+from ._result import Result
+
+Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_toml_value(str(k))} = {_toml_value(v)}" for k, v in value.items()) + "}"
+    if hasattr(value, "tolist"):  # numpy
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml_value(v) for v in value) + "]"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    raise ValueError(f"a scenario holds no {type(value).__name__}: {value!r}")
+
+
+def _toml(document: Mapping[str, Any]) -> str:
+    lines = []
+    for section, settings in document.items():
+        if not isinstance(settings, Mapping):
+            raise ValueError(f"scenario: '{section}' is no section; expected {{'world': {{...}}, 'filter': {{...}}}}")
+        lines.append(f"[{section}]")
+        lines += [f"{_toml_value(str(key))} = {_toml_value(value)}" for key, value in settings.items()]
+    return "\n".join(lines)
+
+
+def _read(scenario: Scenario, overrides: Mapping[str, Any]) -> "tuple[str, Optional[str], list[str]]":
+    """File, text if there is one, and the settings over it."""
+    settings = [f"{key}={_toml_value(value)}" for key, value in overrides.items()]
+    if isinstance(scenario, Mapping):
+        return "scenario", _toml(scenario), settings
+    if isinstance(scenario, str) and "\n" in scenario:
+        return "scenario", scenario, settings
+    return os.fspath(scenario), None, settings
+
+
+def run(
+    scenario: Scenario,
+    *,
+    runs: Optional[int] = None,
+    steps: Optional[int] = None,
+    seed: Optional[int] = None,
+    threads: int = 0,
+    **overrides: Any,
+) -> Result:
+    """Monte Carlo of one configuration, with the bits of ``credence run``.
+
+    scenario: the path of a scenario file, its text in TOML (with a line break), or a dict of its sections
+        (docs/scenario.md).
+    overrides: any setting by its name: ``run(file, **{"filter.process_scale": 1.2})``.
+
+    Raises ValueError for a scenario that is not accepted, naming the key.
+    """
+    for key, value in (("runs", runs), ("steps", steps), ("seed", seed)):
+        if value is not None:
+            overrides[f"study.{key}"] = value
+    return Result(_credence.run(*_read(scenario, overrides), threads))
+
+
+class Sweep:
+    """The studies of all configurations of a sweep. ``print(sweep)`` is what ``credence sweep`` prints."""
+
+    def __init__(self, told: _credence.Told):
+        self._told = told
+
+    def to_dict(self) -> "dict[str, Any]":
+        """The document of ``credence sweep --format json`` (docs/formats.md)."""
+        return json.loads(self._told.json())
+
+    @property
+    def array(self) -> np.ndarray:
+        """A structured array with a row for each configuration, which pandas takes as it is: the swept keys, verdict,
+        p_value, sweep_p_value (adjusted over all of them), factor on P with its interval, mean_nees, expected_nees,
+        mean_nis, expected_nis, runs, failed."""
+        document = self.to_dict()
+        if "configurations" not in document:
+            raise ValueError("a map of ranks has no verdicts: see to_dict()['rank_map']")
+        rows = []
+        for c in document["configurations"]:
+            nees, nis = c["nees"], c["nis"]
+            factor = nees["factor"]
+            numbers = [c["word"]["p_value"], c["sweep_p_value"], factor["value"], factor["lower"], factor["upper"]]
+            numbers += [nees["mean"], nees["expected"], nis["mean"], nis["expected"]]
+            rows.append(
+                (*c["swept"].values(), c["verdict"], *(math.nan if x is None else x for x in numbers))
+                + (c["runs"], len(c["outcomes"]["failures"]))
+            )
+        if not rows:
+            raise ValueError("interrupted before the first runs were done")
+        swept = list(document["configurations"][0]["swept"])
+        names = ["p_value", "sweep_p_value", "factor", "factor_lower", "factor_upper"]
+        names += ["mean_nees", "expected_nees", "mean_nis", "expected_nis"]
+        kinds = [(key, _column_type([row[i] for row in rows])) for i, key in enumerate(swept)]
+        kinds += [("verdict", "U11"), *((name, "f8") for name in names), ("runs", "i8"), ("failed", "i8")]
+        return np.array(rows, dtype=kinds)
+
+    def report(self, directory: "str | os.PathLike[str]") -> str:
+        """Writes the report and returns the path of its page, DIR/index.html."""
+        self._told.write_report(os.fspath(directory))
+        return os.path.join(os.fspath(directory), "index.html")
+
+    def __repr__(self) -> str:
+        return self._told.text()
+
+
+def _column_type(values: list) -> str:
+    if all(isinstance(v, bool) for v in values):
+        return "?"
+    if all(isinstance(v, int) for v in values):
+        return "i8"
+    if all(isinstance(v, (int, float)) for v in values):
+        return "f8"
+    return f"U{max(len(str(v)) for v in values)}"
+
+
+def sweep(scenario: Scenario, *, threads: int = 0, **overrides: Any) -> Sweep:
+    """Monte Carlo of all configurations of a [sweep] table, with the bits of ``credence sweep``.
+
+    scenario, overrides: as in ``run``; a dict may have a section "sweep": {"filter.process_scale": [0.5, 1.0]}.
+    """
+    return Sweep(_credence.sweep(*_read(scenario, overrides), threads))
+
+
+def noise_group(scenario: Scenario, **overrides: Any) -> int:
+    """What names the noise of a scenario's world: a ``study`` in this group, with its seed, meets the same noise."""
+    return _credence.noise_group(*_read(scenario, overrides))

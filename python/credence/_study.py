@@ -1,0 +1,99 @@
+"""Studies of a world and a filter written in Python."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import multiprocessing
+from typing import Any, Callable, Mapping, Optional, Sequence
+
+import numpy as np
+
+from . import _credence
+from ._arrays import indices, state_names
+from ._check import collector
+from ._play import CHUNK, Chunk, Plan, PlugError, play_chunk, require_same_twice
+from ._result import Result
+
+
+def study(
+    world: Any,
+    filter: Callable[[], Any],
+    *,
+    runs: int = 1000,
+    steps: int = 100,
+    seed: int = 1,
+    noise_group: int = 0,
+    names: Optional[Sequence[str]] = None,
+    angles: Any = None,
+    blocks: Optional[Mapping[str, Any]] = None,
+    confidence: float = 0.95,
+    inflated: bool = False,
+    batch: bool = True,
+    workers: int = 1,
+    name: str = "study",
+) -> Result:
+    """Judges a filter in a world, both written in Python, by a Monte Carlo study.
+
+    world and filter work on batches: B runs at once, so that one call serves 64 of them. Arrays are float64.
+
+    world.prior() -> mean (n,), P (n, n): what the filter starts from.
+    world.initial(noise) -> x (B, n): the truth at the start. noise(c) gives (B, c) standard normals.
+    world.step(x, k, noise) -> x: the truth at step k = 1, 2, …
+    world.measure(x, k, noise) -> z: what the filter is given; None where nothing is measured.
+    world.input(x, k, noise), if there is one: what predict is given.
+    world.minus(estimate, truth) -> (B, n), if there is one: the error. Otherwise the difference, angles wrapped; then
+        the truth may be anything that ``state`` can be subtracted from.
+
+    filter() makes a fresh filter:
+    .reset(mean, P): (B, n) and (B, n, n), which are the filter's own. .predict() or .predict(input). .update(z).
+    .state (B, n) and .covariance (B, n, n), or (n, n) if it is the same in all runs.
+    .innovation (B, m) and .S (B, m, m) or (m, m), if it has them; dicts by sensor if there are several.
+
+    batch=False: for a filter of one run, without the axis B; many times slower.
+    noise_group: studies of one seed and group meet the same noise.
+    workers: processes; world and filter must then be importable, and the script guarded by
+        ``if __name__ == "__main__":``. The bits do not depend on it: the same 64 runs are always one batch.
+    names, angles, blocks, confidence, inflated: as in ``check``.
+
+    An exception of the filter is a failed run, which is counted and named with seed, run and step: the batch is then
+    played run by run. Raises PlugError, a ValueError, for a world or filter that is not such.
+    """
+    if runs < 1 or steps < 1:
+        raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1")
+    n = np.asarray(world.prior()[0]).shape[-1]
+    states = state_names(names, n)
+    marked = None if angles is None else indices(angles, states, "angles")
+    plan = Plan(world, filter, steps, seed, noise_group, batch, marked)
+    require_same_twice(plan, runs)
+
+    bounds = [(first, min(CHUNK, runs - first)) for first in range(0, runs, CHUNK)]
+    collected, sensors = None, []
+
+    def add(chunk: Chunk) -> None:
+        nonlocal collected, sensors
+        if collected is None:
+            sensors = [(sensor, nu.shape[-1]) for sensor, (nu, _) in chunk.innovations.items()]
+            collected = collector(names, angles, blocks, n, sensors, True)
+        late = chunk.innovations.keys() - dict(sensors).keys()
+        if late:
+            raise PlugError(f"filter.innovation has a sensor {sorted(late)} that the first {CHUNK} runs never show")
+        pairs = []
+        for sensor, m in sensors:
+            size = (*chunk.error.shape[:2], m)
+            silent = np.full(size, np.nan), np.broadcast_to(np.eye(m), (*size, m))
+            pairs.append(chunk.innovations.get(sensor, silent))
+        bundle = _credence.Bundle(chunk.error, chunk.P, pairs)
+        collected.add([bundle], _credence.Indexing.stacked, 1, chunk.failures)
+
+    if workers > 1:
+        context = multiprocessing.get_context("spawn")
+        with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
+            waiting = [pool.submit(play_chunk, plan, *b) for b in bounds]
+            for place, future in enumerate(waiting):
+                add(future.result())
+                waiting[place] = None  # type: ignore[call-overload]  # its arrays are no longer needed
+    else:
+        for first, count in bounds:
+            add(play_chunk(plan, first, count))
+    source = f"simulated, {steps} steps, seed {seed}"
+    return Result(collected.judge(name, source, confidence, inflated, False))

@@ -1,0 +1,231 @@
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "datasets/arrays/array_evidence.h"
+#include "montecarlo/random/noise.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "python/interruptible.h"
+#include "python/told.h"
+#include "reports/render/atomic_file.h"
+
+/// @file
+/// The compiled half of the Python module: arrays in, judged filters out. What a user calls, and what checks
+/// the arguments, is Python (credence/*.py).
+
+namespace py = pybind11;
+
+namespace credence {
+namespace {
+
+using Doubles = py::array_t<double, 0>;
+
+/// Runs of one length: error, P, and innovation and S of every sensor; (runs, steps, …) with contiguous rows.
+struct ArrayBundle {
+  std::optional<Doubles> error, P;
+  std::vector<std::pair<Doubles, Doubles>> innovations;
+};
+
+void require_rows(const Doubles& array, std::initializer_list<Index> row) {
+  auto stride = static_cast<py::ssize_t>(sizeof(double));
+  const auto dims = static_cast<py::ssize_t>(row.size());
+  bool fits = array.ndim() == 2 + dims;
+  for (py::ssize_t d = dims - 1; fits && d >= 0; --d) {
+    const Index wanted = *(row.begin() + d);
+    fits = array.shape(2 + d) == wanted && (wanted == 1 || array.strides(2 + d) == stride);
+    stride *= wanted;
+  }
+  if (!fits) throw std::invalid_argument("an array is not of (runs, steps, …) with contiguous rows");
+}
+
+ArrayRows rows_of(const Doubles& array, std::int64_t run) {
+  constexpr auto kBytes = static_cast<py::ssize_t>(sizeof(double));
+  return {array.data() + array.strides(0) / kBytes * run, array.strides(1) / kBytes};
+}
+
+/// A failed run of a bundle: step, outcome, and what was said.
+using Failure = std::tuple<std::int64_t, std::string, std::string>;
+
+Outcome outcome_named(const std::string& name) {
+  for (const Outcome outcome : {Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
+    if (name == to_string(outcome)) return outcome;
+  }
+  throw std::invalid_argument("unknown outcome " + name);
+}
+
+/// The evidence of runs that come bundle by bundle.
+class Collector {
+ public:
+  Collector(std::vector<std::string> states, std::vector<bool> angles,
+            const std::vector<std::pair<std::string, std::vector<Index>>>& blocks,
+            const std::vector<std::pair<std::string, Index>>& sensors, bool has_truth) {
+    layout_.states = std::move(states);
+    layout_.angles = std::move(angles);
+    layout_.has_truth = has_truth;
+    for (const auto& [name, members] : blocks) layout_.blocks.push_back({name, Part::other, members});
+    if (blocks.empty()) add_named_blocks(layout_);
+    for (const auto& [name, dim] : sensors) {
+      layout_.sensors.push_back({.name = name, .dim = dim, .piece = dim});
+    }
+  }
+
+  void add(const std::vector<ArrayBundle>& bundles, ArrayIndexing indexing, int threads,
+           const std::map<std::int64_t, Failure>& failures) {
+    ArrayRuns arrays{.layout = layout_, .runs = {}, .indexing = indexing};
+    arrays.first_run = evidence_.study.runs;
+    for (const ArrayBundle& bundle : bundles) add_runs(bundle, arrays);
+    for (const auto& [run, failure] : failures) {
+      const auto& [step, outcome, said] = failure;
+      ArrayRun& failed = arrays.runs.at(static_cast<std::size_t>(run));
+      failed.failure = RunFailure{.run = run, .step = step, .outcome = outcome_named(outcome)};
+      failed.steps = std::min(failed.steps, step - 1);
+      failures_said_.emplace(arrays.first_run + run, said);
+    }
+    evidence_.merge(interruptible([&](const auto& stop) { return add_arrays(arrays, threads, &stop); }));
+  }
+
+  Told judge(const std::string& name, const std::string& source, double confidence, bool inflated,
+             bool sensitivity) {
+    const py::gil_scoped_release released;
+    JudgedFilter filter(name, source, std::move(evidence_),
+                        {.confidence = confidence, .sensitivity = sensitivity, .inflated = inflated});
+    evidence_ = {};
+    for (const auto& [run, said] : failures_said_) filter.explain_failure(run, said);
+    return tell(std::move(filter));
+  }
+
+ private:
+  void add_runs(const ArrayBundle& bundle, ArrayRuns& arrays) const {
+    const Index n = std::ssize(layout_.states);
+    const Doubles& lead = bundle.error ? *bundle.error : bundle.innovations.front().first;
+    if (bundle.error) {
+      require_rows(*bundle.error, {n});
+      require_rows(*bundle.P, {n, n});
+    }
+    for (std::size_t s = 0; s < bundle.innovations.size(); ++s) {
+      const Index m = layout_.sensors[s].dim;
+      require_rows(bundle.innovations[s].first, {m});
+      require_rows(bundle.innovations[s].second, {m, m});
+    }
+    for (std::int64_t run = 0; run < lead.shape(0); ++run) {
+      ArrayRun& added = arrays.runs.emplace_back();
+      added.steps = lead.shape(1);
+      if (bundle.error) {
+        added.error = rows_of(*bundle.error, run);
+        added.P = rows_of(*bundle.P, run);
+      }
+      for (const auto& [nu, S] : bundle.innovations) {
+        added.innovations.push_back({rows_of(nu, run), rows_of(S, run)});
+      }
+    }
+  }
+
+  RunLayout layout_;
+  Evidence evidence_;
+  std::map<std::int64_t, std::string> failures_said_;
+};
+
+/// Standard normals (runs, slots) of one step.
+py::array_t<double> normals(const NoiseSource& source, std::int64_t first_run, std::int64_t runs,
+                            std::int64_t step, NoisePurpose purpose, std::int64_t slots,
+                            std::int64_t first_slot) {
+  py::array_t<double> result({runs, slots});
+  const auto n = static_cast<std::size_t>(slots);
+  for (std::int64_t run = 0; run < runs; ++run) {
+    source.normals(first_run + run, step, purpose, std::span(result.mutable_data(run, 0), n), first_slot);
+  }
+  return result;
+}
+
+/// Standard normals (4, runs, slots) of the steps first_step …, first_step mod 4 = 1.
+py::array_t<double> normals_of_four_steps(const NoiseSource& source, std::int64_t first_run,
+                                          std::int64_t runs, std::int64_t first_step, NoisePurpose purpose,
+                                          std::int64_t slots) {
+  py::array_t<double> result({std::int64_t{4}, runs, slots});
+  std::vector<double> four(static_cast<std::size_t>(4 * slots));
+  for (std::int64_t run = 0; run < runs; ++run) {
+    source.normals_of_four_steps(first_run + run, first_step, purpose, slots, four);
+    for (std::int64_t k = 0; k < 4; ++k) {
+      std::copy_n(four.begin() + k * slots, slots, result.mutable_data(k, run, 0));
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_credence, m) {
+  m.doc() = "The compiled half of the module credence.";
+  py::register_exception<OutputError>(m, "OutputError", PyExc_OSError);
+  py::register_exception<ScenarioError>(m, "ScenarioError", PyExc_ValueError);
+
+  py::class_<Told>(m, "Told")
+      .def_readonly("verdict", &Told::verdict)
+      .def_readonly("says", &Told::says)
+      .def_readonly("p_value", &Told::p_value)
+      .def_readonly("complete", &Told::complete)
+      .def("text", [](const Told& told) { return told.text(); })
+      .def("json", [](const Told& told) { return told.json(); })
+      .def(
+          "write_report",
+          [](const Told& told, const std::filesystem::path& folder) { told.write_report(folder); },
+          py::call_guard<py::gil_scoped_release>());
+
+  py::enum_<ArrayIndexing>(m, "Indexing")
+      .value("single", ArrayIndexing::single)
+      .value("stacked", ArrayIndexing::stacked)
+      .value("listed", ArrayIndexing::listed);
+
+  py::class_<ArrayBundle>(m, "Bundle")
+      .def(py::init<std::optional<Doubles>, std::optional<Doubles>,
+                    std::vector<std::pair<Doubles, Doubles>>>());
+
+  py::class_<Collector>(m, "Collector")
+      .def(py::init<std::vector<std::string>, std::vector<bool>,
+                    const std::vector<std::pair<std::string, std::vector<Index>>>&,
+                    const std::vector<std::pair<std::string, Index>>&, bool>())
+      .def("add", &Collector::add)
+      .def("judge", &Collector::judge);
+
+  py::enum_<NoisePurpose>(m, "Purpose")
+      .value("initial", NoisePurpose::initial)
+      .value("process", NoisePurpose::process)
+      .value("measurement", NoisePurpose::measurement);
+
+  py::class_<NoiseSource>(m, "NoiseSource")
+      .def(py::init<std::uint64_t, std::uint64_t>())
+      .def("normals", &normals)
+      .def("normals_of_four_steps", &normals_of_four_steps);
+
+  m.def("noise_group", [](const std::string& file, const std::optional<std::string>& text,
+                          const std::vector<std::string>& overrides) {
+    return noise_group(text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides));
+  });
+  m.def("sweep", [](const std::string& file, const std::optional<std::string>& text,
+                    const std::vector<std::string>& overrides, int threads) {
+    const ScenarioDocument document =
+        text ? read_scenario_text(*text, file, overrides) : read_scenario(file, overrides);
+    return interruptible([&](const std::atomic<bool>& stop) { return run_sweep(document, threads, stop); });
+  });
+  m.def("run", [](const std::string& file, const std::optional<std::string>& text,
+                  const std::vector<std::string>& overrides, int threads) {
+    const Scenario scenario =
+        text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides);
+    return interruptible(
+        [&](const std::atomic<bool>& stop) { return run_scenario(scenario, threads, stop); });
+  });
+}
+
+}  // namespace credence

@@ -1,0 +1,125 @@
+#include "python/told.h"
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analysis/evidence/sequential_study.h"
+#include "analysis/evidence/study_analysis.h"
+#include "analysis/evidence/sweep_analysis.h"
+#include "core/nan.h"
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/engine/experiment.h"
+#include "montecarlo/scenario/sweep_plan.h"
+#include "reports/document/judgement_report.h"
+#include "reports/document/study_json.h"
+#include "reports/document/study_report.h"
+#include "reports/document/study_table.h"
+#include "reports/document/sweep_report.h"
+#include "reports/render/text_table.h"
+
+namespace credence {
+namespace {
+
+std::string study_text(const StudyAnalysis& analysis) {
+  std::string text = text_table(verdict_table(std::span(&analysis, 1)));
+  if (analysis.stop) text += stop_sentence(analysis) + "\n";
+  if (!analysis.judgement) return text;
+  for (const std::string& sentence : advice_sentences(*analysis.judgement)) text += sentence + "\n";
+  return text;
+}
+
+/// One study for each experiment of these scenarios; of those without a run nothing.
+std::vector<StudyAnalysis> studies(std::span<const Scenario> scenarios,
+                                   std::span<const std::shared_ptr<const Experiment>> experiments,
+                                   const EngineOptions& options) {
+  std::vector<SequentialStudy> watches(scenarios.begin(), scenarios.end());
+  std::vector<StudyTask> tasks;
+  for (std::size_t i = 0; i < scenarios.size(); ++i) {
+    const StopSettings& stop = scenarios[i].stop;
+    StudyTask& task = tasks.emplace_back(
+        StudyTask{.id = "", .experiment = experiments[i].get(), .runs = scenarios[i].most_runs()});
+    task.max_seconds = stop.max_seconds;
+    if (!stop.asked()) continue;
+    task.enough = [&watch = watches[i]](const StudyStatistics& chunk, const StudyStatistics& prefix) {
+      return watch.look(chunk, prefix);
+    };
+  }
+  std::vector<StudyResult> results = run_studies(tasks, options);
+  std::vector<StudyAnalysis> analyses;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].statistics.runs == 0) continue;
+    std::optional<StopDecision> stop;
+    if (scenarios[i].stop.asked()) stop = watches[i].decision();
+    analyses.push_back(analyse_study(scenarios[i], *experiments[i], std::move(results[i]), stop));
+  }
+  return analyses;
+}
+
+std::string sweep_text(const SweepAnalysis& analysis) {
+  std::string text;
+  for (const ReportTable& table : sweep_tables(analysis)) text += text_table(table);
+  return text;
+}
+
+}  // namespace
+
+Told tell(JudgedFilter judged) {
+  const auto filter = std::make_shared<const JudgedFilter>(std::move(judged));
+  return {.verdict = std::string(to_string(filter->verdict())),
+          .says = filter->says(),
+          .p_value = filter->p_value(),
+          .text = [filter] { return filter->text(); },
+          .json = [filter] { return filter->json(); },
+          .write_report = [filter](const std::filesystem::path& folder) { filter->write_report(folder); }};
+}
+
+Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>& stop) {
+  EngineOptions options;
+  options.threads = threads;
+  options.stop = &stop;
+  const std::shared_ptr<const Experiment> experiment = make_experiment(scenario);
+  std::vector<StudyAnalysis> all = studies(std::span(&scenario, 1), std::span(&experiment, 1), options);
+  if (all.empty()) throw std::runtime_error("interrupted before the first runs were done");
+  add_judgement(all.front(), *experiment, options);
+  const auto a = std::make_shared<const StudyAnalysis>(std::move(all.front()));
+  return {.verdict = std::string(to_string(overall_verdict(*a))),
+          .says = JudgedFilter::word_says(a->word, a->nees),
+          .p_value = a->word.p_value,
+          .complete = a->complete,
+          .text = [a] { return study_text(*a); },
+          .json = [a] { return study_json(*a); },
+          .write_report =
+              [a, experiment](const std::filesystem::path& folder) {
+                const ReportedStudy reported{*a, experiment->trace(0)};
+                write_study_report(folder, a->scenario.name, std::span(&reported, 1));
+              }};
+}
+
+Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<bool>& stop) {
+  EngineOptions options;
+  options.threads = threads;
+  options.stop = &stop;
+  SweepPlan plan = plan_sweep(document);
+  std::vector<Scenario> scenarios;
+  std::vector<std::shared_ptr<const Experiment>> experiments;
+  for (const SweepPoint& point : plan.points) {
+    scenarios.push_back(point.scenario);
+    experiments.push_back(make_experiment(point.scenario));
+  }
+  const auto a = std::make_shared<const SweepAnalysis>(
+      analyse_sweep(std::move(plan), studies(scenarios, experiments, options)));
+  return {.verdict = "",
+          .says = "",
+          .p_value = kNaN,
+          .complete = a->studies.size() == scenarios.size(),
+          .text = [a] { return sweep_text(*a); },
+          .json = [a] { return sweep_json(*a); },
+          .write_report = [a](const std::filesystem::path& folder) { write_sweep_report(folder, *a); }};
+}
+
+}  // namespace credence

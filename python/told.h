@@ -1,0 +1,31 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "montecarlo/scenario/scenario.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "reports/document/judged_filter.h"
+
+namespace credence {
+
+/// What is told of a judged filter, wherever its runs came from.
+struct Told {
+  std::string verdict, says;
+  double p_value = 0.0;
+  bool complete = true;
+  std::function<std::string()> text, json;
+  std::function<void(const std::filesystem::path&)> write_report;
+};
+
+Told tell(JudgedFilter filter);
+
+/// Runs a scenario as `credence run` does.
+Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>& stop);
+
+/// Runs all configurations of a sweep as `credence sweep` does. It has no single verdict.
+Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<bool>& stop);
+
+}  // namespace credence

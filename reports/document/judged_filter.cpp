@@ -1,0 +1,29 @@
+#include "reports/document/judged_filter.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "reports/render/number_text.h"
+#include "reports/render/text_table.h"
+
+namespace credence {
+
+JudgedFilter::JudgedFilter(std::string name, std::string source, Evidence evidence,
+                           const JudgementContext& context) {
+  logs_.name = std::move(name);
+  logs_.format = std::move(source);
+  logs_.analysis = analyse_logs(std::move(evidence), context);
+}
+
+std::string JudgedFilter::text() const { return text_table(log_table(logs_)); }
+
+std::string JudgedFilter::word_says(const Word& word, const ConsistencyVerdict& nees) {
+  if (!word.says.empty()) return word.says;
+  if (word.verdict == Verdict::undecided) {
+    return nees.reason.empty() ? "there is not enough data" : nees.reason;
+  }
+  return fmt::format("nothing speaks against the covariance, p = {}", number_text(word.p_value, 3));
+}
+
+}  // namespace credence

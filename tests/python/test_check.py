@@ -1,0 +1,205 @@
+import json
+import os
+import subprocess
+
+import credence
+import numpy as np
+import pytest
+
+from filters import Q, R, play
+
+
+def write_log(path, error, P, nu, S, names=("x", "v")):
+    """The arrays as one CSV log, every number in the digits that read back to it."""
+    n, m = error.shape[-1], nu.shape[-1]
+    header = ["run", "step"] + [f"estimate.{s}" for s in names] + [f"truth.{s}" for s in names]
+    header += [f"P.{i + 1}.{j + 1}" for i in range(n) for j in range(i, n)]
+    header += [f"innovation.{i + 1}" for i in range(m)]
+    header += [f"S.{i + 1}.{j + 1}" for i in range(m) for j in range(i, m)]
+    with open(path, "w") as file:
+        file.write(",".join(header) + "\n")
+        for r in range(len(error)):
+            for k in range(error.shape[1]):
+                row = [r, k + 1, *error[r, k], *np.zeros(n), *P[r, k][np.triu_indices(n)]]
+                row += [*nu[r, k], *S[r, k][np.triu_indices(m)]]
+                file.write(",".join("" if x != x else repr(float(x)) for x in row) + "\n")
+
+
+def checked(path, *options):
+    command = [os.environ["CREDENCE"], "check", str(path), "--quiet", "--format", "json", *options]
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def test_a_right_filter_is_consistent():
+    result = credence.check(*play(), names=["x", "v"])
+    assert result.verdict == "consistent"
+    assert str(result.verdict) == f"{result.verdict}" == "consistent"
+    assert result.p_value > 0.05
+    assert "nothing speaks against" in result.says
+    assert result.causes == []
+    assert [b.name for b in result.blocks] == ["x", "v"]
+    assert result.factor.lower < 1.0 < result.factor.upper
+    assert result.mean_nees.shape == (40,) and result.nees_bounds.shape == (40, 2)
+
+
+def test_wrong_filters_are_named():
+    optimistic = credence.check(*play(believed_Q=0.2 * Q, runs=500))
+    assert optimistic.verdict == "optimistic"
+    assert optimistic.causes[0].name == "process noise Q assumed too small"
+    assert optimistic.factor.lower > 1.0
+    pessimistic = credence.check(*play(believed_R=4.0 * R, runs=500))
+    assert pessimistic.verdict == "pessimistic"
+    rejecting = [t for t in pessimistic.tests if t.adjusted < 0.05]
+    assert rejecting and all(t.exactness in ("exact", "approximate", "conservative") for t in pessimistic.tests)
+
+
+@pytest.mark.parametrize("believed", [Q, 0.3 * Q])
+def test_arrays_say_what_their_log_says_to_the_last_bit(tmp_path, believed):
+    error, P, nu, S = play(believed_Q=believed, runs=130, steps=25)
+    error[3, 4] = np.nan
+    nu[5, 7:9] = np.nan
+    write_log(tmp_path / "log.csv", error, P, nu, S)
+    wanted = checked(tmp_path / "log.csv")
+    got = credence.check(error, P, nu, S, names=["x", "v"], threads=2).to_dict()
+    for key in wanted.keys() - {"files", "format"}:
+        assert got[key] == wanted[key], key
+
+
+def test_threads_do_not_change_the_bits():
+    arrays = play(runs=200, steps=10)
+    assert credence.check(*arrays, threads=1).to_dict() == credence.check(*arrays, threads=3).to_dict()
+
+
+def test_the_same_arrays_in_other_forms():
+    error, P, nu, S = play(runs=70, steps=12)
+    wanted = credence.check(error, P, nu, S).to_dict()
+    assert credence.check(list(error), list(P), list(nu), list(S)).to_dict() == wanted
+    assert credence.check(error, P[0], nu, S[0]).to_dict() == wanted, "one P for all runs"
+    assert credence.check(np.asfortranarray(error), P, nu, S).to_dict() == wanted, "converted"
+    wide = np.zeros((70, 24, 2))
+    wide[:, ::2] = error
+    assert credence.check(wide[:, ::2], P, nu, S).to_dict() == wanted, "strided"
+    assert credence.check(error, P, {"gps": nu}, {"gps": S}).verdict == wanted["verdict"]
+
+
+def test_runs_of_different_lengths():
+    error, P, nu, S = play(runs=60, steps=20)
+    lengths = [20 - r % 7 for r in range(60)]
+    ragged = [[a[r, :k] for r, k in enumerate(lengths)] for a in (error, P, nu, S)]
+    result = credence.check(*ragged)
+    assert result.to_dict()["rows"] == sum(lengths)
+    padded_error, padded_nu = error.copy(), nu.copy()
+    for r, k in enumerate(lengths):
+        padded_error[r, k:], padded_nu[r, k:] = np.nan, np.nan
+    padded = credence.check(padded_error, P, padded_nu, S)
+    np.testing.assert_array_equal(result.mean_nees, padded.mean_nees)
+
+
+def test_one_run_and_innovations_alone():
+    error, P, nu, S = play(runs=1, steps=400)
+    assert credence.check(error[0], P[0], nu[0], S[0]).to_dict()["runs"] == 1
+    alone = credence.check(innovation=nu[0], S=S[0])
+    assert alone.sensors[0].expected == 1.0 and alone.mean_nees.size in (0, 400)
+
+
+def test_several_sensors():
+    error, P, nu, S = play()
+    result = credence.check(error, P, {"gps": nu, "radar": 3.0 * nu}, {"gps": S, "radar": S})
+    assert [s.name for s in result.sensors] == ["gps", "radar"]
+    assert result.sensors[0].verdict == "consistent" and result.sensors[1].verdict == "optimistic"
+
+
+def test_angles_are_wrapped_and_blocks_are_named():
+    error, P, _, _ = play()
+    turned = error + np.array([0.0, 2.0 * np.pi])
+    assert credence.check(turned, P, angles=[1]).verdict == "consistent"
+    assert credence.check(turned, P).verdict == "optimistic"
+    named = credence.check(error, P, names=["x", "v"], angles=["v"], blocks={"place": ["x"], "all": slice(None)})
+    assert [b.name for b in named.blocks] == ["place", "all"]
+
+
+def test_nothing_is_copied_and_nothing_is_changed():
+    error, P, nu, S = play(runs=10, steps=10, seed=2)
+    for array in (error, P, nu, S):
+        array.flags.writeable = False
+    assert credence.check(error, P, nu, S).verdict == "consistent"
+
+
+def bad(change):
+    """A message of check(error, P, innovation, S) after a change of them."""
+    arrays = dict(zip(("error", "P", "innovation", "S"), (a.copy() for a in play(runs=5, steps=20))))
+    change(arrays)
+    with pytest.raises(ValueError) as error:
+        credence.check(**arrays)
+    return str(error.value)
+
+
+def test_bad_arrays_are_named():
+    def asymmetric(a):
+        a["P"][3, 17, 0, 1] += 1.0
+
+    def infinite(a):
+        a["error"][4, 2, 1] = np.inf
+
+    def unknown(a):
+        a["S"][2, 3] = np.nan
+
+    def missing_variance(a):
+        a["P"][1, 0, 1, 1] = np.nan
+
+    assert bad(asymmetric).startswith("P[3, 17] is not symmetric: its entries [0, 1] and [1, 0] are ")
+    assert bad(infinite) == "error[4, 2, 1] is inf"
+    assert bad(unknown) == "S[2, 3, 0, 0] is nan"
+    assert bad(missing_variance) == "P[1, 0, 1, 1] is nan"
+    assert bad(lambda a: a.update(P=a["P"][:, :, 0])) == "P has shape (5, 20, 2): expected (5, 20, 2, 2), as error"
+    assert bad(lambda a: a.update(P=a["P"][:4])) == "P has shape (4, 20, 2, 2): expected (5, 20, 2, 2), as error"
+    assert bad(lambda a: a.update(innovation=a["innovation"][:, :19])).startswith("innovation has shape (5, 19, 1)")
+    assert bad(lambda a: a.update(error=a["error"][0, 0])).startswith("error has shape (2,): expected (runs, steps, n)")
+    assert bad(lambda a: a.update(S=None)) == "innovation and S belong together: one of them is None"
+    assert bad(lambda a: a.update(error=a["error"].astype(complex))).startswith("error is of dtype complex128")
+    assert bad(lambda a: a.update(names=["x"])) == "names has 1 entries: the state has 2"
+    assert bad(lambda a: a.update(angles=["heading"])) == "angles: there is no state 'heading' among x1, x2"
+    assert bad(lambda a: a.update(confidence=1.5)).startswith("confidence = 1.5")
+    assert bad(lambda a: a.update({k: a[k][:, :0] for k in ("error", "P", "innovation", "S")})) == (
+        "the arrays hold no step"
+    )
+
+    def listed(a):
+        for key in a:
+            a[key] = list(a[key])
+        a["P"][2][7, 1, 0] += 1.0
+
+    assert bad(listed).startswith("P[2][7] is not symmetric")
+
+    def listed_short(a):
+        for key in a:
+            a[key] = list(a[key])
+        a["P"][2] = a["P"][2][:7]
+
+    assert bad(listed_short) == "P[2] has shape (7, 2, 2): expected (20, 2, 2), as error[2]"
+
+
+def test_what_is_no_covariance_is_counted_and_not_repaired():
+    error, P, nu, S = play(runs=70, steps=20)
+    P[66, 4] = [[1.0, 2.0], [2.0, 1.0]]
+    document = credence.check(error, P, nu, S).to_dict()
+    assert document["rejected_rows"] == 1
+    assert document["rejected"][0]["first"] == "run 66:5"
+
+
+def test_a_report_and_a_notebook(tmp_path):
+    result = credence.check(*play(believed_Q=0.2 * Q), name="my <filter>")
+    page = result.report(tmp_path / "out")
+    assert "optimistic" in open(page).read()
+    assert repr(result).startswith("Can this covariance be trusted? optimistic")
+    assert "<b>optimistic</b>" in result._repr_html_()
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    with pytest.raises(OSError):
+        result.report(blocked)
+
+
+def test_a_large_state_of_single_blocks_is_judged():
+    rng = np.random.default_rng(3)
+    result = credence.check(rng.standard_normal((70, 10, 15)), np.eye(15))
+    assert result.verdict == "consistent" and len(result.blocks) == 15

@@ -1,0 +1,171 @@
+import credence
+import numpy as np
+import pytest
+
+from plugs import Filter, Fragile, Optimistic, World
+
+STUDY = {"runs": 150, "steps": 40, "seed": 4}
+
+
+def test_the_right_filter_is_consistent_and_a_wrong_one_is_named():
+    assert credence.study(World(), Filter, **STUDY).verdict == "consistent"
+    wrong = credence.study(World(), Optimistic, names=["x", "v"], **STUDY)
+    assert wrong.verdict == "optimistic"
+    assert wrong.causes[0].name == "process noise Q assumed too small"
+    assert "v" in [b.name for b in wrong.blocks if b.verdict == "optimistic"]
+
+
+def test_the_bits_do_not_depend_on_processes():
+    one = credence.study(World(), Optimistic, **STUDY)
+    assert credence.study(World(), Optimistic, workers=2, **STUDY).to_dict() == one.to_dict()
+
+
+def test_batches_and_single_runs_agree():
+    batched = credence.study(World(), Optimistic, **STUDY)
+    single = credence.study(World(), Optimistic, batch=False, **STUDY)
+    np.testing.assert_allclose(single.mean_nees, batched.mean_nees, rtol=1e-9)
+    assert single.verdict == batched.verdict
+
+
+def test_a_study_is_a_check_of_what_it_played():
+    kept = []
+
+    class Spied(Filter):
+        def update(self, z):
+            super().update(z)
+            kept.append((self.state, self.covariance, self.innovation, self.S))
+
+    truths = []
+
+    class Watched(World):
+        def measure(self, x, k, noise):
+            truths.append(x)
+            return super().measure(x, k, noise)
+
+    studied = credence.study(Watched(), Spied, runs=64, steps=20)
+    state, P, nu, S = (np.stack([step[i] for step in kept[-20:]], axis=1) for i in range(4))
+    checked = credence.check(state - np.stack(truths[-20:], axis=1), P, nu, S)
+    assert checked.mean_nees.tolist() == studied.mean_nees.tolist()
+    assert checked.p_value == studied.p_value
+
+
+def test_noise_is_a_function_of_run_and_step():
+    seen = {}
+
+    class Listening(World):
+        def step(self, x, k, noise):
+            drawn = np.concatenate([noise(1), noise(1)], axis=-1)
+            seen.setdefault((len(x), k), drawn)
+            return x
+
+    credence.study(Listening(), Filter, runs=70, steps=9)
+    values = np.concatenate([v.ravel() for key, v in seen.items() if key[0] == 64])
+    assert len(np.unique(values)) == values.size
+    # 9 steps of 128: a mean of 0 and a variance of 1, within 5 standard errors.
+    assert abs(values.mean()) < 5.0 / np.sqrt(values.size)
+    assert abs(values.var() - 1.0) < 5.0 * np.sqrt(2.0 / values.size)
+
+
+def test_an_exception_is_a_failed_run():
+    result = credence.study(World(), Fragile, **STUDY)
+    assert 0 < len(result.failures) < STUDY["runs"] / 2
+    failure = result.failures[0]
+    assert failure["outcome"] == "threw" and failure["says"] == "seed 4: RuntimeError: lost"
+    alone = credence.study(World(), Fragile, batch=False, **STUDY)
+    assert alone.failures == result.failures
+    assert "threw at step" in repr(result)
+
+
+def test_what_is_not_finite_is_a_failed_run():
+    class Diverging(Filter):
+        def update(self, z):
+            super().update(z)
+            self.state = np.where(np.abs(self.state) > 25.0, np.inf, self.state)
+
+    failures = credence.study(World(), Diverging, **STUDY).failures
+    assert failures and all(f["outcome"] == "diverged" for f in failures)
+
+
+def test_the_numbers_are_those_of_the_built_in_filter_in_the_same_world():
+    H = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+
+    class Monobot:
+        def prior(self):
+            return np.zeros(3), np.eye(3)
+
+        def initial(self, noise):
+            return noise(3)
+
+        def step(self, x, k, noise):
+            return x + np.sqrt(0.1) * noise(1) * np.array([1.0, 0.0, 0.0])
+
+        def measure(self, x, k, noise):
+            return x @ H.T + np.sqrt(0.1) * noise(2)
+
+    class MonobotFilter(Filter):
+        def predict(self):
+            self.covariance = self.covariance + np.diag([0.03, 0.0, 0.0])
+
+        def update(self, z):
+            self.innovation, self.S = z - self.state @ H.T, H @ self.covariance @ H.T + 0.1 * np.eye(2)
+            K = self.covariance @ H.T @ np.linalg.inv(self.S)
+            self.state = self.state + (K @ self.innovation[..., np.newaxis])[..., 0]
+            P = self.covariance - K @ self.S @ K.transpose(0, 2, 1)
+            self.covariance = 0.5 * (P + P.transpose(0, 2, 1))
+
+    scenario = {
+        "world": {"model": "monobot", "landmarks": 2},
+        "study": {"runs": 130, "steps": 30, "seed": 8},
+        "filter": {"process_scale": 0.3},
+    }
+    built_in = credence.run(scenario)
+    group = credence.noise_group(scenario)
+    plugged = credence.study(Monobot(), MonobotFilter, runs=130, steps=30, seed=8, noise_group=group)
+    np.testing.assert_allclose(plugged.mean_nees, built_in.mean_nees, rtol=1e-9)
+    np.testing.assert_allclose(plugged.mean_nis, built_in.mean_nis, rtol=1e-9)
+    assert plugged.verdict == built_in.verdict == "optimistic"
+
+
+def test_silent_steps_and_several_sensors():
+    class Twice(World):
+        def measure(self, x, k, noise):
+            return None if k % 3 == 0 else super().measure(x, k, noise)
+
+    class Two(Filter):
+        def update(self, z):
+            super().update(z)
+            self.innovation, self.S = {"gps": self.innovation}, {"gps": self.S}
+
+    result = credence.study(Twice(), Two, **STUDY)
+    assert [s.name for s in result.sensors] == ["gps"]
+    assert np.isnan(result.mean_nis[2]) and result.mean_nis[3] > 0.0
+    assert result.verdict == "consistent"
+
+
+def test_plugs_that_are_none_are_named():
+    def message(world, make_filter):
+        with pytest.raises(credence.PlugError) as error:
+            credence.study(world, make_filter, **STUDY)
+        return str(error.value)
+
+    class Random(Filter):
+        def update(self, z):
+            super().update(z + np.random.standard_normal(z.shape))
+
+    assert message(World(), Random).startswith("run 0 is not the same twice, in its error at step 1")
+
+    class Flat(Filter):
+        def update(self, z):
+            super().update(z)
+            self.covariance = self.covariance[..., 0]
+
+    assert message(World(), Flat) == "filter.covariance has shape (64, 2): expected (64, 2, 2) or (2, 2)"
+
+    class Short(Filter):
+        def update(self, z):
+            super().update(z)
+            self.S = self.S[:10]
+
+    assert message(World(), Short) == "filter.S has shape (10, 1, 1): expected (64, 1, 1) or (1, 1)"
+    with pytest.raises(ValueError, match="runs = 0"):
+        credence.study(World(), Filter, runs=0)

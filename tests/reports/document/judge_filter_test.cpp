@@ -1,0 +1,87 @@
+#include "reports/document/judge_filter.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A target on a line, seen in range and bearing from beside it.
+FunctionModel radar() {
+  FunctionModel model;
+  model.f = [](const Vector& x) { return Vector(Eigen::Vector2d(x[0] + x[1], x[1])); };
+  model.h = [](const Vector& x) {
+    return Vector(Eigen::Vector2d(std::hypot(x[0], 50.0), std::atan2(50.0, x[0])));
+  };
+  model.Q = Eigen::Vector2d(1e-3, 1e-2).asDiagonal();
+  model.R = Eigen::Vector2d(0.04, 1e-6).asDiagonal();
+  model.mean = Eigen::Vector2d(-20.0, 1.0);
+  model.P0 = Eigen::Vector2d(0.25, 0.04).asDiagonal();
+  model.states = {"position", "velocity"};
+  model.measured_angles = {false, true};
+  return model;
+}
+
+const JudgeOptions kOptions{.name = "radar", .runs = 300, .steps = 30, .seed = 7};
+
+TEST(JudgeFilter, TrustsTheRightModelAndNamesTheWrongOne) {
+  const JudgedFilter right = judge_model(radar(), radar(), kOptions);
+  EXPECT_EQ(right.verdict(), Verdict::consistent) << right.text();
+  EXPECT_THAT(right.says(), HasSubstr("nothing speaks against the covariance"));
+
+  FunctionModel believed = radar();
+  believed.Q *= 0.1;
+  const JudgedFilter wrong = judge_model(radar(), believed, kOptions);
+  EXPECT_EQ(wrong.verdict(), Verdict::optimistic);
+  ASSERT_FALSE(wrong.judgement().causes.empty());
+  EXPECT_EQ(wrong.judgement().causes.front().cause, Cause::process_noise_too_small);
+  EXPECT_LT(wrong.p_value(), 1e-6);
+}
+
+TEST(JudgeFilter, TellsItAsTextJsonAndPage) {
+  const JudgedFilter judged = judge_model(radar(), radar(), kOptions);
+  EXPECT_THAT(judged.text(), HasSubstr("Can this covariance be trusted? consistent"));
+  EXPECT_THAT(judged.text(), HasSubstr("9000 rows of 300 runs (simulated, 30 steps, seed 7)"));
+  EXPECT_EQ(nlohmann::json::parse(judged.json())["verdict"], "consistent");
+  const TemporaryFolder folder;
+  judged.write_report(folder / "out");
+  EXPECT_THAT(folder.read("out/index.html"), HasSubstr("radar"));
+}
+
+TEST(JudgeFilter, NamesTheRunThatThrew) {
+  struct Fragile : FunctionEkf {
+    using FunctionEkf::FunctionEkf;
+    bool update(const Vector& z) {
+      if (z[0] < 50.0) throw std::runtime_error("range below 50");
+      return FunctionEkf::update(z);
+    }
+  };
+  const FunctionModel model = radar();
+  const JudgedFilter judged = judge_filter(
+      FunctionWorld(model), [&] { return Fragile(model); }, kOptions);
+  const auto& failures = judged.evidence().study.failures;
+  ASSERT_FALSE(failures.empty());
+  EXPECT_EQ(failures.front().outcome, Outcome::threw);
+  EXPECT_THAT(judged.text(), HasSubstr("threw at step"));
+  EXPECT_THAT(judged.text(), HasSubstr("seed 7: range below 50"));
+  const auto json = nlohmann::json::parse(judged.json());
+  EXPECT_EQ(json["outcomes"]["threw"], failures.size());
+  EXPECT_EQ(json["outcomes"]["failures"][0]["says"], "seed 7: range below 50");
+}
+
+TEST(JudgeFilter, RefusesAPlugThatIsWrong) {
+  FunctionModel wrong = radar();
+  wrong.H = [](const Vector&) { return Matrix(Matrix::Identity(2, 2)); };
+  EXPECT_THROW(judge_model(radar(), wrong, kOptions), std::invalid_argument);
+  EXPECT_THROW(judge_model(radar(), radar(), {.runs = 0}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence
