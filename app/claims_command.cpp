@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/data_set_folder.h"
+#include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "datasets/replay/carpark.h"

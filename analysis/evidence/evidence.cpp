@@ -70,6 +70,7 @@ SensorSums::SensorSums(Sensor of)
 void SensorSums::merge(const SensorSums& later) {
   varies = varies || later.varies || sensor.piece != later.sensor.piece;
   sensor.dim = std::max(sensor.dim, later.sensor.dim);
+  sensor.quantised = sensor.quantised || later.sensor.quantised;
   merge_sums(nis, later.nis);
   for (const auto& [m, sums] : later.by_dimension) by_dimension[m].merge(sums);
   fit.merge(later.fit);

@@ -119,8 +119,13 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
   const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
   result.mean = test_innovation_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
-  result.fit = test_uniform(s.fit);
   result.histogram = s.fit.counts();
+  if (s.sensor.quantised) {
+    result.fit = {
+        .kolmogorov_p_value = kNaN, .anderson_p_value = kNaN, .reason = "the log holds rounded innovations"};
+    return result;
+  }
+  result.fit = test_uniform(s.fit);
   result.gated_fit = fit_to_a_gate(s.fit);
   return result;
 }

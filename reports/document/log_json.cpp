@@ -88,6 +88,7 @@ std::string log_json(const CheckedLogs& logs) {
   j["rejected"] = rejected_json(s);
   j["unmatched_rows"] = logs.unmatched_rows;
   j["format"] = logs.format;
+  j["remarks"] = logs.remarks;
   j["runs"] = s.study.runs;
   j["steps"] = s.study.steps.size();
   j["state_dim"] = s.state_dim;
