@@ -239,6 +239,8 @@ void add_check_command(CLI::App& app) {
       "credence check out/logs/*.csv --sensitivity --format json",
       "credence check FLIGHT.ulg --list",
       "credence check FLIGHT.ulg --instance 1",
+      "credence check RUN.mcap --topic /odom --truth-topic /gt",
+      "credence check RUN.bag --truth TRUTH --align yaw --orientation-error planar",
       "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{options->list ? list(*options) : check(*options)}; });

@@ -15,13 +15,18 @@ TruthFiles::TruthFiles(std::span<const std::filesystem::path> logs, std::vector<
         fmt::format("--truth: {} files for {} logs; accepted is one for all, or one for each", truths_.size(),
                     logs_.size()));
   }
-  if (truths_.size() == 1) common_ = std::make_shared<const Trajectory>(read_truth(truths_.front()));
+}
+
+std::filesystem::path TruthFiles::file_of(const std::filesystem::path& log) const {
+  if (truths_.size() == 1) return truths_.front();
+  return truths_.at(static_cast<std::size_t>(std::ranges::find(logs_, log) - logs_.begin()));
 }
 
 std::shared_ptr<const Trajectory> TruthFiles::of(const std::filesystem::path& log) const {
-  if (common_) return common_;
-  const auto place = std::ranges::find(logs_, log) - logs_.begin();
-  return std::make_shared<const Trajectory>(read_truth(truths_.at(static_cast<std::size_t>(place))));
+  if (truths_.size() > 1) return std::make_shared<const Trajectory>(read_truth(file_of(log)));
+  std::call_once(common_->read,
+                 [&] { common_->truth = std::make_shared<const Trajectory>(read_truth(file_of(log))); });
+  return common_->truth;
 }
 
 }  // namespace credence

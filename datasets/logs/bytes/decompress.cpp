@@ -14,6 +14,7 @@ namespace credence {
 namespace {
 
 constexpr std::uint64_t kLargest = std::uint64_t{1} << 30;
+constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
 constexpr std::uint64_t kFirstOutput = std::uint64_t{1} << 16;
 
 /// What one call of a library did.
@@ -34,6 +35,7 @@ void unpack(const ByteCursor& packed, std::uint64_t size, std::vector<std::uint8
   std::uint8_t beyond = 0;
   for (;;) {
     const bool full = filled == out.size();
+    if (full && size == kUnknown && out.size() == kLargest) packed.fail("unpacks to more than 1 GiB");
     if (full && out.size() < size) {
       out.resize(static_cast<std::size_t>(std::min(size, 2 * static_cast<std::uint64_t>(out.size()))));
       continue;
@@ -47,6 +49,7 @@ void unpack(const ByteCursor& packed, std::uint64_t size, std::vector<std::uint8
     if (p.finished) break;
     if (p.consumed == 0 && p.produced == 0) packed.fail(fmt::format("{} ends too early: cut off", name));
   }
+  if (size == kUnknown) return out.resize(filled);
   if (filled != size) packed.fail(fmt::format("{} unpacks to {} bytes, not to {}", name, filled, size));
 }
 
@@ -99,22 +102,25 @@ void unpack_bz2(const ByteCursor& packed, std::uint64_t size, std::vector<std::u
   });
 }
 
+Progress inflate_some(z_stream& stream, Bytes in, std::span<std::uint8_t> room) {
+  const unsigned int given = limited(in.size()), free = limited(room.size());
+  stream.next_in = const_cast<Bytef*>(in.data());
+  stream.avail_in = given;
+  stream.next_out = room.data();
+  stream.avail_out = free;
+  const int status = inflate(&stream, Z_NO_FLUSH);
+  // Z_BUF_ERROR: there is nothing to do with these two, which the caller sees.
+  const bool failed = status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR;
+  return {given - stream.avail_in, free - stream.avail_out, status == Z_STREAM_END, failed};
+}
+
 void unpack_deflate(const ByteCursor& packed, std::uint64_t size, std::vector<std::uint8_t>& out) {
   constexpr int kWithoutHeader = -15;
   z_stream stream{};
   if (inflateInit2(&stream, kWithoutHeader) != Z_OK) throw std::bad_alloc();
   const std::unique_ptr<z_stream, decltype(&inflateEnd)> owner(&stream, inflateEnd);
-  unpack(packed, size, out, "deflate", [&](Bytes in, std::span<std::uint8_t> room) {
-    const unsigned int given = limited(in.size()), free = limited(room.size());
-    stream.next_in = const_cast<Bytef*>(in.data());
-    stream.avail_in = given;
-    stream.next_out = room.data();
-    stream.avail_out = free;
-    const int status = inflate(&stream, Z_NO_FLUSH);
-    // Z_BUF_ERROR: there is nothing to do with these two, which the caller sees.
-    const bool failed = status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR;
-    return Progress{given - stream.avail_in, free - stream.avail_out, status == Z_STREAM_END, failed};
-  });
+  unpack(packed, size, out, "deflate",
+         [&](Bytes in, std::span<std::uint8_t> room) { return inflate_some(stream, in, room); });
 }
 
 }  // namespace
@@ -138,6 +144,14 @@ void decompress(Compression compression, ByteCursor packed, std::uint64_t size,
     case Compression::deflate:
       return unpack_deflate(packed, size, out);
   }
+}
+
+void decompress_zlib(ByteCursor packed, std::vector<std::uint8_t>& out) {
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
+  const std::unique_ptr<z_stream, decltype(&inflateEnd)> owner(&stream, inflateEnd);
+  unpack(packed, kUnknown, out, "zlib",
+         [&](Bytes in, std::span<std::uint8_t> room) { return inflate_some(stream, in, room); });
 }
 
 }  // namespace credence
