@@ -52,7 +52,7 @@ std::filesystem::path write(const TemporaryFolder& folder, As as) {
   std::vector<matvar_t*> all = variables();
   if (as == As::structure) {
     const char* names[] = {"error", "P", "innovation", "S"};
-    const std::size_t one[] = {1, 1};
+    std::size_t one[] = {1, 1};
     matvar_t* const log = Mat_VarCreateStruct("log", 2, one, names, 4);
     for (std::size_t i = 0; i < all.size(); ++i) Mat_VarSetStructFieldByName(log, names[i], 0, all[i]);
     all = {log};
