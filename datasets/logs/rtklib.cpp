@@ -162,7 +162,7 @@ const GnssFix* truth_fix(const GnssSolution& truth, double time_s, double limit_
   return best != nullptr && std::abs(best->time_s - time_s) <= limit_s ? best : nullptr;
 }
 
-void read_log(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+void read_solution(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
   if (options.truth.empty()) {
     throw std::invalid_argument(fmt::format(
         "{}: a solution has no truth in it: name by --truth another .pos, a better solution or a survey "
@@ -217,7 +217,7 @@ void read_log(const std::filesystem::path& file, const LogReadOptions& options, 
   sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
 }
 
-LogContents list_log(const std::filesystem::path& file) {
+LogContents list_solution(const std::filesystem::path& file) {
   const GnssSolution log = read_rtklib(file);
   std::map<int, std::int64_t> counts;
   for (const GnssFix& fix : log.fixes) ++counts[fix.quality];
@@ -247,8 +247,8 @@ LogFormat rtklib_format() {
                        (beginning.starts_with('%') && (beginning.find("GPST") != std::string_view::npos ||
                                                        beginning.find("UTC") != std::string_view::npos));
               },
-          .list = list_log,
-          .read = read_log};
+          .list = list_solution,
+          .read = read_solution};
 }
 
 }  // namespace credence

@@ -139,11 +139,11 @@ class PairReader {
         matrix(i, j) = m[row * n + static_cast<std::size_t>(kept[static_cast<std::size_t>(j)])];
       }
     }
-    constexpr double kAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
+    constexpr double kLargestAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
     for (Index i = 0; i < size; ++i) {
       for (Index j = i + 1; j < size; ++j) {
         const double scale = std::sqrt(std::abs(matrix(i, i) * matrix(j, j)));
-        if (!(std::abs(matrix(i, j) - matrix(j, i)) <= kAsymmetry * scale)) {
+        if (!(std::abs(matrix(i, j) - matrix(j, i)) <= kLargestAsymmetry * scale)) {
           problem = "a covariance is not symmetric";
         }
         matrix(i, j) = matrix(j, i);

@@ -13,41 +13,47 @@
 namespace credence {
 namespace {
 
-constexpr std::uint64_t kHeader = 128;
+constexpr std::uint64_t kMatHeader = 128;
 constexpr std::uint64_t kMostInMemory = std::uint64_t{2} << 30;
 
-enum DataType : std::uint32_t {
-  kInt8 = 1,
-  kUint8 = 2,
-  kInt16 = 3,
-  kUint16 = 4,
-  kInt32 = 5,
-  kUint32 = 6,
-  kSingle = 7,
-  kDouble = 9,
-  kInt64 = 12,
-  kUint64 = 13,
-  kMatrix = 14,
-  kCompressed = 15,
+/// Types of data.
+struct MatType {
+  enum : std::uint32_t {
+    kInt8 = 1,
+    kUint8 = 2,
+    kInt16 = 3,
+    kUint16 = 4,
+    kInt32 = 5,
+    kUint32 = 6,
+    kSingle = 7,
+    kDouble = 9,
+    kInt64 = 12,
+    kUint64 = 13,
+    kMatrix = 14,
+    kCompressed = 15,
+  };
 };
-enum ArrayClass : std::uint32_t { kStructure = 2, kFirstNumeric = 6, kLastNumeric = 15 };
+/// Classes of arrays.
+struct MatClass {
+  enum : std::uint32_t { kStructure = 2, kFirstNumeric = 6, kLastNumeric = 15 };
+};
 
 /// Bytes of a number; 0 for what is none.
 std::uint64_t number_size(std::uint32_t type) {
   switch (type) {
-    case kInt8:
-    case kUint8:
+    case MatType::kInt8:
+    case MatType::kUint8:
       return 1;
-    case kInt16:
-    case kUint16:
+    case MatType::kInt16:
+    case MatType::kUint16:
       return 2;
-    case kInt32:
-    case kUint32:
-    case kSingle:
+    case MatType::kInt32:
+    case MatType::kUint32:
+    case MatType::kSingle:
       return 4;
-    case kDouble:
-    case kInt64:
-    case kUint64:
+    case MatType::kDouble:
+    case MatType::kInt64:
+    case MatType::kUint64:
       return 8;
     default:
       return 0;
@@ -56,23 +62,23 @@ std::uint64_t number_size(std::uint32_t type) {
 
 double take_number(ByteCursor& from, std::uint32_t type) {
   switch (type) {
-    case kInt8:
+    case MatType::kInt8:
       return from.take<std::int8_t>();
-    case kUint8:
+    case MatType::kUint8:
       return from.take<std::uint8_t>();
-    case kInt16:
+    case MatType::kInt16:
       return from.take<std::int16_t>();
-    case kUint16:
+    case MatType::kUint16:
       return from.take<std::uint16_t>();
-    case kInt32:
+    case MatType::kInt32:
       return from.take<std::int32_t>();
-    case kUint32:
+    case MatType::kUint32:
       return from.take<std::uint32_t>();
-    case kSingle:
+    case MatType::kSingle:
       return static_cast<double>(from.take<float>());
-    case kInt64:
+    case MatType::kInt64:
       return static_cast<double>(from.take<std::int64_t>());
-    case kUint64:
+    case MatType::kUint64:
       return static_cast<double>(from.take<std::uint64_t>());
     default:
       return from.take<double>();
@@ -104,10 +110,11 @@ class MatArrays final : public ArrayFile {
  public:
   explicit MatArrays(const std::filesystem::path& file) : file_(file) {
     const std::endian order = read_header();
-    for (std::uint64_t at = kHeader; at < file_.size();) {
+    for (std::uint64_t at = kMatHeader; at < file_.size();) {
       ByteCursor tag = file_.cursor(at, 8, "a variable", order);
       const auto type = tag.take<std::uint32_t>(), size = tag.take<std::uint32_t>();
-      if (type != kMatrix && type != kCompressed) file_.fail(at, "no variable begins here: corrupted");
+      if (type != MatType::kMatrix && type != MatType::kCompressed)
+        file_.fail(at, "no variable begins here: corrupted");
       variable(type, file_.cursor(at + 8, size, "a variable", order), at, order);
       at += 8 + std::uint64_t{size};
     }
@@ -125,29 +132,29 @@ class MatArrays final : public ArrayFile {
 
  private:
   std::endian read_header() {
-    ByteCursor header = file_.cursor(0, kHeader, "the header of a MAT-file");
-    header.skip(kHeader - 4);
+    ByteCursor header = file_.cursor(0, kMatHeader, "the header of a MAT-file");
+    header.skip(kMatHeader - 4);
     const std::string_view end = header.take_text(4);
     const bool little = end.ends_with("IM");
     if (!little && !end.ends_with("MI"))
-      file_.fail(kHeader - 2, "is no MAT-file of version 5: no mark of its byte order");
+      file_.fail(kMatHeader - 2, "is no MAT-file of version 5: no mark of its byte order");
     const char version = little ? end[1] : end[0];
     if (version == 2) {
-      file_.fail(kHeader - 4, "is a MAT-file of version 7.3; save it with -v7 (MATLAB: save -v7 FILE)");
+      file_.fail(kMatHeader - 4, "is a MAT-file of version 7.3; save it with -v7 (MATLAB: save -v7 FILE)");
     }
     if (version != 1)
-      file_.fail(kHeader - 4, "is a MAT-file of another version; read is version 5 (save -v7)");
+      file_.fail(kMatHeader - 4, "is a MAT-file of another version; read is version 5 (save -v7)");
     return little ? std::endian::little : std::endian::big;
   }
 
   void variable(std::uint32_t type, ByteCursor body, std::uint64_t at, std::endian order) {
-    if (type == kMatrix) return matrix(body, "");
+    if (type == MatType::kMatrix) return matrix(body, "");
     std::vector<std::uint8_t> unpacked;
     decompress_zlib(body, unpacked);
     const ByteOrigin origin{path(), fmt::format("the variable at byte {}", at)};
     ByteCursor all(unpacked, origin, 0, order);
     const Element element = take_element(all);
-    if (element.type == kMatrix) matrix(element.data, "");
+    if (element.type == MatType::kMatrix) matrix(element.data, "");
   }
 
   /// An array, or the arrays of a structure. `field`: its name, where it is a field of one.
@@ -166,8 +173,9 @@ class MatArrays final : public ArrayFile {
     const std::string& name = field.empty() ? own : field;
     const std::uint32_t kind = word & 0xffU;
     constexpr std::uint32_t kComplex = 0x0800;
-    if (kind == kStructure && field.empty()) return structure(body, dims);
-    const bool numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplex) == 0;
+    if (kind == MatClass::kStructure && field.empty()) return structure(body, dims);
+    const bool numeric =
+        kind >= MatClass::kFirstNumeric && kind <= MatClass::kLastNumeric && (word & kComplex) == 0;
     if (!numeric || !is_log_array(name)) {
       arrays_.push_back({.name = name, .type = "not read", .dims = {}});
       numbers_.emplace_back();
@@ -185,7 +193,8 @@ class MatArrays final : public ArrayFile {
     while (!names.done()) {
       const std::string_view padded = names.take_text(name_size);
       const Element value = take_element(body);
-      if (value.type == kMatrix) matrix(value.data, std::string(padded.substr(0, padded.find('\0'))));
+      if (value.type == MatType::kMatrix)
+        matrix(value.data, std::string(padded.substr(0, padded.find('\0'))));
     }
   }
 
@@ -222,23 +231,23 @@ class MatArrays final : public ArrayFile {
 }  // namespace
 
 LogFormat mat_format() {
-  return {
-      .name = "mat",
-      .title = "MATLAB arrays",
-      .extensions = ".mat",
-      .recognises =
-          [](std::string_view beginning, const std::filesystem::path&) {
-            return beginning.size() >= kHeader &&
-                   (beginning.substr(kHeader - 2, 2) == "IM" || beginning.substr(kHeader - 2, 2) == "MI") &&
-                   beginning.starts_with("MATLAB");
-          },
-      .list = [](const std::filesystem::path& file) { return list_arrays(MatArrays(file)); },
-      .read =
-          [](const std::filesystem::path& file, const LogReadOptions&, LogSink& sink) {
-            MatArrays arrays(file);
-            read_arrays(arrays, sink);
-            sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
-          }};
+  return {.name = "mat",
+          .title = "MATLAB arrays",
+          .extensions = ".mat",
+          .recognises =
+              [](std::string_view beginning, const std::filesystem::path&) {
+                return beginning.size() >= kMatHeader &&
+                       (beginning.substr(kMatHeader - 2, 2) == "IM" ||
+                        beginning.substr(kMatHeader - 2, 2) == "MI") &&
+                       beginning.starts_with("MATLAB");
+              },
+          .list = [](const std::filesystem::path& file) { return list_arrays(MatArrays(file)); },
+          .read =
+              [](const std::filesystem::path& file, const LogReadOptions&, LogSink& sink) {
+                MatArrays arrays(file);
+                read_arrays(arrays, sink);
+                sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
+              }};
 }
 
 }  // namespace credence

@@ -14,8 +14,8 @@
 namespace credence {
 namespace {
 
-constexpr std::string_view kMagic("\x55\x4c\x6f\x67\x01\x12\x35", 7);
-constexpr std::uint64_t kHeader = 16, kMessageHeader = 3;
+constexpr std::string_view kUlogMagic("\x55\x4c\x6f\x67\x01\x12\x35", 7);
+constexpr std::uint64_t kUlogHeader = 16, kMessageHeader = 3;
 // Formats may hold formats; deeper than this they hold themselves.
 constexpr int kDeepest = 8;
 constexpr std::uint64_t kLargestMessage = 65535;
@@ -36,11 +36,11 @@ class UlogReader {
       : file_(file), visitor_(visitor) {}
 
   void read() {
-    const Bytes header = file_.view(0, kHeader, "the header of a ULog");
+    const Bytes header = file_.view(0, kUlogHeader, "the header of a ULog");
     if (!begins_as_ulog({reinterpret_cast<const char*>(header.data()), header.size()})) {
       file_.fail(0, "is no ULog: it does not begin with 55 4c 6f 67 01 12 35");
     }
-    std::uint64_t at = kHeader, told = 0;
+    std::uint64_t at = kUlogHeader, told = 0;
     while (at < file_.size()) {
       stop_point();
       // What was being written when the log was cut off to append to it is no message.
@@ -208,7 +208,7 @@ double ulog_number(ByteCursor message, const UlogField& field, std::uint64_t ent
   message.fail(fmt::format("field '{}' is of type '{}' where a number is expected", field.name, field.type));
 }
 
-bool begins_as_ulog(std::string_view beginning) { return beginning.starts_with(kMagic); }
+bool begins_as_ulog(std::string_view beginning) { return beginning.starts_with(kUlogMagic); }
 
 void read_ulog(const std::filesystem::path& file, const UlogVisitor& visitor) {
   UlogReader(file, visitor).read();

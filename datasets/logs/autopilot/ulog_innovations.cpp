@@ -221,7 +221,7 @@ void tell(int instance, const Estimator& estimator, const UlogInnovations& log, 
   }
 }
 
-void read_log(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+void read_flight(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
   const UlogInnovations log = read_innovations(file, sink);
   const std::string names = instances(log);
   if (names.empty()) {
@@ -240,7 +240,7 @@ void read_log(const std::filesystem::path& file, const LogReadOptions& options, 
   chosen->second.series().emit(sink, false);
 }
 
-LogContents list_log(const std::filesystem::path& file) {
+LogContents list_flight(const std::filesystem::path& file) {
   struct Seen {
     UlogTopic topic;
     std::int64_t count = 0;
@@ -279,8 +279,8 @@ LogFormat ulog_format() {
           .extensions = ".ulg",
           .recognises = [](std::string_view beginning,
                            const std::filesystem::path&) { return begins_as_ulog(beginning); },
-          .list = list_log,
-          .read = read_log};
+          .list = list_flight,
+          .read = read_flight};
 }
 
 }  // namespace credence

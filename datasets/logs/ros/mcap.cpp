@@ -13,15 +13,18 @@
 namespace credence {
 namespace {
 
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-constexpr std::uint64_t kRecordHeader = 9;
-enum Opcode : std::uint8_t {
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kDataEnd = 0x0f,
+constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
+constexpr std::uint64_t kMcapRecordHeader = 9;
+/// What a record is.
+struct Opcode {
+  enum : std::uint8_t {
+    kFooter = 0x02,
+    kSchema = 0x03,
+    kChannel = 0x04,
+    kMessage = 0x05,
+    kChunk = 0x06,
+    kDataEnd = 0x0f,
+  };
 };
 
 std::string_view text(ByteCursor& from) { return from.take_text(from.take<std::uint32_t>()); }
@@ -38,38 +41,38 @@ class McapReader {
   McapReader(const std::filesystem::path& file, const RosVisitor& visitor) : file_(file), visitor_(visitor) {}
 
   void read() {
-    ByteCursor magic = file_.cursor(0, kMagic.size(), "the magic of an MCAP");
-    if (magic.take_text(kMagic.size()) != kMagic)
+    ByteCursor magic = file_.cursor(0, kMcapMagic.size(), "the magic of an MCAP");
+    if (magic.take_text(kMcapMagic.size()) != kMcapMagic)
       file_.fail(0, "is no MCAP: it does not begin with its magic");
-    std::uint64_t at = kMagic.size();
+    std::uint64_t at = kMcapMagic.size();
     bool ended = false;
     while (!ended) {
       stop_point();
-      ByteCursor header = file_.cursor(at, kRecordHeader, "a record header");
+      ByteCursor header = file_.cursor(at, kMcapRecordHeader, "a record header");
       const auto opcode = header.take<std::uint8_t>();
       const auto size = header.take<std::uint64_t>();
-      const std::uint64_t body = at + kRecordHeader;
+      const std::uint64_t body = at + kMcapRecordHeader;
       if (size > file_.size() - body) {
         file_.fail(at, fmt::format("a record of {} bytes begins here and the file ends at byte {}: cut off, "
                                    "or corrupted",
                                    size, file_.size()));
       }
-      ended = opcode == kDataEnd || opcode == kFooter;
+      ended = opcode == Opcode::kDataEnd || opcode == Opcode::kFooter;
       if (is_read(opcode)) record(opcode, file_.cursor(body, size, "a record"), true);
       at = body + size;
-      visitor_.advance(static_cast<std::int64_t>(size + kRecordHeader));
+      visitor_.advance(static_cast<std::int64_t>(size + kMcapRecordHeader));
     }
   }
 
  private:
   /// The others, an attachment of a gigabyte among them, are passed over.
-  static bool is_read(std::uint8_t opcode) { return opcode >= kSchema && opcode <= kChunk; }
+  static bool is_read(std::uint8_t opcode) { return opcode >= Opcode::kSchema && opcode <= Opcode::kChunk; }
 
   void record(std::uint8_t opcode, ByteCursor body, bool outside) {
-    if (opcode == kMessage) return message(body);
-    if (opcode == kSchema) return schema(body);
-    if (opcode == kChannel) return channel(body);
-    if (opcode != kChunk) return;
+    if (opcode == Opcode::kMessage) return message(body);
+    if (opcode == Opcode::kSchema) return schema(body);
+    if (opcode == Opcode::kChannel) return channel(body);
+    if (opcode != Opcode::kChunk) return;
     if (!outside) body.fail("a chunk within a chunk: corrupted");
     chunk(body);
   }
@@ -138,7 +141,7 @@ class McapReader {
 
 }  // namespace
 
-bool begins_as_mcap(std::string_view beginning) { return beginning.starts_with(kMagic); }
+bool begins_as_mcap(std::string_view beginning) { return beginning.starts_with(kMcapMagic); }
 
 void scan_mcap(const std::filesystem::path& file, const RosVisitor& visitor) {
   McapReader(file, visitor).read();

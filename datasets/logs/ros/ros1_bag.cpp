@@ -13,8 +13,11 @@
 namespace credence {
 namespace {
 
-constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-enum Operation : std::uint8_t { kMessage = 0x02, kBagHeader = 0x03, kChunk = 0x05, kConnection = 0x07 };
+constexpr std::string_view kBagMagic = "#ROSBAG V2.0\n";
+/// What a record is.
+struct Operation {
+  enum : std::uint8_t { kMessage = 0x02, kBagHeader = 0x03, kChunk = 0x05, kConnection = 0x07 };
+};
 
 /// The fields "name=value" of a header, each with its length before it.
 class RecordHeader {
@@ -59,9 +62,9 @@ class Ros1BagReader {
       : file_(file), visitor_(visitor) {}
 
   void read() {
-    ByteCursor magic = file_.cursor(0, kMagic.size(), "the first line of a bag");
-    if (magic.take_text(kMagic.size()) != kMagic) file_.fail(0, "is no bag of version 2.0");
-    for (std::uint64_t at = kMagic.size(); at < file_.size();) {
+    ByteCursor magic = file_.cursor(0, kBagMagic.size(), "the first line of a bag");
+    if (magic.take_text(kBagMagic.size()) != kBagMagic) file_.fail(0, "is no bag of version 2.0");
+    for (std::uint64_t at = kBagMagic.size(); at < file_.size();) {
       stop_point();
       const std::uint64_t begin = at;
       const std::uint64_t header_size = length(at);
@@ -88,15 +91,17 @@ class Ros1BagReader {
     const std::uint64_t data_at = at + 8 + header_size;
     const RecordHeader header(file_.cursor(at + 4, header_size, "the header of a record"));
     const auto operation = header.number<std::uint8_t>("op");
-    if (operation == kBagHeader && header.has("encryptor") && !header.text("encryptor").empty()) {
+    if (operation == Operation::kBagHeader && header.has("encryptor") && !header.text("encryptor").empty()) {
       file_.fail(at, "an encrypted bag: it is not read");
     }
-    if (operation != kChunk && operation != kConnection && operation != kMessage) return;
+    if (operation != Operation::kChunk && operation != Operation::kConnection &&
+        operation != Operation::kMessage)
+      return;
     // The view of the header ends where that of the whole record begins.
     ByteCursor whole = file_.cursor(at + 4, header_size + 4 + data_size, "a record");
     const RecordHeader again(whole.part(header_size));
     whole.skip(4);
-    if (operation == kChunk) return chunk(again, whole, data_at);
+    if (operation == Operation::kChunk) return chunk(again, whole, data_at);
     record(operation, again, whole);
   }
 
@@ -118,14 +123,14 @@ class Ros1BagReader {
   }
 
   void record(std::uint8_t operation, const RecordHeader& header, const ByteCursor& data) {
-    if (operation == kConnection) {
+    if (operation == Operation::kConnection) {
       const auto [place, is_new] = topics_.try_emplace(header.number<std::uint32_t>("conn"), topics_.size());
       if (!is_new) return;
       const RecordHeader connection(data);
       visitor_.topic(place->second, {.name = std::string(header.text("topic")),
                                      .type = std::string(connection.text("type")),
                                      .encoding = RosTopic::Encoding::ros1});
-    } else if (operation == kMessage) {
+    } else if (operation == Operation::kMessage) {
       const auto id = header.number<std::uint32_t>("conn");
       const auto time = header.number<std::uint64_t>("time");
       const auto topic = topics_.find(id);
@@ -147,7 +152,7 @@ class Ros1BagReader {
 
 }  // namespace
 
-bool begins_as_ros1_bag(std::string_view beginning) { return beginning.starts_with(kMagic); }
+bool begins_as_ros1_bag(std::string_view beginning) { return beginning.starts_with(kBagMagic); }
 
 void scan_ros1_bag(const std::filesystem::path& file, const RosVisitor& visitor) {
   Ros1BagReader(file, visitor).read();

@@ -12,7 +12,7 @@
 namespace credence {
 namespace {
 
-constexpr std::string_view kMagic("SQLite format 3\0", 16);
+constexpr std::string_view kSqliteMagic("SQLite format 3\0", 16);
 
 class Database {
  public:
@@ -54,7 +54,7 @@ std::string text(sqlite3_stmt* row, int column) {
 
 }  // namespace
 
-bool begins_as_sqlite(std::string_view beginning) { return beginning.starts_with(kMagic); }
+bool begins_as_sqlite(std::string_view beginning) { return beginning.starts_with(kSqliteMagic); }
 
 void scan_ros2_sqlite(const std::filesystem::path& file, const RosVisitor& visitor) {
   std::error_code error;

@@ -307,11 +307,11 @@ class RosLog {
   }
 
   static bool asymmetric(const PoseCovariance& P, const std::vector<Index>& kept) {
-    constexpr double kAsymmetry = 1e-6;  // in units of the standard deviations
+    constexpr double kLargestAsymmetry = 1e-6;  // in units of the standard deviations
     for (const Index i : kept) {
       for (const Index j : kept) {
         const double scale = std::sqrt(std::abs(P(i, i) * P(j, j)));
-        if (!(std::abs(P(i, j) - P(j, i)) <= kAsymmetry * scale)) return true;
+        if (!(std::abs(P(i, j) - P(j, i)) <= kLargestAsymmetry * scale)) return true;
       }
     }
     return false;
@@ -396,7 +396,7 @@ LogContents list_topics(const std::filesystem::path& file, const RosScan& scan) 
 }
 
 LogFormat format_of(std::string_view name, std::string_view title, std::string_view extensions,
-                    bool (*begins)(std::string_view), RosScan scan) {
+                    bool (*begins)(std::string_view), const RosScan& scan) {
   return {.name = name,
           .title = title,
           .extensions = extensions,
