@@ -21,7 +21,7 @@ double alpha_of(const Findings& findings) {
 
 // Every cause is looked for: a signature must be significant for all of them together.
 double cause_level(const Findings& findings) {
-  constexpr double kCauses = 13.0;
+  constexpr double kCauses = 15.0;
   return alpha_of(findings) / kCauses;
 }
 
@@ -49,15 +49,46 @@ void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
   }
 }
 
-void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
-  if (!findings.fit || !findings.gated_fit) return;
-  const double level = cause_level(findings);
-  if (findings.fit->anderson_p_value <= level && findings.gated_fit->anderson_p_value > level) {
-    found.push_back(
-        {Cause::gated_innovations,
-         fmt::format("NIS fits its law only when that is cut off at the gate (p = {:.2g}, without {:.2g})",
-                     findings.gated_fit->anderson_p_value, findings.fit->anderson_p_value)});
+// The lag-1 autocorrelation if it lies outside its band, else 0.
+double lag_1_outside(const Findings& findings) {
+  if (!findings.whiteness || !findings.whiteness->reason.empty()) return 0.0;
+  const double lag_1 = findings.whiteness->autocorrelation.at(0);
+  return std::abs(lag_1) > findings.whiteness->band.at(0) ? lag_1 : 0.0;
+}
+
+// What remains of outliers when nothing speaks against the covariance.
+void find_heavy_tails(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!found.empty() || !findings.heavy_tail_p_value) return;
+  if (!(*findings.heavy_tail_p_value <= cause_level(findings))) return;
+  found.push_back({Cause::heavy_tails,
+                   fmt::format("fourth moments are too large (p = {:.2g}) while every mean square, which needs "
+                               "no Gaussian law, agrees with P",
+                               *findings.heavy_tail_p_value)});
+}
+
+// A wrong gain correlates sensors that were taken one after the other too, but no more than it does each with
+// itself in time.
+void find_sequential_sensors(const Findings& findings, std::vector<CauseFound>& found) {
+  constexpr double kMoreThanInTime = 1.5;
+  const double in_time = std::abs(lag_1_outside(findings));
+  for (const Findings::SensorPair& pair : findings.sensor_pairs) {
+    const BlockCorrelationTest& test = pair.correlation;
+    if (!(test.p_value <= cause_level(findings)) || test.largest < kMoreThanInTime * in_time) continue;
+    found.push_back({Cause::sequential_sensors,
+                     fmt::format("those of {} and {} at the same step are correlated, {:.2g} at most (p = "
+                                 "{:.2g}): their NIS may not be added, and a filter that takes both against "
+                                 "one prior counts it twice",
+                                 pair.first, pair.second, test.largest, test.p_value)});
+    return;
   }
+}
+
+void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!findings.gate) return;
+  found.push_back({Cause::gated_innovations,
+                   fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and those within fit the law "
+                               "cut off there (p = {:.2g})",
+                               findings.gate->nis, findings.gate->expected, findings.gate->p_value)});
 }
 
 void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
@@ -111,10 +142,33 @@ bool dies_out(const ConsistencyVerdict& verdict) {
              kAllButGone * std::abs(excess_of_steps(verdict, 0, first));
 }
 
+// The span of one direction that lies in the first fifth, where the other one rejects later; none: first = 0.
+StepSpan start_of(const ConsistencyVerdict& verdict) {
+  const auto first = std::max<std::int64_t>(1, std::ssize(verdict.steps) / 5);
+  const StepSpan &up = verdict.optimistic_steps, &down = verdict.pessimistic_steps;
+  if (verdict.verdict != Verdict::mixed || std::ssize(verdict.steps) < 5) return {};
+  const bool down_first = down.count > 0 && down.last <= first && (up.count == 0 || up.last > down.last);
+  const bool up_first = up.count > 0 && up.last <= first && (down.count == 0 || down.last > up.last);
+  return down_first ? down : up_first ? up : StepSpan{};
+}
+
+// A start that is wrong in one direction, before a noise that is wrong in the other: both are to be named.
+void find_start_beside_the_rest(const Findings& findings, std::vector<CauseFound>& found) {
+  const StepSpan by_nis = start_of(findings.nis);
+  const ConsistencyVerdict& verdict = by_nis.first > 0 ? findings.nis : findings.nees;
+  const StepSpan span = by_nis.first > 0 ? by_nis : start_of(findings.nees);
+  if (span.first == 0) return;
+  const bool low = span.first == verdict.pessimistic_steps.first && span.last == verdict.pessimistic_steps.last;
+  found.push_back({Cause::initial_covariance,
+                   fmt::format("{} is {} in steps {} to {} only, and {} later", by_nis.first > 0 ? "NIS" : "NEES",
+                               low ? "pessimistic" : "optimistic", span.first, span.last,
+                               low ? "optimistic" : "pessimistic")});
+}
+
 void find_initial_covariance(const Findings& findings, std::vector<CauseFound>& found) {
   const bool by_nis = dies_out(findings.nis);
   const bool by_nees = dies_out(findings.nees) && !is_inconsistent(findings.nis.verdict);
-  if (!by_nis && !by_nees) return;
+  if (!by_nis && !by_nees) return find_start_beside_the_rest(findings, found);
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;
   found.push_back({Cause::initial_covariance,
                    fmt::format("{} is {} in the first steps only, most at step {}", by_nis ? "NIS" : "NEES",
@@ -135,13 +189,6 @@ bool is_coloured(double lag_1, const ConsistencyVerdict& nis) {
   return std::abs(lag_1) > kMostByGain * std::abs(std::log(nis.mean / nis.expected));
 }
 
-// The lag-1 autocorrelation if it lies outside its band, else 0.
-double lag_1_outside(const Findings& findings) {
-  if (!findings.whiteness || !findings.whiteness->reason.empty()) return 0.0;
-  const double lag_1 = findings.whiteness->autocorrelation.at(0);
-  return std::abs(lag_1) > findings.whiteness->band.at(0) ? lag_1 : 0.0;
-}
-
 void find_coloured_noise(const Findings& findings, double least, std::vector<CauseFound>& found) {
   const double lag_1 = lag_1_outside(findings);
   if (lag_1 == 0.0 || std::abs(lag_1) < least || !(findings.whiteness->p_value <= cause_level(findings)))
@@ -156,7 +203,8 @@ void find_coloured_noise(const Findings& findings, double least, std::vector<Cau
 void find_gain(const Findings& findings, std::vector<CauseFound>& found) {
   const ConsistencyVerdict& nis = findings.nis;
   if (!is_inconsistent(nis.verdict)) return;
-  const bool high = nis.verdict == Verdict::optimistic;
+  // Of the steps after the start, which may be wrong in the other direction.
+  const bool high = excess_of_steps(nis, nis.steps.size() / 5, nis.steps.size()) > 0.0;
   const double lag_1 = lag_1_outside(findings);
   if (lag_1 != 0.0) {
     found.push_back({cause_by_gain(high, lag_1 > 0.0),
@@ -245,6 +293,10 @@ std::string_view to_string(Cause cause) {
       return "noise that is correlated in time";
     case Cause::cross_covariance:
       return "cross-covariances between the blocks";
+    case Cause::sequential_sensors:
+      return "innovations of several sensors that were all taken against one prior";
+    case Cause::heavy_tails:
+      return "errors that are not Gaussian, with heavy tails; the covariance is right";
     case Cause::wrong_dof:
       return "a wrong number of degrees of freedom";
     case Cause::linearisation:
@@ -258,18 +310,29 @@ std::string_view to_string(Cause cause) {
   return "unknown";
 }
 
+namespace {
+
+bool is_mixed(const Findings& findings) {
+  return findings.nis.verdict == Verdict::mixed || findings.nees.verdict == Verdict::mixed;
+}
+
+}  // namespace
+
 std::vector<CauseFound> find_causes(const Findings& findings) {
   std::vector<CauseFound> found;
   find_unwrapped_angle(findings, found);
   find_outliers(findings, found);
+  find_heavy_tails(findings, found);
   find_gate(findings, found);
+  find_sequential_sensors(findings, found);
   find_bias(findings, found);
   find_inflation(findings, found);
   // A wrong P leaves some correlation too: weak ones name the noise only if nothing else is found.
   constexpr double kStrong = 0.1;
   if (found.empty()) find_coloured_noise(findings, kStrong, found);
   if (found.empty()) find_initial_covariance(findings, found);
-  if (found.empty()) find_gain(findings, found);
+  const bool another = is_mixed(findings) && found.size() == 1 && found.front().cause == Cause::initial_covariance;
+  if (found.empty() || another) find_gain(findings, found);
   if (found.empty()) find_linearisation(findings, found);
   if (found.empty()) find_dof(findings, found);
   if (found.empty()) find_cross_covariance(findings, found);

@@ -7,6 +7,7 @@
 
 #include "analysis/evidence/advice.h"
 #include "analysis/evidence/consistency.h"
+#include "analysis/laws/block_correlation.h"
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/error_correlation.h"
 #include "analysis/laws/goodness_of_fit.h"
@@ -28,6 +29,8 @@ enum class Cause {
   measurement_noise_too_large,
   coloured_noise,    ///< innovations of the right size but not white
   cross_covariance,  ///< whitened errors are correlated, or no block is inconsistent and the whole is
+  sequential_sensors,  ///< innovations of several sensors, all taken against one prior
+  heavy_tails,         ///< the covariance is right, the law is not Gaussian
   wrong_dof,         ///< the spread of NEES is that of another number of dof
   linearisation,     ///< a nonlinear filter gains information that is not there
   covariance_scale,  ///< P is wrong by a factor, and nothing tells why
@@ -37,6 +40,13 @@ enum class Cause {
 /// The cause in words.
 std::string_view to_string(Cause cause);
 
+/// A gate that the innovations had to pass: none lies beyond, and those within follow the law cut off there.
+struct GateFound {
+  double nis = 0.0;       ///< the largest there is
+  double expected = 0.0;  ///< values beyond it without a gate
+  double p_value = 0.0;   ///< of χ² cut off there (Anderson-Darling): it fits
+};
+
 /// What the battery found; what was not tested stays empty.
 struct Findings {
   ConsistencyVerdict nees, nis;
@@ -45,8 +55,7 @@ struct Findings {
   /// Of the innovations averaged over each run, so that it holds for innovations that are not white too.
   std::optional<InnovationMeanTest> innovation_mean = {};
   std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law
-  /// NIS against the law cut off at the gate; only if no NIS lies beyond it.
-  std::optional<GoodnessOfFit> gated_fit = {};
+  std::optional<GateFound> gate = {};
   /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
   std::optional<CoverageCount> far_tail = {};
   double far_tail_probability = 0.9999;
@@ -57,6 +66,12 @@ struct Findings {
   std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
   bool nonlinear = false;                              ///< the filter linearises at its own estimates
   bool inflated = false;                               ///< it is known to inflate its covariance
+  struct SensorPair {
+    std::string first, second;
+    BlockCorrelationTest correlation;
+  };
+  std::vector<SensorPair> sensor_pairs = {};  ///< that are correlated at one step
+  std::optional<double> heavy_tail_p_value = {};  ///< only where nothing speaks against the second moments
 };
 
 /// A cause with its reason, the numbers included.
@@ -69,12 +84,13 @@ struct CauseFound {
 /// chance.
 ///
 /// Rules, each a signature (statistics, "Which cause"): an angle innovation beyond half a
-/// turn; outliers beyond the far tail; a law cut off at a gate; a mean innovation; an inconsistency of the
+/// turn; outliers beyond the far tail; heavy tails with the right second moments; a law cut off at a gate; two
+/// sensors correlated at one step more than each is with itself in time; a mean innovation; an inconsistency of the
 /// first fifth of the steps that is all but gone in the second half; innovations more correlated than a wrong
 /// gain makes them; the sign of the lag-1 autocorrelation with that of the NIS (gain too small: positive, too
 /// large: negative), or for white innovations an S that is nearly R; Var(NEES) = 2 mean, as for another dof,
 /// against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a joint inconsistency that no
-/// block shares. Heuristic: a hint; signatures that are tests of their own need (1 − confidence) / 13.
+/// block shares. Heuristic: a hint; signatures that are tests of their own need (1 − confidence) / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence

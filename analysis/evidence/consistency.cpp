@@ -33,6 +33,8 @@ std::string_view to_string(Verdict verdict) {
       return "optimistic";
     case Verdict::pessimistic:
       return "pessimistic";
+    case Verdict::not_gaussian:
+      return "not Gaussian";
     case Verdict::mixed:
       return "mixed";
     case Verdict::undecided:

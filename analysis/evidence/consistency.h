@@ -37,10 +37,11 @@ enum class Verdict {
   optimistic,   ///< errors larger than P says: the statistic is too high
   pessimistic,  ///< errors smaller than P says: the statistic is too low
   mixed,        ///< both, at different steps or in different parts of the state
+  not_gaussian,  ///< the covariance is right, the law is not χ²: heavy tails
   undecided,    ///< not testable, see the reason
 };
 
-/// "consistent", "optimistic", "pessimistic", "mixed" or "undecided".
+/// "consistent", "optimistic", "pessimistic", "mixed", "not Gaussian" or "undecided".
 std::string_view to_string(Verdict verdict);
 
 /// Whether the data speak against the covariance, in either direction.

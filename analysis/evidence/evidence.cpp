@@ -70,11 +70,11 @@ SensorSums::SensorSums(Sensor of)
 void SensorSums::merge(const SensorSums& later) {
   varies = varies || later.varies || sensor.piece != later.sensor.piece;
   sensor.dim = std::max(sensor.dim, later.sensor.dim);
-  sensor.quantised = sensor.quantised || later.sensor.quantised;
   merge_sums(nis, later.nis);
   for (const auto& [m, sums] : later.by_dimension) by_dimension[m].merge(sums);
   fit.merge(later.fit);
   far_tail.merge(later.far_tail);
+  largest_nis = std::max(largest_nis, later.largest_nis);
   if (!varies) {
     lags.merge(later.lags);
     run_means.merge(later.run_means);
@@ -120,6 +120,12 @@ void Evidence::merge(Evidence later) {
   }
   coverage.merge(later.coverage);
   whole_runs.merge(later.whole_runs);
+  law.merge(later.law);
+  scores.merge(later.scores);
+  for (const SensorPairSums& pair : later.sensor_pairs) {
+    VectorMoments& here = sensor_pair(pair.first, pair.second, pair.first_dim).both;
+    if (here.count == 0 || here.mean.size() == pair.both.mean.size()) here.merge(pair.both);
+  }
   merge_sums(clean_nees, later.clean_nees);
   merge_sums(clean_nis, later.clean_nis);
   nees_outliers += later.nees_outliers;
@@ -155,6 +161,13 @@ SensorSums& Evidence::sensor(const Sensor& of) {
     if (sums.sensor.name == of.name) return sums;
   }
   return sensors.emplace_back(of);
+}
+
+SensorPairSums& Evidence::sensor_pair(const std::string& first, const std::string& second, Index first_dim) {
+  for (SensorPairSums& pair : sensor_pairs) {
+    if (pair.first == first && pair.second == second) return pair;
+  }
+  return sensor_pairs.emplace_back(SensorPairSums{first, second, first_dim});
 }
 
 }  // namespace credence

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "analysis/evidence/law_sums.h"
+#include "analysis/evidence/score_sums.h"
 #include "analysis/laws/consistency_vector_moments.h"
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/goodness_of_fit_histogram.h"
@@ -87,6 +89,7 @@ struct SensorSums {
   std::map<Index, StepSums> by_dimension;
   UniformHistogram fit;     ///< F(NIS)
   CoverageCount far_tail;   ///< NIS values within the quantile kFarTail
+  double largest_nis = 0.0;
   LagProducts lags;         ///< of the pieces; means nothing once the dimension varies
   VectorMoments run_means;  ///< over runs: the mean piece of each, so that it holds for coloured ones too
   /// Of Σ u_i/√m, which is N(0, 1) under consistency for any m.
@@ -95,6 +98,16 @@ struct SensorSums {
   VectorMoments values, scalar_values;  ///< of all pieces: for too few runs to compare their means
   Moments measurement_share;            ///< tr(S⁻¹ R)/m: the part of S that is R
   std::int64_t unwrapped = 0;           ///< components that are angles, beyond half a turn
+};
+
+/// The normalised innovations of two sensors at the same steps, one under the other: uncorrelated where the
+/// second sensor was taken after the update by the first, or S holds their covariance.
+struct SensorPairSums {
+  static constexpr Index kLargest = 24;  ///< components of both together
+
+  std::string first, second;
+  Index first_dim = 0;
+  VectorMoments both{};
 };
 
 /// What whole runs say. Only runs that ended well count.
@@ -124,6 +137,9 @@ struct Evidence {
   std::vector<SensorSums> sensors;
   CoverageSums coverage;
   RunSums whole_runs;
+  LawSums law;
+  ScoreSums scores;
+  std::vector<SensorPairSums> sensor_pairs;  ///< of the order of the layout
   SumsOverSteps clean_nees, clean_nis;  ///< without gross outliers
   std::int64_t nees_outliers = 0, nis_outliers = 0;
   std::int64_t rows = 0;                         ///< steps seen, rejected ones included
@@ -136,6 +152,8 @@ struct Evidence {
   std::int64_t rejected_rows() const;
   BlockSums& block(const Block& of);     ///< made if it is not there
   SensorSums& sensor(const Sensor& of);  ///< made if it is not there
+  /// Made if it is not there.
+  SensorPairSums& sensor_pair(const std::string& first, const std::string& second, Index first_dim);
 };
 
 /// Beyond this upper quantile of its χ² law a value is a gross outlier: once in a million for a consistent

@@ -38,9 +38,9 @@ bool well_conditioned(const Eigen::LLT<Matrix>& factor, const Matrix& P) {
 }
 
 /// tr(S⁻¹ R)/m with R of pieces of these variances: (S⁻¹)_ii = ‖column i of L⁻¹‖², S = L Lᵀ.
-double share_of_noise(const Matrix& S, const std::vector<double>& variances) {
+double share_of_noise(const Eigen::LLT<Matrix>& S, const std::vector<double>& variances) {
   const Index m = S.rows(), d = std::ssize(variances);
-  const Matrix inverse_factor = S.llt().matrixL().solve(Matrix::Identity(m, m));
+  const Matrix inverse_factor = S.matrixL().solve(Matrix::Identity(m, m));
   double trace = 0.0;
   for (Index i = 0; i < m; ++i) {
     trace += variances[static_cast<std::size_t>(i % d)] * inverse_factor.col(i).tail(m - i).squaredNorm();
@@ -105,10 +105,12 @@ Evidence EvidenceRecorder::take() {
 
 EvidenceRecorder::Normalised EvidenceRecorder::normalise(const Vector& error, const Matrix& P) {
   // The common case, with the arithmetic of the engine.
+  factorised_ = false;
   const bool regular = (P.diagonal().array() > 0.0).all();
   if (regular) {
     const NeesValue nees = solver_.solve(error, P);
     if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver_.factor(), P)) {
+      factorised_ = true;
       return {.value = nees.value, .whitened = solver_.whitened(), .dof = nees.dof};
     }
   }
@@ -141,6 +143,9 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
   if (layout_.joint_covariance) {
     state_ = normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
+    if (factorised_) {
+      state_.log_determinant = 2.0 * solver_.factor().matrixLLT().diagonal().array().log().sum();
+    }
   } else {
     state_.dof = 0;
   }
@@ -158,9 +163,14 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
 
 std::string_view EvidenceRecorder::judge_innovations(const Step& step) {
   innovations_.clear();
-  for (const Innovation& innovation : step.innovations) {
+  for (std::size_t i = 0; i < step.innovations.size(); ++i) {
+    const Innovation& innovation = step.innovations[i];
     innovations_.push_back(innovation.nu.size() == 0 ? Normalised{} : normalise(innovation.nu, innovation.S));
     if (!innovations_.back().problem.empty()) return "S of an innovation is not positive semidefinite";
+    const std::vector<double>& variances = layout_.sensors[i].variances;
+    if (innovation.nu.size() > 0 && factorised_ && !variances.empty()) {
+      innovations_.back().noise_share = share_of_noise(solver_.factor(), variances);
+    }
   }
   return {};
 }
@@ -218,11 +228,58 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
     run_.last_error = step.error(places_.front());
     run_.last_covariance = step.P(places_.front(), places_.front());
   }
+  add_law(step);
+  add_scores(step);
   if (sums_.study.runs == 1) sums_.first_run.push_back(state_.value / static_cast<double>(state_.dof));
   if (state_.value > outlier_limit(state_.dof)) {
     ++sums_.nees_outliers;
   } else {
     sums_at(sums_.clean_nees, step.step).add(state_.value, state_.dof);
+  }
+}
+
+void EvidenceRecorder::add_law(const Step& step) {
+  const double dof = static_cast<double>(state_.dof);
+  add_at(sums_.law.nees_at, step.step, state_.value / dof);
+  run_.law.nees_tails.add(state_.value, dof);
+  const Index all = std::ssize(layout_.states);
+  if (!layout_.joint_covariance) return;
+  if (all > LawSums::kLargestAveraged) {
+    const bool complete = !blocks_.empty() && blocks_.front().dof == std::ssize(layout_.blocks.front().states);
+    if (complete && blocks_.front().dof <= LawSums::kLargestAveraged) {
+      sums_.law.averaged = layout_.blocks.front().name;
+      run_.law.add_error(blocks_.front().whitened);
+    }
+  } else if (state_.dof == all) {
+    run_.law.add_error(state_.whitened);
+  }
+  if (state_.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
+    sums_.law.whitened[step.step].add(state_.whitened);
+  }
+}
+
+void EvidenceRecorder::add_scores(const Step& step) {
+  if (!layout_.joint_covariance) return;
+  run_.score.add(state_.value, state_.dof, state_.log_determinant);
+  const auto position = std::ranges::find(layout_.blocks, Part::position, &Block::part);
+  if (position == layout_.blocks.end()) return;
+  const std::vector<Index>& places = places_[static_cast<std::size_t>(position - layout_.blocks.begin())];
+  if (!places.empty()) run_.score.set_position(step.error(places), step.P(places, places));
+}
+
+void EvidenceRecorder::add_sensor_pairs() {
+  const auto whole = [this](std::size_t i) {
+    return innovations_[i].dof > 0 && innovations_[i].dof == layout_.sensors[i].dim;
+  };
+  Vector both;
+  for (std::size_t j = 1; j < innovations_.size(); ++j) {
+    for (std::size_t i = 0; i < j && whole(j); ++i) {
+      const Index dim = innovations_[i].dof + innovations_[j].dof;
+      if (!whole(i) || dim > SensorPairSums::kLargest) continue;
+      both.resize(dim);
+      both << innovations_[i].whitened, innovations_[j].whitened;
+      sums_.sensor_pair(layout_.sensors[i].name, layout_.sensors[j].name, innovations_[i].dof).both.add(both);
+    }
   }
 }
 
@@ -244,9 +301,8 @@ void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
   const double u = chi_square_cdf(value.value, static_cast<double>(value.dof));
   sums.fit.add(u);
   sums.far_tail.add(u <= SensorSums::kFarTail);
-  if (!sensor.variances.empty()) {
-    sums.measurement_share.add(share_of_noise(step.innovations[i].S, sensor.variances));
-  }
+  sums.largest_nis = std::max(sums.largest_nis, value.value);
+  if (!std::isnan(value.noise_share)) sums.measurement_share.add(value.noise_share);
   for (Index j = 0; j < step.innovations[i].nu.size() && !sensor.angles.empty(); ++j) {
     const bool angle = sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))];
     if (angle && std::abs(step.innovations[i].nu[j]) > kHalfTurn) ++sums.unwrapped;
@@ -266,9 +322,15 @@ void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
     }
     total += innovations_[i].value;
     dof += innovations_[i].dof;
+    run_.law.nis_tails.add(innovations_[i].value, static_cast<double>(innovations_[i].dof));
     add_innovation(i, step);
   }
   if (dof == 0) return;
+  if (innovations_.size() > 1) add_sensor_pairs();
+  const double m = static_cast<double>(dof);
+  add_at(sums_.law.nis_at, step.step, total / m);
+  run_.law.nis += total;
+  run_.law.nis_dof += m;
   s[Quantity::nis].add(total);
   s.nis_dof += dof;
   if (total > outlier_limit(dof)) {
@@ -353,7 +415,9 @@ void EvidenceRecorder::close_run(bool well) {
   if (!run_.open) return;
   run_.open = false;
   for (std::size_t i = 0; i < run_.innovations.size(); ++i) close_innovations(i);
+  if (well) run_.law.add_to(sums_.law);
   if (!well || run_.nees.empty()) return;
+  run_.score.add_to(sums_.scores);
   RunSums& runs = sums_.whole_runs;
   runs.nees_values.merge(run_.values);
   // Of blocks whose covariances are not known the sum is no χ²: the smallest of them bounds its spread.

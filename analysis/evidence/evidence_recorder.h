@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/evidence/evidence.h"
+#include "core/nan.h"
 #include "core/record/step.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/worlds/planar/covariance_statistics.h"
@@ -41,6 +42,8 @@ class EvidenceRecorder {
     double value = 0.0;
     Vector whitened{};
     Index dof = -1;  ///< −1: nothing to normalise
+    double log_determinant = kNaN;  ///< of a covariance of full rank
+    double noise_share = kNaN;      ///< tr(S⁻¹ R)/m of an innovation, where R is known
     std::string_view problem = {};
   };
 
@@ -62,6 +65,8 @@ class EvidenceRecorder {
     Vector last_error{};
     Matrix last_covariance{};
     Vector last_whitened{};  ///< of the whole state
+    RunLaw law{};
+    RunScore score{};
   };
 
   void list_blocks();  ///< in the order of the layout, seen or not
@@ -72,6 +77,9 @@ class EvidenceRecorder {
   std::string_view judge_innovations(const Step& step);
   void reject(const Step& step, std::string_view problem);
   void add_state(const Step& step, StepStatistics& sums);
+  void add_law(const Step& step);
+  void add_scores(const Step& step);
+  void add_sensor_pairs();
   void add_traces(const Step& step, StepStatistics& sums) const;
   void add_innovations(const Step& step, StepStatistics& sums);
   void add_innovation(std::size_t sensor, const Step& step);
@@ -85,6 +93,7 @@ class EvidenceRecorder {
   std::vector<Evidence> full_;
   OpenRun run_;
   NeesSolver solver_;
+  bool factorised_ = false;  ///< solver_ holds the factor of what was normalised last
   std::vector<std::size_t> block_at_;             ///< of each block of the layout, among those of the sums
   std::vector<Index> states_;                     ///< of the step that places_ is of
   std::vector<std::vector<Index>> places_;        ///< of the states of each block in the step at hand

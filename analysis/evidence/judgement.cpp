@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "analysis/evidence/consistency_gated.h"
 #include "analysis/evidence/consistency_judge.h"
 #include "analysis/evidence/effective_steps.h"
 #include "analysis/evidence/settling_power.h"
@@ -34,8 +35,9 @@ StepSeries series_of(const SumsOverSteps& sums, std::size_t steps) {
   return series;
 }
 
-/// Blocks without their covariances: each step, too, is a sum of dependent χ².
-VerdictLaws separate_block_laws(std::size_t blocks) {
+/// A sum over parts whose covariances are not known, blocks or sensors: each step, too, is a sum of dependent
+/// χ². Their dof are taken as equal, which is the widest as the spread of χ²(n) grows like √n.
+VerdictLaws separate_laws(std::size_t blocks, std::string method) {
   const double parts = static_cast<double>(blocks);
   VerdictLaws laws;
   laws.step = [=](double dof, double) { return dependent_law(std::vector<double>(blocks, dof / parts)); };
@@ -44,9 +46,7 @@ VerdictLaws separate_block_laws(std::size_t blocks) {
     for (const StepTest& step : tested) dofs.insert(dofs.end(), blocks, step.total_dof / parts);
     return dependent_law(dofs);
   };
-  laws.method =
-      "NEES summed over blocks whose covariances are not in the log; every step and the sum over steps by a "
-      "bound for every dependence, Bonferroni over the steps";
+  laws.method = std::move(method);
   return laws;
 }
 
@@ -55,7 +55,10 @@ ConsistencyVerdict judge_state(const Evidence& e, const StepSeries& series, doub
                                const RunAverages* runs = nullptr) {
   if (e.joint_covariance || e.blocks.size() < 2)
     return judge_nees(series.moments, series.dof, confidence, runs);
-  VerdictLaws laws = separate_block_laws(e.blocks.size());
+  VerdictLaws laws = separate_laws(
+      e.blocks.size(),
+      "NEES summed over blocks whose covariances are not in the log; every step and the sum over steps by a "
+      "bound for every dependence, Bonferroni over the steps");
   if (runs != nullptr && runs->moments.count >= kFewestRunsCompared) laws.runs = runs;
   return judge_sums(series.moments, series.dof, confidence, laws);
 }
@@ -65,11 +68,31 @@ ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, doub
   return judge_state(e, {s.series(Quantity::nees), s.dofs(Quantity::nees)}, confidence, &s.nees_of_runs);
 }
 
+/// The verdict on the NIS of all sensors. Those of one step may have been taken against the same prior, whose
+/// error they then share.
+ConsistencyVerdict judge_all_sensors(const Evidence& e, const StepSeries& nis, double confidence) {
+  if (e.sensors.size() < 2) return judge_nis(nis.moments, nis.dof, confidence);
+  return judge_sums(nis.moments, nis.dof, confidence,
+                    separate_laws(e.sensors.size(),
+                                  "NIS summed over sensors that may share the error of a prior; every step "
+                                  "and the sum over steps by a bound for every dependence, Bonferroni over "
+                                  "the steps"));
+}
+
+/// The verdict on the NIS of one sensor.
+ConsistencyVerdict judge_sensor_nis(const SensorSums& s, const std::optional<GateFound>& gate,
+                                    const StepSeries& nis, double confidence) {
+  if (!gate) return judge_nis(nis.moments, nis.dof, confidence);
+  return judge_gated_nis(nis.moments, static_cast<double>(s.by_dimension.begin()->first), gate->nis, confidence);
+}
+
 void judge_verdicts(const Evidence& e, const JudgementContext& context, Judgement& j) {
   const StudyStatistics& s = context.all_runs != nullptr ? *context.all_runs : e.study;
   j.nees = judge_study(e, s, j.confidence);
   j.vehicle_nees = judge_vehicle(s, j.confidence);
-  j.nis = judge_nis(s.series(Quantity::nis), s.dofs(Quantity::nis), j.confidence);
+  const StepSeries nis{s.series(Quantity::nis), s.dofs(Quantity::nis)};
+  j.nis = e.sensors.size() == 1 ? judge_sensor_nis(e.sensors[0], j.sensors[0].gate, nis, j.confidence)
+                                : judge_all_sensors(e, nis, j.confidence);
 }
 
 void judge_blocks(const Evidence& e, Judgement& j) {
@@ -97,16 +120,19 @@ CoverageVerdict judge_region(const CoverageSums::Region& region, double confiden
   return judge_coverage(region.count, expected, confidence);
 }
 
-/// Against the law cut off at the edge of the bins that hold anything, where that many empty bins at the top
-/// cannot be chance.
-std::optional<GoodnessOfFit> fit_to_a_gate(const UniformHistogram& fit) {
+/// A gate, where that many empty bins at the top cannot be chance and the rest fits.
+std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
   constexpr double kFewest = 20.0;  // values expected beyond; none there has probability 2e-9
-  const std::vector<std::int64_t>& counts = fit.counts();
+  if (s.by_dimension.size() != 1) return std::nullopt;
+  const std::vector<std::int64_t>& counts = s.fit.counts();
   std::size_t used = counts.size();
   while (used > 0 && counts[used - 1] == 0) --used;
-  const double beyond = static_cast<double>(counts.size() - used) / static_cast<double>(counts.size());
-  if (used < 2 || static_cast<double>(fit.count()) * beyond < kFewest) return std::nullopt;
-  return test_uniform(UniformHistogram(std::span(counts).first(used), fit.invalid()));
+  const auto values = static_cast<double>(s.fit.count());
+  const double expected = values * static_cast<double>(counts.size() - used) / static_cast<double>(counts.size());
+  if (used < 2 || expected < kFewest) return std::nullopt;
+  const GoodnessOfFit fit = test_uniform(UniformHistogram(std::span(counts).first(used), s.fit.invalid()));
+  if (!(fit.anderson_p_value > 1.0 - confidence)) return std::nullopt;
+  return GateFound{s.largest_nis, expected, fit.anderson_p_value};
 }
 
 SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double confidence) {
@@ -114,19 +140,14 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   result.name = s.sensor.name;
   result.of_sum = s.varies;
   const StepSeries nis = series_of(s.nis, steps);
-  result.nis = judge_nis(nis.moments, nis.dof, confidence);
+  result.gate = find_gate(s, confidence);
+  result.nis = judge_sensor_nis(s, result.gate, nis, confidence);
   result.whiteness = test_whiteness(s.varies ? s.scalar_lags : s.lags, confidence);
   const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
   const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
   result.mean = test_innovation_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
-  result.histogram = s.fit.counts();
-  if (s.sensor.quantised) {
-    result.fit = {
-        .kolmogorov_p_value = kNaN, .anderson_p_value = kNaN, .reason = "the log holds rounded innovations"};
-    return result;
-  }
   result.fit = test_uniform(s.fit);
-  result.gated_fit = fit_to_a_gate(s.fit);
+  result.histogram = s.fit.counts();
   return result;
 }
 
@@ -156,7 +177,11 @@ SettlingRuns settle(const ConsistencyVerdict& v, bool white, double effective_st
 
 void judge_scales(const Evidence& e, Judgement& j) {
   j.scale_covariance = scale_of_covariance(j.nees);
-  j.scale_innovation = scale_of_innovation(j.nis);
+  const double alpha = 1.0 - j.confidence;
+  const auto shared = [alpha](const SensorPairJudgement& p) { return p.correlation.p_value <= alpha; };
+  j.scale_innovation = std::ranges::any_of(j.law.sensor_pairs, shared)
+                           ? no_scale("sensors of the same step are correlated")
+                           : scale_of_innovation(j.nis);
   Moments share;
   for (const SensorSums& sensor : e.sensors) share.merge(sensor.measurement_share);
   j.scale_measurement_noise = share.count > 0 && share.mean > 0.0
@@ -267,6 +292,12 @@ constexpr const char* kNisTails = "NIS against its law, tails";
 constexpr const char* kWhiteness = "whiteness of the innovation";
 constexpr const char* kInnovationMean = "mean of the innovation";
 constexpr const char* kErrorCorrelation = "correlation of the whitened errors";
+constexpr const char* kHeavyTails = "tails of NEES and NIS, over runs";
+
+/// The name of a test of two sensors.
+std::string pair_test(const SensorPairJudgement& pair) {
+  return fmt::format("innovations of {} and {} at one step", pair.first, pair.second);
+}
 
 /// The name of a test of one sensor.
 std::string of_sensor(const char* test, const SensorJudgement& sensor) {
@@ -287,6 +318,34 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
   const double largest = s.mean.mean.size() > 0 ? s.mean.mean.cwiseAbs().maxCoeff() : 0.0;
   tests.push_back(reasoned_test(of_sensor(kInnovationMean, s), Exactness::exact, s.mean.reason,
                                 s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
+}
+
+void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& tests) {
+  for (const SensorPairJudgement& pair : law.sensor_pairs) {
+    tests.push_back(reasoned_test(
+        pair_test(pair), Exactness::approximate, pair.correlation.reason, pair.correlation.p_value,
+        fmt::format("largest {:.3g} of {} steps", pair.correlation.largest, pair.correlation.values)));
+  }
+  const GaussianityJudgement& g = law.gaussianity;
+  tests.push_back(reasoned_test(
+      kHeavyTails, Exactness::approximate, std::isnan(g.tail_p_value) ? "fewer than ten runs" : "",
+      g.tail_p_value,
+      fmt::format("NEES p = {:.3g}, NIS p = {:.3g}", g.nees_tail_p_value, g.nis_tail_p_value)));
+  if (!has_truth) return;
+  const SecondMomentTest& second = law.second_moments.test;
+  tests.push_back(
+      reasoned_test("second moments of the errors", Exactness::approximate, second.reason,
+                    std::min(second.p_value.optimistic, second.p_value.pessimistic),
+                    fmt::format("times {:.3g} ({:.3g} … {:.3g}) in the direction of {}", second.worst.mean,
+                                second.worst.lower, second.worst.upper, law.second_moments.worst)));
+  const ShapeJudgement& shape = law.shape;
+  const auto factor = [&](Index i) {
+    const Vector& all = shape.shape.factors;
+    return all.size() > 0 ? all[i < 0 ? all.size() - 1 : i] : kNaN;
+  };
+  tests.push_back(reasoned_test("shape of P", Exactness::approximate, shape.reason, shape.p_value,
+                                fmt::format("factors {:.3g} to {:.3g} over the directions at step {}",
+                                            factor(0), factor(-1), shape.step)));
 }
 
 void list_errors(const Judgement& j, std::vector<NamedTest>& tests) {
@@ -316,6 +375,7 @@ std::vector<NamedTest> list_tests(const Evidence& e, const Judgement& j) {
     tests.push_back(verdict_test("NEES of " + block.name, block.verdict));
   for (const SensorJudgement& sensor : j.sensors) list_sensor(sensor, j.sensors.size() == 1, tests);
   if (e.has_truth) list_errors(j, tests);
+  list_law(j.law, e.has_truth, tests);
   std::vector<double> p_values;
   p_values.reserve(tests.size());
   for (const NamedTest& test : tests) p_values.push_back(test.p_value);
@@ -335,9 +395,9 @@ bool speaks(const Judgement& j, std::string_view name) {
 void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
   if (speaks(j, of_sensor(kWhiteness, s))) f.whiteness = s.whiteness;
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
+  if (s.gate) f.gate = s.gate;
   if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
   f.fit = s.fit;
-  f.gated_fit = s.gated_fit;
   f.far_tail = sums.far_tail;
 }
 
@@ -356,6 +416,14 @@ std::vector<CauseFound> causes_of(const Evidence& e, const JudgementContext& con
   findings.nees_values = e.whole_runs.nees_values;
   findings.nonlinear = e.layout.nonlinear;
   if (share.count > 0) findings.measurement_noise_share = share.mean;
+  for (const SensorPairJudgement& pair : j.law.sensor_pairs) {
+    if (!speaks(j, pair_test(pair))) continue;
+    findings.sensor_pairs.push_back({pair.first, pair.second, pair.correlation});
+  }
+  const GaussianityJudgement& g = j.law.gaussianity;
+  if (speaks(j, kHeavyTails) && g.right_but_heavy_tailed(1.0 - j.confidence)) {
+    findings.heavy_tail_p_value = g.tail_p_value;
+  }
   return find_causes(findings);
 }
 
@@ -365,7 +433,34 @@ void judge_sensitivity(const Evidence& e, Judgement& j) {
   j.sensitivity = SensitivityJudgement{.nees_outliers = e.nees_outliers,
                                        .nis_outliers = e.nis_outliers,
                                        .nees = judge_state(e, nees, j.confidence),
-                                       .nis = judge_nis(nis.moments, nis.dof, j.confidence)};
+                                       .nis = judge_all_sensors(e, nis, j.confidence)};
+}
+
+/// NEES, NIS of each sensor, the blocks, and the directions of P.
+Word word_of(const Evidence& e, const Judgement& j) {
+  constexpr double kDirections = 0.1;
+  std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
+  if (j.sensors.size() > 1) {
+    const double each = parts[1].weight / static_cast<double>(j.sensors.size());
+    parts.erase(parts.begin() + 1);
+    for (const SensorJudgement& s : j.sensors) parts.push_back({"NIS of " + s.name, &s.nis, each});
+  }
+  ConsistencyVerdict directions;
+  const SecondMomentJudgement& second = j.law.second_moments;
+  if (second.test.reason.empty()) {
+    directions.optimistic_p_value = second.test.p_value.optimistic;
+    directions.pessimistic_p_value = second.test.p_value.pessimistic;
+    directions.steps_tested = std::ssize(e.study.steps);
+    directions.count = second.test.runs;
+    directions.verdict = Verdict::consistent;
+    parts.push_back({"the direction of " + second.worst, &directions, kDirections, true});
+  }
+  Word word = join_verdicts(parts, j.confidence);
+  if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
+    word.verdict = Verdict::not_gaussian;
+    word.says = "the covariance is right, the errors are not Gaussian (heavy tails)";
+  }
+  return word;
 }
 
 }  // namespace
@@ -374,21 +469,22 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   Judgement j;
   j.runs = e.study.runs;
   j.confidence = context.confidence;
-  judge_verdicts(e, context, j);
-  judge_blocks(e, j);
   for (const SensorSums& sensor : e.sensors) {
     j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence));
   }
+  judge_verdicts(e, context, j);
+  judge_blocks(e, j);
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
   }
   judge_ends(e, j);
+  j.law = judge_law(e, context.all_runs != nullptr ? *context.all_runs : e.study, j.confidence, context.margin);
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
   judge_scales(e, j);
   j.settle_nees = settle(j.nees, false, j.effective_steps);
   j.settle_nis = settle(j.nis, true, j.effective_steps);
   if (e.study.runs == 1 && context.all_runs == nullptr) judge_single_run(e, j);
-  j.word = join_verdicts(j.nees, j.nis, j.blocks, j.confidence);
+  j.word = word_of(e, j);
   j.tests = list_tests(e, j);
   j.causes = causes_of(e, context, j);
   if (context.sensitivity) judge_sensitivity(e, j);

@@ -10,6 +10,7 @@
 #include "analysis/evidence/advice_cause.h"
 #include "analysis/evidence/consistency.h"
 #include "analysis/evidence/evidence.h"
+#include "analysis/evidence/law_judgement.h"
 #include "analysis/evidence/word.h"
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/credibility.h"
@@ -58,7 +59,7 @@ struct SensorJudgement {
   bool of_sum = false;                     ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
   GoodnessOfFit fit;                       ///< of NIS against χ²
   std::vector<std::int64_t> histogram;     ///< counts of F(NIS), equally likely bins
-  std::optional<GoodnessOfFit> gated_fit;  ///< against the law cut off where the largest values seem to be
+  std::optional<GateFound> gate;           ///< of which `nis` takes the law cut off there
 };
 
 /// A single run, whose NEES is correlated in time (theory, section 7).
@@ -79,13 +80,14 @@ struct Judgement {
   double confidence = 0.95;
   ConsistencyVerdict nees, nis;                    ///< of all runs of a study
   std::optional<ConsistencyVerdict> vehicle_nees;  ///< of a block that is a pose, of all runs too
-  Word word;                                       ///< over NEES, NIS and the blocks
+  Word word;                                       ///< over NEES, NIS, the blocks and directions
   std::vector<BlockVerdict> blocks;                ///< empty if the whole state is one block
   ResponsibleBlock responsible;
   std::vector<SensorJudgement> sensors;
   std::array<CoverageVerdict, CoverageSums::kSigmas.size()> coverage;
   CredibilityIndex credibility;              ///< of the pose, or the first block, at the last step
   ErrorCorrelationTest error_correlation;    ///< of the whole state at the last step
+  LawJudgement law;                          ///< every direction of P, and the law of the errors
   RmseInterval position, heading, landmark;  ///< averaged over the steps
   double effective_steps = 0.0;  ///< independent steps that the NEES of a run is worth; NaN: not known
   ScaleAdvice scale_covariance, scale_innovation, scale_measurement_noise;
@@ -101,6 +103,7 @@ struct JudgementContext {
   double confidence = 0.95;
   bool sensitivity = false;  ///< also judge without gross outliers
   bool inflated = false;     ///< the filter inflates its covariance on purpose
+  double margin = 0.1;       ///< what counts as consistent: the factor on P between 1/(1 + this) and 1 + this
   /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
   const StudyStatistics* all_runs = nullptr;
 };
@@ -110,7 +113,10 @@ struct JudgementContext {
 /// One run: the verdict on NEES joins, by the union bound at half the level each, that for any correlation in
 /// time and the test of the run's average over nearly independent stretches; where the run is too short for
 /// the latter and nothing rejects, it is undecided, with the runs that would settle it. Covariances between
-/// blocks unknown: the sum of their NEES is tested by a bound for every dependence.
+/// blocks unknown: the sum of their NEES is tested by a bound for every dependence; so is the sum of the NIS
+/// of several sensors, of which the word takes each alone.
+///
+/// Where only tests that need a Gaussian law reject, and the tails are heavy, the word is `not_gaussian`.
 Judgement judge(const Evidence& evidence, const JudgementContext& context = {});
 
 /// The verdict on the NEES of the pose; none where the study has no pose.

@@ -100,7 +100,7 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   }
   std::vector<BlockVerdict> blocks;
   if (analysis.vehicle_nees) blocks.push_back({"pose", *analysis.vehicle_nees});
-  analysis.word = join_verdicts(analysis.nees, analysis.nis, blocks, confidence);
+  analysis.word = join_verdicts(word_parts(analysis.nees, analysis.nis, blocks), confidence);
   return analysis;
 }
 

@@ -12,15 +12,6 @@
 namespace credence {
 namespace {
 
-constexpr double kNeesWeight = 0.4, kNisWeight = 0.2, kBlocksWeight = 0.4;
-
-/// A verdict on its way into the word.
-struct Candidate {
-  std::string name;
-  const ConsistencyVerdict* verdict;
-  double weight;
-};
-
 /// Both directions; a verdict's p-values are two-sided.
 std::array<DirectedTest, 2> directions(const ConsistencyVerdict& v) {
   return {DirectedTest{Departure::optimistic, 0.5 * v.optimistic_p_value},
@@ -34,34 +25,29 @@ Verdict verdict_of(bool optimistic, bool pessimistic) {
                                    : Verdict::consistent;
 }
 
-/// The part that says most in one direction: a block before NEES and NIS, since it says where.
-const Candidate* foremost(const std::vector<Candidate>& candidates, const JointTests& joint, std::size_t side,
-                          double alpha) {
-  const Candidate* best = nullptr;
-  double smallest = 2.0;
-  for (std::size_t i = 2; i < candidates.size(); ++i) {
-    const double p = joint.adjusted[i][side];
-    if (p <= alpha && p < smallest) {
+/// The part that says most in one direction: of the state before NEES and NIS, since it says where.
+const WordPart* foremost(std::span<const WordPart> parts, const JointTests& joint, std::size_t side,
+                         double alpha) {
+  for (const bool says_where : {true, false}) {
+    const WordPart* best = nullptr;
+    double smallest = alpha;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const double p = joint.adjusted[i][side];
+      if (parts[i].says_where != says_where || !(p <= smallest)) continue;
+      if (best != nullptr && p == smallest) continue;
       smallest = p;
-      best = &candidates[i];
+      best = &parts[i];
     }
+    if (best != nullptr) return best;
   }
-  if (best != nullptr) return best;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const double p = joint.adjusted[i][side];
-    if (p <= alpha && p < smallest) {
-      smallest = p;
-      best = &candidates[i];
-    }
-  }
-  return best;
+  return nullptr;
 }
 
-std::string says_of(const std::vector<Candidate>& candidates, const JointTests& joint, double alpha) {
+std::string says_of(std::span<const WordPart> parts, const JointTests& joint, double alpha) {
   std::string text;
   const std::array sides{Verdict::optimistic, Verdict::pessimistic};
   for (std::size_t side = 0; side < 2; ++side) {
-    const Candidate* const part = foremost(candidates, joint, side, alpha);
+    const WordPart* const part = foremost(parts, joint, side, alpha);
     if (part == nullptr) continue;
     text += fmt::format("{}{} in {} {}", text.empty() ? "" : "; ", to_string(sides[side]), part->name,
                         when_text(*part->verdict, sides[side]));
@@ -84,33 +70,38 @@ std::string when_text(const ConsistencyVerdict& v, Verdict direction) {
   return fmt::format("in steps {} to {}", span.first, span.last);
 }
 
-Word join_verdicts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
-                   std::span<const BlockVerdict> blocks, double confidence) {
-  std::vector<Candidate> candidates = {{"NEES", &nees, kNeesWeight}, {"NIS", &nis, kNisWeight}};
+std::vector<WordPart> word_parts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
+                                 std::span<const BlockVerdict> blocks) {
+  constexpr double kNees = 0.4, kNis = 0.2, kBlocks = 0.4;
+  std::vector<WordPart> parts = {{"NEES", &nees, kNees}, {"NIS", &nis, kNis}};
   for (const BlockVerdict& block : blocks) {
-    candidates.push_back({block.name, &block.verdict, kBlocksWeight / static_cast<double>(blocks.size())});
+    parts.push_back({block.name, &block.verdict, kBlocks / static_cast<double>(blocks.size()), true});
   }
+  return parts;
+}
+
+Word join_verdicts(std::span<const WordPart> parts, double confidence) {
   std::vector<std::array<DirectedTest, 2>> tests;
-  tests.reserve(candidates.size());
+  tests.reserve(parts.size());
   std::vector<TestFamily> families;
-  for (const Candidate& c : candidates) {
-    tests.push_back(directions(*c.verdict));
-    families.push_back({.weight = c.weight, .tests = tests.back()});
+  for (const WordPart& part : parts) {
+    tests.push_back(directions(*part.verdict));
+    families.push_back({.weight = part.weight, .tests = tests.back()});
   }
   const JointTests joint = join_tests(families);
   const double alpha = 1.0 - confidence;
   Word word{.verdict = verdict_of(joint.optimistic(alpha), joint.pessimistic(alpha)),
             .p_value = joint.p_value,
-            .says = says_of(candidates, joint, alpha),
+            .says = says_of(parts, joint, alpha),
             .joined = {}};
   bool undecided = std::isnan(joint.p_value);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
     const double up = joint.adjusted[i][0], down = joint.adjusted[i][1];
-    const ConsistencyVerdict& v = *candidates[i].verdict;
+    const ConsistencyVerdict& v = *parts[i].verdict;
     const bool no_data = std::isnan(up);
     const bool open = v.verdict == Verdict::undecided;
-    undecided = undecided || (open && v.count > 0 && i < 2);
-    word.joined.push_back({candidates[i].name,
+    undecided = undecided || (open && v.count > 0 && !parts[i].says_where);
+    word.joined.push_back({parts[i].name,
                            no_data || open ? Verdict::undecided : verdict_of(up <= alpha, down <= alpha),
                            no_data ? kNaN : std::min(up, down)});
   }

@@ -9,9 +9,17 @@
 
 namespace credence {
 
+/// One verdict on its way into the word.
+struct WordPart {
+  std::string name;                    ///< "NEES", "NIS", or of a block or direction
+  const ConsistencyVerdict* verdict{};  ///< its p-values alone
+  double weight = 1.0;                 ///< its share of the level
+  bool says_where = false;             ///< a part of the state, which is named before the whole
+};
+
 /// One verdict among those that are joined.
 struct JoinedVerdict {
-  std::string name;                      ///< "NEES", "NIS", or of a block
+  std::string name;                      ///< of the part
   Verdict verdict = Verdict::undecided;  ///< when all are taken together
   double p_value = 0.0;                  ///< adjusted; NaN without data
 };
@@ -26,11 +34,15 @@ struct Word {
 
 /// Joins verdicts so that a consistent filter is called anything else with probability at most 1 −
 /// confidence, whatever the dependence between them: weighted Bonferroni, with Holm's steps for the single
-/// ones (joint_tests.h). NEES and the blocks together have two fifths of the level each, NIS one fifth; what
-/// has no data leaves its part to the others. Optimistic in one part and pessimistic in another is `mixed`.
-/// `undecided` where a verdict is and no other rejects. Of one block the whole state is that block.
-Word join_verdicts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
-                   std::span<const BlockVerdict> blocks, double confidence);
+/// ones (joint_tests.h); what has no data leaves its part to the others. Optimistic in one part and
+/// pessimistic in another is `mixed`. `undecided` where a verdict on the whole state or the innovations is
+/// and no other rejects.
+Word join_verdicts(std::span<const WordPart> parts, double confidence);
+
+/// NEES, NIS and the blocks, which together have two fifths of the level, as NEES has, and NIS one fifth. Of
+/// one block the whole state is that block.
+std::vector<WordPart> word_parts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
+                                 std::span<const BlockVerdict> blocks);
 
 /// When a verdict rejects, in words: "at step 11", "in steps 1 to 3", "from step 40 on", "throughout".
 std::string when_text(const ConsistencyVerdict& verdict, Verdict direction);

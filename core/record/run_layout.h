@@ -32,7 +32,6 @@ struct Sensor {
   /// Variances of a piece of the measurement that the filter assumes; empty: not known.
   std::vector<double> variances{};
   std::vector<bool> angles{};  ///< which components of a piece are angles (rad); empty: none
-  bool quantised = false;      ///< known only rounded: NIS cannot follow its law to the last value
 
   bool operator==(const Sensor&) const = default;
 };

@@ -53,6 +53,63 @@ Json coverage_json(const Judgement& battery) {
   return coverage;
 }
 
+/// A number, or null with what it lacks.
+Json reasoned(Json j, std::string_view reason) {
+  add_reason(j, reason);
+  return j;
+}
+
+Json score_json(const ScoreJudgement& score) {
+  return reasoned({{"mean", json_number(score.value.mean)},
+                   {"lower", json_number(score.value.lower)},
+                   {"upper", json_number(score.value.upper)},
+                   {"expected", json_number(score.expected)}},
+                  score.reason);
+}
+
+/// Every direction of P, whether it is proved right, and the law of the errors.
+void add_law(const LawJudgement& law, Json& j) {
+  const SecondMomentTest& second = law.second_moments.test;
+  j["second_moments"] = reasoned({{"of", law.second_moments.of.empty() ? "state" : law.second_moments.of},
+                                  {"optimistic_p_value", json_number(second.p_value.optimistic)},
+                                  {"pessimistic_p_value", json_number(second.p_value.pessimistic)},
+                                  {"worst_direction", law.second_moments.worst},
+                                  {"worst_factor", json_number(second.worst.mean)},
+                                  {"worst_lower", json_number(second.worst.lower)},
+                                  {"worst_upper", json_number(second.worst.upper)},
+                                  {"least_factor", json_number(second.least_factor)},
+                                  {"largest_factor", json_number(second.largest_factor)}},
+                                 second.reason);
+  const ShapeJudgement& shape = law.shape;
+  std::vector<double> factors(shape.shape.factors.begin(), shape.shape.factors.end());
+  j["shape"] = reasoned({{"step", shape.step},
+                         {"p_value", json_number(shape.p_value)},
+                         {"factors", json_numbers(factors)},
+                         {"proved_within", json_number(shape.proved_within)},
+                         {"proved_at_step", shape.proved_at}},
+                        shape.reason);
+  const GaussianityJudgement& g = law.gaussianity;
+  j["gaussianity"] = {{"nees_tail_p_value", json_number(g.nees_tail_p_value)},
+                      {"nis_tail_p_value", json_number(g.nis_tail_p_value)},
+                      {"moments_p_value", json_number(g.moments_p_value)}};
+  j["equivalence"] = reasoned({{"margin", law.equivalence.margin},
+                               {"p_value", json_number(law.equivalence.p_value)},
+                               {"proved_within", json_number(law.equivalence.proved_within)}},
+                              law.equivalence.reason);
+  j["scores"] = {{"log", score_json(law.log_score)},
+                 {"energy", score_json(law.energy_score)},
+                 {"energy_of", law.energy_of_position ? "position" : "whitened state"}};
+  Json pairs = Json::array();
+  for (const SensorPairJudgement& pair : law.sensor_pairs) {
+    pairs.push_back(reasoned({{"first", pair.first},
+                              {"second", pair.second},
+                              {"largest_correlation", json_number(pair.correlation.largest)},
+                              {"p_value", json_number(pair.correlation.p_value)}},
+                             pair.correlation.reason));
+  }
+  j["sensor_pairs"] = std::move(pairs);
+}
+
 Json settle_json(const SettlingRuns& settle) {
   Json j = {{"observed_factor", json_number(settle.observed_factor)},
             {"runs", settle.runs == 0 ? Json(nullptr) : Json(settle.runs)},
@@ -99,6 +156,7 @@ Json judgement_json(const Judgement& b) {
   j["rmse"] = {{"position_m", rmse_json(b.position)},
                {"heading_rad", rmse_json(b.heading)},
                {"landmark_m", rmse_json(b.landmark)}};
+  add_law(b.law, j);
   j["effective_steps"] = json_number(b.effective_steps);
   j["null_reason"] =
       "null: not tested, the reason stands beside it or in `measured`; effective_steps: fewer than "

@@ -41,7 +41,7 @@ bool InnovationSeries::any_vector() const {
   return std::ranges::any_of(sensors_, [](const SensorSeries& s) { return s.dim > 1 && s.in_use(); });
 }
 
-void InnovationSeries::emit(LogSink& sink, bool quantised) const {
+void InnovationSeries::emit(LogSink& sink) const {
   RunLayout layout;
   layout.has_truth = false;
   std::vector<const SensorSeries*> speaking;
@@ -50,7 +50,7 @@ void InnovationSeries::emit(LogSink& sink, bool quantised) const {
     if (!s.in_use()) continue;
     speaking.push_back(&s);
     steps = std::max(steps, s.count());
-    layout.sensors.push_back({.name = s.name, .dim = s.dim, .piece = s.dim, .quantised = quantised});
+    layout.sensors.push_back({.name = s.name, .dim = s.dim, .piece = s.dim});
     if (s.angle) layout.sensors.back().angles = {true};
   }
   sink.begin_run(layout);

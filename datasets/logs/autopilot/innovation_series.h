@@ -31,7 +31,7 @@ class InnovationSeries {
   bool empty() const;
 
   /// One run of all sensors that said anything.
-  void emit(LogSink& sink, bool quantised) const;
+  void emit(LogSink& sink) const;
 
   /// "49 of gps_hpos at 4.9 Hz, …"
   std::string counts() const;

@@ -212,8 +212,8 @@ void tell(int instance, const Estimator& estimator, const UlogInnovations& log, 
   }
   if (series.any_vector()) {
     sink.remark(
-        "The log holds variances and no covariances: the components of a sensor, and the sensors, are "
-        "judged as if they were independent.");
+        "The log holds variances and no covariances: the components of a sensor are judged as if they were "
+        "independent.");
   }
   if (log.dropouts > 0) {
     sink.remark(
@@ -237,7 +237,7 @@ void read_flight(const std::filesystem::path& file, const LogReadOptions& option
         fmt::format("{}: --instance {}: there are {}", file.string(), *options.instance, names));
   }
   tell(chosen->first, chosen->second, log, sink);
-  chosen->second.series().emit(sink, false);
+  chosen->second.series().emit(sink);
 }
 
 LogContents list_flight(const std::filesystem::path& file) {

@@ -174,8 +174,7 @@ TEST(Causes, OutliersGateBiasAndCrossCovariance) {
   EXPECT_EQ(find_causes(turned).front().cause, Cause::unwrapped_angle);
 
   Findings gate{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(0.95, 2.0)};
-  gate.fit = GoodnessOfFit{.anderson_p_value = 1e-5};
-  gate.gated_fit = GoodnessOfFit{.anderson_p_value = 0.4};
+  gate.gate = GateFound{.nis = 9.2, .expected = 50.0, .p_value = 0.4};
   EXPECT_TRUE(names(find_causes(gate), Cause::gated_innovations));
 
   Findings bias{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(1.1, 1.0)};

@@ -32,33 +32,38 @@ ConsistencyVerdict no_data() {
   return v;
 }
 
+Word word_of(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
+             std::span<const BlockVerdict> blocks, double confidence) {
+  return join_verdicts(word_parts(nees, nis, blocks), confidence);
+}
+
 TEST(Word, IsConsistentWhereNothingSpeaks) {
-  const Word word = join_verdicts(says(0.3, 0.9), says(0.6, 0.5), {}, 0.95);
+  const Word word = word_of(says(0.3, 0.9), says(0.6, 0.5), {}, 0.95);
   EXPECT_EQ(word.verdict, Verdict::consistent);
   EXPECT_EQ(word.says, "");
 }
 
 TEST(Word, HoldsItsLevelByTheWeightsOfItsParts) {
   // NEES has two thirds where there is no block: 0.02 / (2/3) = 0.03; NIS one third: 0.02 · 3 = 0.06.
-  EXPECT_NEAR(join_verdicts(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).p_value, 0.03, 1e-12);
-  EXPECT_NEAR(join_verdicts(says(1.0, 1.0), says(0.02, 1.0), {}, 0.95).p_value, 0.06, 1e-12);
-  EXPECT_EQ(join_verdicts(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).verdict, Verdict::optimistic);
-  EXPECT_EQ(join_verdicts(says(1.0, 1.0), says(0.02, 1.0), {}, 0.95).verdict, Verdict::consistent);
+  EXPECT_NEAR(word_of(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).p_value, 0.03, 1e-12);
+  EXPECT_NEAR(word_of(says(1.0, 1.0), says(0.02, 1.0), {}, 0.95).p_value, 0.06, 1e-12);
+  EXPECT_EQ(word_of(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).verdict, Verdict::optimistic);
+  EXPECT_EQ(word_of(says(1.0, 1.0), says(0.02, 1.0), {}, 0.95).verdict, Verdict::consistent);
 }
 
 TEST(Word, WithoutTruthNisHasTheWholeLevel) {
-  const Word word = join_verdicts(no_data(), says(1.0, 0.04), {}, 0.95);
+  const Word word = word_of(no_data(), says(1.0, 0.04), {}, 0.95);
   EXPECT_EQ(word.verdict, Verdict::pessimistic);
   EXPECT_NEAR(word.p_value, 0.04, 1e-12);
   EXPECT_TRUE(std::isnan(word.joined[0].p_value));
-  EXPECT_EQ(join_verdicts(no_data(), no_data(), {}, 0.95).verdict, Verdict::undecided);
+  EXPECT_EQ(word_of(no_data(), no_data(), {}, 0.95).verdict, Verdict::undecided);
 }
 
 TEST(Word, ABlockThatIsOptimisticIsNeverCalledPessimistic) {
   ConsistencyVerdict heading = says(1e-9, 1.0);
   heading.optimistic_steps = {.first = 40, .last = 100, .count = 50};
   const std::vector<BlockVerdict> blocks = {{"heading", heading}, {"map", says(1.0, 1e-12)}};
-  const Word word = join_verdicts(says(1.0, 1e-9), says(1.0, 1e-9), blocks, 0.95);
+  const Word word = word_of(says(1.0, 1e-9), says(1.0, 1e-9), blocks, 0.95);
   EXPECT_EQ(word.verdict, Verdict::mixed);
   EXPECT_EQ(word.says, "optimistic in heading from step 40 on; pessimistic in map on average over the steps");
 }
@@ -77,8 +82,8 @@ TEST(Word, SaysWhen) {
 TEST(Word, AnUndecidedPartLeavesItUndecidedUnlessAnotherRejects) {
   ConsistencyVerdict open = says(0.3, 0.9);
   open.verdict = Verdict::undecided;
-  EXPECT_EQ(join_verdicts(open, says(0.5, 0.6), {}, 0.95).verdict, Verdict::undecided);
-  EXPECT_EQ(join_verdicts(open, says(1e-6, 1.0), {}, 0.95).verdict, Verdict::optimistic);
+  EXPECT_EQ(word_of(open, says(0.5, 0.6), {}, 0.95).verdict, Verdict::undecided);
+  EXPECT_EQ(word_of(open, says(1e-6, 1.0), {}, 0.95).verdict, Verdict::optimistic);
 }
 
 }  // namespace

@@ -1,0 +1,60 @@
+#include "analysis/evidence/law_sums.h"
+
+#include <bit>
+#include <cmath>
+
+namespace credence {
+namespace {
+
+void merge_steps(std::vector<SkewedMoments>& sums, const std::vector<SkewedMoments>& later) {
+  if (sums.size() < later.size()) sums.resize(later.size());
+  for (std::size_t k = 0; k < later.size(); ++k) sums[k].merge(later[k]);
+}
+
+}  // namespace
+
+void LawSums::merge(const LawSums& later) {
+  if (second_moments.dim() == 0) {
+    averaged = later.averaged;
+    second_moments = later.second_moments;
+  } else if (later.second_moments.dim() == second_moments.dim()) {
+    second_moments.merge(later.second_moments);
+  }
+  for (const auto& [step, moments] : later.whitened) {
+    VectorMoments& here = whitened[step];
+    if (here.count == 0 || here.mean.size() == moments.mean.size()) here.merge(moments);
+  }
+  nees_tails.merge(later.nees_tails);
+  nis_tails.merge(later.nis_tails);
+  nis_of_runs.merge(later.nis_of_runs);
+  merge_steps(nees_at, later.nees_at);
+  merge_steps(nis_at, later.nis_at);
+}
+
+void RunLaw::add_error(const Vector& whitened) {
+  if (outer.rows() != whitened.size()) {
+    if (steps > 0) return;  // of fewer states than before: no average of the same thing
+    outer = Matrix::Zero(whitened.size(), whitened.size());
+  }
+  outer.selfadjointView<Eigen::Lower>().rankUpdate(whitened);
+  ++steps;
+}
+
+void RunLaw::add_to(LawSums& sums) const {
+  if (steps > 0 && (sums.second_moments.dim() == 0 || sums.second_moments.dim() == outer.rows())) {
+    sums.second_moments.add(outer / static_cast<double>(steps));
+  }
+  if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
+  if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);
+  if (nis_dof > 0.0) sums.nis_of_runs.add(nis / nis_dof);
+}
+
+void add_at(std::vector<SkewedMoments>& sums, std::int64_t step, double value) {
+  const auto k = static_cast<std::size_t>(step) - 1;
+  if (sums.size() <= k) sums.resize(k + 1);
+  sums[k].add(value);
+}
+
+bool is_shape_step(std::int64_t step) { return std::has_single_bit(static_cast<std::uint64_t>(step)); }
+
+}  // namespace credence

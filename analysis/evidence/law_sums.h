@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "analysis/laws/consistency_vector_moments.h"
+#include "analysis/laws/second_moments.h"
+#include "analysis/laws/tail_weight.h"
+#include "montecarlo/engine/skewed_moments.h"
+
+/// @file
+/// Sums that tell a covariance that is wrong from errors that are not Gaussian, and a direction of P that is
+/// wrong from a common factor. Units are whole runs, or the runs at one step.
+
+namespace credence {
+
+/// Of all runs.
+struct LawSums {
+  static constexpr Index kLargestAveraged = 12;  ///< a larger state is looked at by its first block
+  static constexpr Index kLargestShape = 24;
+
+  std::string averaged{};                           ///< the block that second_moments is of; "": the state
+  SecondMoments second_moments{};                   ///< of the whitened errors, averaged over each run
+  std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …
+  SkewedMoments nees_tails{}, nis_tails{};           ///< of each run (tail_weight.h)
+  SkewedMoments nis_of_runs{};                       ///< NIS / dof, averaged over each run
+  std::vector<SkewedMoments> nees_at{}, nis_at{};    ///< NEES / dof and NIS / dof at each step over the runs
+
+  void merge(const LawSums& later);
+};
+
+/// Of the run at hand.
+struct RunLaw {
+  Matrix outer{};  ///< Σ u uᵀ
+  Index steps = 0;
+  RunTails nees_tails{}, nis_tails{};
+  double nis = 0.0, nis_dof = 0.0;
+
+  void add_error(const Vector& whitened);
+  /// The run ended well.
+  void add_to(LawSums& sums) const;
+};
+
+/// Adds a value at a step, from 1.
+void add_at(std::vector<SkewedMoments>& sums, std::int64_t step, double value);
+
+/// Whether the shape of P is looked at: at few steps, so that each is tested at nearly the full level, and
+/// densely at the start, where P changes.
+bool is_shape_step(std::int64_t step);
+
+}  // namespace credence

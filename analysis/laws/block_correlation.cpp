@@ -1,0 +1,55 @@
+#include "analysis/laws/block_correlation.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "analysis/laws/chi_square.h"
+#include "core/linear_algebra/cholesky.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+/// ln det of a positive definite matrix; NaN of another.
+double log_determinant(const Matrix& R) {
+  const Eigen::LLT<Matrix> factor(R);
+  return factor.info() == Eigen::Success ? 2.0 * factor.matrixLLT().diagonal().array().log().sum() : kNaN;
+}
+
+}  // namespace
+
+BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first) {
+  BlockCorrelationTest result{.values = u.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
+  const Index n = u.mean.size();
+  if (u.count == 0) {
+    result.reason = "no values";
+    return result;
+  }
+  if (first <= 0 || first >= n) throw std::invalid_argument("both groups need a component");
+  const double values = static_cast<double>(u.count), dim = static_cast<double>(n);
+  result.dof = static_cast<double>(first * (n - first));
+  if (values <= dim + 1.0) {
+    result.reason = "not more values than components";
+    return result;
+  }
+  const Vector deviation = u.scatter.diagonal().cwiseSqrt();
+  if (!u.scatter.allFinite() || !(deviation.minCoeff() > 0.0)) {
+    result.reason = "a component does not vary or is not finite";
+    return result;
+  }
+  const Vector scale = deviation.cwiseInverse();
+  const Matrix R = scale.asDiagonal() * u.scatter * scale.asDiagonal();
+  const Index rest = n - first;
+  const double log_lambda = log_determinant(R) - log_determinant(R.topLeftCorner(first, first)) -
+                            log_determinant(R.bottomRightCorner(rest, rest));
+  if (std::isnan(log_lambda)) {
+    result.reason = "the values are linearly dependent";
+    return result;
+  }
+  result.largest = R.topRightCorner(first, rest).cwiseAbs().maxCoeff();
+  result.statistic = -(values - 1.0 - 0.5 * (dim + 1.0)) * std::min(0.0, log_lambda);
+  result.p_value = chi_square_survival(result.statistic, result.dof);
+  return result;
+}
+
+}  // namespace credence
