@@ -60,10 +60,11 @@ double lag_1_outside(const Findings& findings) {
 void find_heavy_tails(const Findings& findings, std::vector<CauseFound>& found) {
   if (!found.empty() || !findings.heavy_tail_p_value) return;
   if (!(*findings.heavy_tail_p_value <= cause_level(findings))) return;
-  found.push_back({Cause::heavy_tails,
-                   fmt::format("fourth moments are too large (p = {:.2g}) while every mean square, which needs "
-                               "no Gaussian law, agrees with P",
-                               *findings.heavy_tail_p_value)});
+  found.push_back(
+      {Cause::heavy_tails,
+       fmt::format("fourth moments are too large (p = {:.2g}) while every mean square, which needs "
+                   "no Gaussian law, agrees with P",
+                   *findings.heavy_tail_p_value)});
 }
 
 // A wrong gain correlates sensors that were taken one after the other too, but no more than it does each with
@@ -85,10 +86,11 @@ void find_sequential_sensors(const Findings& findings, std::vector<CauseFound>& 
 
 void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
   if (!findings.gate) return;
-  found.push_back({Cause::gated_innovations,
-                   fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and those within fit the law "
-                               "cut off there (p = {:.2g})",
-                               findings.gate->nis, findings.gate->expected, findings.gate->p_value)});
+  found.push_back(
+      {Cause::gated_innovations,
+       fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and those within fit the law "
+                   "cut off there (p = {:.2g})",
+                   findings.gate->nis, findings.gate->expected, findings.gate->p_value)});
 }
 
 void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
@@ -158,11 +160,12 @@ void find_start_beside_the_rest(const Findings& findings, std::vector<CauseFound
   const ConsistencyVerdict& verdict = by_nis.first > 0 ? findings.nis : findings.nees;
   const StepSpan span = by_nis.first > 0 ? by_nis : start_of(findings.nees);
   if (span.first == 0) return;
-  const bool low = span.first == verdict.pessimistic_steps.first && span.last == verdict.pessimistic_steps.last;
+  const bool low =
+      span.first == verdict.pessimistic_steps.first && span.last == verdict.pessimistic_steps.last;
   found.push_back({Cause::initial_covariance,
-                   fmt::format("{} is {} in steps {} to {} only, and {} later", by_nis.first > 0 ? "NIS" : "NEES",
-                               low ? "pessimistic" : "optimistic", span.first, span.last,
-                               low ? "optimistic" : "pessimistic")});
+                   fmt::format("{} is {} in steps {} to {} only, and {} later",
+                               by_nis.first > 0 ? "NIS" : "NEES", low ? "pessimistic" : "optimistic",
+                               span.first, span.last, low ? "optimistic" : "pessimistic")});
 }
 
 void find_initial_covariance(const Findings& findings, std::vector<CauseFound>& found) {
@@ -331,7 +334,8 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   constexpr double kStrong = 0.1;
   if (found.empty()) find_coloured_noise(findings, kStrong, found);
   if (found.empty()) find_initial_covariance(findings, found);
-  const bool another = is_mixed(findings) && found.size() == 1 && found.front().cause == Cause::initial_covariance;
+  const bool another =
+      is_mixed(findings) && found.size() == 1 && found.front().cause == Cause::initial_covariance;
   if (found.empty() || another) find_gain(findings, found);
   if (found.empty()) find_linearisation(findings, found);
   if (found.empty()) find_dof(findings, found);

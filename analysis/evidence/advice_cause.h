@@ -27,14 +27,14 @@ enum class Cause {
   process_noise_too_large,
   measurement_noise_too_small,
   measurement_noise_too_large,
-  coloured_noise,    ///< innovations of the right size but not white
-  cross_covariance,  ///< whitened errors are correlated, or no block is inconsistent and the whole is
+  coloured_noise,      ///< innovations of the right size but not white
+  cross_covariance,    ///< whitened errors are correlated, or no block is inconsistent and the whole is
   sequential_sensors,  ///< innovations of several sensors, all taken against one prior
   heavy_tails,         ///< the covariance is right, the law is not Gaussian
-  wrong_dof,         ///< the spread of NEES is that of another number of dof
-  linearisation,     ///< a nonlinear filter gains information that is not there
-  covariance_scale,  ///< P is wrong by a factor, and nothing tells why
-  inflation,         ///< the filter inflates its covariance on purpose
+  wrong_dof,           ///< the spread of NEES is that of another number of dof
+  linearisation,       ///< a nonlinear filter gains information that is not there
+  covariance_scale,    ///< P is wrong by a factor, and nothing tells why
+  inflation,           ///< the filter inflates its covariance on purpose
 };
 
 /// The cause in words.
@@ -70,7 +70,7 @@ struct Findings {
     std::string first, second;
     BlockCorrelationTest correlation;
   };
-  std::vector<SensorPair> sensor_pairs = {};  ///< that are correlated at one step
+  std::vector<SensorPair> sensor_pairs = {};      ///< that are correlated at one step
   std::optional<double> heavy_tail_p_value = {};  ///< only where nothing speaks against the second moments
 };
 
@@ -84,13 +84,14 @@ struct CauseFound {
 /// chance.
 ///
 /// Rules, each a signature (statistics, "Which cause"): an angle innovation beyond half a
-/// turn; outliers beyond the far tail; heavy tails with the right second moments; a law cut off at a gate; two
-/// sensors correlated at one step more than each is with itself in time; a mean innovation; an inconsistency of the
-/// first fifth of the steps that is all but gone in the second half; innovations more correlated than a wrong
-/// gain makes them; the sign of the lag-1 autocorrelation with that of the NIS (gain too small: positive, too
-/// large: negative), or for white innovations an S that is nearly R; Var(NEES) = 2 mean, as for another dof,
-/// against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a joint inconsistency that no
-/// block shares. Heuristic: a hint; signatures that are tests of their own need (1 − confidence) / 15.
+/// turn; outliers beyond the far tail; heavy tails with the right second moments; a law cut off at a gate;
+/// two sensors correlated at one step more than each is with itself in time; a mean innovation; an
+/// inconsistency of the first fifth of the steps that is all but gone in the second half; innovations more
+/// correlated than a wrong gain makes them; the sign of the lag-1 autocorrelation with that of the NIS (gain
+/// too small: positive, too large: negative), or for white innovations an S that is nearly R; Var(NEES) = 2
+/// mean, as for another dof, against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a
+/// joint inconsistency that no block shares. Heuristic: a hint; signatures that are tests of their own need
+/// (1 − confidence) / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence

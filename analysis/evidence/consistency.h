@@ -33,12 +33,12 @@ namespace credence {
 
 /// What the data say about a covariance.
 enum class Verdict {
-  consistent,   ///< nothing against it at this confidence
-  optimistic,   ///< errors larger than P says: the statistic is too high
-  pessimistic,  ///< errors smaller than P says: the statistic is too low
-  mixed,        ///< both, at different steps or in different parts of the state
+  consistent,    ///< nothing against it at this confidence
+  optimistic,    ///< errors larger than P says: the statistic is too high
+  pessimistic,   ///< errors smaller than P says: the statistic is too low
+  mixed,         ///< both, at different steps or in different parts of the state
   not_gaussian,  ///< the covariance is right, the law is not χ²: heavy tails
-  undecided,    ///< not testable, see the reason
+  undecided,     ///< not testable, see the reason
 };
 
 /// "consistent", "optimistic", "pessimistic", "mixed", "not Gaussian" or "undecided".

@@ -87,8 +87,8 @@ struct SensorSums {
   bool varies;    ///< the dimension is no multiple of the piece, or not the same in all logs
   SumsOverSteps nis;
   std::map<Index, StepSums> by_dimension;
-  UniformHistogram fit;     ///< F(NIS)
-  CoverageCount far_tail;   ///< NIS values within the quantile kFarTail
+  UniformHistogram fit;    ///< F(NIS)
+  CoverageCount far_tail;  ///< NIS values within the quantile kFarTail
   double largest_nis = 0.0;
   LagProducts lags;         ///< of the pieces; means nothing once the dimension varies
   VectorMoments run_means;  ///< over runs: the mean piece of each, so that it holds for coloured ones too
@@ -140,7 +140,7 @@ struct Evidence {
   LawSums law;
   ScoreSums scores;
   std::vector<SensorPairSums> sensor_pairs;  ///< of the order of the layout
-  SumsOverSteps clean_nees, clean_nis;  ///< without gross outliers
+  SumsOverSteps clean_nees, clean_nis;       ///< without gross outliers
   std::int64_t nees_outliers = 0, nis_outliers = 0;
   std::int64_t rows = 0;                         ///< steps seen, rejected ones included
   std::map<std::string, RejectedRows> rejected;  ///< by the reason

@@ -245,7 +245,8 @@ void EvidenceRecorder::add_law(const Step& step) {
   const Index all = std::ssize(layout_.states);
   if (!layout_.joint_covariance) return;
   if (all > LawSums::kLargestAveraged) {
-    const bool complete = !blocks_.empty() && blocks_.front().dof == std::ssize(layout_.blocks.front().states);
+    const bool complete =
+        !blocks_.empty() && blocks_.front().dof == std::ssize(layout_.blocks.front().states);
     if (complete && blocks_.front().dof <= LawSums::kLargestAveraged) {
       sums_.law.averaged = layout_.blocks.front().name;
       run_.law.add_error(blocks_.front().whitened);

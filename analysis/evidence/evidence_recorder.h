@@ -41,7 +41,7 @@ class EvidenceRecorder {
   struct Normalised {
     double value = 0.0;
     Vector whitened{};
-    Index dof = -1;  ///< −1: nothing to normalise
+    Index dof = -1;                 ///< −1: nothing to normalise
     double log_determinant = kNaN;  ///< of a covariance of full rank
     double noise_share = kNaN;      ///< tr(S⁻¹ R)/m of an innovation, where R is known
     std::string_view problem = {};
@@ -93,7 +93,7 @@ class EvidenceRecorder {
   std::vector<Evidence> full_;
   OpenRun run_;
   NeesSolver solver_;
-  bool factorised_ = false;  ///< solver_ holds the factor of what was normalised last
+  bool factorised_ = false;                       ///< solver_ holds the factor of what was normalised last
   std::vector<std::size_t> block_at_;             ///< of each block of the layout, among those of the sums
   std::vector<Index> states_;                     ///< of the step that places_ is of
   std::vector<std::vector<Index>> places_;        ///< of the states of each block in the step at hand

@@ -83,7 +83,8 @@ ConsistencyVerdict judge_all_sensors(const Evidence& e, const StepSeries& nis, d
 ConsistencyVerdict judge_sensor_nis(const SensorSums& s, const std::optional<GateFound>& gate,
                                     const StepSeries& nis, double confidence) {
   if (!gate) return judge_nis(nis.moments, nis.dof, confidence);
-  return judge_gated_nis(nis.moments, static_cast<double>(s.by_dimension.begin()->first), gate->nis, confidence);
+  return judge_gated_nis(nis.moments, static_cast<double>(s.by_dimension.begin()->first), gate->nis,
+                         confidence);
 }
 
 void judge_verdicts(const Evidence& e, const JudgementContext& context, Judgement& j) {
@@ -128,7 +129,8 @@ std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
   std::size_t used = counts.size();
   while (used > 0 && counts[used - 1] == 0) --used;
   const auto values = static_cast<double>(s.fit.count());
-  const double expected = values * static_cast<double>(counts.size() - used) / static_cast<double>(counts.size());
+  const double expected =
+      values * static_cast<double>(counts.size() - used) / static_cast<double>(counts.size());
   if (used < 2 || expected < kFewest) return std::nullopt;
   const GoodnessOfFit fit = test_uniform(UniformHistogram(std::span(counts).first(used), s.fit.invalid()));
   if (!(fit.anderson_p_value > 1.0 - confidence)) return std::nullopt;
@@ -327,10 +329,10 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
         fmt::format("largest {:.3g} of {} steps", pair.correlation.largest, pair.correlation.values)));
   }
   const GaussianityJudgement& g = law.gaussianity;
-  tests.push_back(reasoned_test(
-      kHeavyTails, Exactness::approximate, std::isnan(g.tail_p_value) ? "fewer than ten runs" : "",
-      g.tail_p_value,
-      fmt::format("NEES p = {:.3g}, NIS p = {:.3g}", g.nees_tail_p_value, g.nis_tail_p_value)));
+  tests.push_back(
+      reasoned_test(kHeavyTails, Exactness::approximate,
+                    std::isnan(g.tail_p_value) ? "fewer than ten runs" : "", g.tail_p_value,
+                    fmt::format("NEES p = {:.3g}, NIS p = {:.3g}", g.nees_tail_p_value, g.nis_tail_p_value)));
   if (!has_truth) return;
   const SecondMomentTest& second = law.second_moments.test;
   tests.push_back(
@@ -478,7 +480,8 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
   }
   judge_ends(e, j);
-  j.law = judge_law(e, context.all_runs != nullptr ? *context.all_runs : e.study, j.confidence, context.margin);
+  j.law =
+      judge_law(e, context.all_runs != nullptr ? *context.all_runs : e.study, j.confidence, context.margin);
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
   judge_scales(e, j);
   j.settle_nees = settle(j.nees, false, j.effective_steps);

@@ -56,10 +56,10 @@ struct SensorJudgement {
   WhitenessTest whiteness;
   InnovationMeanTest
       mean;  ///< of run means; of all values where there are too few runs, which assumes them white
-  bool of_sum = false;                     ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
-  GoodnessOfFit fit;                       ///< of NIS against χ²
-  std::vector<std::int64_t> histogram;     ///< counts of F(NIS), equally likely bins
-  std::optional<GateFound> gate;           ///< of which `nis` takes the law cut off there
+  bool of_sum = false;                  ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
+  GoodnessOfFit fit;                    ///< of NIS against χ²
+  std::vector<std::int64_t> histogram;  ///< counts of F(NIS), equally likely bins
+  std::optional<GateFound> gate;        ///< of which `nis` takes the law cut off there
 };
 
 /// A single run, whose NEES is correlated in time (theory, section 7).

@@ -21,8 +21,8 @@ struct LawSums {
   static constexpr Index kLargestAveraged = 12;  ///< a larger state is looked at by its first block
   static constexpr Index kLargestShape = 24;
 
-  std::string averaged{};                           ///< the block that second_moments is of; "": the state
-  SecondMoments second_moments{};                   ///< of the whitened errors, averaged over each run
+  std::string averaged{};                            ///< the block that second_moments is of; "": the state
+  SecondMoments second_moments{};                    ///< of the whitened errors, averaged over each run
   std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …
   SkewedMoments nees_tails{}, nis_tails{};           ///< of each run (tail_weight.h)
   SkewedMoments nis_of_runs{};                       ///< NIS / dof, averaged over each run

@@ -110,6 +110,7 @@ void add_judgement(StudyAnalysis& a, const Experiment& experiment, const EngineO
   if (!evidence) return;
   a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence,
                                   .inflated = a.scenario.filter.inflation != FilterInflation::none,
+                                  .margin = a.scenario.stop.consistent_within,
                                   .all_runs = &a.statistics});
   a.word = a.judgement->word;
 }

@@ -11,10 +11,10 @@ namespace credence {
 
 /// One verdict on its way into the word.
 struct WordPart {
-  std::string name;                    ///< "NEES", "NIS", or of a block or direction
+  std::string name;                     ///< "NEES", "NIS", or of a block or direction
   const ConsistencyVerdict* verdict{};  ///< its p-values alone
-  double weight = 1.0;                 ///< its share of the level
-  bool says_where = false;             ///< a part of the state, which is named before the whole
+  double weight = 1.0;                  ///< its share of the level
+  bool says_where = false;              ///< a part of the state, which is named before the whole
 };
 
 /// One verdict among those that are joined.

@@ -12,11 +12,12 @@ namespace credence {
 namespace {
 
 constexpr double kFamilyLevel = 1e-3;
+constexpr double kDirectionWanted = 0.99;
 
 }  // namespace
 
 void judge_selftest(SelftestResult& result) {
-  const double rows = static_cast<double>(result.calibration.size() + 2 * result.wrong_filters.size());
+  const double rows = static_cast<double>(result.calibration.size() + 3 * result.wrong_filters.size());
   result.family_level = kFamilyLevel;
   result.interval_confidence = 1.0 - kFamilyLevel / rows;
   const auto measure = [&](StudyShare& share) {
@@ -34,7 +35,12 @@ void judge_selftest(SelftestResult& result) {
     measure(filter.named);
     for (PowerRow& row : filter.power) measure(row.measured);
     filter.ok = filter.caught.interval.upper >= filter.caught_wanted &&
+                filter.caught.interval.lower <= filter.caught_most &&
                 filter.named.interval.upper >= filter.named_wanted;
+    if (filter.direction) {
+      measure(filter.direction_right);
+      filter.ok = filter.ok && filter.direction_right.interval.upper >= kDirectionWanted;
+    }
     result.ok = result.ok && filter.ok;
   }
   for (NaiveRow& row : result.naive) measure(row.measured);

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,7 +72,10 @@ struct WrongFilterResult {
   std::string name;
   StudyShare caught = {};  ///< by the word
   double caught_wanted = 0.0;
-  std::vector<PowerRow> power = {};  ///< of every test, at the same level
+  double caught_most = 1.0;               ///< below 1: P is right, and only so many may be accused
+  std::optional<Verdict> direction = {};  ///< where there is only one
+  StudyShare direction_right = {};        ///< of the studies caught
+  std::vector<PowerRow> power = {};       ///< of every test, at the same level
   Cause expected = Cause::outliers;
   StudyShare named = {};  ///< studies in which the advice names the right cause first
   double named_wanted = 0.0;

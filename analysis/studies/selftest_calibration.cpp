@@ -56,30 +56,62 @@ void calibrate_tests(const SelftestOptions& options, SelftestWorkers& workers, S
       {"any step outside its pointwise band", "NIS", kSelftestPowerLevel, share_of_true(band_alarm)}};
 }
 
-/// The word in studies of other sizes; the largest cost most and are fewer.
+/// The word in studies of other sizes and kinds; the largest cost most and are fewer.
 struct WordSize {
   int runs;
   std::int64_t fewer;
+  int steps = SyntheticFilter::kSteps;
+  SyntheticSetup setup = {};
+  const char* of = "";
 };
-constexpr WordSize kWordSizes[] = {{1, 1}, {2, 1}, {5, 1}, {10, 1}, {50, 2}, {200, 4}};
+const WordSize kWordSizes[] = {
+    {1, 1},
+    {2, 1},
+    {5, 1},
+    {10, 1},
+    {50, 2},
+    {200, 4},
+    {20, 1, 10, {}, ", 10 steps"},
+    {20, 1, SyntheticFilter::kSteps, {.noise_ratio = 1.0}, ", NEES nearly white"},
+    {20, 1, SyntheticFilter::kSteps, {.every_third_missing = true}, ", every third measurement missing"}};
 
 void calibrate_word(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
-  const SyntheticFilter filter({});
+  std::uint64_t kind = 0;
   for (const WordSize& size : kWordSizes) {
-    const NoiseSource noise(options.seed, SelftestNoise::kWord + static_cast<std::uint64_t>(size.runs));
+    const SyntheticFilter filter(size.setup);
+    const NoiseSource noise(options.seed, SelftestNoise::kWord + kind++);
     const std::int64_t studies = options.studies / size.fewer;
     const std::int64_t blocks = (size.runs + SyntheticFilter::kRuns - 1) / SyntheticFilter::kRuns;
     std::vector<double> p_values(static_cast<std::size_t>(studies));
     workers.for_each(studies, [&](std::int64_t i) {
-      const Evidence evidence = synthetic_evidence(filter, noise, i * blocks, size.runs);
+      const Evidence evidence = synthetic_evidence(filter, noise, i * blocks, size.runs, size.steps);
       p_values[static_cast<std::size_t>(i)] =
           judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel}).word.p_value;
     });
     for (const double level : kLevels) {
       const auto alarms = std::ranges::count_if(p_values, [&](double p) { return is_alarm(p, level); });
-      result.calibration.push_back({fmt::format("the word, {} run{}", size.runs, size.runs == 1 ? "" : "s"),
-                                    Exactness::conservative, level, share_of(alarms, studies)});
+      result.calibration.push_back(
+          {fmt::format("the word, {} run{}{}", size.runs, size.runs == 1 ? "" : "s", size.of),
+           Exactness::conservative, level, share_of(alarms, studies)});
     }
+  }
+}
+
+/// "Proved within 10 %" of a P that is 10 % too small everywhere, the nearest that is not within.
+void calibrate_proof(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
+  constexpr double kMargin = 0.1;
+  const SyntheticFilter filter({.noise_ratio = 1.0, .logged_scale = 1.0 / (1.0 + kMargin)});
+  const NoiseSource noise(options.seed, SelftestNoise::kProof);
+  std::vector<double> p_values(static_cast<std::size_t>(options.studies));
+  workers.for_each(options.studies, [&](std::int64_t i) {
+    const Evidence evidence = synthetic_evidence(filter, noise, i, SyntheticFilter::kRuns);
+    p_values[static_cast<std::size_t>(i)] =
+        judge_law(evidence, evidence.study, 1.0 - kSelftestPowerLevel, kMargin).equivalence.p_value;
+  });
+  for (const double level : kLevels) {
+    const auto proved = std::ranges::count_if(p_values, [&](double p) { return is_alarm(p, level); });
+    result.calibration.push_back({"“proved within 10 %” of a P 10 % too small", Exactness::conservative,
+                                  level, share_of(proved, options.studies)});
   }
 }
 
@@ -166,12 +198,13 @@ void calibrate_single_runs(const SelftestOptions& options, SelftestWorkers& work
 }  // namespace
 
 std::int64_t calibration_work(const SelftestOptions& options) {
-  return 3 * options.studies + word_studies(options) + single_run_blocks(options);
+  return 4 * options.studies + word_studies(options) + single_run_blocks(options);
 }
 
 void calibrate(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
   calibrate_tests(options, workers, result);
   calibrate_word(options, workers, result);
+  calibrate_proof(options, workers, result);
   calibrate_looks(options, workers, result);
   calibrate_sweep(options, workers, result);
   calibrate_single_runs(options, workers, result);

@@ -13,6 +13,7 @@ constexpr double kMeasurementVariance = 0.01;  // rad²
 constexpr double kInitialVariance = 0.01;      // rad²
 constexpr double kTurn = 0.2;                  // rad a step: in 40 steps every run crosses ±π
 constexpr double kColour = 0.5;                // lag-1 correlation of coloured measurement noise
+constexpr double kNoisy = 0.1;                 // share of the noisier measurements of heavy tails
 constexpr double kBias = 0.8;                  // of the compass, in standard deviations of its noise
 
 Eigen::Matrix2d measurement_matrix() {
@@ -32,13 +33,26 @@ using LaneRow = Eigen::Array<double, 1, SyntheticFilter::kRuns>;
 // All random numbers of a block of runs.
 class BlockNoise {
  public:
-  BlockNoise(const NoiseSource& noise, std::int64_t block) : process_(kPerSlot), measurement_(2 * kPerSlot) {
-    const std::int64_t first = block * SyntheticFilter::kRuns;
+  BlockNoise(const NoiseSource& noise, std::int64_t block)
+      : source_(noise),
+        first_(block * SyntheticFilter::kRuns),
+        process_(kPerSlot),
+        measurement_(2 * kPerSlot) {
+    const std::int64_t first = first_;
     noise.normals_of_runs(first, 1, SyntheticFilter::kSteps, NoisePurpose::process, 1, process_);
     noise.normals_of_runs(first, 1, SyntheticFilter::kSteps, NoisePurpose::measurement, 2, measurement_);
     for (int lane = 0; lane < SyntheticFilter::kRuns; ++lane) {
       noise.normals(first + lane, 0, NoisePurpose::initial, std::span(initial.col(lane).data(), 2));
       heading(lane) = std::numbers::pi * (2.0 * noise.uniform(first + lane, 0, NoisePurpose::world, 0) - 1.0);
+    }
+  }
+
+  // Keeps the variance: one measurement in ten has nine times that of the others.
+  void make_tails_heavy(int k, Lanes& w) const {
+    const double usual = 1.0 / std::sqrt(1.0 + 8.0 * kNoisy);
+    for (int lane = 0; lane < SyntheticFilter::kRuns; ++lane) {
+      const bool noisy = source_.uniform(first_ + lane, k + 1, NoisePurpose::world, 0) < kNoisy;
+      w.col(lane) *= noisy ? 3.0 * usual : usual;
     }
   }
 
@@ -62,6 +76,8 @@ class BlockNoise {
                                      (slot * SyntheticFilter::kSteps + k) * SyntheticFilter::kRuns);
   }
 
+  const NoiseSource& source_;
+  std::int64_t first_;
   std::vector<double> process_, measurement_;
 };
 
@@ -98,6 +114,10 @@ std::string_view to_string(Defect defect) {
       return "gated innovations";
     case Defect::biased_measurement:
       return "biased compass";
+    case Defect::heavy_tails:
+      return "noise with heavy tails, P right";
+    case Defect::shared_prior:
+      return "two sensors against one prior, P right";
   }
   return "unknown";
 }
@@ -115,6 +135,8 @@ SyntheticSetup setup_of(Defect defect) {
       return {.noise_ratio = kResponsive, .measurement_scale = 2.0, .defect = defect};
     case Defect::initial_covariance:
       return {.initial_scale = 1.0 / 9.0, .defect = defect};
+    case Defect::shared_prior:
+      return {.noise_ratio = 1.0, .defect = defect};
     default:
       return {.defect = defect};
   }
@@ -130,7 +152,9 @@ SyntheticFilter::SyntheticFilter(const SyntheticSetup& setup) : setup_(setup) {
     P(0, 0) += Q;
     const Eigen::Matrix2d S = H * P * H.transpose() + R;
     Step step;
+    step.missing = setup.every_third_missing && k % 3 == 2;
     step.K = S.llt().solve(H * P).transpose();
+    if (step.missing) step.K.setZero();
     step.A = I - step.K * H;
     P = (step.A * P * step.A.transpose() + step.K * R * step.K.transpose()).eval();
     if (setup.defect == Defect::dropped_cross_covariance) P(0, 1) = P(1, 0) = 0.0;
@@ -159,6 +183,7 @@ std::vector<SyntheticFilter::Sample> SyntheticFilter::simulate(const NoiseSource
     error.row(0).array() -= v;
     const double memory = setup_.defect == Defect::coloured_noise && k > 0 ? kColour : 0.0;
     w = memory * w + std::sqrt((1.0 - memory * memory) * kMeasurementVariance) * drawn.measurement(k);
+    if (setup_.defect == Defect::heavy_tails) drawn.make_tails_heavy(k, w);
     Lanes nu = w - H * error;
     if (setup_.defect == Defect::biased_measurement) {
       nu.row(1).array() += kBias * std::sqrt(kMeasurementVariance);

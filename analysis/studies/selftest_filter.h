@@ -10,7 +10,7 @@
 
 namespace credence {
 
-/// What is wrong with a synthetic filter.
+/// What is wrong with a synthetic filter, or with its log.
 enum class Defect {
   none,
   process_noise_too_small,
@@ -22,8 +22,10 @@ enum class Defect {
   dropped_cross_covariance,  ///< between heading and landmark, after every update
   coloured_noise,            ///< measurement noise correlated in time
   initial_covariance,        ///< the initial error is three times larger than P0 says
-  gated_innovations,         ///< only innovations within the 95 % gate are logged
+  gated_innovations,         ///< only innovations within the 95 % gate are logged; P is right
   biased_measurement,        ///< a constant on the compass
+  heavy_tails,               ///< a measurement in ten is three times noisier than the others; R is right
+  shared_prior,              ///< both measurements are logged as sensors of their own; P is right
 };
 
 /// The defect in words.
@@ -33,6 +35,8 @@ std::string_view to_string(Defect defect);
 struct SyntheticSetup {
   double noise_ratio = 0.0025;                                               ///< true Q/R
   double process_scale = 1.0, measurement_scale = 1.0, initial_scale = 1.0;  ///< assumed / true variance
+  double logged_scale = 1.0;         ///< of the P that is logged, which the filter does not use
+  bool every_third_missing = false;  ///< of the measurements
   Defect defect = Defect::none;
 };
 
@@ -73,12 +77,14 @@ class SyntheticFilter {
   const Eigen::Matrix2d& innovation_covariance(int step) const {
     return steps_[static_cast<std::size_t>(step)].S;
   }
+  bool missing(int step) const { return steps_[static_cast<std::size_t>(step)].missing; }
   double assumed_measurement_variance() const;  ///< rad², of either measurement
   const SyntheticSetup& setup() const { return setup_; }
 
  private:
   struct Step {
     Eigen::Matrix2d P, S, K, A, inverse_factor_P, inverse_factor_S;
+    bool missing = false;  ///< no measurement
   };
 
   SyntheticSetup setup_;

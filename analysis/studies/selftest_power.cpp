@@ -16,24 +16,29 @@ namespace {
 constexpr int kWrongBlocks = 4;  // of kRuns runs each, in a study of a wrong filter
 constexpr double kCaughtWanted = 0.95;
 constexpr double kNamedWanted = 0.8;
+constexpr double kAccusedMost = 0.1;  // of filters whose covariance is right
 
 struct ExpectedCause {
   Defect defect;
   Cause cause;
+  std::optional<Verdict> direction = {};
+  bool covariance_right = false;
 };
 
 constexpr ExpectedCause kWrongFilters[] = {
-    {Defect::process_noise_too_small, Cause::process_noise_too_small},
-    {Defect::process_noise_too_large, Cause::process_noise_too_large},
-    {Defect::measurement_noise_too_small, Cause::measurement_noise_too_small},
-    {Defect::measurement_noise_too_large, Cause::measurement_noise_too_large},
-    {Defect::wrong_dof, Cause::wrong_dof},
+    {Defect::process_noise_too_small, Cause::process_noise_too_small, Verdict::optimistic},
+    {Defect::process_noise_too_large, Cause::process_noise_too_large, Verdict::pessimistic},
+    {Defect::measurement_noise_too_small, Cause::measurement_noise_too_small, Verdict::optimistic},
+    {Defect::measurement_noise_too_large, Cause::measurement_noise_too_large, Verdict::pessimistic},
+    {Defect::wrong_dof, Cause::wrong_dof, Verdict::pessimistic},
     {Defect::unwrapped_angle, Cause::unwrapped_angle},
     {Defect::dropped_cross_covariance, Cause::cross_covariance},
     {Defect::coloured_noise, Cause::coloured_noise},
-    {Defect::initial_covariance, Cause::initial_covariance},
-    {Defect::gated_innovations, Cause::gated_innovations},
+    {Defect::initial_covariance, Cause::initial_covariance, Verdict::optimistic},
+    {Defect::gated_innovations, Cause::gated_innovations, {}, true},
     {Defect::biased_measurement, Cause::biased_innovation},
+    {Defect::heavy_tails, Cause::heavy_tails, {}, true},
+    {Defect::shared_prior, Cause::sequential_sensors, {}, true},
 };
 
 constexpr Defect kClearCases[] = {Defect::process_noise_too_small, Defect::process_noise_too_large,
@@ -49,16 +54,20 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
   const std::int64_t studies = studies_of_a_wrong_filter(options);
   std::vector<std::vector<TestResult>> all(static_cast<std::size_t>(studies));
   std::vector<std::optional<Cause>> causes(static_cast<std::size_t>(studies));
+  std::vector<Verdict> words(static_cast<std::size_t>(studies));
   workers.for_each(studies, [&](std::int64_t i) {
     const std::size_t at = static_cast<std::size_t>(i);
     const Evidence evidence =
         synthetic_evidence(filter, noise, i * kWrongBlocks, kWrongBlocks * SyntheticFilter::kRuns);
     const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
     all[at] = shipped_tests(evidence, judgement);
+    words[at] = judgement.word.verdict;
     if (!judgement.causes.empty()) causes[at] = judgement.causes.front().cause;
   });
   WrongFilterResult result{.name = std::string(to_string(wrong.defect)),
-                           .caught_wanted = kCaughtWanted,
+                           .caught_wanted = wrong.covariance_right ? 0.0 : kCaughtWanted,
+                           .caught_most = wrong.covariance_right ? kAccusedMost : 1.0,
+                           .direction = wrong.direction,
                            .expected = wrong.cause,
                            .named_wanted = kNamedWanted};
   if (workers.stopped()) return result;
@@ -68,7 +77,9 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
     });
     result.power.push_back({std::string(all.front()[test].name), share_of(found, studies)});
   }
-  result.caught = result.power.back().measured;
+  const std::int64_t caught = std::ranges::count_if(words, is_inconsistent);
+  result.caught = share_of(caught, studies);
+  if (wrong.direction) result.direction_right = share_of(std::ranges::count(words, *wrong.direction), caught);
   std::map<Cause, std::int64_t> counts;
   for (const auto& cause : causes) {
     if (cause) ++counts[*cause];

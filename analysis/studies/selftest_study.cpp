@@ -22,6 +22,10 @@ RunLayout layout_of(const SyntheticFilter& filter) {
   const double R = filter.assumed_measurement_variance();
   layout.sensors.front().variances = {R, R};
   layout.sensors.front().angles = {false, true};  // the bearing of the landmark is small, the compass turns
+  if (filter.setup().defect == Defect::shared_prior) {
+    layout.sensors = {{.name = "landmark", .dim = 1, .piece = 1, .variances = {R}},
+                      {.name = "compass", .dim = 1, .piece = 1, .variances = {R}, .angles = {true}}};
+  }
   if (filter.setup().defect == Defect::wrong_dof) {
     layout.states.emplace_back("idle");
     layout.angles.push_back(false);
@@ -36,9 +40,19 @@ void show(const SyntheticFilter& filter, const SyntheticFilter::Sample& sample, 
   step.error = Vector::Zero(n);
   step.error.head<2>() = sample.error.col(run);
   step.P = Matrix::Identity(n, n);
-  step.P.topLeftCorner<2, 2>() = filter.covariance(k);
+  step.P.topLeftCorner<2, 2>() = filter.setup().logged_scale * filter.covariance(k);
   const Eigen::Vector2d nu = sample.innovation.col(run);
   const Eigen::Matrix2d& S = filter.innovation_covariance(k);
+  if (filter.missing(k)) {
+    for (Innovation& innovation : step.innovations) innovation = {};
+    return;
+  }
+  if (filter.setup().defect == Defect::shared_prior) {
+    for (Index i = 0; i < 2; ++i) {
+      step.innovations[static_cast<std::size_t>(i)] = {nu.segment(i, 1), S.block(i, i, 1, 1)};
+    }
+    return;
+  }
   const bool gated = filter.setup().defect == Defect::gated_innovations;
   if (gated && nu.dot(S.llt().solve(nu)) > synthetic_gate()) {
     step.innovations.front() = {};
@@ -50,17 +64,17 @@ void show(const SyntheticFilter& filter, const SyntheticFilter::Sample& sample, 
 }  // namespace
 
 Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t first_block,
-                            int runs) {
+                            int runs, int steps) {
   const RunLayout layout = layout_of(filter);
   EvidenceRecorder recorder(layout);
   Step step;
-  step.innovations.resize(1);
+  step.innovations.resize(layout.sensors.size());
   for (Index i = 0; i < std::ssize(layout.states); ++i) step.states.push_back(i);
   for (int first = 0; first < runs; first += SyntheticFilter::kRuns) {
     const auto samples = filter.simulate(noise, first_block + first / SyntheticFilter::kRuns);
     for (int run = 0; run < std::min(SyntheticFilter::kRuns, runs - first); ++run) {
       recorder.begin_run();
-      for (int k = 0; k < SyntheticFilter::kSteps; ++k) {
+      for (int k = 0; k < steps; ++k) {
         show(filter, samples[static_cast<std::size_t>(k)], k, run, step);
         recorder.add(step);
       }

@@ -12,7 +12,7 @@ namespace credence {
 /// filter with one dof too many claims a state of variance one that has no error; one that logs what passed
 /// its gate logs nothing else.
 Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t first_block,
-                            int runs);
+                            int runs, int steps = SyntheticFilter::kSteps);
 
 /// NEES and NIS alone, which is all that many studies need: added to the moments of each step.
 void add_samples(const SyntheticFilter& filter, std::span<const SyntheticFilter::Sample> samples,

@@ -14,10 +14,10 @@ namespace credence {
 /// The level at which wrong filters are to be found.
 inline constexpr double kSelftestPowerLevel = 0.05;
 
-/// Noise groups that the parts draw from; the last ones add the number of the defect or of the runs.
+/// Noise groups that the parts draw from; the last ones add the number of the defect or of the kind.
 struct SelftestNoise {
-  static constexpr std::uint64_t kTests = 1, kLooks = 2, kSweep = 3, kSingleRuns = 4, kWrong = 100,
-                                 kSavings = 200, kWord = 300;
+  static constexpr std::uint64_t kTests = 1, kLooks = 2, kSweep = 3, kSingleRuns = 4, kProof = 5,
+                                 kWrong = 100, kSavings = 200, kWord = 300;
 };
 
 /// Work items on some threads, with progress over all of them; the order of execution changes nothing, as

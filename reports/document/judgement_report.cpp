@@ -144,8 +144,9 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   const double alpha = 1.0 - b.confidence;
   const EquivalenceJudgement& proof = b.law.equivalence;
   if (proof.p_value <= alpha && !is_inconsistent(b.word.verdict)) {
-    sentences.push_back(fmt::format("Proved: on average over a run every mean NEES and NIS is right within {:.2g} %.",
-                                    100.0 * proof.proved_within));
+    sentences.push_back(
+        fmt::format("Proved: on average over a run every mean NEES and NIS is right within {:.2g} %.",
+                    100.0 * proof.proved_within));
   }
   const ShapeJudgement& shape = b.law.shape;
   if (std::isfinite(shape.proved_within) && !is_inconsistent(b.word.verdict)) {
@@ -155,20 +156,22 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   const SecondMomentTest& second = b.law.second_moments.test;
   if (second.reason.empty()) {
     const double p = std::min(second.p_value.optimistic, second.p_value.pessimistic);
-    sentences.push_back(fmt::format(
-        "Whatever the law of the errors, their mean squares {} P{} (p = {}): most in the direction of {}, times "
-        "{} ({} … {}).",
-        p <= alpha ? "disagree with" : "agree with",
-        b.law.second_moments.of.empty() ? "" : " of the block " + b.law.second_moments.of, number_text(p, 2),
-        b.law.second_moments.worst, number_text(second.worst.mean, 3), number_text(second.worst.lower, 3),
-        number_text(second.worst.upper, 3)));
+    sentences.push_back(
+        fmt::format("Whatever the law of the errors, their mean squares {} P{} (p = {}): most in the "
+                    "direction of {}, times "
+                    "{} ({} … {}).",
+                    p <= alpha ? "disagree with" : "agree with",
+                    b.law.second_moments.of.empty() ? "" : " of the block " + b.law.second_moments.of,
+                    number_text(p, 2), b.law.second_moments.worst, number_text(second.worst.mean, 3),
+                    number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }
   const ScoreJudgement& log = b.law.log_score;
   if (log.reason.empty() && log.value.reason.empty()) {
-    sentences.push_back(fmt::format(
-        "Log score {} ({} … {}) a step, {} if P were right; of two filters the one that scores higher is better.",
-        number_text(log.value.mean, 4), number_text(log.value.lower, 4), number_text(log.value.upper, 4),
-        number_text(log.expected, 4)));
+    sentences.push_back(
+        fmt::format("Log score {} ({} … {}) a step, {} if P were right; of two filters the one that scores "
+                    "higher is better.",
+                    number_text(log.value.mean, 4), number_text(log.value.lower, 4),
+                    number_text(log.value.upper, 4), number_text(log.expected, 4)));
   }
 }
 

@@ -41,6 +41,11 @@ Json wrong_filter_json(const WrongFilterResult& filter) {
   Json json{{"filter", filter.name}, {"ok", filter.ok}};
   json["caught"] = share_json(filter.caught);
   json["caught"]["wanted"] = filter.caught_wanted;
+  if (filter.caught_most < 1.0) json["caught"]["most"] = filter.caught_most;
+  if (filter.direction) {
+    json["direction"] = share_json(filter.direction_right);
+    json["direction"]["expected"] = to_string(*filter.direction);
+  }
   json["cause"] = to_string(filter.expected);
   json["cause_named"] = share_json(filter.named);
   json["cause_named"]["wanted"] = filter.named_wanted;
@@ -103,6 +108,7 @@ ReportTable wrong_filter_table(const SelftestResult& result) {
   ReportTable table{.title = "Filters that are wrong on purpose",
                     .columns = {{"filter", words},
                                 {"caught %"},
+                                {"right direction %"},
                                 {"right cause %"},
                                 {"cause the advice names", words},
                                 {"", words}},
@@ -115,13 +121,16 @@ ReportTable wrong_filter_table(const SelftestResult& result) {
       causes += fmt::format("{}{} ({} %)", causes.empty() ? "" : "; ", to_string(named.cause),
                             percent(named.share));
     }
-    table.add({filter.name, TableCell(100.0 * filter.caught.interval.value, 3),
-               TableCell(100.0 * filter.named.interval.value, 3), causes,
-               filter.ok ? TableCell("ok", CellTone::good) : TableCell("NOT FOUND", CellTone::alarm)});
+    table.add(
+        {filter.name, TableCell(100.0 * filter.caught.interval.value, 3),
+         filter.direction ? TableCell(100.0 * filter.direction_right.interval.value, 3) : TableCell("–"),
+         TableCell(100.0 * filter.named.interval.value, 3), causes,
+         filter.ok ? TableCell("ok", CellTone::good) : TableCell("NOT FOUND", CellTone::alarm)});
   }
   table.notes = {fmt::format(
       "caught: by the word at {:g} %, over everything together. {} studies of {} runs for each "
-      "filter. ok unless the share is proved to be below {:g} % caught or {:g} % named.",
+      "filter. ok unless the share is proved to be below {:g} % caught, {:g} % named or 99 % of those "
+      "caught in the right direction; where P is right, above 10 % caught.",
       100.0 * result.power_level, result.wrong_filter_studies, result.wrong_filter_runs,
       100.0 * result.wrong_filters.front().caught_wanted, 100.0 * result.wrong_filters.front().named_wanted)};
   return table;
