@@ -142,12 +142,8 @@ namespace {
 /// What is proved, what is right whatever the law, and how good the estimate is.
 void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) {
   const double alpha = 1.0 - b.confidence;
-  const EquivalenceJudgement& proof = b.law.equivalence;
-  if (proof.p_value <= alpha && !is_inconsistent(b.word.verdict)) {
-    sentences.push_back(
-        fmt::format("Proved: on average over a run every mean NEES and NIS is right within {:.2g} %.",
-                    100.0 * proof.proved_within));
-  }
+  const std::string proof = proof_sentence(b);
+  if (!proof.empty() && !is_inconsistent(b.word.verdict)) sentences.push_back("Proved: " + proof);
   const ShapeJudgement& shape = b.law.shape;
   if (std::isfinite(shape.proved_within) && !is_inconsistent(b.word.verdict)) {
     sentences.push_back(fmt::format("Proved at step {}: every direction of P is right within {:.2g} %.",
@@ -176,6 +172,13 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
 }
 
 }  // namespace
+
+std::string proof_sentence(const Judgement& j) {
+  const EquivalenceJudgement& proof = j.law.equivalence;
+  if (!(proof.p_value <= 1.0 - j.confidence)) return {};
+  return fmt::format("on average over a run every mean NEES and NIS is right within {:.2g} %.",
+                     100.0 * proof.proved_within);
+}
 
 std::vector<std::string> advice_sentences(const Judgement& b) {
   std::vector<std::string> sentences;

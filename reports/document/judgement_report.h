@@ -15,6 +15,9 @@ ReportTable tests_table(const Judgement& judgement);
 /// How a study with a stop rule ended, in one sentence. Expects analysis.stop.
 std::string stop_sentence(const StudyAnalysis& analysis);
 
+/// Within what NEES and NIS are proved right, in words; empty where that is more than the margin asked for.
+std::string proof_sentence(const Judgement& judgement);
+
 /// What to do about the verdicts, in sentences: the block responsible, the likely causes, the factors that
 /// would mend the mean, the runs that would settle a consistent case.
 std::vector<std::string> advice_sentences(const Judgement& judgement);

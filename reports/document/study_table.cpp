@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "reports/document/judgement_report.h"
 #include "reports/render/number_text.h"
 
 namespace credence {
@@ -123,6 +124,10 @@ ReportTable verdict_table(std::span<const StudyAnalysis> analyses) {
                failures_cell(a.statistics)});
     if (!a.word.says.empty() && !a.stop)
       table.notes.push_back(word_sentence(a.scenario.name, a.word, a.nees));
+    if (a.judgement && !a.stop && a.word.verdict == Verdict::consistent) {
+      if (std::string proof = proof_sentence(*a.judgement); !proof.empty())
+        table.notes.push_back(fmt::format("{}: {}", a.scenario.name, proof));
+    }
   }
   const double confidence = analyses.empty() ? 0.95 : analyses.front().scenario.study.confidence;
   table.notes.insert(
@@ -136,6 +141,10 @@ ReportTable verdict_table(std::span<const StudyAnalysis> analyses) {
            "The verdict of a consistent filter is wrong with at most {:g} % probability, over NEES, NIS "
            "and all blocks and steps together.",
            100.0 * (1.0 - confidence))});
+  if (std::ranges::any_of(
+          analyses, [](const StudyAnalysis& a) { return overall_verdict(a) == Verdict::not_gaussian; })) {
+    table.notes.push_back("not Gaussian: P is right, and the errors have heavier tails than a Gaussian law.");
+  }
   if (std::ranges::any_of(analyses, [](const StudyAnalysis& a) { return a.stop.has_value(); })) {
     table.notes.push_back("Of a study with a stop rule the verdict is that of the rule.");
   }
