@@ -1,8 +1,12 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <map>
 #include <memory>
+#include <optional>
+#include <set>
 
 #include "analysis/evidence/study_analysis.h"
 #include "app/commands.h"
@@ -14,7 +18,8 @@
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "datasets/logs/judge_logs.h"
-#include "datasets/logs/trajectory_judge.h"
+#include "datasets/logs/log_format.h"
+#include "reports/document/log_contents_report.h"
 #include "reports/document/log_report.h"
 
 namespace credence {
@@ -25,10 +30,12 @@ namespace fs = std::filesystem;
 struct CheckOptions : CommonOptions {
   std::vector<std::string> logs;
   double confidence = 0.95;
-  bool sensitivity = false;
-  std::string input = "credence";
+  bool sensitivity = false, list = false, partial = false;
+  std::string input = "auto";
   std::vector<std::string> truths;
-  std::string orientation_error = "body", truth_time = "interpolated", align = "none";
+  std::string topic, truth_topic;
+  std::optional<int> instance;
+  std::string orientation_error, truth_time = "interpolated", align = "none";
   double max_time_difference_s = 0.02;
 };
 
@@ -39,30 +46,82 @@ TruthAlignment alignment_named(const std::string& name) {
                          : TruthAlignment::none;
 }
 
-/// What reads the logs, for the formats that need a truth; none for our own, which holds it.
-std::unique_ptr<TrajectoryJudge> trajectory_judge(const CheckOptions& o, const std::vector<fs::path>& files) {
-  if (o.input == "credence") {
-    if (!o.truths.empty())
-      throw std::invalid_argument("--truth: name the format of the logs too, by --input");
-    return nullptr;
-  }
-  if (o.truths.empty())
-    throw std::invalid_argument(fmt::format("--input {}: name the truth by --truth", o.input));
-  const TrajectoryFormat format = o.input == "openvins" ? TrajectoryFormat::openvins
-                                  : o.input == "cnspy"  ? TrajectoryFormat::cnspy
-                                                        : TrajectoryFormat::tum;
-  const TruthTime time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated;
-  return std::make_unique<TrajectoryJudge>(
-      files, o.truths, format, PoseErrorAxes{.orientation_in_world = o.orientation_error == "world"},
-      TrajectoryMatching{.max_time_difference_s = o.max_time_difference_s,
-                         .truth_time = time,
-                         .alignment = alignment_named(o.align)});
+std::optional<OrientationError> orientation_named(const std::string& name) {
+  if (name.empty()) return std::nullopt;
+  return name == "world"    ? OrientationError::world
+         : name == "rpy"    ? OrientationError::rpy
+         : name == "planar" ? OrientationError::planar
+                            : OrientationError::body;
 }
 
-std::string format_text(const CheckOptions& o) {
-  if (o.input == "credence") return "Credence CSV";
-  return fmt::format("{}; truth {}, at most {:g} s away; alignment of the truth: {}", o.input, o.truth_time,
-                     o.max_time_difference_s, o.align);
+/// The format of every file, by name or from how the file begins.
+std::map<fs::path, const LogFormat*> formats_of(const CheckOptions& o, const std::vector<fs::path>& files) {
+  std::map<fs::path, const LogFormat*> formats;
+  for (const fs::path& file : files) {
+    const LogFormat& format = o.input == "auto" ? log_format_of(file) : log_format_named(o.input);
+    if (!o.truths.empty() && !format.takes_truth) {
+      throw std::invalid_argument(fmt::format("--truth: {} is read as {}, which {}", file.string(),
+                                              format.title, "holds its truth itself, or has none"));
+    }
+    formats.emplace(file, &format);
+  }
+  return formats;
+}
+
+LogReadOptions read_options(const CheckOptions& o, const std::vector<fs::path>& files) {
+  return {.topic = o.topic,
+          .truth_topic = o.truth_topic,
+          .instance = o.instance,
+          .orientation_error = orientation_named(o.orientation_error),
+          .matching = {.max_time_difference_s = o.max_time_difference_s,
+                       .truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated,
+                       .alignment = alignment_named(o.align)},
+          .truth = TruthFiles(files, o.truths)};
+}
+
+/// "PX4 ULog, …; truth interpolated, …"
+std::string format_text(const CheckOptions& o, const std::map<fs::path, const LogFormat*>& formats) {
+  std::set<std::string_view> titles;
+  bool with_truth = false;
+  for (const auto& [file, format] : formats) {
+    titles.insert(format->title);
+    with_truth = with_truth || (format->takes_truth && (!o.truths.empty() || !o.truth_topic.empty()));
+  }
+  std::string text = fmt::format("{}", fmt::join(titles, ", "));
+  if (with_truth) {
+    text += fmt::format("; truth {}, at most {:g} s away; alignment of the truth: {}", o.truth_time,
+                        o.max_time_difference_s, o.align);
+  }
+  return text;
+}
+
+/// The sentences of several files; the same sentence of several only once.
+std::vector<std::string> remarks_of(const LogJudgeResult& result) {
+  std::vector<std::string> texts;
+  std::map<std::string, std::int64_t> times;
+  for (const LogRemark& remark : result.remarks) {
+    if (times[remark.sentence]++ == 0) texts.push_back(remark.sentence);
+  }
+  for (std::string& text : texts) {
+    if (const std::int64_t n = times[text]; n > 1) text += fmt::format(" ({} files.)", n);
+  }
+  return texts;
+}
+
+int list(const CheckOptions& o) {
+  const std::vector<fs::path> files = log_files(o.logs);
+  std::vector<ListedLog> listed;
+  const std::map<fs::path, const LogFormat*> formats = formats_of(o, files);
+  for (const fs::path& file : files) {
+    const LogFormat& format = *formats.at(file);
+    listed.push_back({file.string(), std::string(format.title), format.list(file)});
+  }
+  if (o.format == "json") {
+    fmt::print("{}\n", contents_json(listed));
+  } else {
+    for (const ListedLog& log : listed) fmt::print("{}", terminal_text(contents_table(log)));
+  }
+  return kDone;
 }
 
 LogJudgeResult judge(const CheckOptions& options, const std::vector<fs::path>& files,
@@ -79,6 +138,7 @@ LogJudgeResult judge(const CheckOptions& options, const std::vector<fs::path>& f
   LogJudgeOptions judging;
   judging.threads = options.threads;
   judging.stop = &catch_interrupt();
+  judging.partial = options.partial;
   judging.progress = [&](std::int64_t bytes) {
     progress.runs_done = bytes / kMegabyte;
     display.show(progress);
@@ -89,8 +149,11 @@ LogJudgeResult judge(const CheckOptions& options, const std::vector<fs::path>& f
 int check(const CheckOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<fs::path> files = log_files(options.logs);
-  const std::unique_ptr<TrajectoryJudge> trajectories = trajectory_judge(options, files);
-  LogJudgeResult result = judge(options, files, trajectories ? trajectories->reader() : read_own_log);
+  const std::map<fs::path, const LogFormat*> formats = formats_of(options, files);
+  const LogReadOptions reading = read_options(options, files);
+  LogJudgeResult result = judge(options, files, [&](const fs::path& file, LogSink& sink) {
+    formats.at(file)->read(file, reading, sink);
+  });
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (result.evidence.rows == 0 && !result.complete) {
     say("credence: interrupted before the first rows were judged");
@@ -98,11 +161,12 @@ int check(const CheckOptions& options) {
   }
   CheckedLogs logs{
       .name = fs::path(options.logs.front()).stem().string(),
-      .format = format_text(options),
+      .format = format_text(options, formats),
       .files = result.files,
-      .unmatched_rows = trajectories ? trajectories->unmatched() : 0,
+      .unmatched_rows = result.unmatched_rows,
       .analysis = analyse_logs(std::move(result.evidence),
-                               {.confidence = options.confidence, .sensitivity = options.sensitivity})};
+                               {.confidence = options.confidence, .sensitivity = options.sensitivity}),
+      .remarks = remarks_of(result)};
   logs.analysis.complete = result.complete;
   if (options.format == "json") {
     fmt::print("{}\n", log_json(logs));
@@ -128,30 +192,40 @@ int check(const CheckOptions& options) {
 void add_check_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("check", "verdicts on logs of any filter");
   auto options = std::make_shared<CheckOptions>();
-  command->add_option("logs", options->logs, "log files, or folders of *.csv (docs/formats.md)")->required();
-  command->add_option("--input", options->input, "format of the logs")
-      ->check(CLI::IsMember({"credence", "tum", "openvins", "cnspy"}))
+  command->add_option("logs", options->logs, "log files, or folders of them (docs/logs.md)")->required();
+  std::vector<std::string> inputs = {"auto"};
+  for (const LogFormat& format : log_formats()) inputs.emplace_back(format.name);
+  command->add_option("--input", options->input, "format of the logs; auto: seen from how each begins")
+      ->check(CLI::IsMember(inputs))
       ->capture_default_str();
+  command->add_flag("--list", options->list, "say what is in the logs, and judge nothing");
+  command->add_option("--topic", options->topic, "bags: the estimate, where several topics could be it");
+  command->add_option("--truth-topic", options->truth_topic, "bags: the truth, in the same file");
+  command->add_option("--instance", options->instance,
+                      "of several estimators in one flight log, the one to judge");
+  command->add_flag("--partial", options->partial,
+                    "judge what comes before the place where a file is cut off or corrupted");
   command
       ->add_option("--truth", options->truths,
-                   "trajectories: the truth, one file for all logs or one for each (repeatable)")
+                   "trajectories, bags: the truth, one file for all logs or one for each (repeatable)")
       ->allow_extra_args(false);
   command
       ->add_option("--max-time-difference", options->max_time_difference_s,
-                   "trajectories: how far the truth used may be from an estimate, s")
+                   "how far the truth used may be from an estimate, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--truth-time", options->truth_time, "trajectories: which truth belongs to an estimate")
+  command->add_option("--truth-time", options->truth_time, "which truth belongs to an estimate")
       ->check(CLI::IsMember({"interpolated", "nearest"}))
       ->capture_default_str();
-  command->add_option("--align", options->align, "trajectories: move the truth onto the estimate first")
+  command->add_option("--align", options->align, "move the truth onto the estimate first")
       ->check(CLI::IsMember({"none", "se2", "yaw", "se3"}))
       ->capture_default_str();
   command
-      ->add_option("--orientation-error", options->orientation_error,
-                   "tum: axes of the orientation's covariance")
-      ->check(CLI::IsMember({"body", "world"}))
-      ->capture_default_str();
+      ->add_option(
+          "--orientation-error", options->orientation_error,
+          "what the orientation's part of a covariance speaks of; without it body for tum, world for "
+          "bags; planar: x, y and yaw alone")
+      ->check(CLI::IsMember({"body", "world", "rpy", "planar"}));
   command->add_option("--confidence", options->confidence, "of each verdict")
       ->check(CLI::Range(0.5, 0.999999))
       ->capture_default_str();
@@ -162,10 +236,15 @@ void add_check_command(CLI::App& app) {
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
       "credence run scenarios/figure1_two_landmarks.toml --log out/logs && credence check out/logs",
-      "credence check out/logs --out out/check", "credence check out/logs/*.csv --sensitivity --format json",
+      "credence check out/logs --out out/check",
+      "credence check out/logs/*.csv --sensitivity --format json",
+      "credence check FLIGHT.ulg --list",
+      "credence check FLIGHT.ulg --instance 1",
+      "credence check RUN.mcap --topic /odom --truth-topic /gt",
+      "credence check RUN.bag --truth TRUTH --align yaw --orientation-error planar",
       "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));
-  command->callback([options] { throw ExitStatus{check(*options)}; });
+  command->callback([options] { throw ExitStatus{options->list ? list(*options) : check(*options)}; });
 }
 
 }  // namespace credence

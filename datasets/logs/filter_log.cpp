@@ -230,4 +230,85 @@ bool FilterLogReader::next(Step& row) {
   return true;
 }
 
+namespace {
+
+Outcome outcome_named(const std::string& name) {
+  return name == to_string(Outcome::diverged) ? Outcome::diverged : Outcome::not_positive_definite;
+}
+
+void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*options*/, LogSink& sink) {
+  constexpr std::int64_t kRowsBetween = 4096;
+  FilterLogReader reader(file);
+  Step row;
+  std::int64_t rows = 0, told = 0;
+  bool open = false;
+  const auto end_failed = [&] {
+    if (!reader.failure()) return;
+    if (!open) sink.begin_run(reader.layout());  // it failed before its first row
+    sink.end_run(outcome_named(reader.failure()->outcome), reader.failure()->step);
+    open = false;
+  };
+  while (reader.next(row)) {
+    if (reader.run_began()) {
+      end_failed();
+      sink.begin_run(reader.layout());
+      open = true;
+    }
+    sink.add(row);
+    if (++rows % kRowsBetween == 0) {
+      sink.advance(reader.bytes_read() - told);
+      told = reader.bytes_read();
+    }
+  }
+  end_failed();
+  sink.advance(reader.bytes_read() - told);
+}
+
+LogContents list_own_log(const std::filesystem::path& file) {
+  FilterLogReader reader(file);
+  const RunLayout& layout = reader.layout();
+  LogTopic state{.name = "estimate",
+                 .type = fmt::format("{} states", layout.states.size()),
+                 .use = layout.has_truth ? "estimate with its truth" : ""};
+  state.covariance = layout.has_truth;
+  std::vector<LogTopic> sensors;
+  for (const Sensor& sensor : layout.sensors) {
+    sensors.push_back({.name = sensor.name.empty() ? "innovation" : "innovation " + sensor.name,
+                       .type = fmt::format("dimension {}", sensor.dim),
+                       .use = "innovations",
+                       .covariance = true});
+  }
+  Step row;
+  std::int64_t runs = 0;
+  while (reader.next(row)) {
+    runs += reader.run_began() ? 1 : 0;
+    state.count += row.states.empty() ? 0 : 1;
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      sensors[i].count += row.innovations[i].nu.size() > 0 ? 1 : 0;
+    }
+  }
+  LogContents contents{.topics = std::move(sensors), .remark = fmt::format("{} runs.", runs)};
+  if (!layout.states.empty()) contents.topics.insert(contents.topics.begin(), std::move(state));
+  return contents;
+}
+
+/// A first line that is no comment, of names separated by commas, one of them what a log of ours must have.
+bool begins_as_own_log(std::string_view beginning, const std::filesystem::path& file) {
+  if (file.extension() == ".csv") return true;
+  const std::string_view header = beginning.substr(0, beginning.find('\n'));
+  return header.find("innovation.") != std::string_view::npos ||
+         header.find("estimate.") != std::string_view::npos;
+}
+
+}  // namespace
+
+LogFormat own_format() {
+  return {.name = "credence",
+          .title = "Credence CSV",
+          .extensions = ".csv",
+          .recognises = begins_as_own_log,
+          .list = list_own_log,
+          .read = read_own_log};
+}
+
 }  // namespace credence

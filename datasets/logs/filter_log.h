@@ -9,6 +9,7 @@
 
 #include "datasets/logs/filter_log_header.h"
 #include "datasets/logs/line_reader.h"
+#include "datasets/logs/log_format.h"
 
 namespace credence {
 
@@ -61,5 +62,8 @@ class FilterLogReader {
   std::int64_t rows_ = 0;  ///< read so far, of all runs
   std::optional<Failure> failure_;
 };
+
+/// --input credence.
+LogFormat own_format();
 
 }  // namespace credence

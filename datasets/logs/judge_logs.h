@@ -5,44 +5,46 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "analysis/evidence/evidence_recorder.h"
+#include "datasets/logs/log_sink.h"
 
 namespace credence {
 
-/// Reads one file and hands its rows, run by run, to the accumulator; `advance` is told, now and then, how
-/// many bytes more were read. Throws DataError.
-using LogFileReader = std::function<void(const std::filesystem::path& file, EvidenceRecorder& sums,
-                                         const std::function<void(std::int64_t bytes)>& advance)>;
-
-/// Adds the rows of a log in the project's own format.
-void read_own_log(const std::filesystem::path& file, EvidenceRecorder& sums,
-                  const std::function<void(std::int64_t)>& advance);
+/// Reads one file and hands over its runs. Throws DataError.
+using LogFileReader = std::function<void(const std::filesystem::path& file, LogSink& sink)>;
 
 struct LogJudgeOptions {
   int threads = 0;                                   ///< 0: one for each processor
   const std::atomic<bool>* stop = nullptr;           ///< set: the groups in hand are dropped
   std::function<void(std::int64_t bytes)> progress;  ///< bytes read so far, by one thread at a time
+  /// Of a file that is cut off or corrupted what comes before is judged, with a remark, if it is anything.
+  bool partial = false;
+};
+
+/// What a reader had to say of a file.
+struct LogRemark {
+  std::filesystem::path file;
+  std::string sentence;
 };
 
 /// What was read.
 struct LogJudgeResult {
   Evidence evidence;
   std::int64_t files = 0;
+  std::int64_t unmatched_rows = 0;  ///< estimates without a truth at their time
+  std::vector<LogRemark> remarks;   ///< in the order of the files
   bool complete = true;
 };
 
 /// Reads the files in parallel, with memory for a few groups of them.
 ///
 /// Files are taken 64 at a time, and runs are added up 64 at a time, in their order: logs of one run each
-/// give the bits of a study of our own (kChunkRuns), whatever the number of threads. Throws the DataError of
-/// the first bad file in order.
+/// give the bits of a study of our own (kChunkRuns), whatever the number of threads. Throws the error of the
+/// first bad file in order.
 LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const LogFileReader& read,
                           const LogJudgeOptions& options);
-
-/// The files that arguments mean: a file itself, of a folder its *.csv (in the order of their names).
-/// Throws DataError for a folder without any, and for a file that is there twice.
-std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments);
 
 }  // namespace credence

@@ -123,7 +123,7 @@ class PoseRows {
     if (type == "type1") {
       axes.position_in_body = true;
     } else if (type == "type6") {
-      axes.orientation_in_world = true;
+      axes.orientation = OrientationError::world;
     } else if (type != "type5" && type != "none" && !type.empty()) {
       lines_.fail(fmt::format("error type '{}': accepted are type1, type5, type6", shown_field(type)));
     }
@@ -136,8 +136,8 @@ class PoseRows {
                       shown_field(how)));
     }
     const bool first = out_.poses.size() == 1;
-    if (!first && (axes.position_in_body != out_.axes.position_in_body ||
-                   axes.orientation_in_world != out_.axes.orientation_in_world)) {
+    if (!first &&
+        (axes.position_in_body != out_.axes.position_in_body || axes.orientation != out_.axes.orientation)) {
       lines_.fail("the error type changes within the file");
     }
     out_.axes = axes;

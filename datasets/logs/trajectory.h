@@ -20,10 +20,18 @@ struct SpatialPose {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< takes the body to the world
 };
 
+/// What the orientation's part of a covariance speaks of.
+enum class OrientationError {
+  body,    ///< R = R̂ Exp(e)
+  world,   ///< R = Exp(e) R̂: the fixed axes of ROS
+  rpy,     ///< differences of roll, pitch and yaw, R = Rz(yaw) Ry(pitch) Rx(roll)
+  planar,  ///< of the yaw alone; of the position x and y
+};
+
 /// In which axes the errors are that a covariance speaks of.
 struct PoseErrorAxes {
-  bool position_in_body = false;      ///< p = p̂ + R̂ e, else p = p̂ + e
-  bool orientation_in_world = false;  ///< R = Exp(e) R̂, else R = R̂ Exp(e)
+  bool position_in_body = false;  ///< p = p̂ + R̂ e, else p = p̂ + e
+  OrientationError orientation = OrientationError::body;
 };
 
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;  ///< position, then orientation; m, rad
@@ -34,8 +42,9 @@ struct Trajectory {
   std::vector<double> time_s;  ///< strictly increasing
   std::vector<std::int64_t> lines;
   std::vector<SpatialPose> poses;
-  std::vector<PoseCovariance> covariances;  ///< of an estimate; empty for a truth
+  std::vector<PoseCovariance> covariances{};  ///< empty: not known, and of a truth then taken as zero
   bool joint_covariance = true;  ///< false: those between position and orientation are not in the file
+  bool has_orientation = true;   ///< false: positions alone
   PoseErrorAxes axes;
 };
 

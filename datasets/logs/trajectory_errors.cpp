@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "core/manifold/angle.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/alignment.h"
 
@@ -44,14 +46,42 @@ Eigen::Isometry3d align_in_space(const std::vector<SpatialPose>& truth,
   return motion;
 }
 
-Vector pose_error(const SpatialPose& estimate, const SpatialPose& truth, PoseErrorAxes axes) {
-  const Eigen::Vector3d position = estimate.position - truth.position;
-  const Eigen::Quaterniond& R = truth.orientation;
-  const Eigen::Quaterniond& R_hat = estimate.orientation;
-  Vector error(6);
-  error.head<3>() = axes.position_in_body ? Eigen::Vector3d(R_hat.conjugate() * position) : position;
-  error.tail<3>() =
-      axes.orientation_in_world ? rotation_log(R_hat * R.conjugate()) : rotation_log(R.conjugate() * R_hat);
+UncertainPose interpolated(const UncertainPose& a, const UncertainPose& b, double share) {
+  return {interpolated(a.pose, b.pose, share), (1.0 - share) * a.covariance + share * b.covariance};
+}
+
+RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joint_covariance) {
+  RunLayout layout;
+  layout.joint_covariance = joint_covariance;
+  if (orientation == OrientationError::planar) {
+    layout.states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
+    layout.angles = {false, false, true};
+    layout.states.resize(has_orientation ? 3 : 2);
+    layout.angles.resize(layout.states.size());
+    add_named_blocks(layout);
+    return layout;
+  }
+  layout.states = {"position.x", "position.y", "position.z"};
+  layout.angles = {false, false, false};
+  layout.blocks = {{"position", Part::position, {0, 1, 2}}};
+  if (!has_orientation) return layout;
+  const bool rpy = orientation == OrientationError::rpy;
+  const std::vector<std::string> names =
+      rpy ? std::vector<std::string>{"roll", "pitch", "yaw"} : std::vector<std::string>{"x", "y", "z"};
+  for (const std::string& name : names) {
+    layout.states.push_back("orientation." + name);
+    layout.angles.push_back(rpy);
+  }
+  layout.blocks.push_back({"orientation", Part::other, {3, 4, 5}});
+  return layout;
+}
+
+Eigen::Vector3d orientation_error(const Eigen::Quaterniond& estimate, const Eigen::Quaterniond& truth,
+                                  OrientationError kind) {
+  if (kind == OrientationError::body) return rotation_log(truth.conjugate() * estimate);
+  if (kind == OrientationError::world) return rotation_log(estimate * truth.conjugate());
+  Eigen::Vector3d error = roll_pitch_yaw(estimate) - roll_pitch_yaw(truth);
+  for (double& angle : error) angle = wrap_angle(angle);
   return error;
 }
 
@@ -66,11 +96,22 @@ Eigen::Vector3d rotation_log(const Eigen::Quaterniond& R) {
   return 2.0 * std::atan2(sine, sign * R.w()) / sine * v;
 }
 
-std::optional<SpatialPose> truth_at(const Trajectory& truth, double time_s,
-                                    const TrajectoryMatching& matching) {
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& R) {
+  const Eigen::Matrix3d m = R.toRotationMatrix();
+  // R(2, 0) = −sin(pitch); rounding may take it beyond 1.
+  return {std::atan2(m(2, 1), m(2, 2)), std::asin(std::clamp(-m(2, 0), -1.0, 1.0)),
+          std::atan2(m(1, 0), m(0, 0))};
+}
+
+std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
+                                      const TrajectoryMatching& matching) {
   const auto begin = truth.time_s.begin(), end = truth.time_s.end();
   const auto after = std::lower_bound(begin, end, time_s);
-  const auto pose = [&](auto place) { return truth.poses[static_cast<std::size_t>(place - begin)]; };
+  const auto pose = [&](auto place) {
+    const auto i = static_cast<std::size_t>(place - begin);
+    return UncertainPose{truth.poses[i],
+                         truth.covariances.empty() ? PoseCovariance::Zero() : truth.covariances[i]};
+  };
   const double limit = matching.max_time_difference_s;
   // Files round their times: what is this near is the same moment.
   constexpr double kSameTime_s = 1e-6;
@@ -104,46 +145,94 @@ Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::
   return Eigen::Isometry3d::Identity();
 }
 
+Eigen::Matrix<double, 6, 1> pose_error(const SpatialPose& estimate, const SpatialPose& truth,
+                                       PoseErrorAxes axes) {
+  const Eigen::Vector3d position = estimate.position - truth.position;
+  Eigen::Matrix<double, 6, 1> error;
+  error.head<3>() =
+      axes.position_in_body ? Eigen::Vector3d(estimate.orientation.conjugate() * position) : position;
+  error.tail<3>() = orientation_error(estimate.orientation, truth.orientation, axes.orientation);
+  return error;
+}
+
+TruthComparison::TruthComparison(const Trajectory& truth, const TrajectoryMatching& matching,
+                                 PoseErrorAxes axes, bool joint_covariance, const Eigen::Isometry3d& motion)
+    : truth_(truth),
+      matching_(matching),
+      axes_(axes),
+      motion_(motion),
+      turn_(motion.linear()),
+      layout_(layout_of(axes.orientation, truth.has_orientation, joint_covariance)),
+      components_(axes.orientation == OrientationError::planar ? std::vector<Index>{0, 1, 5}
+                                                               : std::vector<Index>{0, 1, 2, 3, 4, 5}) {
+  components_.resize(layout_.states.size());
+}
+
+std::optional<UncertainPose> TruthComparison::truth_at(double time_s) const {
+  std::optional<UncertainPose> truth = credence::truth_at(truth_, time_s, matching_);
+  if (!truth) return std::nullopt;
+  truth->pose = {motion_ * truth->pose.position, turn_ * truth->pose.orientation};
+  if (truth_.covariances.empty()) return truth;
+  PoseCovariance turn = PoseCovariance::Identity();
+  turn.topLeftCorner<3, 3>() = motion_.linear();
+  if (axes_.orientation == OrientationError::world) turn.bottomRightCorner<3, 3>() = motion_.linear();
+  truth->covariance = turn * truth->covariance * turn.transpose();
+  return truth;
+}
+
+bool TruthComparison::compare(const PoseEstimate& estimate, const UncertainPose& truth,
+                              std::span<const Index> kept, Step& step) const {
+  std::vector<Index> components;
+  step.states.clear();
+  for (std::size_t i = 0; i < components_.size(); ++i) {
+    if (std::ranges::find(kept, components_[i]) == kept.end()) continue;
+    components.push_back(components_[i]);
+    step.states.push_back(static_cast<Index>(i));
+  }
+  if (components.empty()) return false;
+  step.line = estimate.line;
+  step.error = pose_error(estimate.pose, truth.pose, axes_)(components);
+  step.P = estimate.covariance(components, components) + truth.covariance(components, components);
+  return true;
+}
+
+DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
+                   const Trajectory& truth, const TrajectoryMatching& matching) {
+  return {estimate, "",
+          fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
+                      "{:.3f} to {:.3f} s, tolerance {} s",
+                      truth.file.string(), first_s, last_s, truth.time_s.front(), truth.time_s.back(),
+                      matching.max_time_difference_s)};
+}
+
 TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory& truth,
                                    const TrajectoryMatching& matching) {
+  static constexpr std::array<Index, 6> kAll = {0, 1, 2, 3, 4, 5};
   TrajectoryErrors result;
   std::vector<SpatialPose> true_poses, estimated;
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < estimate.poses.size(); ++i) {
-    const std::optional<SpatialPose> pose = truth_at(truth, estimate.time_s[i], matching);
+    const std::optional<UncertainPose> pose = truth_at(truth, estimate.time_s[i], matching);
     if (!pose) {
       ++result.unmatched;
       continue;
     }
-    true_poses.push_back(*pose);
+    true_poses.push_back(pose->pose);
     estimated.push_back(estimate.poses[i]);
     rows.push_back(i);
   }
-  if (rows.empty()) {
-    throw DataError(
-        estimate.file, "",
-        fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
-                    "{:.3f} to {:.3f} s, tolerance {} s",
-                    truth.file.string(), estimate.time_s.front(), estimate.time_s.back(),
-                    truth.time_s.front(), truth.time_s.back(), matching.max_time_difference_s));
-  }
-  const Eigen::Isometry3d motion = align_truth(true_poses, estimated, matching.alignment);
-  const Eigen::Quaterniond turn(motion.linear());
-  result.layout = {
-      .states = {"position.x", "position.y", "position.z", "orientation.x", "orientation.y", "orientation.z"},
-      .angles = std::vector<bool>(6, false),
-      .blocks = {{"position", Part::position, {0, 1, 2}}, {"orientation", Part::other, {3, 4, 5}}},
-      .has_truth = true,
-      .joint_covariance = estimate.joint_covariance};
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const SpatialPose moved{motion * true_poses[i].position, turn * true_poses[i].orientation};
-    Step row;
-    row.step = static_cast<std::int64_t>(i) + 1;
-    row.line = estimate.lines[rows[i]];
-    row.states = {0, 1, 2, 3, 4, 5};
-    row.error = pose_error(estimated[i], moved, estimate.axes);
-    row.P = estimate.covariances[rows[i]];
-    result.rows.push_back(std::move(row));
+  if (rows.empty())
+    throw no_truth(estimate.file, estimate.time_s.front(), estimate.time_s.back(), truth, matching);
+  const TruthComparison comparison(truth, matching, estimate.axes, estimate.joint_covariance,
+                                   align_truth(true_poses, estimated, matching.alignment));
+  result.layout = comparison.layout();
+  for (const std::size_t i : rows) {
+    Step step;
+    step.step = std::ssize(result.rows) + 1;
+    const double time = estimate.time_s[i];
+    comparison.compare({time, estimate.lines[i], estimate.poses[i], estimate.covariances[i]},
+                       *comparison.truth_at(time), kAll, step);
+    result.rows.push_back(std::move(step));
   }
   return result;
 }

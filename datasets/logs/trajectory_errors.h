@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
+#include "datasets/data_error.h"
 #include "datasets/logs/trajectory.h"
 
 /// @file
@@ -38,16 +40,72 @@ struct TrajectoryMatching {
 /// The rotation vector of R (rad), R = Exp(·), of length at most π.
 Eigen::Vector3d rotation_log(const Eigen::Quaterniond& R);
 
-/// The truth at a time, or nothing where it is too far.
-std::optional<SpatialPose> truth_at(const Trajectory& truth, double time_s,
-                                    const TrajectoryMatching& matching);
+/// Roll, pitch and yaw (rad) of R = Rz(yaw) Ry(pitch) Rx(roll).
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& R);
+
+/// A pose with its covariance, which is zero where it is not known.
+struct UncertainPose {
+  SpatialPose pose;
+  PoseCovariance covariance = PoseCovariance::Zero();
+};
+
+/// The truth at a time, or nothing where it is too far. Between two truths the covariance is the weighted
+/// mean of theirs, which no correlation of the two exceeds.
+std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
+                                      const TrajectoryMatching& matching);
 
 /// The motion that takes the points of the truth to those of the estimate with the least squared error
 /// ([Umeyama 1991] without scale; heading alone: align_rigidly).
 Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::vector<SpatialPose>& estimate,
                               TruthAlignment alignment);
 
-/// Errors of an estimate: position.x … z and orientation.x … z.
+/// x̂ ⊟ x of two poses: position, then orientation, in these axes; planar: as rpy.
+Eigen::Matrix<double, 6, 1> pose_error(const SpatialPose& estimate, const SpatialPose& truth,
+                                       PoseErrorAxes axes);
+
+/// One estimate of a trajectory.
+struct PoseEstimate {
+  double time_s = 0.0;
+  std::int64_t line = 0;
+  SpatialPose pose;
+  PoseCovariance covariance = PoseCovariance::Zero();
+};
+
+/// Compares estimates, one after another, with a truth, whose own covariance is added to theirs.
+///
+/// The states are position.x … z and orientation.x … z (rpy: roll, pitch, yaw), planar vehicle.x, vehicle.y
+/// and vehicle.heading; without those of the orientation where the truth has none.
+class TruthComparison {
+ public:
+  /// The truth must outlive this. `motion` moves it first.
+  TruthComparison(const Trajectory& truth, const TrajectoryMatching& matching, PoseErrorAxes axes,
+                  bool joint_covariance, const Eigen::Isometry3d& motion = Eigen::Isometry3d::Identity());
+
+  const RunLayout& layout() const { return layout_; }
+
+  /// The truth at a time, moved; nothing where there is none.
+  std::optional<UncertainPose> truth_at(double time_s) const;
+
+  /// Writes states, line, error and P of those of the six components that are `kept` (ascending). False,
+  /// where none of them is a state.
+  bool compare(const PoseEstimate& estimate, const UncertainPose& truth, std::span<const Index> kept,
+               Step& step) const;
+
+ private:
+  const Trajectory& truth_;
+  TrajectoryMatching matching_;
+  PoseErrorAxes axes_;
+  Eigen::Isometry3d motion_;
+  Eigen::Quaterniond turn_;
+  RunLayout layout_;
+  std::vector<Index> components_;  ///< of the six, the states of the layout
+};
+
+/// That no estimate of a file, which are of these times, has a truth at its time.
+DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
+                   const Trajectory& truth, const TrajectoryMatching& matching);
+
+/// Errors of an estimate.
 struct TrajectoryErrors {
   RunLayout layout;
   std::vector<Step> rows;

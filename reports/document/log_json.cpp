@@ -7,27 +7,27 @@
 namespace credence {
 namespace {
 
-Json reasoned(Json j, std::string_view reason) {
+Json with_reason(Json j, std::string_view reason) {
   if (!reason.empty()) j["reason"] = reason;
   return j;
 }
 
 Json whiteness_json(const WhitenessTest& w) {
-  return reasoned({{"p_value", json_number(w.p_value)},
-                   {"white", w.reason.empty() ? Json(w.white) : Json(nullptr)},
-                   {"statistic", json_number(w.statistic)},
-                   {"dof", json_number(w.dof)},
-                   {"autocorrelation", json_numbers(w.autocorrelation)},
-                   {"band", json_numbers(w.band)},
-                   {"values", w.values}},
-                  w.reason);
+  return with_reason({{"p_value", json_number(w.p_value)},
+                      {"white", w.reason.empty() ? Json(w.white) : Json(nullptr)},
+                      {"statistic", json_number(w.statistic)},
+                      {"dof", json_number(w.dof)},
+                      {"autocorrelation", json_numbers(w.autocorrelation)},
+                      {"band", json_numbers(w.band)},
+                      {"values", w.values}},
+                     w.reason);
 }
 
 Json fit_json(const GoodnessOfFit& fit) {
-  return reasoned({{"kolmogorov_p_value", json_number(fit.kolmogorov_p_value)},
-                   {"anderson_p_value", json_number(fit.anderson_p_value)},
-                   {"values", fit.count}},
-                  fit.reason);
+  return with_reason({{"kolmogorov_p_value", json_number(fit.kolmogorov_p_value)},
+                      {"anderson_p_value", json_number(fit.anderson_p_value)},
+                      {"values", fit.count}},
+                     fit.reason);
 }
 
 Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
@@ -42,7 +42,7 @@ Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
           {"of_sum", s.of_sum},
           {"fit", fit_json(s.fit)},
           {"whiteness", whiteness_json(s.whiteness)},
-          {"innovation_mean", reasoned({{"p_value", json_number(s.mean.p_value)}}, s.mean.reason)}};
+          {"innovation_mean", with_reason({{"p_value", json_number(s.mean.p_value)}}, s.mean.reason)}};
 }
 
 Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
@@ -94,6 +94,7 @@ std::string log_json(const CheckedLogs& logs) {
   j["rejected"] = rejected_json(s);
   j["unmatched_rows"] = logs.unmatched_rows;
   j["format"] = logs.format;
+  j["remarks"] = logs.remarks;
   j["runs"] = s.study.runs;
   j["steps"] = s.study.steps.size();
   j["state_dim"] = s.state_dim;

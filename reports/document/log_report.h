@@ -22,6 +22,7 @@ struct CheckedLogs {
   std::int64_t unmatched_rows = 0;  ///< estimates without a truth at their time
   LogAnalysis analysis;
   std::map<std::int64_t, std::string> failures_said{};  ///< by number of the run: what its filter said
+  std::vector<std::string> remarks{};  ///< sentences: what the reader left out, or took for something
 };
 
 /// One row for NEES, NIS, every block and every sensor: mean, expected, bounds, verdict; the notes say what

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "reports/document/judgement_report.h"
 #include "reports/document/log_report.h"
 #include "reports/document/study_table.h"
@@ -32,6 +34,18 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   if (logs.unmatched_rows > 0) {
     table.notes.push_back(
         fmt::format("{} rows have no truth at their time and are left out.", logs.unmatched_rows));
+  }
+  constexpr std::size_t kRemarks = 12;
+  for (std::size_t i = 0; i < std::min(kRemarks, logs.remarks.size()); ++i) {
+    table.notes.push_back(logs.remarks[i]);
+  }
+  if (logs.remarks.size() > kRemarks) {
+    table.notes.push_back(fmt::format("{} more remarks are in the JSON.", logs.remarks.size() - kRemarks));
+  }
+  if (!s.has_truth && logs.analysis.judgement.nis.count > 0) {
+    table.notes.push_back(
+        "Without a truth the innovations alone are judged: whether P is right where no sensor measures, and "
+        "a bias that all sensors share, cannot be known from them.");
   }
   for (const auto& [reason, rows] : s.rejected) {
     table.notes.push_back(fmt::format("REJECTED: {} rows, {} (first: {}).", rows.count, reason, rows.first));

@@ -153,6 +153,58 @@ TEST_F(CheckCommand, SaysWhatItReadRejectedAndWhere) {
   EXPECT_TRUE(j["sensitivity"].is_object());
 }
 
+/// A trajectory of 40 poses on a line, with unit covariance in position and orientation.
+std::string poses(double shift, bool with_covariance) {
+  std::string text;
+  for (int i = 0; i < 40; ++i) {
+    text += std::to_string(i) + " " + std::to_string(i + shift * (i % 2 == 0 ? 1 : -1)) + " 0 0 0 0 0 1";
+    if (with_covariance) text += " 1 0 0 1 0 1 1 0 0 1 0 1";
+    text += "\n";
+  }
+  return text;
+}
+
+TEST_F(CheckCommand, AFormatIsSeenFromTheFileOrNamed) {
+  write("estimate.txt", poses(0.5, true));
+  write("truth.txt", poses(0.0, false));
+  const Json seen = json({"check", "estimate.txt", "--truth", "truth.txt", "--format", "json", "--quiet"});
+  const Json named = json({"check", "estimate.txt", "--input", "openvins", "--truth", "truth.txt", "--format",
+                           "json", "--quiet"});
+  EXPECT_EQ(seen, named);
+  EXPECT_EQ(seen["rows"], 40);
+  EXPECT_TRUE(seen["format"].get<std::string>().starts_with("OpenVINS trajectory")) << seen["format"];
+}
+
+TEST_F(CheckCommand, ListsWhatIsInALogWithoutJudgingIt) {
+  write("a.csv", "time,estimate.x,truth.x,P.1.1,innovation.gps.1,S.gps.1.1\n1,1,0,1,,\n2,1,0,1,0.5,1\n");
+  const Finished f = run({"check", "--list", "a.csv"});
+  EXPECT_EQ(f.code, 0) << f.err;
+  EXPECT_NE(f.out.find("innovation gps"), std::string::npos) << f.out;
+  EXPECT_EQ(f.out.find("consistent"), std::string::npos) << f.out;
+  const Json log = json({"check", "--list", "a.csv", "--format", "json"})["logs"][0];
+  EXPECT_EQ(log["topics"][0]["messages"], 2);
+  EXPECT_EQ(log["topics"][1]["messages"], 1);
+  EXPECT_EQ(log["topics"][1]["use"], "innovations");
+}
+
+TEST_F(CheckCommand, OfACutFileThePartBeforeIsJudgedIfAsked) {
+  write("cut.csv", "innovation.1,S.1.1\n0.5,1\n-0.5,1\n0.25");
+  EXPECT_EQ(run({"check", "cut.csv"}).code, 2);
+  const Json j = json({"check", "cut.csv", "--partial", "--format", "json", "--quiet"});
+  EXPECT_EQ(j["rows"], 2);
+  ASSERT_EQ(j["remarks"].size(), 1U);
+  EXPECT_NE(j["remarks"][0].get<std::string>().find("only a part could be read: cut.csv:4"),
+            std::string::npos);
+  write("cut.csv", "innovation.1,S.1.1\n0.5");
+  EXPECT_EQ(run({"check", "cut.csv", "--partial"}).code, 2);  // nothing before it
+}
+
+TEST_F(CheckCommand, InnovationsAloneSayWhatTheyCannotTell) {
+  write("a.csv", "innovation.1,S.1.1\n0.5,1\n-0.5,1\n");
+  const Finished f = run({"check", "a.csv", "--quiet"});
+  EXPECT_NE(f.out.find("cannot be known from them"), std::string::npos) << f.out;
+}
+
 TEST_F(CheckCommand, BadInputIsOneErrorWithFileAndLine) {
   write("good.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n");
   write("bad.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n1,zero,1\n");
@@ -161,10 +213,13 @@ TEST_F(CheckCommand, BadInputIsOneErrorWithFileAndLine) {
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"check", "good.csv", "bad.csv"}, "bad.csv:3: column truth.x: 'zero' is not a finite number"},
       {{"check", "absent.csv"}, "absent.csv: there is no such file"},
-      {{"check", "empty"}, "the folder holds no *.csv"},
+      {{"check", "empty"}, "the folder holds no logs: no file with one of .mcap"},
       {{"check", "pose.txt", "--input", "openvins"}, "name the truth by --truth"},
       {{"check", "pose.txt", "--input", "openvins", "--truth", "pose.txt"}, "pose.txt:1: 8 fields where 20"},
-      {{"check", "good.csv", "--truth", "pose.txt"}, "by --input"},
+      {{"check", "good.csv", "--truth", "pose.txt"},
+       "good.csv is read as Credence CSV, which holds its truth"},
+      {{"check", "pose.txt"}, "pose.txt: is of no format known here; read are mcap"},
+      {{"check", "pose.txt", "--input", "excel"}, "--input"},
       {{"check", "good.csv", "--confidence", "2"}, "--confidence"}};
   for (const auto& [arguments, expected] : cases) {
     const Finished f = run(arguments);

@@ -105,7 +105,8 @@ TEST_F(TrajectoryFiles, TumHoldsAJointCovarianceWithErrorsInTheAxesThatOneNames)
   }
   const auto file = write("e.txt", text);
   const Trajectory truth_read = read_truth(write_truth(truth));
-  const Trajectory world = read_estimate(file, TrajectoryFormat::tum, {.orientation_in_world = true});
+  const Trajectory world =
+      read_estimate(file, TrajectoryFormat::tum, {.orientation = OrientationError::world});
   const Trajectory body = read_estimate(file, TrajectoryFormat::tum, {});
   const Step in_world = trajectory_errors(world, truth_read, {}).rows.at(2);
   const Step in_body = trajectory_errors(body, truth_read, {}).rows.at(2);
@@ -164,16 +165,16 @@ TEST(TruthAt, IsInterpolatedOrNearestWithinItsTolerance) {
   const TrajectoryMatching between{.max_time_difference_s = 0.9};
   const auto middle = truth_at(truth, 1.25, between);
   ASSERT_TRUE(middle.has_value());
-  EXPECT_DOUBLE_EQ(middle->position.x(), 0.25);
-  EXPECT_NEAR(rotation_log(middle->orientation).z(), 0.25, 1e-12);
+  EXPECT_DOUBLE_EQ(middle->pose.position.x(), 0.25);
+  EXPECT_NEAR(rotation_log(middle->pose.orientation).z(), 0.25, 1e-12);
   EXPECT_FALSE(truth_at(truth, 2.5, between).has_value());  // 5.0 is too far
   EXPECT_FALSE(truth_at(truth, 0.9, between).has_value());  // nothing before
   EXPECT_TRUE(truth_at(truth, 5.0, between).has_value());
   EXPECT_TRUE(truth_at(truth, 5.0000005, between).has_value());  // rounded times
   EXPECT_TRUE(truth_at(truth, 0.9999995, between).has_value());
   const TrajectoryMatching nearest{.max_time_difference_s = 0.9, .truth_time = TruthTime::nearest};
-  EXPECT_EQ(truth_at(truth, 1.25, nearest)->position.x(), 0.0);
-  EXPECT_EQ(truth_at(truth, 2.5, nearest)->position.x(), 1.0);
+  EXPECT_EQ(truth_at(truth, 1.25, nearest)->pose.position.x(), 0.0);
+  EXPECT_EQ(truth_at(truth, 2.5, nearest)->pose.position.x(), 1.0);
   EXPECT_FALSE(truth_at(truth, 3.5, nearest).has_value());
 }
 

@@ -1,0 +1,256 @@
+#include "datasets/logs/arrays/array_log.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "datasets/data_error.h"
+
+namespace credence {
+namespace {
+
+constexpr std::string_view kInnovation = "innovation", kS = "S";
+// A step beyond this is a mistake, and would ask for gigabytes.
+constexpr std::uint64_t kMostSteps = 10'000'000, kLargestDim = 10'000;
+
+/// Vectors and their covariances: two arrays that belong together.
+struct ArrayPair {
+  std::string name;  ///< of the sensor; "" for the only one
+  std::size_t vectors = 0, matrices = 0;
+  std::uint64_t runs = 0, steps = 0, dim = 0;
+};
+
+std::string shape_text(const ArrayShape& array) {
+  return fmt::format("{} ({})", array.name, fmt::join(array.dims, ", "));
+}
+
+/// Finds the arrays that are to be judged.
+class ArrayRoles {
+ public:
+  explicit ArrayRoles(const ArrayFile& file) : file_(file) {
+    if (find("error") || find("P")) state_ = pair("", "error", "P");
+    for (const ArrayShape& array : file.arrays()) {
+      if (array.name == kInnovation) {
+        sensors_.push_back(pair("", kInnovation, kS));
+      } else if (array.name.starts_with("innovation_")) {
+        const std::string sensor = array.name.substr(kInnovation.size() + 1);
+        sensors_.push_back(pair(sensor, array.name, "S_" + sensor));
+      }
+    }
+    if (!state_ && sensors_.empty()) {
+      fail(fmt::format("holds nothing to judge: error with P, or innovation with S; its arrays are {}",
+                       shapes()));
+    }
+    for (const ArrayPair& sensor : sensors_) check_same(sensor);
+  }
+
+  const std::optional<ArrayPair>& state() const { return state_; }
+  const std::vector<ArrayPair>& sensors() const { return sensors_; }
+  const ArrayPair& any() const { return state_ ? *state_ : sensors_.front(); }
+
+ private:
+  std::optional<std::size_t> find(std::string_view name) const {
+    const auto found = std::ranges::find(file_.arrays(), name, &ArrayShape::name);
+    if (found == file_.arrays().end()) return std::nullopt;
+    return static_cast<std::size_t>(found - file_.arrays().begin());
+  }
+
+  std::string shapes() const {
+    std::string text;
+    for (const ArrayShape& array : file_.arrays()) text += (text.empty() ? "" : ", ") + shape_text(array);
+    return text.empty() ? "none" : text;
+  }
+
+  [[noreturn]] void fail(const std::string& problem) const { throw DataError(file_.path(), "", problem); }
+
+  ArrayPair pair(std::string name, std::string_view vectors, std::string_view matrices) const {
+    const auto v = find(vectors), m = find(matrices);
+    if (!v || !m) {
+      fail(fmt::format("array {} is missing beside {}; its arrays are {}", v ? matrices : vectors,
+                       v ? vectors : matrices, shapes()));
+    }
+    const ArrayShape& one = file_.arrays()[*v];
+    const ArrayShape& other = file_.arrays()[*m];
+    const std::size_t rank = one.dims.size();
+    ArrayPair result{std::move(name), *v, *m};
+    if (rank == 2 && other.dims == one.dims) {  // scalars
+      result.runs = one.dims[0];
+      result.steps = one.dims[1];
+      result.dim = 1;
+    } else {
+      const bool fits = (rank == 2 || rank == 3) && other.dims.size() == rank + 1 &&
+                        std::equal(one.dims.begin(), one.dims.end(), other.dims.begin()) &&
+                        other.dims.back() == one.dims.back();
+      if (!fits) {
+        fail(
+            fmt::format("{} and {}: accepted are (runs, steps, n) with (runs, steps, n, n), of one run "
+                        "(steps, n) with (steps, n, n), and of scalars (runs, steps) with (runs, steps)",
+                        shape_text(one), shape_text(other)));
+      }
+      result.runs = rank == 3 ? one.dims[0] : 1;
+      result.steps = one.dims[rank - 2];
+      result.dim = one.dims[rank - 1];
+    }
+    if (result.steps == 0 || result.steps > kMostSteps || result.dim == 0 || result.dim > kLargestDim) {
+      fail(fmt::format("{}: accepted are 1 to {} steps and 1 to {} components", shape_text(one), kMostSteps,
+                       kLargestDim));
+    }
+    return result;
+  }
+
+  void check_same(const ArrayPair& sensor) const {
+    if (sensor.runs == any().runs && sensor.steps == any().steps) return;
+    fail(fmt::format("{} and {}: other runs or steps", shape_text(file_.arrays()[sensor.vectors]),
+                     shape_text(file_.arrays()[any().vectors])));
+  }
+
+  const ArrayFile& file_;
+  std::optional<ArrayPair> state_;
+  std::vector<ArrayPair> sensors_;
+};
+
+/// Reads one step after another of a pair of arrays.
+class PairReader {
+ public:
+  PairReader(ArrayFile& file, const ArrayPair& pair) : file_(file), pair_(pair) {}
+
+  /// Writes the components that are not NaN, and their covariance. `problem` is set for one that is not
+  /// symmetric.
+  void read(std::uint64_t run, std::uint64_t step, std::vector<Index>& kept, Vector& vector, Matrix& matrix,
+            std::string_view& problem) {
+    load(run, step);
+    const auto n = static_cast<std::size_t>(pair_.dim);
+    const double* const v = vectors_.data() + (step - first_) * n;
+    const double* const m = matrices_.data() + (step - first_) * n * n;
+    kept.clear();
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!std::isnan(v[i])) kept.push_back(static_cast<Index>(i));
+    }
+    const Index size = std::ssize(kept);
+    vector.resize(size);
+    matrix.resize(size, size);
+    for (Index i = 0; i < size; ++i) {
+      const auto row = static_cast<std::size_t>(kept[static_cast<std::size_t>(i)]);
+      vector[i] = v[row];
+      for (Index j = 0; j < size; ++j) {
+        matrix(i, j) = m[row * n + static_cast<std::size_t>(kept[static_cast<std::size_t>(j)])];
+      }
+    }
+    constexpr double kLargestAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
+    for (Index i = 0; i < size; ++i) {
+      for (Index j = i + 1; j < size; ++j) {
+        const double scale = std::sqrt(std::abs(matrix(i, i) * matrix(j, j)));
+        if (!(std::abs(matrix(i, j) - matrix(j, i)) <= kLargestAsymmetry * scale)) {
+          problem = "a covariance is not symmetric";
+        }
+        matrix(i, j) = matrix(j, i);
+      }
+    }
+  }
+
+ private:
+  void load(std::uint64_t run, std::uint64_t step) {
+    constexpr std::uint64_t kNumbersAtOnce = std::uint64_t{1} << 17;
+    if (run == run_ && step >= first_ && step < first_ + count_) return;
+    run_ = run;
+    first_ = step;
+    count_ =
+        std::min(pair_.steps - step, std::max<std::uint64_t>(1, kNumbersAtOnce / (pair_.dim * pair_.dim)));
+    const std::uint64_t row = run * pair_.steps + step;
+    file_.read(pair_.vectors, row * pair_.dim, count_ * pair_.dim, vectors_);
+    file_.read(pair_.matrices, row * pair_.dim * pair_.dim, count_ * pair_.dim * pair_.dim, matrices_);
+  }
+
+  ArrayFile& file_;
+  const ArrayPair& pair_;
+  std::vector<double> vectors_, matrices_;
+  std::uint64_t run_ = 0, first_ = 0, count_ = 0;
+};
+
+RunLayout layout_of(const ArrayRoles& roles) {
+  constexpr std::uint64_t kMostBlocks = 30;
+  RunLayout layout;
+  layout.has_truth = roles.state().has_value();
+  const std::uint64_t n = roles.state() ? roles.state()->dim : 0;
+  for (std::uint64_t i = 0; i < n; ++i) layout.states.push_back(fmt::format("x{}", i + 1));
+  layout.angles.assign(layout.states.size(), false);
+  if (n <= kMostBlocks) add_named_blocks(layout);
+  for (const ArrayPair& sensor : roles.sensors()) {
+    const auto dim = static_cast<Index>(sensor.dim);
+    layout.sensors.push_back({.name = sensor.name, .dim = dim, .piece = dim});
+  }
+  return layout;
+}
+
+}  // namespace
+
+std::uint64_t column_major_place(const std::vector<std::uint64_t>& dims, std::uint64_t k) {
+  std::uint64_t place = 0, stride = 1;
+  for (const std::uint64_t dim : dims) stride *= dim;
+  for (std::size_t d = dims.size(); d-- > 0;) {
+    stride /= dims[d];
+    place += k % dims[d] * stride;
+    k /= dims[d];
+  }
+  return place;
+}
+
+bool is_log_array(std::string_view name) {
+  return name == "error" || name == "P" || name == kInnovation || name == kS ||
+         name.starts_with("innovation_") || name.starts_with("S_");
+}
+
+void read_arrays(ArrayFile& file, LogSink& sink) {
+  const ArrayRoles roles(file);
+  const RunLayout layout = layout_of(roles);
+  std::vector<PairReader> sensors;
+  for (const ArrayPair& sensor : roles.sensors()) sensors.emplace_back(file, sensor);
+  std::optional<PairReader> state;
+  if (roles.state()) state.emplace(file, *roles.state());
+  Step step;
+  std::vector<Index> measured;
+  for (std::uint64_t run = 0; run < roles.any().runs; ++run) {
+    sink.begin_run(layout);
+    for (std::uint64_t k = 0; k < roles.any().steps; ++k) {
+      step.step = static_cast<std::int64_t>(k) + 1;
+      step.line = static_cast<std::int64_t>(run * roles.any().steps + k) + 1;
+      step.problem = {};
+      if (state) state->read(run, k, step.states, step.error, step.P, step.problem);
+      step.innovations.resize(sensors.size());
+      for (std::size_t i = 0; i < sensors.size(); ++i) {
+        Innovation& innovation = step.innovations[i];
+        sensors[i].read(run, k, measured, innovation.nu, innovation.S, step.problem);
+      }
+      sink.add(step);
+    }
+  }
+}
+
+LogContents list_arrays(const ArrayFile& file) {
+  LogContents contents;
+  for (const ArrayShape& array : file.arrays()) {
+    std::int64_t count =
+        array.dims.empty() ? 0 : 1;  // rows: all dimensions but the last, of P and S the last two
+    const bool matrices = array.name == "P" || array.name == kS || array.name.starts_with("S_");
+    const bool vectors = array.name == "error" || array.name.starts_with(kInnovation);
+    const std::size_t inner = std::min(array.dims.size(), std::size_t{matrices ? 2U : 1U});
+    for (std::size_t i = 0; i + inner < array.dims.size(); ++i)
+      count *= static_cast<std::int64_t>(array.dims[i]);
+    contents.topics.push_back({.name = array.name,
+                               .type = array.dims.empty()
+                                           ? array.type
+                                           : fmt::format("{} ({})", array.type, fmt::join(array.dims, ", ")),
+                               .count = count,
+                               .use = array.name == "error" ? "error"
+                                      : vectors             ? "innovations"
+                                      : matrices            ? "covariance"
+                                                            : "",
+                               .covariance = matrices});
+  }
+  return contents;
+}
+
+}  // namespace credence

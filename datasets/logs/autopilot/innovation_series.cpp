@@ -1,0 +1,95 @@
+#include "datasets/logs/autopilot/innovation_series.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "datasets/logs/log_contents.h"
+
+namespace credence {
+
+std::size_t InnovationSeries::add_sensor(std::string name, Index dim, bool angle) {
+  SensorSeries sensor;
+  sensor.name = std::move(name);
+  sensor.dim = dim;
+  sensor.angle = angle;
+  sensors_.push_back(std::move(sensor));
+  return sensors_.size() - 1;
+}
+
+InnovationSeries::Row InnovationSeries::add(std::size_t sensor, double time_s, std::span<const double> nu,
+                                            std::span<const double> variances) {
+  SensorSeries& s = sensors_[sensor];
+  const bool known = std::ranges::all_of(variances, [](double v) { return std::isfinite(v) && v > 0.0; }) &&
+                     std::ranges::all_of(nu, [](double v) { return std::isfinite(v); });
+  if (!known) return Row::silent;
+  if (!s.nu.empty() && std::equal(nu.begin(), nu.end(), s.nu.end() - s.dim)) {
+    ++s.repeated;
+    return Row::repeated;
+  }
+  if (s.nu.empty()) s.first_s = time_s;
+  s.last_s = time_s;
+  s.nu.insert(s.nu.end(), nu.begin(), nu.end());
+  s.variances.insert(s.variances.end(), variances.begin(), variances.end());
+  return Row::taken;
+}
+
+bool InnovationSeries::empty() const { return std::ranges::none_of(sensors_, &SensorSeries::in_use); }
+
+bool InnovationSeries::any_vector() const {
+  return std::ranges::any_of(sensors_, [](const SensorSeries& s) { return s.dim > 1 && s.in_use(); });
+}
+
+void InnovationSeries::emit(LogSink& sink) const {
+  RunLayout layout;
+  layout.has_truth = false;
+  std::vector<const SensorSeries*> speaking;
+  std::int64_t steps = 0;
+  for (const SensorSeries& s : sensors_) {
+    if (!s.in_use()) continue;
+    speaking.push_back(&s);
+    steps = std::max(steps, s.count());
+    layout.sensors.push_back({.name = s.name, .dim = s.dim, .piece = s.dim});
+    if (s.angle) layout.sensors.back().angles = {true};
+  }
+  sink.begin_run(layout);
+  Step step;
+  step.innovations.resize(speaking.size());
+  for (std::int64_t k = 0; k < steps; ++k) {
+    step.step = step.line = k + 1;
+    for (std::size_t i = 0; i < speaking.size(); ++i) {
+      const SensorSeries& s = *speaking[i];
+      if (k >= s.count()) {
+        step.innovations[i] = {};
+        continue;
+      }
+      const auto from = static_cast<std::size_t>(k * s.dim);
+      step.innovations[i].nu = Eigen::Map<const Vector>(s.nu.data() + from, s.dim);
+      step.innovations[i].S = Eigen::Map<const Vector>(s.variances.data() + from, s.dim).asDiagonal();
+    }
+    sink.add(step);
+  }
+}
+
+std::string InnovationSeries::counts() const {
+  std::string text;
+  for (const SensorSeries& s : sensors_) {
+    if (!s.in_use()) continue;
+    text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", s.count(), s.name);
+    const double rate = message_rate(s.count(), s.first_s, s.last_s);
+    if (std::isfinite(rate)) text += fmt::format(" ({:.3g} Hz)", rate);
+  }
+  return text;
+}
+
+std::string InnovationSeries::never_repeated() const {
+  constexpr std::int64_t kEnough = 20;
+  std::string text;
+  for (const SensorSeries& s : sensors_) {
+    if (s.repeated == 0 && s.count() >= kEnough) text += (text.empty() ? "" : ", ") + s.name;
+  }
+  return text;
+}
+
+}  // namespace credence

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "datasets/logs/log_sink.h"
+
+namespace credence {
+
+/// Innovations of sensors that do not speak at the same times, with variances and no covariances.
+///
+/// Every sensor has its own course: step k of the run that is made of them holds the k-th innovation of each,
+/// so that neighbours in time are neighbours of the same sensor.
+class InnovationSeries {
+ public:
+  /// A sensor's row as the log has it.
+  enum class Row {
+    taken,
+    repeated,  ///< the same innovation as in the row before: the topic only says it again
+    silent,    ///< a variance that is not positive and finite: the sensor is not in use
+  };
+
+  /// Declares a sensor; sensors are counted from 0.
+  std::size_t add_sensor(std::string name, Index dim, bool angle);
+
+  Row add(std::size_t sensor, double time_s, std::span<const double> nu, std::span<const double> variances);
+
+  /// Whether any sensor said anything.
+  bool empty() const;
+
+  /// One run of all sensors that said anything.
+  void emit(LogSink& sink) const;
+
+  /// "49 of gps_hpos at 4.9 Hz, …"
+  std::string counts() const;
+  /// Sensors with enough rows and a new value in every one: the log may leave values out.
+  std::string never_repeated() const;
+  bool any_vector() const;  ///< a sensor of more than one dimension
+
+ private:
+  struct SensorSeries {
+    std::string name;
+    Index dim = 1;
+    bool angle = false;
+    std::vector<double> nu, variances;  ///< one after another
+    std::int64_t repeated = 0;
+    double first_s = 0.0, last_s = 0.0;
+
+    std::int64_t count() const { return std::ssize(nu) / dim; }
+    /// One value that is repeated for ever is what the topic holds before the sensor speaks.
+    bool in_use() const { return count() > (repeated > 0 ? 1 : 0); }
+  };
+
+  std::vector<SensorSeries> sensors_;
+};
+
+}  // namespace credence

@@ -1,0 +1,286 @@
+#include "datasets/logs/autopilot/ulog_innovations.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "datasets/data_error.h"
+#include "datasets/logs/autopilot/innovation_series.h"
+#include "datasets/logs/autopilot/ulog.h"
+
+namespace credence {
+namespace {
+
+constexpr std::string_view kInnovations = "estimator_innovations";
+constexpr std::string_view kVariances = "estimator_innovation_variances";
+constexpr std::string_view kAidSource = "estimator_aid_src_";
+
+bool is_angle(std::string_view name) {
+  return name.find("heading") != std::string_view::npos || name.find("yaw") != std::string_view::npos;
+}
+
+bool holds_innovations(std::string_view topic) {
+  return topic == kInnovations || topic == kVariances || topic.starts_with(kAidSource);
+}
+
+std::vector<double> numbers(const ByteCursor& message, const UlogField& field) {
+  std::vector<double> values(field.count);
+  for (std::uint64_t i = 0; i < field.count; ++i) values[i] = ulog_number(message, field, i);
+  return values;
+}
+
+/// When what a message speaks of was measured; older versions say only when it was sent.
+double sample_time(const ByteCursor& message, const UlogTopic& topic) {
+  const UlogField* field = topic.field("timestamp_sample");
+  if (field == nullptr) field = topic.field("timestamp");
+  if (field == nullptr) message.fail(fmt::format("topic {} without a timestamp", topic.name));
+  return 1e-6 * ulog_number(message, *field);
+}
+
+/// The rows of estimator_innovations and of their variances, which come one after the other.
+class InnovationPairs {
+ public:
+  void add(const UlogTopic& topic, const ByteCursor& message) {
+    const double time = sample_time(message, topic);
+    const bool is_innovation = topic.name == kInnovations;
+    rows_ += is_innovation ? 1 : 0;
+    if (is_innovation && rows_ == 1) first_s_ = time;
+    last_s_ = std::max(last_s_, time);
+    Fields fields;
+    for (const UlogField& field : topic.fields) {
+      if (field.type == "float") fields.emplace(field.name, numbers(message, field));
+    }
+    if (order_.empty()) {
+      for (const UlogField& field : topic.fields) {
+        if (field.type == "float") order_.push_back(field.name);
+      }
+    }
+    std::map<double, Fields>& others = is_innovation ? variances_ : innovations_;
+    const auto partner = others.find(time);
+    if (partner == others.end()) {
+      std::map<double, Fields>& own = is_innovation ? innovations_ : variances_;
+      own.insert_or_assign(time, std::move(fields));
+      if (own.size() > kWaiting) own.erase(own.begin());
+      return;
+    }
+    join(time, is_innovation ? fields : partner->second, is_innovation ? partner->second : fields);
+    others.erase(others.begin(), std::next(partner));
+  }
+
+  const InnovationSeries& series() const { return series_; }
+  std::int64_t rows() const { return rows_; }
+  double rate() const { return message_rate(rows_, first_s_, last_s_); }
+
+ private:
+  using Fields = std::map<std::string, std::vector<double>>;
+  static constexpr std::size_t kWaiting = 1000;  ///< rows that may wait for the other half
+
+  void join(double time, const Fields& nu, const Fields& variances) {
+    for (const std::string& name : order_) {
+      const auto n = nu.find(name), v = variances.find(name);
+      if (n == nu.end() || v == variances.end() || n->second.size() != v->second.size()) continue;
+      if (n->second.empty()) continue;
+      const auto known = sensors_.find(name);
+      const std::size_t sensor = known != sensors_.end() ? known->second
+                                                         : sensors_[name] = series_.add_sensor(
+                                                               name, std::ssize(n->second), is_angle(name));
+      series_.add(sensor, time, n->second, v->second);
+    }
+  }
+
+  std::vector<std::string> order_;  ///< of the fields in a message
+  std::map<std::string, std::size_t> sensors_;
+  std::map<double, Fields> innovations_, variances_;  ///< by time, waiting
+  InnovationSeries series_;
+  std::int64_t rows_ = 0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+};
+
+/// The topics estimator_aid_src_*, one for each sensor.
+class AidSources {
+ public:
+  void add(const UlogTopic& topic, const ByteCursor& message) {
+    const UlogField* const nu = topic.field("innovation");
+    const UlogField* const variance = topic.field("innovation_variance");
+    if (nu == nullptr || variance == nullptr || nu->count != variance->count || nu->count == 0) return;
+    const std::string name = topic.name.substr(kAidSource.size());
+    const auto known = sensors_.find(name);
+    const std::size_t sensor =
+        known != sensors_.end()
+            ? known->second
+            : sensors_[name] = series_.add_sensor(name, static_cast<Index>(nu->count), is_angle(name));
+    const InnovationSeries::Row row =
+        series_.add(sensor, sample_time(message, topic), numbers(message, *nu), numbers(message, *variance));
+    ++rows_;
+    if (row != InnovationSeries::Row::taken) return;
+    const UlogField* const rejected = topic.field("innovation_rejected");
+    if (rejected != nullptr && ulog_number(message, *rejected) != 0.0) ++rejected_;
+  }
+
+  const InnovationSeries& series() const { return series_; }
+  std::int64_t rows() const { return rows_; }
+  std::int64_t rejected() const { return rejected_; }
+
+ private:
+  std::map<std::string, std::size_t> sensors_;
+  InnovationSeries series_;
+  std::int64_t rows_ = 0, rejected_ = 0;
+};
+
+/// What one of the estimators wrote.
+struct Estimator {
+  InnovationPairs pairs;
+  AidSources sources;
+
+  bool has_sources() const { return !sources.series().empty(); }
+  const InnovationSeries& series() const { return has_sources() ? sources.series() : pairs.series(); }
+};
+
+struct UlogInnovations {
+  std::map<int, Estimator> estimators;  ///< by instance
+  std::int64_t dropouts = 0;
+  double dropped_s = 0.0;
+};
+
+UlogInnovations read_innovations(const std::filesystem::path& file, LogSink& sink) {
+  UlogInnovations result;
+  std::map<std::size_t, UlogTopic> topics;
+  const UlogVisitor visitor{.topic =
+                                [&](std::size_t i, const UlogTopic& topic) {
+                                  if (holds_innovations(topic.name)) topics.emplace(i, topic);
+                                },
+                            .message =
+                                [&](std::size_t i, const ByteCursor& message) {
+                                  const auto found = topics.find(i);
+                                  if (found == topics.end()) return;
+                                  const UlogTopic& topic = found->second;
+                                  const UlogField* const field = topic.field("estimator_instance");
+                                  const int instance = field != nullptr
+                                                           ? static_cast<int>(ulog_number(message, *field))
+                                                           : topic.instance;
+                                  Estimator& estimator = result.estimators[instance];
+                                  if (topic.name.starts_with(kAidSource)) {
+                                    estimator.sources.add(topic, message);
+                                  } else {
+                                    estimator.pairs.add(topic, message);
+                                  }
+                                },
+                            .dropout =
+                                [&](double seconds) {
+                                  ++result.dropouts;
+                                  result.dropped_s += seconds;
+                                },
+                            .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
+  read_ulog(file, visitor);
+  return result;
+}
+
+std::string instances(const UlogInnovations& log) {
+  std::string text;
+  for (const auto& [instance, estimator] : log.estimators) {
+    if (!estimator.series().empty()) text += fmt::format("{}{}", text.empty() ? "" : ", ", instance);
+  }
+  return text;
+}
+
+void tell(int instance, const Estimator& estimator, const UlogInnovations& log, LogSink& sink) {
+  const InnovationSeries& series = estimator.series();
+  sink.remark(
+      estimator.has_sources()
+          ? fmt::format("{} rows of estimator_aid_src_*; what a topic only repeats is no new innovation, "
+                        "which leaves {}.",
+                        estimator.sources.rows(), series.counts())
+          : fmt::format("{} rows of estimator_innovations at {:.3g} Hz; what they only repeat is no new "
+                        "innovation, which leaves {}.",
+                        estimator.pairs.rows(), estimator.pairs.rate(), series.counts()));
+  if (estimator.sources.rejected() > 0) {
+    sink.remark(fmt::format("{} of these innovations did not pass the filter's gate; they are judged too.",
+                            estimator.sources.rejected()));
+  }
+  if (const std::string names = instances(log); names.find(',') != std::string::npos) {
+    sink.remark(fmt::format("Estimators {} ran side by side; judged is {} (--instance N judges another).",
+                            names, instance));
+  }
+  if (const std::string sensors = series.never_repeated(); !sensors.empty()) {
+    sink.remark(
+        fmt::format("No value of {} is repeated: the log may leave values out between its rows. NIS and its "
+                    "law are not touched; lag k of a correlation is then not k measurements.",
+                    sensors));
+  }
+  if (series.any_vector()) {
+    sink.remark(
+        "The log holds variances and no covariances: the components of a sensor are judged as if they were "
+        "independent.");
+  }
+  if (log.dropouts > 0) {
+    sink.remark(
+        fmt::format("{} times nothing could be written, for {:.3g} s in all.", log.dropouts, log.dropped_s));
+  }
+}
+
+void read_flight(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+  const UlogInnovations log = read_innovations(file, sink);
+  const std::string names = instances(log);
+  if (names.empty()) {
+    throw DataError(file, "",
+                    "holds no innovations: read are estimator_innovations with "
+                    "estimator_innovation_variances, or estimator_aid_src_* (set SDLOG_PROFILE to log them)");
+  }
+  auto chosen = std::ranges::find_if(log.estimators, [&](const auto& e) {
+    return !e.second.series().empty() && (!options.instance || e.first == *options.instance);
+  });
+  if (chosen == log.estimators.end()) {
+    throw std::invalid_argument(
+        fmt::format("{}: --instance {}: there are {}", file.string(), *options.instance, names));
+  }
+  tell(chosen->first, chosen->second, log, sink);
+  chosen->second.series().emit(sink);
+}
+
+LogContents list_flight(const std::filesystem::path& file) {
+  struct Seen {
+    UlogTopic topic;
+    std::int64_t count = 0;
+    double first_s = 0.0, last_s = 0.0;
+  };
+  std::vector<Seen> seen;
+  const UlogVisitor visitor{.topic = [&](std::size_t, const UlogTopic& topic) { seen.push_back({topic}); },
+                            .message =
+                                [&](std::size_t i, const ByteCursor& message) {
+                                  Seen& s = seen[i];
+                                  const UlogField* const stamp = s.topic.field("timestamp");
+                                  if (stamp != nullptr) s.last_s = 1e-6 * ulog_number(message, *stamp);
+                                  if (s.count++ == 0) s.first_s = s.last_s;
+                                },
+                            .dropout = [](double) {},
+                            .advance = [](std::int64_t) {}};
+  read_ulog(file, visitor);
+  LogContents contents;
+  for (const Seen& s : seen) {
+    contents.topics.push_back(
+        {.name = s.topic.name,
+         .type = fmt::format("instance {}", s.topic.instance),
+         .count = s.count,
+         .rate_hz = message_rate(s.count, s.first_s, s.last_s),
+         .use = holds_innovations(s.topic.name) ? "innovations" : "",
+         .covariance = s.topic.name == kVariances || s.topic.name.starts_with(kAidSource)});
+  }
+  return contents;
+}
+
+}  // namespace
+
+LogFormat ulog_format() {
+  return {.name = "ulog",
+          .title = "PX4 ULog",
+          .extensions = ".ulg",
+          .recognises = [](std::string_view beginning,
+                           const std::filesystem::path&) { return begins_as_ulog(beginning); },
+          .list = list_flight,
+          .read = read_flight};
+}
+
+}  // namespace credence

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "datasets/logs/log_contents.h"
+#include "datasets/logs/log_sink.h"
+#include "datasets/logs/trajectory_errors.h"
+#include "datasets/logs/truth_files.h"
+
+/// @file
+/// The formats of logs that are read: a format is a pair of files and a line in the list of
+/// log_formats.cpp.
+
+namespace credence {
+
+/// What a user can say about logs; each format takes what concerns it.
+struct LogReadOptions {
+  std::string topic{};                                  ///< of the estimate; "" where only one fits
+  std::string truth_topic{};                            ///< of the truth in the same file; "" for none
+  std::optional<int> instance{};                        ///< of several filters in one log: which one
+  std::optional<OrientationError> orientation_error{};  ///< none: what the format means by itself
+  TrajectoryMatching matching{};
+  TruthFiles truth{};  ///< --truth
+};
+
+/// A format of logs.
+struct LogFormat {
+  std::string_view name;        ///< of --input
+  std::string_view title;       ///< for reports
+  std::string_view extensions;  ///< of its files, each with its dot, separated by blanks
+  bool takes_truth = false;     ///< uses LogReadOptions::truth
+  /// Whether a file that begins so can be of this format.
+  std::function<bool(std::string_view beginning, const std::filesystem::path& file)> recognises;
+  /// What is in a file. Throws DataError.
+  std::function<LogContents(const std::filesystem::path& file)> list;
+  /// Reads a file, in one pass or two. Throws DataError, and std::invalid_argument for options that do not
+  /// fit the file, with what would be accepted.
+  std::function<void(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink)> read;
+};
+
+/// All of them, the most easily told apart first.
+std::span<const LogFormat> log_formats();
+
+/// The format with this name. Throws std::invalid_argument that names all.
+const LogFormat& log_format_named(std::string_view name);
+
+/// The format of a file, from how it begins. Throws DataError that says what is accepted.
+const LogFormat& log_format_of(const std::filesystem::path& file);
+
+/// The files that arguments mean: a file itself, of a folder those with the extension of a format (in the
+/// order of their names). Throws DataError for a folder without any, and for a file that is there twice.
+std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments);
+
+}  // namespace credence

@@ -1,0 +1,104 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+
+#include "datasets/data_error.h"
+#include "datasets/logs/arrays/mat_log.h"
+#include "datasets/logs/arrays/npz.h"
+#include "datasets/logs/autopilot/ulog_innovations.h"
+#include "datasets/logs/filter_log.h"
+#include "datasets/logs/log_format.h"
+#include "datasets/logs/ros/ros_log.h"
+#include "datasets/logs/rtklib.h"
+#include "datasets/logs/trajectory_log.h"
+
+namespace credence {
+namespace {
+
+constexpr std::size_t kBeginning = 4096;
+
+std::string names_of_formats() {
+  std::string names;
+  for (const LogFormat& format : log_formats()) {
+    names += fmt::format("{}{} ({})", names.empty() ? "" : ", ", format.name, format.title);
+  }
+  return names;
+}
+
+bool has_extension(const std::filesystem::path& file) {
+  const std::string extension = file.extension().string();
+  return !extension.empty() && std::ranges::any_of(log_formats(), [&](const LogFormat& format) {
+    return fmt::format(" {} ", format.extensions).find(" " + extension + " ") != std::string::npos;
+  });
+}
+
+}  // namespace
+
+std::span<const LogFormat> log_formats() {
+  static const LogFormat formats[] = {
+      mcap_format(),   ros2_sqlite_format(), ros1_bag_format(), ulog_format(),  npz_format(), mat_format(),
+      rtklib_format(), openvins_format(),    tum_format(),      cnspy_format(), own_format(),
+  };
+  return formats;
+}
+
+const LogFormat& log_format_named(std::string_view name) {
+  const auto found = std::ranges::find(log_formats(), name, &LogFormat::name);
+  if (found == log_formats().end()) {
+    throw std::invalid_argument(fmt::format("--input {}: accepted are auto, {}", name, names_of_formats()));
+  }
+  return *found;
+}
+
+const LogFormat& log_format_of(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw DataError(file, "", "there is no such file");
+  if (!std::filesystem::is_regular_file(file, error)) throw DataError(file, "", "is not a regular file");
+  std::ifstream in(file, std::ios::binary);
+  std::string beginning(kBeginning, '\0');
+  in.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+  beginning.resize(static_cast<std::size_t>(in.gcount()));
+  if (beginning.empty()) throw DataError(file, "", "is empty, or cannot be read");
+  for (const LogFormat& format : log_formats()) {
+    if (format.recognises(beginning, file)) return format;
+  }
+  throw DataError(file, "", fmt::format("is of no format known here; read are {}", names_of_formats()));
+}
+
+std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& argument : arguments) {
+    if (!std::filesystem::is_directory(argument)) {
+      files.emplace_back(argument);
+      continue;
+    }
+    std::vector<std::filesystem::path> inside;
+    for (const auto& entry : std::filesystem::directory_iterator(argument)) {
+      if (has_extension(entry.path())) inside.push_back(entry.path());
+    }
+    if (inside.empty()) {
+      std::string extensions;
+      for (const LogFormat& format : log_formats()) {
+        if (!format.extensions.empty()) extensions += fmt::format(" {}", format.extensions);
+      }
+      throw DataError(argument, "",
+                      fmt::format("the folder holds no logs: no file with one of{}", extensions));
+    }
+    std::ranges::sort(inside);
+    files.insert(files.end(), inside.begin(), inside.end());
+  }
+  std::set<std::filesystem::path> seen;
+  for (const std::filesystem::path& file : files) {
+    std::error_code error;
+    const auto one = std::filesystem::canonical(file, error);
+    if (!error && !seen.insert(one).second) {
+      throw DataError(file, "", "is named twice: its runs would be counted twice");
+    }
+  }
+  return files;
+}
+
+}  // namespace credence

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/record/run_layout.h"
+#include "core/record/step.h"
+#include "montecarlo/engine/study_statistics.h"
+
+namespace credence {
+
+/// Takes what a reader of logs finds in one file: runs of steps, and what has to be said of them.
+class LogSink {
+ public:
+  virtual ~LogSink() = default;
+
+  /// The steps that follow belong to another run, of this layout.
+  virtual void begin_run(const RunLayout& layout) = 0;
+  virtual void add(const Step& step) = 0;
+  /// The run that is open failed at this step; a run that ends well needs no call.
+  virtual void end_run(Outcome outcome, std::int64_t step) = 0;
+
+  /// A sentence for the report: what was left out, taken for something, or cannot be known.
+  virtual void remark(std::string sentence) = 0;
+  /// So many estimates had no truth at their time.
+  virtual void unmatched(std::int64_t rows) = 0;
+  /// So many bytes more of the file were read.
+  virtual void advance(std::int64_t bytes) = 0;
+};
+
+}  // namespace credence

@@ -1,0 +1,423 @@
+#include "datasets/logs/ros/ros_log.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "datasets/data_error.h"
+#include "datasets/logs/geodesy.h"
+#include "datasets/logs/ros/covariance_sentinels.h"
+#include "datasets/logs/ros/mcap.h"
+#include "datasets/logs/ros/orientation_comparison.h"
+#include "datasets/logs/ros/ros1_bag.h"
+#include "datasets/logs/ros/ros2_sqlite.h"
+#include "datasets/logs/ros/ros_messages.h"
+
+namespace credence {
+namespace {
+
+/// A topic and how often it spoke.
+struct TopicSeen {
+  RosTopic topic;
+  std::int64_t count = 0;
+  double first_s = 0.0, last_s = 0.0;
+
+  const RosPoseType* poses() const {
+    return topic.encoding == RosTopic::Encoding::other ? nullptr : ros_pose_type(topic.type);
+  }
+  bool can_be_estimate() const {
+    return poses() != nullptr && poses()->covariance && poses()->has_orientation && !poses()->geodetic;
+  }
+};
+
+/// "/odom (nav_msgs/Odometry, 3952 messages), …" of those that fit; "none" where none does.
+template <class Fits>
+std::string listed(const std::vector<TopicSeen>& topics, Fits fits) {
+  std::string text;
+  for (const TopicSeen& seen : topics) {
+    if (!fits(seen)) continue;
+    text += fmt::format("{}{} ({}, {} messages)", text.empty() ? "" : ", ", seen.topic.name, seen.topic.type,
+                        seen.count);
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// "TOPIC" or, of transforms, "TOPIC:CHILD_FRAME".
+struct TopicChoice {
+  std::string name, child_frame;
+
+  explicit TopicChoice(const std::string& argument)
+      : name(argument.substr(0, argument.find(':'))),
+        child_frame(name.size() < argument.size() ? argument.substr(name.size() + 1) : "") {}
+};
+
+/// Poses of one topic whose times increase.
+class PoseStream {
+ public:
+  PoseStream(std::string topic, std::string child_frame)
+      : topic_(std::move(topic)), child_frame_(std::move(child_frame)) {}
+
+  /// Calls `take` with each pose of the message that can be used.
+  template <class Take>
+  void read(const TopicSeen& seen, double log_time_s, const ByteCursor& message, Take take) {
+    read_ros_poses(*seen.poses(), seen.topic.encoding, log_time_s, message, poses_);
+    for (const RosPose& pose : poses_) {
+      ++messages_;
+      if (seen.poses()->several && !child_frame_.empty() && pose.child_frame != child_frame_) continue;
+      if (seen.poses()->several) children_.insert(pose.child_frame);
+      if (!pose.pose.position.allFinite()) {
+        ++not_finite_;
+        continue;
+      }
+      if (used_ > 0 && !(pose.time_s > last_s_)) {
+        ++not_later_;
+        continue;
+      }
+      if (used_++ == 0) first_s_ = pose.time_s;
+      last_s_ = pose.time_s;
+      frame_ = pose.frame;
+      take(pose, messages_);
+    }
+  }
+
+  void tell(LogSink& sink) const {
+    if (not_later_ > 0) {
+      sink.remark(fmt::format("{}: {} messages with a time no later than the one before are left out.",
+                              topic_, not_later_));
+    }
+    if (not_finite_ > 0) {
+      sink.remark(fmt::format("{}: {} messages with a position that is not finite are left out.", topic_,
+                              not_finite_));
+    }
+  }
+
+  const std::string& frame() const { return frame_; }
+  const std::set<std::string>& children() const { return children_; }
+  double first_s() const { return first_s_; }
+  double last_s() const { return last_s_; }
+  std::int64_t used() const { return used_; }
+
+ private:
+  std::string topic_, child_frame_, frame_;
+  std::set<std::string> children_;
+  std::vector<RosPose> poses_;
+  std::int64_t messages_ = 0, used_ = 0, not_later_ = 0, not_finite_ = 0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+};
+
+/// Appends truths to a trajectory; places on the earth become east, north and up of the first one.
+class TruthBuilder {
+ public:
+  void add(const RosPoseType& type, const RosPose& pose, std::int64_t message) {
+    if (trajectory_.time_s.empty()) {
+      trajectory_.has_orientation = type.has_orientation;
+      origin_ = pose.pose.position;
+    }
+    SpatialPose place = pose.pose;
+    if (type.geodetic) {
+      place.position = east_north_up(origin_) * (earth_fixed(place.position) - earth_fixed(origin_));
+    }
+    trajectory_.time_s.push_back(pose.time_s);
+    trajectory_.lines.push_back(message);
+    trajectory_.poses.push_back(place);
+    if (!type.covariance) return;
+    PoseCovariance P = PoseCovariance::Zero();
+    if (pose.covariance) {
+      // What the truth does not know of itself is taken as exact; an honest truth has no such components.
+      const std::vector<Index> kept = sentinels_.kept(*pose.covariance, place);
+      P(kept, kept) = (*pose.covariance)(kept, kept);
+      with_covariance_ = with_covariance_ || !kept.empty();
+    }
+    trajectory_.covariances.push_back(P);
+  }
+
+  Trajectory take(const std::filesystem::path& file) {
+    trajectory_.file = file;
+    if (!with_covariance_) trajectory_.covariances.clear();
+    return std::move(trajectory_);
+  }
+
+ private:
+  Trajectory trajectory_;
+  CovarianceSentinels sentinels_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  bool with_covariance_ = false;
+};
+
+/// One file, read in passes.
+class RosLog {
+ public:
+  RosLog(const std::filesystem::path& file, const RosScan& scan, const LogReadOptions& options, LogSink& sink)
+      : file_(file), scan_(scan), options_(options), sink_(sink), truth_choice_(options.truth_topic) {}
+
+  void judge() {
+    first_pass();
+    choose_estimate();
+    if (options_.truth_topic.empty() && options_.truth.empty()) return look_at_covariance();
+    const Trajectory truth = options_.truth.empty() ? topic_truth() : *options_.truth.of(file_);
+    const TruthComparison comparison(truth, options_.matching, axes(), true, alignment(truth));
+    compare(truth, comparison);
+  }
+
+ private:
+  PoseErrorAxes axes() const {
+    return {.orientation = options_.orientation_error.value_or(OrientationError::world)};
+  }
+
+  /// Reads topics, and the truth where it is a topic.
+  void first_pass() {
+    if (!options_.truth_topic.empty() && !options_.truth.empty()) {
+      throw std::invalid_argument("--truth and --truth-topic: name one of them");
+    }
+    const RosVisitor visitor{.topic = [&](std::size_t, const RosTopic& topic) { topics_.push_back({topic}); },
+                             .message =
+                                 [&](std::size_t i, double time_s, const ByteCursor& message) {
+                                   TopicSeen& seen = topics_[i];
+                                   if (seen.count++ == 0) seen.first_s = time_s;
+                                   seen.last_s = time_s;
+                                   if (seen.topic.name != truth_choice_.name || seen.poses() == nullptr)
+                                     return;
+                                   truth_stream_.read(seen, time_s, message,
+                                                      [&](const RosPose& pose, std::int64_t number) {
+                                                        truth_.add(*seen.poses(), pose, number);
+                                                      });
+                                 },
+                             .advance = [&](std::int64_t bytes) { sink_.advance(bytes); }};
+    scan_(file_, visitor);
+  }
+
+  void choose_estimate() {
+    const auto fits = [&](const TopicSeen& seen) {
+      return seen.can_be_estimate() && seen.topic.name != truth_choice_.name;
+    };
+    const std::string all = listed(topics_, fits);
+    std::vector<std::size_t> candidates;
+    for (std::size_t i = 0; i < topics_.size(); ++i) {
+      if (fits(topics_[i]) && (options_.topic.empty() || topics_[i].topic.name == options_.topic)) {
+        candidates.push_back(i);
+      }
+    }
+    if (candidates.size() == 1) {
+      estimate_ = candidates.front();
+      return;
+    }
+    if (!options_.topic.empty()) {
+      throw std::invalid_argument(
+          fmt::format("{}: --topic {}: it holds no poses with covariance under this name; there are: {}",
+                      file_.string(), options_.topic, all));
+    }
+    if (candidates.empty()) {
+      throw DataError(file_, "",
+                      fmt::format("holds no poses with covariance (nav_msgs/Odometry or "
+                                  "geometry_msgs/PoseWithCovarianceStamped); its topics are: {}",
+                                  listed(topics_, [](const TopicSeen&) { return true; })));
+    }
+    throw std::invalid_argument(fmt::format(
+        "{}: several topics hold poses with covariance; name one by --topic: {}", file_.string(), all));
+  }
+
+  const TopicSeen& estimate() const { return topics_[estimate_]; }
+
+  std::string could_be_truth() const {
+    return listed(topics_,
+                  [&](const TopicSeen& seen) { return seen.poses() != nullptr && &seen != &estimate(); });
+  }
+
+  Trajectory topic_truth() {
+    Trajectory truth = truth_.take(file_);
+    if (truth.poses.empty()) {
+      throw std::invalid_argument(
+          fmt::format("{}: --truth-topic {}: no poses of this name are there; there are: {}", file_.string(),
+                      options_.truth_topic, could_be_truth()));
+    }
+    if (truth_stream_.children().size() > 1) {
+      throw std::invalid_argument(fmt::format(
+          "{}: --truth-topic {}: transforms of several frames; name one as {}:FRAME, of {}", file_.string(),
+          options_.truth_topic, truth_choice_.name, fmt::join(truth_stream_.children(), ", ")));
+    }
+    truth_stream_.tell(sink_);
+    if (!truth.covariances.empty()) {
+      sink_.remark(fmt::format("{}: the truth has a covariance of its own, which is added to P.",
+                               options_.truth_topic));
+    }
+    return truth;
+  }
+
+  /// Calls `take` with every estimate and its number.
+  template <class Take>
+  PoseStream read_estimates(Take take) const {
+    PoseStream stream(estimate().topic.name, "");
+    const RosVisitor visitor{.topic = [](std::size_t, const RosTopic&) {},
+                             .message =
+                                 [&](std::size_t i, double time_s, const ByteCursor& message) {
+                                   if (i != estimate_) return;
+                                   stream.read(estimate(), time_s, message, take);
+                                 },
+                             .advance = [](std::int64_t) {}};
+    scan_(file_, visitor);
+    return stream;
+  }
+
+  Eigen::Isometry3d alignment(const Trajectory& truth) const {
+    if (options_.matching.alignment == TruthAlignment::none) return Eigen::Isometry3d::Identity();
+    std::vector<SpatialPose> true_poses, estimates;
+    read_estimates([&](const RosPose& pose, std::int64_t) {
+      const auto found = truth_at(truth, pose.time_s, options_.matching);
+      if (!found) return;
+      true_poses.push_back(found->pose);
+      estimates.push_back(pose.pose);
+    });
+    if (true_poses.empty()) return Eigen::Isometry3d::Identity();
+    return align_truth(true_poses, estimates, options_.matching.alignment);
+  }
+
+  void compare(const Trajectory& truth, const TruthComparison& comparison) {
+    CovarianceSentinels sentinels;
+    OrientationComparison meanings;
+    std::int64_t steps = 0, unmatched = 0, without = 0;
+    sink_.begin_run(comparison.layout());
+    Step step;
+    const PoseStream stream = read_estimates([&](const RosPose& pose, std::int64_t number) {
+      const std::optional<UncertainPose> at = comparison.truth_at(pose.time_s);
+      if (!at) {
+        ++unmatched;
+        return;
+      }
+      const PoseCovariance& P = *pose.covariance;
+      const std::vector<Index> kept = sentinels.kept(P, pose.pose);
+      const PoseEstimate estimate{pose.time_s, number, pose.pose, P};
+      if (!comparison.compare(estimate, *at, kept, step)) {
+        ++without;
+        return;
+      }
+      step.problem = asymmetric(P, kept) ? "a covariance is not symmetric" : "";
+      step.step = ++steps;
+      sink_.add(step);
+      if (truth.has_orientation) meanings.add(estimate, *at, kept);
+    });
+    if (steps == 0 && without == 0) {
+      throw no_truth(file_, stream.first_s(), stream.last_s(), truth, options_.matching);
+    }
+    sink_.unmatched(unmatched);
+    tell(stream, sentinels, meanings, without);
+  }
+
+  static bool asymmetric(const PoseCovariance& P, const std::vector<Index>& kept) {
+    constexpr double kLargestAsymmetry = 1e-6;  // in units of the standard deviations
+    for (const Index i : kept) {
+      for (const Index j : kept) {
+        const double scale = std::sqrt(std::abs(P(i, i) * P(j, j)));
+        if (!(std::abs(P(i, j) - P(j, i)) <= kLargestAsymmetry * scale)) return true;
+      }
+    }
+    return false;
+  }
+
+  void tell(const PoseStream& stream, const CovarianceSentinels& sentinels,
+            const OrientationComparison& meanings, std::int64_t without) {
+    const std::string& name = estimate().topic.name;
+    stream.tell(sink_);
+    for (std::string& sentence : sentinels.remarks(name)) sink_.remark(std::move(sentence));
+    if (without > 0) sink_.remark(fmt::format("{}: {} rows estimate nothing that is judged.", name, without));
+    if (axes().orientation != OrientationError::planar) {
+      if (std::string text = meanings.remark(axes().orientation); !text.empty())
+        sink_.remark(std::move(text));
+    }
+    const std::string& truth_frame = truth_stream_.frame();
+    if (!truth_frame.empty() && truth_frame != stream.frame() &&
+        options_.matching.alignment == TruthAlignment::none) {
+      sink_.remark(fmt::format(
+          "The estimate is in the frame '{}', the truth in '{}': nothing was done about it; --align "
+          "moves the truth onto the estimate.",
+          stream.frame(), truth_frame));
+    }
+  }
+
+  /// Without a truth: what the numbers of P say by themselves.
+  void look_at_covariance() {
+    RunLayout layout;
+    layout.has_truth = false;
+    sink_.begin_run(layout);
+    CovarianceSentinels sentinels;
+    Step step;
+    const PoseStream stream = read_estimates([&](const RosPose& pose, std::int64_t number) {
+      sentinels.kept(*pose.covariance, pose.pose);
+      ++step.step;
+      step.line = number;
+      sink_.add(step);
+    });
+    tell(stream, sentinels, {}, 0);
+    const std::string others = could_be_truth();
+    sink_.remark(fmt::format(
+        "Whether the covariance of {} fits its errors cannot be known from this log: that takes a truth, and "
+        "none is named. Name a file by --truth{}.",
+        estimate().topic.name,
+        others == "none" ? "; the log itself holds no other poses"
+                         : ", or by --truth-topic, if it is, " + others));
+  }
+
+  std::filesystem::path file_;
+  const RosScan& scan_;
+  const LogReadOptions& options_;
+  LogSink& sink_;
+  TopicChoice truth_choice_;
+  std::vector<TopicSeen> topics_;
+  std::size_t estimate_ = 0;
+  PoseStream truth_stream_{options_.truth_topic, truth_choice_.child_frame};
+  TruthBuilder truth_;
+};
+
+LogContents list_topics(const std::filesystem::path& file, const RosScan& scan) {
+  std::vector<TopicSeen> topics;
+  const RosVisitor visitor{.topic = [&](std::size_t, const RosTopic& topic) { topics.push_back({topic}); },
+                           .message =
+                               [&](std::size_t i, double time_s, const ByteCursor&) {
+                                 if (topics[i].count++ == 0) topics[i].first_s = time_s;
+                                 topics[i].last_s = time_s;
+                               },
+                           .advance = [](std::int64_t) {}};
+  scan(file, visitor);
+  LogContents contents;
+  for (const TopicSeen& seen : topics) {
+    contents.topics.push_back({.name = seen.topic.name,
+                               .type = seen.topic.type,
+                               .count = seen.count,
+                               .rate_hz = message_rate(seen.count, seen.first_s, seen.last_s),
+                               .use = seen.can_be_estimate()    ? "estimate, truth"
+                                      : seen.poses() != nullptr ? "truth"
+                                                                : "",
+                               .covariance = seen.poses() != nullptr && seen.poses()->covariance});
+  }
+  return contents;
+}
+
+LogFormat format_of(std::string_view name, std::string_view title, std::string_view extensions,
+                    bool (*begins)(std::string_view), const RosScan& scan) {
+  return {.name = name,
+          .title = title,
+          .extensions = extensions,
+          .takes_truth = true,
+          .recognises = [begins](std::string_view beginning,
+                                 const std::filesystem::path&) { return begins(beginning); },
+          .list = [scan](const std::filesystem::path& file) { return list_topics(file, scan); },
+          .read = [scan](const std::filesystem::path& file, const LogReadOptions& options,
+                         LogSink& sink) { RosLog(file, scan, options, sink).judge(); }};
+}
+
+}  // namespace
+
+LogFormat mcap_format() { return format_of("mcap", "ROS 2 bag, MCAP", ".mcap", begins_as_mcap, scan_mcap); }
+
+LogFormat ros2_sqlite_format() {
+  return format_of("db3", "ROS 2 bag, SQLite", ".db3", begins_as_sqlite, scan_ros2_sqlite);
+}
+
+LogFormat ros1_bag_format() {
+  return format_of("rosbag", "ROS 1 bag", ".bag", begins_as_ros1_bag, scan_ros1_bag);
+}
+
+}  // namespace credence

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "datasets/logs/bytes/byte_cursor.h"
+
+/// @file
+/// What the containers of ROS messages have in common: mcap.h, ros1_bag.h, ros2_sqlite.h.
+
+namespace credence {
+
+struct RosTopic {
+  std::string name;
+  std::string type;  ///< "nav_msgs/Odometry", without the "msg" that ROS 2 puts between
+  enum class Encoding { ros1, cdr, other } encoding = Encoding::other;
+};
+
+struct RosVisitor {
+  /// Topics are counted from 0 in the order in which they come; one may be announced again.
+  std::function<void(std::size_t topic, const RosTopic&)> topic;
+  std::function<void(std::size_t topic, double time_s, const ByteCursor& message)> message;
+  std::function<void(std::int64_t bytes)> advance;
+};
+
+/// Reads a file in one pass, in the order in which messages were written, in memory for one chunk. Throws
+/// DataError.
+using RosScan = std::function<void(const std::filesystem::path& file, const RosVisitor& visitor)>;
+
+}  // namespace credence

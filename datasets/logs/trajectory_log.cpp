@@ -1,0 +1,109 @@
+#include "datasets/logs/trajectory_log.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "datasets/logs/number_field.h"
+
+namespace credence {
+namespace {
+
+std::string_view name_of(TrajectoryFormat format) {
+  return format == TrajectoryFormat::tum        ? "tum"
+         : format == TrajectoryFormat::openvins ? "openvins"
+                                                : "cnspy";
+}
+
+/// How many numbers the first line that is no comment holds, separated by blanks; 0 if anything else is
+/// there.
+std::size_t numbers_in_first_row(std::string_view beginning) {
+  constexpr std::string_view kBlanks = " \t\r";
+  while (!beginning.empty()) {
+    const std::size_t end = beginning.find('\n');
+    std::string_view line = beginning.substr(0, end);
+    beginning.remove_prefix(end == std::string_view::npos ? beginning.size() : end + 1);
+    std::size_t at = line.find_first_not_of(kBlanks);
+    if (at == std::string_view::npos || line[at] == '#') continue;
+    std::size_t count = 0;
+    for (; at != std::string_view::npos; ++count) {
+      const std::size_t stop = std::min(line.find_first_of(kBlanks, at), line.size());
+      if (!parse_finite(line.substr(at, stop - at))) return 0;
+      at = line.find_first_not_of(kBlanks, stop);
+    }
+    return count;
+  }
+  return 0;
+}
+
+PoseErrorAxes axes_of(const LogReadOptions& options, TrajectoryFormat format) {
+  if (!options.orientation_error) return {};
+  if (format != TrajectoryFormat::tum && *options.orientation_error != OrientationError::planar) {
+    throw std::invalid_argument(fmt::format(
+        "--orientation-error: files of --input {} say it themselves; accepted is planar", name_of(format)));
+  }
+  return {.orientation = *options.orientation_error};
+}
+
+void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
+                     const LogReadOptions& options, LogSink& sink) {
+  if (options.truth.empty()) {
+    throw std::invalid_argument(
+        fmt::format("{}: a trajectory ({}) has no truth in it: name the truth by --truth", file.string(),
+                    name_of(format)));
+  }
+  const PoseErrorAxes axes = axes_of(options, format);
+  Trajectory estimate = read_estimate(file, format, axes);
+  if (axes.orientation == OrientationError::planar) estimate.axes.orientation = axes.orientation;
+  const TrajectoryErrors errors = trajectory_errors(estimate, *options.truth.of(file), options.matching);
+  sink.begin_run(errors.layout);
+  for (const Step& row : errors.rows) sink.add(row);
+  sink.unmatched(errors.unmatched);
+  sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
+}
+
+LogContents list_trajectory(const std::filesystem::path& file, TrajectoryFormat format) {
+  const Trajectory t = read_estimate(file, format, {});
+  const auto count = std::ssize(t.time_s);
+  return {.topics = {{.name = "poses",
+                      .type = std::string(name_of(format)),
+                      .count = count,
+                      .rate_hz = message_rate(count, t.time_s.front(), t.time_s.back()),
+                      .use = "estimate",
+                      .covariance = true}},
+          .remark = "The truth is to be named by --truth."};
+}
+
+LogFormat format_of(TrajectoryFormat format, std::string_view title, std::string_view extensions,
+                    bool (*recognises)(std::string_view)) {
+  return {.name = name_of(format),
+          .title = title,
+          .extensions = extensions,
+          .takes_truth = true,
+          .recognises = [recognises](std::string_view beginning,
+                                     const std::filesystem::path&) { return recognises(beginning); },
+          .list = [format](const std::filesystem::path& file) { return list_trajectory(file, format); },
+          .read = [format](const std::filesystem::path& file, const LogReadOptions& options,
+                           LogSink& sink) { read_trajectory(file, format, options, sink); }};
+}
+
+}  // namespace
+
+LogFormat tum_format() {
+  return format_of(TrajectoryFormat::tum, "TUM trajectory with covariance", ".tum",
+                   [](std::string_view beginning) { return numbers_in_first_row(beginning) == 29; });
+}
+
+LogFormat openvins_format() {
+  return format_of(TrajectoryFormat::openvins, "OpenVINS trajectory with covariances", "",
+                   [](std::string_view beginning) { return numbers_in_first_row(beginning) == 20; });
+}
+
+LogFormat cnspy_format() {
+  return format_of(TrajectoryFormat::cnspy, "CSV of PosOrientWithCov", "", [](std::string_view beginning) {
+    const std::string_view header = beginning.substr(0, beginning.find('\n'));
+    return header.find("pxx") != std::string_view::npos && header.find("qyy") != std::string_view::npos;
+  });
+}
+
+}  // namespace credence

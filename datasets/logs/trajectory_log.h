@@ -1,0 +1,14 @@
+#pragma once
+
+#include "datasets/logs/log_format.h"
+
+/// @file
+/// Trajectories in text files as formats of logs; their truth is in files of its own.
+
+namespace credence {
+
+LogFormat tum_format();
+LogFormat openvins_format();
+LogFormat cnspy_format();
+
+}  // namespace credence

@@ -1,0 +1,32 @@
+#include "datasets/logs/truth_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace credence {
+
+TruthFiles::TruthFiles(std::span<const std::filesystem::path> logs, std::vector<std::string> truths)
+    : logs_(logs.begin(), logs.end()), truths_(std::move(truths)) {
+  if (truths_.empty()) return;
+  if (truths_.size() != 1 && truths_.size() != logs_.size()) {
+    throw std::invalid_argument(
+        fmt::format("--truth: {} files for {} logs; accepted is one for all, or one for each", truths_.size(),
+                    logs_.size()));
+  }
+}
+
+std::filesystem::path TruthFiles::file_of(const std::filesystem::path& log) const {
+  if (truths_.size() == 1) return truths_.front();
+  return truths_.at(static_cast<std::size_t>(std::ranges::find(logs_, log) - logs_.begin()));
+}
+
+std::shared_ptr<const Trajectory> TruthFiles::of(const std::filesystem::path& log) const {
+  if (truths_.size() > 1) return std::make_shared<const Trajectory>(read_truth(file_of(log)));
+  std::call_once(common_->read,
+                 [&] { common_->truth = std::make_shared<const Trajectory>(read_truth(file_of(log))); });
+  return common_->truth;
+}
+
+}  // namespace credence

@@ -1,0 +1,232 @@
+#include "datasets/logs/arrays/npz.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gmock/gmock.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <limits>
+
+#include "datasets/data_error.h"
+#include "tests/datasets/logs/byte_writer.h"
+#include "tests/datasets/logs/hostile.h"
+#include "tests/datasets/logs/recorded_sink.h"
+
+namespace credence {
+namespace {
+
+using testing::ByteWriter;
+using ::testing::HasSubstr;
+using testing::RecordedSink;
+
+struct Npy {
+  std::string name;
+  std::vector<std::size_t> shape;
+  std::vector<double> values;  ///< the last index runs fastest
+  std::string type = "<f8";
+  bool fortran_order = false;
+};
+
+/// The bytes of a .npy file of version 1.
+std::string npy_bytes(const Npy& array) {
+  std::string header = fmt::format("{{'descr': '{}', 'fortran_order': {}, 'shape': ({},), }}", array.type,
+                                   array.fortran_order ? "True" : "False", fmt::join(array.shape, ", "));
+  header.resize((header.size() + 10 + 64) / 64 * 64 - 10, ' ');
+  header.back() = '\n';
+  ByteWriter out(array.type[0] == '>' ? std::endian::big : std::endian::little);
+  std::vector<double> stored = array.values;
+  if (array.fortran_order) {
+    for (std::size_t k = 0; k < stored.size(); ++k) {
+      std::size_t rest = k, place = 0, stride = 1;
+      for (const std::size_t dim : array.shape) stride *= dim;
+      for (std::size_t d = array.shape.size(); d-- > 0;) {
+        stride /= array.shape[d];
+        place += rest % array.shape[d] * stride;
+        rest /= array.shape[d];
+      }
+      stored[place] = array.values[k];
+    }
+  }
+  for (const double value : stored) {
+    if (array.type.ends_with('4')) {
+      out.add(static_cast<float>(value));
+    } else {
+      out.add(value);
+    }
+  }
+  const auto size = static_cast<std::uint16_t>(header.size());
+  return std::string("\x93NUMPY\x01\x00", 8) + ByteWriter().add(size).bytes() + header + out.bytes();
+}
+
+std::string deflated(const std::string& bytes) {
+  z_stream stream{};
+  deflateInit2(&stream, 6, Z_DEFLATED, -15, 8, Z_DEFAULT_STRATEGY);
+  std::string in = bytes, out(compressBound(bytes.size()) + 64, '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(in.data());
+  stream.avail_in = static_cast<uInt>(in.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  deflate(&stream, Z_FINISH);
+  out.resize(stream.total_out);
+  deflateEnd(&stream);
+  return out;
+}
+
+/// A zip file as numpy.savez and numpy.savez_compressed write it.
+std::string npz_bytes(const std::vector<Npy>& arrays, bool packed = false) {
+  std::string file, directory;
+  for (const Npy& array : arrays) {
+    const std::string plain = npy_bytes(array), name = array.name + ".npy";
+    const std::string body = packed ? deflated(plain) : plain;
+    const auto checksum = static_cast<std::uint32_t>(
+        crc32_z(0, reinterpret_cast<const Bytef*>(plain.data()), static_cast<z_size_t>(plain.size())));
+    const auto at = static_cast<std::uint32_t>(file.size());
+    ByteWriter common;
+    common.add<std::uint16_t>(45)
+        .add<std::uint16_t>(0)
+        .add<std::uint16_t>(packed ? 8 : 0)
+        .add<std::uint32_t>(0);
+    common.add(checksum)
+        .add(static_cast<std::uint32_t>(body.size()))
+        .add(static_cast<std::uint32_t>(plain.size()));
+    common.add(static_cast<std::uint16_t>(name.size()));
+    // Unlike the directory, the local header has an extra field of 20 bytes, as numpy's has.
+    file += ByteWriter().text("PK\x03\x04").text(common.bytes()).add<std::uint16_t>(20).text(name).bytes();
+    file += ByteWriter().add<std::uint16_t>(1).add<std::uint16_t>(16).text(std::string(16, '\0')).bytes();
+    file += body;
+    directory += ByteWriter()
+                     .text("PK\x01\x02")
+                     .add<std::uint16_t>(45)
+                     .text(common.bytes())
+                     .text(std::string(12, '\0'))
+                     .add(at)
+                     .text(name)
+                     .bytes();
+  }
+  const auto count = static_cast<std::uint16_t>(arrays.size());
+  const std::string end = ByteWriter()
+                              .text("PK\x05\x06")
+                              .add<std::uint32_t>(0)
+                              .add(count)
+                              .add(count)
+                              .add(static_cast<std::uint32_t>(directory.size()))
+                              .add(static_cast<std::uint32_t>(file.size()))
+                              .add<std::uint16_t>(0)
+                              .bytes();
+  return file + directory + end;
+}
+
+constexpr std::size_t kRuns = 3, kSteps = 4;
+
+/// Numbers that differ in every place, and symmetric matrices.
+std::vector<Npy> arrays(const std::string& type = "<f8", bool fortran_order = false) {
+  Npy error{"error", {kRuns, kSteps, 2}, {}, type, fortran_order};
+  Npy P{"P", {kRuns, kSteps, 2, 2}, {}, type, fortran_order};
+  Npy nu{"innovation", {kRuns, kSteps, 1}, {}, type, fortran_order};
+  Npy S{"S", {kRuns, kSteps, 1, 1}, {}, type, fortran_order};
+  for (std::size_t k = 0; k < kRuns * kSteps; ++k) {
+    const auto x = static_cast<double>(k);
+    error.values.insert(error.values.end(), {x, -x - 0.5});
+    P.values.insert(P.values.end(), {2.0 + x, 0.25, 0.25, 3.0 + x});
+    nu.values.push_back(0.125 * x);
+    S.values.push_back(1.0 + x);
+  }
+  return {error, P, nu, S};
+}
+
+RecordedSink read(const std::string& bytes) {
+  const TemporaryFolder folder;
+  RecordedSink sink;
+  npz_format().read(folder.write("log.npz", bytes), {}, sink);
+  return sink;
+}
+
+void expect_the_runs(const RecordedSink& sink, const std::string& what) {
+  ASSERT_EQ(sink.runs.size(), kRuns) << what;
+  std::size_t k = 0;
+  for (const RecordedSink::Run& run : sink.runs) {
+    ASSERT_EQ(run.steps.size(), kSteps) << what;
+    for (const Step& step : run.steps) {
+      const auto x = static_cast<double>(k++);
+      EXPECT_EQ(step.error, Eigen::Vector2d(x, -x - 0.5)) << what;
+      EXPECT_EQ(step.P(0, 0), 2.0 + x) << what;
+      EXPECT_EQ(step.P(1, 0), 0.25) << what;
+      EXPECT_EQ(step.P(1, 1), 3.0 + x) << what;
+      EXPECT_EQ(step.innovations.at(0).nu[0], 0.125 * x) << what;
+      EXPECT_EQ(step.innovations.at(0).S(0, 0), 1.0 + x) << what;
+      EXPECT_TRUE(step.problem.empty());
+    }
+  }
+}
+
+TEST(Npz, StoredAndPackedInBothOrdersOfBothTypes) {
+  for (const char* type : {"<f8", ">f8", "<f4", ">f4"}) {
+    for (const bool fortran_order : {false, true}) {
+      for (const bool packed : {false, true}) {
+        const std::string what = fmt::format("{} {} {}", type, fortran_order, packed);
+        expect_the_runs(read(npz_bytes(arrays(type, fortran_order), packed)), what);
+      }
+    }
+  }
+}
+
+TEST(Npz, NanIsSilence) {
+  auto log = arrays();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  log[0].values[1] = nan;  // the second state of the first step
+  log[2].values[2] = nan;  // the third innovation
+  const RecordedSink sink = read(npz_bytes(log));
+  EXPECT_EQ(sink.runs[0].steps[0].states, std::vector<Index>{0});
+  EXPECT_EQ(sink.runs[0].steps[0].P, Matrix::Constant(1, 1, 2.0));
+  EXPECT_EQ(sink.runs[0].steps[1].states.size(), 2U);
+  EXPECT_EQ(sink.runs[0].steps[2].innovations[0].nu.size(), 0);
+}
+
+TEST(Npz, OneRunNeedsNoDimensionOfRunsAndSensorsHaveNames) {
+  const Npy gps{"innovation_gps", {2, 1}, {1, 2}}, S_gps{"S_gps", {2, 1, 1}, {3, 4}};
+  const Npy baro{"innovation_baro", {2, 1}, {5, 6}}, S_baro{"S_baro", {2, 1, 1}, {7, 8}};
+  const Npy unrelated{"weights", {2}, {1, 2}, "<i4"};
+  const RecordedSink sink = read(npz_bytes({gps, S_gps, baro, S_baro, unrelated}));
+  ASSERT_EQ(sink.runs.size(), 1U);
+  EXPECT_FALSE(sink.runs[0].layout.has_truth);
+  ASSERT_EQ(sink.runs[0].layout.sensors.size(), 2U);
+  EXPECT_EQ(sink.runs[0].layout.sensors[1].name, "baro");
+  EXPECT_EQ(sink.runs[0].steps[1].innovations[1].S(0, 0), 8.0);
+}
+
+TEST(Npz, ErrorsNameTheArray) {
+  const auto fails_with = [](const std::string& bytes, const std::string& message) {
+    EXPECT_THAT([&] { read(bytes); }, ::testing::ThrowsMessage<DataError>(HasSubstr(message)));
+  };
+  auto log = arrays();
+  fails_with(npz_bytes({log[0]}), "array P is missing beside error; its arrays are error (3, 4, 2)");
+  fails_with(npz_bytes({log[1], log[2], log[3]}), "array error is missing beside P");
+  fails_with(npz_bytes({Npy{"x", {1}, {0}}}), "holds nothing to judge");
+  fails_with(npz_bytes({log[0], log[3]}), "array P is missing");
+  Npy wrong{"P", {kRuns, kSteps, 2}, log[0].values};
+  fails_with(npz_bytes({log[0], wrong}), "error (3, 4, 2) and P (3, 4, 2): accepted are");
+  const Npy other{"innovation", {2, 1}, {1, 2}}, other_S{"S", {2, 1, 1}, {1, 1}};
+  fails_with(npz_bytes({log[0], log[1], other, other_S}), "other runs or steps");
+  Npy integers = log[0];
+  integers.type = "<i8";
+  fails_with(npz_bytes({integers, log[1]}), "error.npy is of type '<i8'; read are float32 and float64");
+  const std::string whole = npz_bytes(log);
+  fails_with(whole.substr(0, whole.size() - 30), "ends without the directory");
+  std::string flipped = whole;
+  flipped[200] ^= 1;
+  fails_with(flipped, "error.npy has a checksum that is not its own");
+  Npy large = log[0];
+  large.shape = {kRuns, kSteps, 200000000000};
+  fails_with(npz_bytes({large, log[1]}), "a shape beyond its");
+}
+
+TEST(Npz, NoCutOrFlippedByteCrashes) {
+  for (const bool packed : {false, true}) {
+    std::vector<Npy> log = {{"innovation", {2, 1}, {1, 2}}, {"S", {2, 1, 1}, {1, 1}}};
+    EXPECT_EQ(testing::unnoticed_cuts(npz_format(), npz_bytes(log, packed), {}), 0U);
+  }
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,63 @@
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include "datasets/data_error.h"
+#include "datasets/logs/log_format.h"
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(LogFormats, AFileIsKnownByHowItBegins) {
+  const TemporaryFolder folder;
+  const std::string pose = "1 0 0 0 0 0 0 1", twelve = " 1 0 0 1 0 1 1 0 0 1 0 1";
+  std::string tum = pose;
+  for (int i = 0; i < 21; ++i) tum += " 1";
+  const std::pair<std::string, std::string> cases[] = {
+      {"mcap", std::string("\x89MCAP0\r\n", 8)},
+      {"rosbag", "#ROSBAG V2.0\n"},
+      {"db3", std::string("SQLite format 3\0", 16)},
+      {"ulog", std::string("\x55\x4c\x6f\x67\x01\x12\x35\x01", 8)},
+      {"mat", "MATLAB 5.0 MAT-file" + std::string(105, ' ') + std::string("\x00\x01IM", 4)},
+      {"npz", "PK\x03\x04"},
+      {"rtklib", "% program   : RTKLIB\n%  GPST  latitude(deg)\n"},
+      {"openvins", "# comment\n" + pose + twelve + "\n"},
+      {"tum", tum + "\n"},
+      {"cnspy", "t,tx,ty,tz,qx,qy,qz,qw,pxx,pxy,pxz,pyy,pyz,pzz,qrr,qrp,qry,qpp,qpy,qyy\n"},
+      {"credence", "innovation.1,S.1.1\n1,1\n"}};
+  for (const auto& [name, bytes] : cases) {
+    EXPECT_EQ(log_format_of(folder.write("log", bytes)).name, name);
+  }
+  EXPECT_THAT([&] { log_format_of(folder.write("log", pose + "\n")); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("is of no format known here; read are mcap")));
+  EXPECT_THAT([&] { log_format_of(folder.write("log", "")); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("is empty")));
+  EXPECT_THAT([&] { log_format_of(folder / "absent"); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("there is no such file")));
+}
+
+TEST(LogFormats, NamesAreDifferentAndFindTheirFormat) {
+  std::set<std::string_view> names;
+  for (const LogFormat& format : log_formats()) {
+    EXPECT_TRUE(names.insert(format.name).second) << format.name;
+    EXPECT_EQ(&log_format_named(format.name), &format);
+  }
+  EXPECT_THAT([] { log_format_named("excel"); }, ::testing::ThrowsMessage<std::invalid_argument>(
+                                                     HasSubstr("accepted are auto, mcap (ROS 2 bag, MCAP)")));
+}
+
+TEST(LogFormats, AFolderIsItsLogsInTheOrderOfTheirNames) {
+  const TemporaryFolder folder;
+  for (const char* name : {"b.ulg", "a.csv", "notes.txt", "c.mcap"}) folder.write(name, "x");
+  const std::vector<std::string> arguments = {folder.path().string()};
+  const auto files = log_files(arguments);
+  ASSERT_EQ(files.size(), 3U);
+  EXPECT_EQ(files[0].filename(), "a.csv");
+  EXPECT_EQ(files[2].filename(), "c.mcap");
+}
+
+}  // namespace
+}  // namespace credence
