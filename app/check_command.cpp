@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 struct CheckOptions : CommonOptions {
   std::vector<std::string> logs;
-  double confidence = 0.95;
+  double confidence = 0.95, within = 0.1;
   bool sensitivity = false, list = false, partial = false;
   std::string input = "auto";
   std::vector<std::string> truths;
@@ -159,14 +159,14 @@ int check(const CheckOptions& options) {
     say("credence: interrupted before the first rows were judged");
     return kInterrupted;
   }
-  CheckedLogs logs{
-      .name = fs::path(options.logs.front()).stem().string(),
-      .format = format_text(options, formats),
-      .files = result.files,
-      .unmatched_rows = result.unmatched_rows,
-      .analysis = analyse_logs(std::move(result.evidence),
-                               {.confidence = options.confidence, .sensitivity = options.sensitivity}),
-      .remarks = remarks_of(result)};
+  CheckedLogs logs{.name = fs::path(options.logs.front()).stem().string(),
+                   .format = format_text(options, formats),
+                   .files = result.files,
+                   .unmatched_rows = result.unmatched_rows,
+                   .analysis = analyse_logs(std::move(result.evidence), {.confidence = options.confidence,
+                                                                         .sensitivity = options.sensitivity,
+                                                                         .margin = options.within}),
+                   .remarks = remarks_of(result)};
   logs.analysis.complete = result.complete;
   if (options.format == "json") {
     fmt::print("{}\n", log_json(logs));
@@ -228,6 +228,11 @@ void add_check_command(CLI::App& app) {
       ->check(CLI::IsMember({"body", "world", "rpy", "planar"}));
   command->add_option("--confidence", options->confidence, "of each verdict")
       ->check(CLI::Range(0.5, 0.999999))
+      ->capture_default_str();
+  command
+      ->add_option("--within", options->within,
+                   "what counts as right: the factor on P between 1/(1 + this) and 1 + this")
+      ->check(CLI::Range(1e-3, 10.0))
       ->capture_default_str();
   command->add_flag("--sensitivity", options->sensitivity,
                     "also the verdicts without gross outliers (beyond the upper 1e-6 quantile)");
