@@ -15,6 +15,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/scenario/sweep_plan.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
 #include "reports/document/study_json.h"
 #include "reports/document/study_report.h"

@@ -15,6 +15,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/plugged/model_plug.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
