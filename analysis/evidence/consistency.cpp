@@ -25,6 +25,13 @@ SumLaw white_steps(const std::vector<StepTest>& tested) {
 
 }  // namespace
 
+Verdict direction_of(bool optimistic, bool pessimistic) {
+  return optimistic && pessimistic ? Verdict::mixed
+         : optimistic              ? Verdict::optimistic
+         : pessimistic             ? Verdict::pessimistic
+                                   : Verdict::consistent;
+}
+
 std::string_view to_string(Verdict verdict) {
   switch (verdict) {
     case Verdict::consistent:

@@ -270,10 +270,7 @@ void conclude(const Joint& joint, bool runs, ConsistencyVerdict& result) {
       result.steps_tested > 1 && result.overall_p_value * joint.step_level > smallest * joint.overall_level;
   const bool optimistic = result.optimistic_p_value <= alpha,
              pessimistic = result.pessimistic_p_value <= alpha;
-  result.verdict = optimistic && pessimistic ? Verdict::mixed
-                   : optimistic              ? Verdict::optimistic
-                   : pessimistic             ? Verdict::pessimistic
-                                             : Verdict::consistent;
+  result.verdict = direction_of(optimistic, pessimistic);
 }
 
 }  // namespace

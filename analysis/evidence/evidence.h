@@ -115,7 +115,7 @@ struct RunSums {
   static constexpr std::size_t kKept = 1024;  ///< runs of which the course in time is kept
 
   Moments nees_values;                    ///< of all steps
-  std::vector<std::vector<double>> nees;  ///< of each of the first kKept runs, NEES over its steps
+  std::vector<std::vector<double>> nees;  ///< of each of the first kKept runs, NEES / dof over its steps
   std::vector<Vector> last_error;         ///< of the pose, or else of the first block, at the end of each
   std::vector<Matrix> last_covariance;
   VectorMoments last_whitened;  ///< L⁻¹ e of the whole state at the end; only of runs with as many states

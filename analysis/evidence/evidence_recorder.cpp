@@ -242,7 +242,7 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
   if (state_.dof <= 0) return;
   sums_.coverage.add(step.step, state_.value, state_.dof);
   run_.values.add(state_.value);
-  run_.nees.push_back(state_.value);
+  run_.nees.push_back(state_.value / static_cast<double>(state_.dof));
   run_.whole.add(state_.value, state_.dof);
   run_.last_whitened = state_.whitened;
   if (!places_.empty()) {

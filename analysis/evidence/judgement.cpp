@@ -63,9 +63,18 @@ ConsistencyVerdict judge_state(const Evidence& e, const StepSeries& series, doub
   return judge_sums(series.moments, series.dof, confidence, laws);
 }
 
-/// Of the whole state in these runs.
+/// Of the whole state in these runs; of a few long ones their stretches are compared.
 ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, double confidence) {
-  return judge_state(e, {s.series(Quantity::nees), s.dofs(Quantity::nees)}, confidence, &s.nees_of_runs);
+  const StepSeries nees{s.series(Quantity::nees), s.dofs(Quantity::nees)};
+  RunAverages stretches{.moments = {}, .first = {}, .least_dof = s.nees_of_runs.least_dof};
+  if (std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count) {
+    stretches.moments = stretch_averages(e.whole_runs.nees);
+  }
+  if (stretches.moments.count == 0) return judge_state(e, nees, confidence, &s.nees_of_runs);
+  ConsistencyVerdict v = judge_state(e, nees, confidence, &stretches);
+  v.method += fmt::format("; of {} runs their {} stretches, longer than ten correlation times each",
+                          s.nees_of_runs.moments.count, stretches.moments.count);
+  return v;
 }
 
 /// The verdict on the NIS of all sensors. Those of one step may have been taken against the same prior, whose
@@ -87,6 +96,25 @@ ConsistencyVerdict judge_sensor_nis(const SensorSums& s, const std::optional<Gat
                          confidence);
 }
 
+/// Each sensor's NIS has its own law, so the verdict on all is theirs together, by the union bound.
+void join_sensors(const std::vector<SensorJudgement>& sensors, ConsistencyVerdict& v) {
+  if (v.verdict == Verdict::undecided) return;
+  double optimistic = 1.0, pessimistic = 1.0, tested = 0.0;
+  for (const SensorJudgement& sensor : sensors) {
+    if (sensor.nis.verdict == Verdict::undecided) continue;
+    optimistic = std::min(optimistic, sensor.nis.optimistic_p_value);
+    pessimistic = std::min(pessimistic, sensor.nis.pessimistic_p_value);
+    tested += 1.0;
+  }
+  if (tested == 0.0) return;
+  const double alpha = 1.0 - v.confidence;
+  v.optimistic_p_value = std::min(1.0, tested * optimistic);
+  v.pessimistic_p_value = std::min(1.0, tested * pessimistic);
+  v.p_value = std::min(v.optimistic_p_value, v.pessimistic_p_value);
+  v.verdict = direction_of(v.optimistic_p_value <= alpha, v.pessimistic_p_value <= alpha);
+  v.method += "; the verdict is that of the sensors one by one, Bonferroni over them";
+}
+
 void judge_verdicts(const Evidence& e, const JudgementContext& context, Judgement& j) {
   const StudyStatistics& s = context.all_runs != nullptr ? *context.all_runs : e.study;
   j.nees = judge_study(e, s, j.confidence);
@@ -94,6 +122,7 @@ void judge_verdicts(const Evidence& e, const JudgementContext& context, Judgemen
   const StepSeries nis{s.series(Quantity::nis), s.dofs(Quantity::nis)};
   j.nis = e.sensors.size() == 1 ? judge_sensor_nis(e.sensors[0], j.sensors[0].gate, nis, j.confidence)
                                 : judge_all_sensors(e, nis, j.confidence);
+  if (e.sensors.size() > 1) join_sensors(j.sensors, j.nis);
 }
 
 void judge_blocks(const Evidence& e, Judgement& j) {
@@ -256,9 +285,7 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   if (v.p_value > alpha) {
     v.verdict = tested ? Verdict::consistent : Verdict::undecided;
   } else {
-    v.verdict = v.optimistic_p_value > alpha    ? Verdict::pessimistic
-                : v.pessimistic_p_value > alpha ? Verdict::optimistic
-                                                : Verdict::mixed;
+    v.verdict = direction_of(v.optimistic_p_value <= alpha, v.pessimistic_p_value <= alpha);
   }
   j.effective_steps = std::isnan(single.sample.size) ? 1.0 : single.sample.size;
   ConsistencyVerdict assumed = v;

@@ -18,13 +18,6 @@ std::array<DirectedTest, 2> directions(const ConsistencyVerdict& v) {
           DirectedTest{Departure::pessimistic, 0.5 * v.pessimistic_p_value}};
 }
 
-Verdict verdict_of(bool optimistic, bool pessimistic) {
-  return optimistic && pessimistic ? Verdict::mixed
-         : optimistic              ? Verdict::optimistic
-         : pessimistic             ? Verdict::pessimistic
-                                   : Verdict::consistent;
-}
-
 /// The part that says most in one direction: of the state before NEES and NIS, since it says where.
 const WordPart* foremost(std::span<const WordPart> parts, const JointTests& joint, std::size_t side,
                          double alpha) {
@@ -90,7 +83,7 @@ Word join_verdicts(std::span<const WordPart> parts, double confidence) {
   }
   const JointTests joint = join_tests(families);
   const double alpha = 1.0 - confidence;
-  Word word{.verdict = verdict_of(joint.optimistic(alpha), joint.pessimistic(alpha)),
+  Word word{.verdict = direction_of(joint.optimistic(alpha), joint.pessimistic(alpha)),
             .p_value = joint.p_value,
             .says = says_of(parts, joint, alpha),
             .joined = {}};
@@ -102,7 +95,7 @@ Word join_verdicts(std::span<const WordPart> parts, double confidence) {
     const bool open = v.verdict == Verdict::undecided;
     undecided = undecided || (open && v.count > 0 && !parts[i].says_where);
     word.joined.push_back({parts[i].name,
-                           no_data || open ? Verdict::undecided : verdict_of(up <= alpha, down <= alpha),
+                           no_data || open ? Verdict::undecided : direction_of(up <= alpha, down <= alpha),
                            no_data ? kNaN : std::min(up, down)});
   }
   if (word.verdict == Verdict::consistent && undecided) word.verdict = Verdict::undecided;

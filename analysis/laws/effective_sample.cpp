@@ -166,6 +166,30 @@ EffectiveSample effective_sample(std::span<const std::span<const double>> series
   return result;
 }
 
+SkewedMoments stretch_averages(std::span<const std::vector<double>> runs) {
+  constexpr std::size_t kStretches = 20;
+  constexpr double kShortestStretch = 10.0;  // in correlation times
+  if (runs.size() < 2 || runs.size() >= kStretches) return {};
+  const std::size_t of_a_run = (kStretches + runs.size() - 1) / runs.size();
+  const std::vector<std::span<const double>> series(runs.begin(), runs.end());
+  Moments all;
+  for (const auto& run : series) {
+    for (const double x : run) all.add(x);
+  }
+  const EffectiveSample sample = effective_sample(series, all.mean);
+  SkewedMoments averages;
+  for (const auto& run : series) {
+    const std::size_t length = run.size() / of_a_run;
+    if (!(static_cast<double>(length) >= kShortestStretch * sample.correlation_time)) return {};
+    for (std::size_t i = 0; i < of_a_run; ++i) {
+      double sum = 0.0;
+      for (const double x : run.subspan(i * length, length)) sum += x;
+      averages.add(sum / static_cast<double>(length));
+    }
+  }
+  return averages;
+}
+
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence) {
   require_confidence(confidence);
   constexpr std::size_t kStretches = 10;

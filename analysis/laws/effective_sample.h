@@ -2,11 +2,13 @@
 
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "analysis/evidence/consistency.h"
 #include "analysis/laws/chi_square_cumulants.h"
 #include "analysis/laws/student.h"
 #include "core/types.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 /// @file
 /// How many independent steps the NEES of a run is worth, and tests of its average over time.
@@ -65,6 +67,12 @@ struct EffectiveSample {
 /// their products are averaged before the sum. The mean is not estimated, so that single short runs are not
 /// biased. A series whose deviations are all zero, or none, gives a reason.
 EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean);
+
+/// The averages of equal stretches of a few long runs, each of ε_k / n_k: at least twenty in all, so that
+/// their mean is compared by the scores of run_mean.h where the runs alone are too few. Their number follows
+/// from that of the runs alone. No values where a stretch is shorter than 10 τ, or with one run or twenty and
+/// more. Approximate, as test_single_run: neighbours are nearly independent.
+SkewedMoments stretch_averages(std::span<const std::vector<double>> normalised_nees);
 
 /// Test of the average of ONE run from ε_k / n_k, expected to be 1, over ten equal stretches, whose averages
 /// are nearly independent (batch means). Undecided, with a reason, where a stretch is shorter than 10 τ.

@@ -73,6 +73,7 @@ const WordSize kWordSizes[] = {
     {200, 4},
     {20, 1, 10, {}, ", 10 steps"},
     {20, 1, SyntheticFilter::kSteps, {.noise_ratio = 1.0}, ", NEES nearly white"},
+    {10, 1, SyntheticFilter::kSteps, {.noise_ratio = 1.0}, ", NEES nearly white"},
     {20, 1, SyntheticFilter::kSteps, {.every_third_missing = true}, ", every third measurement missing"}};
 
 void calibrate_word(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {

@@ -11,7 +11,7 @@ namespace credence {
 namespace {
 
 // How far the two triangles of a covariance may differ, in units of the standard deviations.
-constexpr double kAsymmetry = 1e-6;
+constexpr double kMostAsymmetry = 1e-6;
 
 }  // namespace
 
@@ -52,7 +52,7 @@ void ArrayReader::read_covariance(const double* entries, Index size, const Place
       out(i, j) = out(j, i) = upper;
       const double apart = upper - lower;
       if (apart == 0.0) continue;
-      const double limit = kAsymmetry * kAsymmetry * std::abs(variance * entry(at(j), at(j)));
+      const double limit = kMostAsymmetry * kMostAsymmetry * std::abs(variance * entry(at(j), at(j)));
       if (apart * apart <= limit) continue;
       const std::string inner = fmt::format(", {}, {}", at(i), at(j));
       if (!std::isfinite(upper)) fail(place, inner, fmt::format("is {}", upper));

@@ -182,5 +182,41 @@ TEST(EffectiveSample, AShortRunIsUndecided) {
   EXPECT_FALSE(test_single_run({}, 0.95).run_sum.reason.empty());
 }
 
+std::vector<std::vector<double>> squared_normals(std::size_t runs, std::size_t steps,
+                                                 std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  std::vector<std::vector<double>> all(runs, std::vector<double>(steps));
+  for (auto& run : all) {
+    for (double& x : run) x = std::pow(normal(random), 2);
+  }
+  return all;
+}
+
+TEST(StretchAverages, AreOfAtLeastTwentyStretches) {
+  std::mt19937_64 random(3);
+  for (const std::size_t runs : {2U, 5U, 7U, 19U}) {
+    const SkewedMoments averages = stretch_averages(squared_normals(runs, 400, random));
+    EXPECT_EQ(averages.count, static_cast<std::int64_t>((20 + runs - 1) / runs * runs));
+    EXPECT_NEAR(averages.mean, 1.0, 5.0 * std::sqrt(2.0 / (400.0 * static_cast<double>(runs))));
+  }
+  EXPECT_EQ(stretch_averages(squared_normals(1, 400, random)).count, 0);
+  EXPECT_EQ(stretch_averages(squared_normals(20, 400, random)).count, 0);
+}
+
+TEST(StretchAverages, NoneWhereTheRunsAreTooShortForTheirCorrelation) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  std::vector<std::vector<double>> runs(10, std::vector<double>(100));
+  for (auto& run : runs) {
+    double x = normal(random);
+    for (double& value : run) {
+      x = 0.95 * x + std::sqrt(1.0 - 0.95 * 0.95) * normal(random);
+      value = x * x;
+    }
+  }
+  EXPECT_EQ(stretch_averages(runs).count, 0);
+  EXPECT_EQ(stretch_averages({}).count, 0);
+}
+
 }  // namespace
 }  // namespace credence
