@@ -145,7 +145,8 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   const std::string proof = proof_sentence(b);
   if (!proof.empty() && !is_inconsistent(b.word.verdict)) sentences.push_back("Proved: " + proof);
   const ShapeJudgement& shape = b.law.shape;
-  if (std::isfinite(shape.proved_within) && !is_inconsistent(b.word.verdict)) {
+  // Proved of Gaussian errors only.
+  if (shape.proved_within <= 1.0 && b.word.verdict == Verdict::consistent) {
     sentences.push_back(fmt::format("Proved at step {}: every direction of P is right within {:.2g} %.",
                                     shape.proved_at, 100.0 * shape.proved_within));
   }
@@ -182,7 +183,10 @@ std::string proof_sentence(const Judgement& j) {
 
 std::vector<std::string> advice_sentences(const Judgement& b) {
   std::vector<std::string> sentences;
-  if (b.responsible.index >= 0) {
+  const bool covariance_right = b.word.verdict == Verdict::not_gaussian;
+  if (covariance_right) {
+    // Which block the tails show in most says nothing.
+  } else if (b.responsible.index >= 0) {
     const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
     sentences.push_back(
         fmt::format("Most of it sits in the block “{}”, which is {}: mean NEES {} where {} is "
@@ -195,14 +199,16 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
         "blocks are wrong.");
   }
   for (const CauseFound& cause : b.causes) {
-    sentences.push_back(fmt::format("Likely cause: {} — {}.", to_string(cause.cause), cause.why));
+    sentences.push_back(fmt::format("{}: {} — {}.",
+                                    b.word.verdict == Verdict::consistent ? "Noticed" : "Likely cause",
+                                    to_string(cause.cause), cause.why));
   }
   const ScaleAdvice& scale = b.scale_covariance;
   if (scale.reason.empty() && b.word.verdict != Verdict::mixed && (scale.lower > 1.0 || scale.upper < 1.0)) {
     sentences.push_back(
         fmt::format("P times {} would have the right mean NEES.", factor_text(b.scale_covariance)));
   }
-  if (is_inconsistent(b.nis.verdict) && b.scale_innovation.reason.empty()) {
+  if (is_inconsistent(b.nis.verdict) && !covariance_right && b.scale_innovation.reason.empty()) {
     std::string sentence =
         fmt::format("S times {} would have the right mean NIS", factor_text(b.scale_innovation));
     if (b.scale_measurement_noise.reason.empty()) {

@@ -112,6 +112,11 @@ ReportTable log_table(const CheckedLogs& logs) {
   table.notes.push_back(
       "consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
       "pessimistic: smaller. mixed: larger here, smaller there; do not trust it.");
+  if (a.word.verdict == Verdict::not_gaussian) {
+    table.notes.push_back(
+        "not Gaussian: P is right. The verdicts of the rows assume a Gaussian law, which these errors do not "
+        "have.");
+  }
   return table;
 }
 
