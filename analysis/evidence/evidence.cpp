@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "analysis/evidence/step_series.h"
+
 namespace credence {
 namespace {
 
@@ -14,19 +16,8 @@ void append(std::vector<T>& to, const std::vector<T>& from, std::size_t most) {
 
 }  // namespace
 
-void merge_sums(SumsOverSteps& sums, const SumsOverSteps& later) {
-  if (sums.size() < later.size()) sums.resize(later.size());
-  for (std::size_t k = 0; k < later.size(); ++k) sums[k].merge(later[k]);
-}
-
-StepSums& sums_at(SumsOverSteps& sums, std::int64_t step) {
-  const auto k = static_cast<std::size_t>(step) - 1;
-  if (sums.size() <= k) sums.resize(k + 1);
-  return sums[k];
-}
-
 void BlockSums::merge(const BlockSums& later) {
-  merge_sums(nees, later.nees);
+  merge_series(nees, later.nees);
   runs.merge(later.runs);
   squared_error.merge(later.squared_error);
 }
@@ -70,7 +61,7 @@ SensorSums::SensorSums(Sensor of)
 void SensorSums::merge(const SensorSums& later) {
   varies = varies || later.varies || sensor.piece != later.sensor.piece;
   sensor.dim = std::max(sensor.dim, later.sensor.dim);
-  merge_sums(nis, later.nis);
+  merge_series(nis, later.nis);
   for (const auto& [m, sums] : later.by_dimension) by_dimension[m].merge(sums);
   fit.merge(later.fit);
   far_tail.merge(later.far_tail);
@@ -126,8 +117,8 @@ void Evidence::merge(Evidence later) {
     VectorMoments& here = sensor_pair(pair.first, pair.second, pair.first_dim).both;
     if (here.count == 0 || here.mean.size() == pair.both.mean.size()) here.merge(pair.both);
   }
-  merge_sums(clean_nees, later.clean_nees);
-  merge_sums(clean_nis, later.clean_nis);
+  merge_series(clean_nees, later.clean_nees);
+  merge_series(clean_nis, later.clean_nis);
   nees_outliers += later.nees_outliers;
   nis_outliers += later.nis_outliers;
   rows += later.rows;

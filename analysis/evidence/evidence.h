@@ -37,12 +37,8 @@ struct StepSums {
   bool operator==(const StepSums&) const = default;
 };
 
-/// Step k is entry k − 1; series of different lengths add up to the longer one.
+/// Of every step (step_series.h).
 using SumsOverSteps = std::vector<StepSums>;
-void merge_sums(SumsOverSteps& sums, const SumsOverSteps& later);
-
-/// The entry of step k (from 1), made if it is not there.
-StepSums& sums_at(SumsOverSteps& sums, std::int64_t step);
 
 /// One block of the state.
 struct BlockSums {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "analysis/evidence/consistency_nees.h"
+#include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"
 
 namespace credence {
@@ -72,9 +73,21 @@ void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLa
 
 void EvidenceRecorder::list_blocks() {
   block_at_.clear();
+  position_ = averaged_dim_ = -1;
+  sums_.law.averaged.clear();
   if (!layout_.has_truth) return;
   for (const Block& block : layout_.blocks) {
+    if (block.part == Part::position && position_ < 0) position_ = std::ssize(block_at_);
     block_at_.push_back(static_cast<std::size_t>(&sums_.block(block) - sums_.blocks.data()));
+  }
+  const Index all = std::ssize(layout_.states);
+  if (all <= LawSums::kLargestAveraged) {
+    averaged_dim_ = all;
+  } else if (!layout_.blocks.empty()) {
+    const Block& first = layout_.blocks.front();
+    const Index dim = std::ssize(first.states);
+    if (dim <= LawSums::kLargestAveraged) averaged_dim_ = dim;
+    sums_.law.averaged = first.name;
   }
 }
 
@@ -232,7 +245,7 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
       run_.vehicle.add(blocks_[b].value, blocks_[b].dof);
     }
     run_.blocks[b].add(blocks_[b].value, blocks_[b].dof);
-    sums_at(sums_of_block(b).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
+    at_step(sums_of_block(b).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
     double squared = step.error(places_[b]).squaredNorm();
     if (block.part == Part::map) {
       squared *= static_cast<double>(layout_.landmark_dim) / static_cast<double>(places_[b].size());
@@ -255,26 +268,18 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
   if (state_.value > outlier_limit(state_.dof)) {
     ++sums_.nees_outliers;
   } else {
-    sums_at(sums_.clean_nees, step.step).add(state_.value, state_.dof);
+    at_step(sums_.clean_nees, step.step).add(state_.value, state_.dof);
   }
 }
 
 void EvidenceRecorder::add_law(const Step& step) {
   const double dof = static_cast<double>(state_.dof);
-  add_at(sums_.law.nees_at, step.step, state_.value / dof);
+  at_step(sums_.law.nees_at, step.step).add(state_.value / dof);
   run_.law.nees_tails.add(state_.value, dof);
-  const Index all = std::ssize(layout_.states);
   if (!layout_.joint_covariance) return;
-  if (all > LawSums::kLargestAveraged) {
-    const bool complete =
-        !blocks_.empty() && blocks_.front().dof == std::ssize(layout_.blocks.front().states);
-    if (complete && blocks_.front().dof <= LawSums::kLargestAveraged) {
-      sums_.law.averaged = layout_.blocks.front().name;
-      run_.law.add_error(blocks_.front().whitened);
-    }
-  } else if (state_.dof == all) {
-    run_.law.add_error(state_.whitened);
-  }
+  const Normalised& averaged = sums_.law.averaged.empty() ? state_ : blocks_.front();
+  if (averaged.dof == averaged_dim_) run_.law.add_error(averaged.whitened);
+  const Index all = std::ssize(layout_.states);
   if (state_.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
     sums_.law.whitened[step.step].add(state_.whitened);
   }
@@ -283,9 +288,8 @@ void EvidenceRecorder::add_law(const Step& step) {
 void EvidenceRecorder::add_scores(const Step& step) {
   if (!layout_.joint_covariance) return;
   run_.score.add(state_.value, state_.dof, state_.log_determinant);
-  const auto position = std::ranges::find(layout_.blocks, Part::position, &Block::part);
-  if (position == layout_.blocks.end()) return;
-  const std::vector<Index>& places = places_[static_cast<std::size_t>(position - layout_.blocks.begin())];
+  if (position_ < 0) return;
+  const std::vector<Index>& places = places_[static_cast<std::size_t>(position_)];
   if (!places.empty()) run_.score.set_position(step.error(places), step.P(places, places));
 }
 
@@ -318,7 +322,7 @@ void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
                       step.innovations[i].nu.size() == value.dof &&
                       (sensor.piece < sensor.dim || value.dof == sensor.dim);
   sums.varies = sums.varies || !pieces;
-  sums_at(sums.nis, step.step).add(value.value, value.dof);
+  at_step(sums.nis, step.step).add(value.value, value.dof);
   sums.by_dimension[value.dof].add(value.value, value.dof);
   const double u = chi_square_cdf(value.value, static_cast<double>(value.dof));
   sums.fit.add(u);
@@ -350,7 +354,7 @@ void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
   if (dof == 0) return;
   if (innovations_.size() > 1) add_sensor_pairs();
   const double m = static_cast<double>(dof);
-  add_at(sums_.law.nis_at, step.step, total / m);
+  at_step(sums_.law.nis_at, step.step).add(total / m);
   run_.law.nis += total;
   run_.law.nis_dof += m;
   s[Quantity::nis].add(total);
@@ -358,7 +362,7 @@ void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
   if (total > outlier_limit(dof)) {
     ++sums_.nis_outliers;
   } else {
-    sums_at(sums_.clean_nis, step.step).add(total, dof);
+    at_step(sums_.clean_nis, step.step).add(total, dof);
   }
 }
 

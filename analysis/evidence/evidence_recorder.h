@@ -95,11 +95,13 @@ class EvidenceRecorder {
   std::vector<Evidence> full_;
   OpenRun run_;
   NeesSolver solver_;
-  bool factorised_ = false;                       ///< solver_ holds the factor of what was normalised last
-  std::vector<std::size_t> block_at_;             ///< of each block of the layout, among those of the sums
-  std::vector<Index> states_;                     ///< of the step that places_ is of
-  std::vector<std::vector<Index>> places_;        ///< of the states of each block in the step at hand
-  Normalised state_;                              ///< of the step at hand
+  bool factorised_ = false;                 ///< solver_ holds the factor of what was normalised last
+  std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
+  Index position_ = -1;                     ///< the block of the position; −1: there is none
+  Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none
+  std::vector<Index> states_;               ///< of the step that places_ is of
+  std::vector<std::vector<Index>> places_;  ///< of the states of each block in the step at hand
+  Normalised state_;                        ///< of the step at hand
   std::vector<Normalised> blocks_, innovations_;  ///< of the step at hand
 };
 

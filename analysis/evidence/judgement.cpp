@@ -125,7 +125,7 @@ void judge_verdicts(const Evidence& e, const JudgementContext& context, Judgemen
   if (e.sensors.size() > 1) join_sensors(j.sensors, j.nis);
 }
 
-void judge_blocks(const Evidence& e, Judgement& j) {
+void judge_blocks(const Evidence& e, const JudgementContext& context, Judgement& j) {
   const std::size_t steps = e.study.steps.size();
   for (const BlockSums& block : e.blocks) {
     // A map of one landmark is that landmark.
@@ -138,7 +138,8 @@ void judge_blocks(const Evidence& e, Judgement& j) {
   if (j.blocks.size() < 2) j.blocks.clear();
   if (j.blocks.empty()) return;
   // Of the same runs as the blocks: all runs of a long study see what the blocks of fewer cannot.
-  j.responsible = responsible_block(judge_study(e, e.study, j.confidence), j.blocks);
+  const bool all = context.all_runs == nullptr;
+  j.responsible = responsible_block(all ? j.nees : judge_study(e, e.study, j.confidence), j.blocks);
 }
 
 CoverageVerdict judge_region(const CoverageSums::Region& region, double confidence) {
@@ -502,7 +503,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
     j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence));
   }
   judge_verdicts(e, context, j);
-  judge_blocks(e, j);
+  judge_blocks(e, context, j);
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
   }

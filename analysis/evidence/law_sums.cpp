@@ -3,16 +3,9 @@
 #include <bit>
 #include <cmath>
 
+#include "analysis/evidence/step_series.h"
+
 namespace credence {
-namespace {
-
-void merge_steps(std::vector<SkewedMoments>& sums, const std::vector<SkewedMoments>& later) {
-  if (sums.size() < later.size()) sums.resize(later.size());
-  for (std::size_t k = 0; k < later.size(); ++k) sums[k].merge(later[k]);
-}
-
-}  // namespace
-
 void LawSums::merge(const LawSums& later) {
   if (second_moments.dim() == 0) {
     averaged = later.averaged;
@@ -27,8 +20,8 @@ void LawSums::merge(const LawSums& later) {
   nees_tails.merge(later.nees_tails);
   nis_tails.merge(later.nis_tails);
   nis_of_runs.merge(later.nis_of_runs);
-  merge_steps(nees_at, later.nees_at);
-  merge_steps(nis_at, later.nis_at);
+  merge_series(nees_at, later.nees_at);
+  merge_series(nis_at, later.nis_at);
 }
 
 void RunLaw::add_error(const Vector& whitened) {
@@ -47,12 +40,6 @@ void RunLaw::add_to(LawSums& sums) const {
   if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
   if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);
   if (nis_dof > 0.0) sums.nis_of_runs.add(nis / nis_dof);
-}
-
-void add_at(std::vector<SkewedMoments>& sums, std::int64_t step, double value) {
-  const auto k = static_cast<std::size_t>(step) - 1;
-  if (sums.size() <= k) sums.resize(k + 1);
-  sums[k].add(value);
 }
 
 bool is_shape_step(std::int64_t step) { return std::has_single_bit(static_cast<std::uint64_t>(step)); }

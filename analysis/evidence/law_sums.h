@@ -43,9 +43,6 @@ struct RunLaw {
   void add_to(LawSums& sums) const;
 };
 
-/// Adds a value at a step, from 1.
-void add_at(std::vector<SkewedMoments>& sums, std::int64_t step, double value);
-
 /// Whether the shape of P is looked at: at few steps, so that each is tested at nearly the full level, and
 /// densely at the start, where P changes.
 bool is_shape_step(std::int64_t step);

@@ -4,20 +4,10 @@
 #include <stdexcept>
 
 #include "analysis/laws/chi_square.h"
-#include "core/linear_algebra/cholesky.h"
+#include "analysis/laws/sample_correlation.h"
 #include "core/nan.h"
 
 namespace credence {
-namespace {
-
-/// ln det of a positive definite matrix; NaN of another.
-double log_determinant(const Matrix& R) {
-  const Eigen::LLT<Matrix> factor(R);
-  return factor.info() == Eigen::Success ? 2.0 * factor.matrixLLT().diagonal().array().log().sum() : kNaN;
-}
-
-}  // namespace
-
 BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first) {
   BlockCorrelationTest result{.values = u.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
   const Index n = u.mean.size();
@@ -32,21 +22,19 @@ BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first)
     result.reason = "not more values than components";
     return result;
   }
-  const Vector deviation = u.scatter.diagonal().cwiseSqrt();
-  if (!u.scatter.allFinite() || !(deviation.minCoeff() > 0.0)) {
+  const std::optional<Matrix> R = sample_correlation(u);
+  if (!R) {
     result.reason = "a component does not vary or is not finite";
     return result;
   }
-  const Vector scale = deviation.cwiseInverse();
-  const Matrix R = scale.asDiagonal() * u.scatter * scale.asDiagonal();
   const Index rest = n - first;
-  const double log_lambda = log_determinant(R) - log_determinant(R.topLeftCorner(first, first)) -
-                            log_determinant(R.bottomRightCorner(rest, rest));
+  const double log_lambda = log_determinant(*R) - log_determinant(R->topLeftCorner(first, first)) -
+                            log_determinant(R->bottomRightCorner(rest, rest));
   if (std::isnan(log_lambda)) {
     result.reason = "the values are linearly dependent";
     return result;
   }
-  result.largest = R.topRightCorner(first, rest).cwiseAbs().maxCoeff();
+  result.largest = R->topRightCorner(first, rest).cwiseAbs().maxCoeff();
   result.statistic = -(values - 1.0 - 0.5 * (dim + 1.0)) * std::min(0.0, log_lambda);
   result.p_value = chi_square_survival(result.statistic, result.dof);
   return result;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "analysis/laws/chi_square.h"
-#include "core/linear_algebra/cholesky.h"
+#include "analysis/laws/sample_correlation.h"
 #include "core/nan.h"
 
 namespace credence {
@@ -21,22 +21,19 @@ ErrorCorrelationTest test_error_correlation(const VectorMoments& whitened) {
     result.reason = "not more runs than components";
     return result;
   }
-  const Vector deviation = whitened.scatter.diagonal().cwiseSqrt();
-  if (!whitened.scatter.allFinite() || !(deviation.minCoeff() > 0.0)) {
+  const std::optional<Matrix> R = sample_correlation(whitened);
+  if (!R) {
     result.reason = "a component does not vary or is not finite";
     return result;
   }
-  const Vector scale = deviation.cwiseInverse();
-  const Matrix R = scale.asDiagonal() * whitened.scatter * scale.asDiagonal();
-  const Eigen::LLT<Matrix> factor(R);
-  if (factor.info() != Eigen::Success) {
+  const double log_det = log_determinant(*R);
+  if (std::isnan(log_det)) {
     result.reason = "the errors are linearly dependent";
     return result;
   }
-  const double log_determinant = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
-  result.largest = (R - Matrix::Identity(n, n)).cwiseAbs().maxCoeff();
+  result.largest = (*R - Matrix::Identity(n, n)).cwiseAbs().maxCoeff();
   result.dof = 0.5 * dim * (dim - 1.0);
-  result.statistic = -(runs - 1.0 - (2.0 * dim + 5.0) / 6.0) * log_determinant;
+  result.statistic = -(runs - 1.0 - (2.0 * dim + 5.0) / 6.0) * log_det;
   result.p_value = chi_square_survival(result.statistic, result.dof);
   return result;
 }

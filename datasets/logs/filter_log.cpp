@@ -9,6 +9,7 @@
 #include "core/manifold/angle.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/number_field.h"
+#include "datasets/logs/symmetry.h"
 
 namespace credence {
 namespace {
@@ -153,13 +154,7 @@ Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, 
     }
   }
   if (!full || missing >= 0) return missing;
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = i + 1; j < n; ++j) {
-      const double scale = std::sqrt(std::abs(out(i, i) * out(j, j)));
-      if (!(std::abs(out(i, j) - out(j, i)) <= kAsymmetry * scale)) problem = "a covariance is not symmetric";
-      out(i, j) = out(j, i);
-    }
-  }
+  if (!make_symmetric(out, kAsymmetry)) problem = "a covariance is not symmetric";
   return -1;
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "datasets/data_error.h"
+#include "datasets/logs/symmetry.h"
 
 namespace credence {
 namespace {
@@ -140,15 +141,7 @@ class PairReader {
       }
     }
     constexpr double kLargestAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
-    for (Index i = 0; i < size; ++i) {
-      for (Index j = i + 1; j < size; ++j) {
-        const double scale = std::sqrt(std::abs(matrix(i, i) * matrix(j, j)));
-        if (!(std::abs(matrix(i, j) - matrix(j, i)) <= kLargestAsymmetry * scale)) {
-          problem = "a covariance is not symmetric";
-        }
-        matrix(i, j) = matrix(j, i);
-      }
-    }
+    if (!make_symmetric(matrix, kLargestAsymmetry)) problem = "a covariance is not symmetric";
   }
 
  private:

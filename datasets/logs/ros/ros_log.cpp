@@ -16,6 +16,7 @@
 #include "datasets/logs/ros/ros1_bag.h"
 #include "datasets/logs/ros/ros2_sqlite.h"
 #include "datasets/logs/ros/ros_messages.h"
+#include "datasets/logs/symmetry.h"
 
 namespace credence {
 namespace {
@@ -294,7 +295,8 @@ class RosLog {
         ++without;
         return;
       }
-      step.problem = asymmetric(P, kept) ? "a covariance is not symmetric" : "";
+      constexpr double kLargestAsymmetry = 1e-6;
+      step.problem = is_symmetric(P(kept, kept), kLargestAsymmetry) ? "" : "a covariance is not symmetric";
       step.step = ++steps;
       sink_.add(step);
       if (truth.has_orientation) meanings.add(estimate, *at, kept);
@@ -304,17 +306,6 @@ class RosLog {
     }
     sink_.unmatched(unmatched);
     tell(stream, sentinels, meanings, without);
-  }
-
-  static bool asymmetric(const PoseCovariance& P, const std::vector<Index>& kept) {
-    constexpr double kLargestAsymmetry = 1e-6;  // in units of the standard deviations
-    for (const Index i : kept) {
-      for (const Index j : kept) {
-        const double scale = std::sqrt(std::abs(P(i, i) * P(j, j)));
-        if (!(std::abs(P(i, j) - P(j, i)) <= kLargestAsymmetry * scale)) return true;
-      }
-    }
-    return false;
   }
 
   void tell(const PoseStream& stream, const CovarianceSentinels& sentinels,
