@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
   add_claims_command(app);
   add_check_command(app);
   add_plan_command(app);
+  add_tune_command(app);
   add_timing_command(app);
   add_selftest_command(app);
   try {

@@ -1,0 +1,104 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+
+#include "analysis/tuning/tune_scenario.h"
+#include "app/commands.h"
+#include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/naming_file.h"
+#include "app/say.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
+#include "montecarlo/scenario/scenario_help.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "reports/document/tune_report.h"
+#include "reports/render/atomic_file.h"
+#include "reports/render/utf8_text.h"
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TuneOptions : CommonOptions {
+  std::string input;
+  std::string free = "Q,R";
+  std::string write;
+};
+
+/// A file that is there is somebody's.
+void require_new(const std::string& file) {
+  if (file.empty() || !fs::exists(fs::symlink_status(file))) return;
+  throw std::invalid_argument(fmt::format("--write {}: the file exists; nothing is written over", file));
+}
+
+void print_tuning(const ScenarioTuning& tuning) {
+  fmt::print("{}\n{}\n{}", terminal_text(tune_forecast_table(tuning.tuning.forecast)),
+             terminal_text(tune_table(tuning)), terminal_text(tune_gain_table(tuning)));
+  for (const std::string& sentence : tune_sentences(tuning)) fmt::print("{}\n", printable_line(sentence));
+}
+
+int tune_scenario_file(const TuneOptions& options) {
+  TuneRequest request;
+  request.free = parse_free_noise(options.free);
+  request.threads = options.threads;
+  request.stop = &catch_interrupt();
+  const auto tuning = naming_file(options.input, [&] {
+    return tune_scenario(load_scenario(options.input, options.overrides()), request);
+  });
+  if (!tuning) {
+    say("credence: interrupted; nothing is kept of a tuning that is not done");
+    return kInterrupted;
+  }
+  if (options.format == "json") {
+    fmt::print("{}\n", tune_json(*tuning));
+  } else {
+    print_tuning(*tuning);
+  }
+  if (!options.out.empty()) {
+    write_tune_report(options.out, *tuning);
+    tell_report(options);
+  }
+  if (!options.write.empty()) {
+    if (!tuning->tuning.anything_known()) {
+      throw std::invalid_argument(
+          fmt::format("--write {}: nothing could be told, so there is no tuned scenario", options.write));
+    }
+    write_file(options.write, tuned_toml(*tuning));
+  }
+  const bool inconsistent = tuning->held_out && is_inconsistent(overall_verdict(tuning->held_out->after));
+  return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
+}
+
+int tune_input(const TuneOptions& options) {
+  require_new(options.write);
+  return tune_scenario_file(options);
+}
+
+}  // namespace
+
+void add_tune_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "tune", "which noise would make it consistent: value, interval, verdict on fresh runs");
+  auto options = std::make_shared<TuneOptions>();
+  command->add_option("scenario", options->input, "scenario file")->required();
+  command
+      ->add_option(
+          "--free", options->free,
+          "what is tuned: Q, R, P0 for one factor each, diag(Q) for every variance, full(Q) for every "
+          "element; separated by commas")
+      ->capture_default_str();
+  command->add_option("--write", options->write, "a new file for the tuned scenario")->type_name("FILE");
+  add_common_options(*command, *options);
+  static constexpr const char* kExamples[] = {
+      "credence tune scenarios/tracking.toml",
+      "credence tune scenarios/linear.toml --free 'diag(Q),R' --write tuned.toml",
+      "credence tune scenarios/linear.toml --free 'diag(Q),R' --out out/tune --format json"};
+  command->footer(examples(kExamples) + "\n\n" + scenario_help());
+  command->callback([options] { throw ExitStatus{tune_input(*options)}; });
+}
+
+}  // namespace credence
