@@ -43,8 +43,9 @@ struct TuningForecast {
 
 /// The coordinates that the data can tell apart, found by elimination: one is held that has no information,
 /// or none but what those of more information hold already, at a relative 1e-9. The information of a Gaussian
-/// record is ½ tr(Σ⁻¹Σ̇_i Σ⁻¹Σ̇_j), Σ that of all innovations, so that its rank is that of the autocovariance
-/// least-squares matrix of all lags [Odelson 2006].
+/// record is ½ tr(Σ⁻¹Σ̇_i Σ⁻¹Σ̇_j), Σ the covariance of the whole record; what each further step adds has the
+/// rank of the autocovariance least-squares matrix [Odelson 2006], and what that cannot tell only the starts
+/// of the runs can.
 TuningForecast forecast_tuning(const ScoreModel& model, const Vector& start, double steps);
 
 /// The present noise, the one that the data ask for, and how sure that is.

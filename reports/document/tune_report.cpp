@@ -24,6 +24,9 @@ std::string or_dash(double value, int significant = 4) {
   return std::isnan(value) ? "–" : number_text(value, significant);
 }
 
+/// Below the smallest double it is still not 0.
+std::string p_value_text(double p) { return p == 0.0 ? "below 1e−300" : or_dash(p, 2); }
+
 std::string interval_text(double lower, double upper) {
   if (std::isnan(lower)) return "–";
   return fmt::format("{} … {}", number_text(lower, 4), number_text(upper, 4));
@@ -190,17 +193,17 @@ ReportTable tune_gain_table(const ScenarioTuning& t) {
   table.add({"fresh noise: mean NIS", or_dash(before.nis.mean), or_dash(after.nis.mean)});
   table.add({"fresh noise: mean NEES (expected " + number_text(after.nees.expected, 4) + ")",
              or_dash(before.nees.mean), or_dash(after.nees.mean)});
-  table.add({"fresh noise: whiteness, p-value", or_dash(whiteness_p_value(before), 2),
-             or_dash(whiteness_p_value(after), 2)});
+  table.add({"fresh noise: whiteness, p-value", p_value_text(whiteness_p_value(before)),
+             p_value_text(whiteness_p_value(after))});
   table.add({"fresh noise: log score of the state, a step", or_dash(state_score(before), 6),
              or_dash(state_score(after), 6)});
   table.notes.push_back(fmt::format(
-      "Likelihood ratio {} with {} dof, p = {}. Fresh noise: {} runs of seed {}, which find a factor below "
+      "Likelihood ratio {} with {} dof, p {}{}. Fresh noise: {} runs of seed {}, which find a factor below "
       "{} "
       "or above {} on S with 80 % power.",
-      number_text(g.likelihood_ratio, 4), g.coordinates.size(), number_text(g.likelihood_ratio_p_value, 2),
-      after.statistics.runs, after.scenario.study.seed, number_text(t.held_out->detectable.below, 3),
-      number_text(t.held_out->detectable.above, 3)));
+      number_text(g.likelihood_ratio, 4), g.coordinates.size(), g.likelihood_ratio_p_value == 0.0 ? "" : "= ",
+      p_value_text(g.likelihood_ratio_p_value), after.statistics.runs, after.scenario.study.seed,
+      number_text(t.held_out->detectable.below, 3), number_text(t.held_out->detectable.above, 3)));
   return table;
 }
 

@@ -44,7 +44,7 @@ Panel profile_panel(const ScenarioTuning& t, Index coordinate, double level) {
   FigureData score;
   for (const double drop : profile.drop) score.push_back(-drop);
   const FigureData x = mapped(axis, profile.phi);
-  Panel panel{.x_label = axis.label, .y_label = "log likelihood below its maximum"};
+  Panel panel{.x_label = axis.label, .y_label = "log likelihood"};
   panel.series = {
       line_series("profile", ColourRole::estimate, x, score),
       level_series(fmt::format("{:g} % interval", 100.0 * t.tuning.confidence), ColourRole::bound, -level),
@@ -89,7 +89,7 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
   // Nats below what can be told apart by eye are one colour.
   const Matrix drop = surface.drop.cwiseMax(1e-4);
   Panel panel{.x_label = x.label, .y_label = y.label, .log_x = x.logarithm, .log_y = y.logarithm};
-  panel.colour_label = "log score of a step below its maximum";
+  panel.colour_label = "log score lost, a step";
   panel.log_colour = true;
   panel.series = {
       heat_series(mapped(x, surface.first_phi), mapped(y, surface.second_phi), drop),
@@ -104,7 +104,8 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
           .caption =
               "The mean log score of the innovations has one maximum. On the line the mean NIS is "
               "the expected one: whoever tunes by NIS alone may end anywhere on it.",
-          .panels = {std::move(panel)}};
+          .panels = {std::move(panel)},
+          .row_height = 30.0};
 }
 
 std::vector<Figure> tune_figures(const ScenarioTuning& t) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/analysis/tuning/local_level.h"
+#include "tests/analysis/tuning/other_methods.h"
 
 namespace credence {
 namespace {
@@ -86,6 +87,60 @@ TEST(Tuning, TakesTheSandwichWhereTheLawIsNotGaussian) {
   EXPECT_NEAR(tuning.information_ratio, 2.5, 5.0 * 2.5 * std::sqrt(2.0 / 200.0));
   EXPECT_FALSE(tune_linear(local_level(1e-3, 1.0), "diag(R)", simulate(local_level(1e-3, 1.0), 200, 100, 9))
                    .misspecified);
+}
+
+/// Chen's robot [Chen 2018]: a mass on a line driven by a known force, whose position is measured every 0.1 s
+/// for 20 s. The force is known, so that it plays no part; Q is the density of the acceleration, R the
+/// variance of the measurement.
+TEST(Tuning, FindsTheNoiseOfChensRobotFromEveryStart) {
+  const auto robot = [](double q, double r) {
+    LinearModel model = survey_model();
+    constexpr double T = 0.1;
+    model.F << 1.0, T, 0.0, 1.0;
+    model.G = Matrix::Identity(2, 2);
+    model.Q << T * T * T / 3.0, T * T / 2.0, T * T / 2.0, T;
+    model.Q *= q;
+    model.H = Matrix(1, 2);
+    model.H << 1.0, 0.0;
+    model.R = r * Matrix::Identity(1, 1);
+    model.P0 = Matrix::Identity(2, 2);
+    return model;
+  };
+  const auto runs = simulate(robot(1.0, 0.1), 10, 200, 21);
+  for (const double q : {0.1, 0.7, 5.0}) {
+    for (const double r : {0.01, 0.1, 1.0}) {
+      const Tuning tuning = tune_linear(robot(q, r), "Q,R", runs);
+      for (const auto& [at, truth] : {std::pair{0, 1.0 / q}, std::pair{1, 0.1 / r}}) {
+        const TunedParameter& p = tuning.parameters[static_cast<std::size_t>(at)];
+        const double deviation = std::log(p.upper / p.lower) / (2.0 * 1.96);
+        EXPECT_LT(deviation, 0.15);
+        EXPECT_NEAR(std::log(p.value / truth), 0.0, 5.0 * deviation) << q << ", " << r << ": " << p.name;
+      }
+    }
+  }
+}
+
+/// The information that each further step holds has the rank of the autocovariance least squares: what these
+/// cannot tell, only the start of a run can.
+TEST(Tuning, RankIsThatOfAutocovarianceLeastSquares) {
+  // Two states of which one is measured: an ARMA(2, 2) with three numbers, for the four of full(Q) and R.
+  LinearModel model = survey_model();
+  model.F << 0.8, 1.0, 0.0, 0.5;
+  model.H = Matrix(1, 2);
+  model.H << 1.0, 0.0;
+  model.R = Matrix::Identity(1, 1);
+  model.Q = Matrix::Identity(2, 2);
+  for (const auto& [free, rank] : {std::pair{"full(Q),R", 3}, {"diag(Q),R", 3}, {"Q,R", 2}}) {
+    const NoiseParameters noise(model, parse_free_noise(free));
+    const auto derivatives = noise.derivatives(noise.start());
+    const testing::AutocovarianceLeastSquares least_squares(model, derivatives, 20);
+    EXPECT_EQ(Eigen::ColPivHouseholderQR<Matrix>(least_squares.design()).rank(), rank) << free;
+    const InnovationSensitivities filter(model, derivatives, 1000);
+    const Matrix later = filter.expected_information(2000) - filter.expected_information(1000);
+    Eigen::ColPivHouseholderQR<Matrix> qr(later);
+    qr.setThreshold(1e-9);
+    EXPECT_EQ(qr.rank(), rank) << free;
+  }
 }
 
 TEST(Tuning, WarnsOfARidge) {
