@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "analysis/tuning/tune_scenario.h"
 #include "app/commands.h"
@@ -12,8 +14,11 @@
 #include "app/say.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "datasets/logs/innovation_record.h"
+#include "datasets/logs/log_format.h"
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/scenario_io.h"
+#include "reports/document/log_tune_report.h"
 #include "reports/document/tune_report.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/utf8_text.h"
@@ -23,8 +28,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kLogConfidence = 0.95;
+
 struct TuneOptions : CommonOptions {
-  std::string input;
+  std::vector<std::string> inputs;
   std::string free = "Q,R";
   std::string write;
 };
@@ -46,8 +53,8 @@ int tune_scenario_file(const TuneOptions& options) {
   request.free = parse_free_noise(options.free);
   request.threads = options.threads;
   request.stop = &catch_interrupt();
-  const auto tuning = naming_file(options.input, [&] {
-    return tune_scenario(load_scenario(options.input, options.overrides()), request);
+  const auto tuning = naming_file(options.inputs.front(), [&] {
+    return tune_scenario(load_scenario(options.inputs.front(), options.overrides()), request);
   });
   if (!tuning) {
     say("credence: interrupted; nothing is kept of a tuning that is not done");
@@ -73,8 +80,35 @@ int tune_scenario_file(const TuneOptions& options) {
   return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
 }
 
+int tune_logs(const TuneOptions& options) {
+  if (!options.write.empty() || !options.out.empty() || !options.overrides().empty()) {
+    throw std::invalid_argument(
+        "a log is no scenario: --write, --out, --set, --runs, --steps and --seed have no meaning for it");
+  }
+  const std::vector<fs::path> files = log_files(options.inputs);
+  const LogReadOptions reading{.truth = TruthFiles(files, {})};
+  const std::vector<SensorRecord> records = read_innovations(
+      files, [&](const fs::path& file, LogSink& sink) { log_format_of(file).read(file, reading, sink); });
+  if (records.empty()) throw std::invalid_argument("the logs hold no innovations with their covariance");
+  std::vector<InnovationTuning> sensors;
+  for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kLogConfidence));
+  const std::string name = fs::path(options.inputs.front()).stem().string();
+  if (options.format == "json") {
+    fmt::print("{}\n", log_tune_json(name, sensors));
+  } else {
+    fmt::print("{}", terminal_text(log_tune_table(name, sensors)));
+    for (const std::string& sentence : log_tune_sentences(sensors)) fmt::print("{}\n", sentence);
+  }
+  const bool inconsistent = std::ranges::any_of(
+      sensors, [](const InnovationTuning& t) { return is_inconsistent(t.left_out_parts.verdict); });
+  return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
+}
+
+/// A scenario is a file of TOML; everything else is a log.
 int tune_input(const TuneOptions& options) {
   require_new(options.write);
+  if (!options.inputs.front().ends_with(".toml")) return tune_logs(options);
+  if (options.inputs.size() > 1) throw ScenarioError("tune: accepts exactly one scenario, or logs");
   return tune_scenario_file(options);
 }
 
@@ -84,7 +118,10 @@ void add_tune_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "tune", "which noise would make it consistent: value, interval, verdict on fresh runs");
   auto options = std::make_shared<TuneOptions>();
-  command->add_option("scenario", options->input, "scenario file")->required();
+  command
+      ->add_option("input", options->inputs,
+                   "a scenario file, or logs with innovations and their covariance (docs/logs.md)")
+      ->required();
   command
       ->add_option(
           "--free", options->free,
@@ -96,7 +133,8 @@ void add_tune_command(CLI::App& app) {
   static constexpr const char* kExamples[] = {
       "credence tune scenarios/tracking.toml",
       "credence tune scenarios/linear.toml --free 'diag(Q),R' --write tuned.toml",
-      "credence tune scenarios/linear.toml --free 'diag(Q),R' --out out/tune --format json"};
+      "credence tune scenarios/linear.toml --free 'diag(Q),R' --out out/tune --format json",
+      "credence tune out/logs"};
   command->footer(examples(kExamples) + "\n\n" + scenario_help());
   command->callback([options] { throw ExitStatus{tune_input(*options)}; });
 }

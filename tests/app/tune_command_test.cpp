@@ -97,6 +97,17 @@ TEST_F(TuneCommand, SaysThatNothingIsKnown) {
   EXPECT_EQ(run(writing).code, 2);
 }
 
+TEST_F(TuneCommand, OfALogSaysWhatInnovationsAloneCanTell) {
+  ASSERT_EQ(run({"run", local_level(), "--runs", "20", "--log", "logs", "--quiet"}).code, 0);
+  const Json j = json({"tune", "logs", "--format", "json"});
+  EXPECT_EQ(j["parameters"][0]["name"], "factor on S");
+  EXPECT_NEAR(j["parameters"][0]["value"].get<double>(), 1.0, 0.15);
+  EXPECT_EQ(j["sensors"][0]["gain"], "too large") << "Q is three times too large";
+  EXPECT_EQ(j["sensors"][0]["values"], 6000);
+  EXPECT_NE(j["notes"][0].get<std::string>().find("cannot be separated"), std::string::npos);
+  EXPECT_EQ(run({"tune", "logs", "--write", "tuned.toml"}).code, 2);
+}
+
 TEST_F(TuneCommand, RefusesWithTheKey) {
   const std::string scenario = local_level();
   EXPECT_NE(run({"tune", scenario, "--free", "S"}).err.find("\"S\""), std::string::npos);
