@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "analysis/tuning/filter_score.h"
 #include "analysis/tuning/linear_score.h"
 #include "core/models/model_mismatch.h"
 #include "core/parallel_tasks.h"
@@ -120,17 +122,70 @@ class LinearScenarioScore final : public ScenarioScore {
   LinearScore score_;
 };
 
+/// Any other filter of a scenario: process_scale and measurement_scale as factors of a black box.
+class PlayedScenarioScore final : public ScenarioScore {
+ public:
+  PlayedScenarioScore(const Scenario& scenario, const std::vector<FreeNoise>& free, int threads,
+                      const std::atomic<bool>* stop)
+      : scenario_(scenario), free_(free) {
+    std::vector<FilterFactor> factors;
+    for (const FreeNoise& noise : free_) {
+      if (noise.form != NoiseForm::factor || noise.matrix == NoiseMatrix::P0) {
+        throw std::invalid_argument(fmt::format(
+            "{}: of a filter that inflates, misses measurements or is not linear only the factors Q and R "
+            "can be tuned",
+            to_string(noise.matrix)));
+      }
+      factors.push_back({std::string(to_string(noise.matrix)), 1.0});
+    }
+    score_ = std::make_unique<FilterScore>(
+        std::move(factors),
+        [this](const std::vector<double>& values) { return make_experiment(scaled(values)); },
+        scenario_.study.runs, threads, stop);
+  }
+
+  const ScoreModel& model() const override { return *score_; }
+  Vector start() const override { return Vector::Zero(score_->parameters()); }
+  std::string engine() const override { return "filter as a black box, common random numbers"; }
+
+  Scenario scenario_at(const Vector& phi) const override {
+    std::vector<double> values;
+    for (const double x : phi) values.push_back(std::exp(x));
+    return scaled(values);
+  }
+
+  Key key(const std::string& parameter) const override {
+    if (parameter == "Q") return {"filter.process_scale", scenario_.filter.process_scale};
+    return {"filter.measurement_scale", scenario_.filter.measurement_scale};
+  }
+
+ private:
+  Scenario scaled(const std::vector<double>& values) const {
+    Scenario scenario = scenario_;
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      (free_[i].matrix == NoiseMatrix::Q ? scenario.filter.process_scale
+                                         : scenario.filter.measurement_scale) *= values[i];
+    }
+    return scenario;
+  }
+
+  Scenario scenario_;
+  std::vector<FreeNoise> free_;
+  std::unique_ptr<FilterScore> score_;
+};
+
 }  // namespace
 
 std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
-                                                   const std::vector<FreeNoise>& free, int threads) {
+                                                   const std::vector<FreeNoise>& free, int threads,
+                                                   const std::atomic<bool>* stop) {
   require_keys(scenario, free);
   const std::optional<LinearProblem> linear = linear_problem(scenario);
   if (linear && scenario.noise.detection_probability == 1.0 &&
       scenario.filter.inflation == FilterInflation::none) {
     return std::make_unique<LinearScenarioScore>(scenario, *linear, free, threads);
   }
-  throw std::invalid_argument("only linear filters without inflation and missed measurements can be tuned");
+  return std::make_unique<PlayedScenarioScore>(scenario, free, threads, stop);
 }
 
 }  // namespace credence

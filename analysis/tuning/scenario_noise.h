@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,13 +35,16 @@ class ScenarioScore {
   virtual Key key(const std::string& parameter) const = 0;
 };
 
-/// Plays the study's runs and measures their log score. `threads`: 0 is one for each processor.
+/// Plays the study's runs and measures their log score. `threads`: 0 is one for each processor. Once `stop`
+/// is set, scores may throw Stopped (stop_point.h).
 ///
-/// A linear world whose filter misses nothing and inflates nothing has the exact gradient. Throws
+/// A linear world whose filter misses nothing and inflates nothing has the exact gradient; any other filter
+/// is a black box of which Q and R have a factor each. Throws
 /// std::invalid_argument, naming the key, for noise that the world's filter has not of its own, and where the
 /// runs need more memory than kMostDoubles.
 std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
-                                                   const std::vector<FreeNoise>& free, int threads);
+                                                   const std::vector<FreeNoise>& free, int threads,
+                                                   const std::atomic<bool>* stop = nullptr);
 
 /// Doubles of measurements that are kept at most: 1.6 GB.
 inline constexpr double kMostDoubles = 2e8;

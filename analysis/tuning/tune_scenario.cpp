@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
+#include "core/stop_point.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/worlds/registry.h"
 
@@ -72,32 +73,40 @@ Scenario with_fresh_noise(Scenario scenario) {
   return scenario;
 }
 
+HeldOut hold_out(const ScenarioTuning& all, const TuneRequest& request) {
+  EngineOptions engine;
+  engine.threads = request.threads;
+  engine.stop = request.stop;
+  HeldOut held_out{.before = judge_study(with_fresh_noise(all.scenario), engine),
+                   .after = judge_study(with_fresh_noise(all.tuned), engine)};
+  const VerdictDesign design{.steps = static_cast<double>(all.scenario.study.steps),
+                             .dof_per_step = held_out.after.nis.expected,
+                             .confidence = all.scenario.study.confidence,
+                             .white = true};
+  if (!std::isfinite(design.dof_per_step)) return held_out;  // interrupted, or every run failed at once
+  held_out.detectable = detectable_factors(design, static_cast<double>(all.scenario.study.runs), kPower);
+  return held_out;
+}
+
 }  // namespace
 
 std::optional<ScenarioTuning> tune_scenario(const Scenario& scenario, const TuneRequest& request) {
   const auto stopped = [&] { return request.stop != nullptr && request.stop->load(); };
   ScenarioTuning all{.scenario = scenario, .tuned = scenario};
-  all.score = make_scenario_score(scenario, request.free, request.threads);
-  if (stopped()) return std::nullopt;
-  all.tuning = tune(all.score->model(), all.score->start(), scenario.study.confidence);
-  if (all.tuning.anything_known()) {
-    add_ridge(all);
-    all.tuned = all.score->scenario_at(all.tuning.phi);
-    EngineOptions engine;
-    engine.threads = request.threads;
-    engine.stop = request.stop;
-    HeldOut& held_out = all.held_out.emplace();
-    held_out.before = judge_study(with_fresh_noise(scenario), engine);
-    held_out.after = judge_study(with_fresh_noise(all.tuned), engine);
-    if (stopped()) return std::nullopt;
-    const VerdictDesign design{.steps = static_cast<double>(scenario.study.steps),
-                               .dof_per_step = held_out.after.nis.expected,
-                               .confidence = scenario.study.confidence,
-                               .white = true};
-    held_out.detectable = detectable_factors(design, static_cast<double>(scenario.study.runs), kPower);
+  try {
+    all.score = make_scenario_score(scenario, request.free, request.threads, request.stop);
+    all.tuning = tune(all.score->model(), all.score->start(), scenario.study.confidence);
+    if (all.tuning.anything_known()) {
+      add_ridge(all);
+      all.tuned = all.score->scenario_at(all.tuning.phi);
+      all.held_out = hold_out(all, request);
+    }
+  } catch (const Stopped&) {
+    return std::nullopt;
   }
+  if (stopped()) return std::nullopt;
   name_by_keys(*all.score, all.tuning);
-  return stopped() ? std::nullopt : std::optional(std::move(all));
+  return all;
 }
 
 }  // namespace credence

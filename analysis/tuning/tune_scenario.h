@@ -24,7 +24,7 @@ struct TuneRequest {
 /// The same study with fresh noise, of the present and of the tuned filter.
 struct HeldOut {
   StudyAnalysis before, after;
-  DetectableFactors detectable;  ///< factors on S that these runs find with 80 % power, either way
+  DetectableFactors detectable{};  ///< factors on S that these runs find with 80 % power, either way
 };
 
 /// A scenario, tuned.
