@@ -14,11 +14,11 @@
 namespace credence {
 namespace {
 
-constexpr double kDifference = 0.02;  // of φ: the score is smooth, and its rounding far below
-constexpr Index kFewestUnits = 10;    // of an estimated covariance
+constexpr double kFactorDifference = 0.02;  // of φ: the score is smooth, and its rounding far below
+constexpr Index kFewestUnits = 10;          // of an estimated covariance
 
 /// The sums of one run.
-struct RunScore {
+struct PlayedRun {
   double value = 0.0, nis = 0.0, lag_one = 0.0, steps = 0.0, dof = 0.0;
   Vector before{};  ///< normalised, of the last step with one
   bool ok = true;
@@ -72,9 +72,9 @@ UnitScores FilterScore::play(const Vector& phi) const {
   std::vector<double> values;
   for (const NoiseValue& value : this->values(phi)) values.push_back(value.value);
   const std::unique_ptr<Experiment> experiment = make_(values);
-  std::vector<RunScore> runs(static_cast<std::size_t>(runs_));
+  std::vector<PlayedRun> runs(static_cast<std::size_t>(runs_));
   for_each_task(runs_, threads_, stop_, [&](std::int64_t i) {
-    RunScore& run = runs[static_cast<std::size_t>(i)];
+    PlayedRun& run = runs[static_cast<std::size_t>(i)];
     const Outcome outcome = experiment->visit(i, [&](const TraceStep& step) {
       for (const Innovation& innovation : step.innovations) {
         if (step.step > 0 && innovation.nu.size() > 0) run.add(innovation.nu, innovation.S);
@@ -86,7 +86,7 @@ UnitScores FilterScore::play(const Vector& phi) const {
   UnitScores scores;
   scores.value = scores.nis = scores.lag_one = Vector::Zero(runs_);
   for (Index i = 0; i < runs_; ++i) {
-    const RunScore& run = runs[static_cast<std::size_t>(i)];
+    const PlayedRun& run = runs[static_cast<std::size_t>(i)];
     scores.ok = scores.ok && run.ok && std::isfinite(run.value);
     scores.value[i] = run.value;
     scores.nis[i] = run.nis;
@@ -103,10 +103,10 @@ UnitScores FilterScore::scores(const Vector& phi, bool gradient) const {
   if (!gradient) return scores;
   scores.gradient.resize(parameters(), runs_);
   for (Index i = 0; i < parameters() && scores.ok; ++i) {
-    const Vector shift = kDifference * Vector::Unit(parameters(), i);
+    const Vector shift = kFactorDifference * Vector::Unit(parameters(), i);
     const UnitScores more = play(phi + shift), less = play(phi - shift);
     scores.ok = more.ok && less.ok;
-    if (scores.ok) scores.gradient.row(i) = (more.value - less.value) / (2.0 * kDifference);
+    if (scores.ok) scores.gradient.row(i) = (more.value - less.value) / (2.0 * kFactorDifference);
   }
   return scores;
 }

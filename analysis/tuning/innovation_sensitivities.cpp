@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kSettled = 1e-14;  // of the largest element, at which rounding moves it
 
-bool settled(const Matrix& now, const Matrix& before) {
+bool has_settled(const Matrix& now, const Matrix& before) {
   return (now - before).cwiseAbs().maxCoeff() <= kSettled * now.cwiseAbs().maxCoeff();
 }
 
@@ -35,6 +35,7 @@ InnovationSensitivities::InnovationSensitivities(const LinearModel& model,
   };
   Matrix P = predict(model.P0, model.Q);
   std::vector<Matrix> P_dot;
+  P_dot.reserve(derivatives.size());
   for (const NoiseDerivative& d : derivatives) {
     P_dot.push_back(predict(d.P0.size() > 0 ? d.P0 : Matrix::Zero(n, n), d.Q));
   }
@@ -46,10 +47,10 @@ InnovationSensitivities::InnovationSensitivities(const LinearModel& model,
       return;
     }
     P = predict(P, model.Q);
-    bool still = settled(P, before);
+    bool still = has_settled(P, before);
     for (std::size_t i = 0; i < P_dot.size(); ++i) {
       P_dot[i] = predict(P_dot[i], derivatives[i].Q);
-      still = still && settled(P_dot[i], before_dot[i]);
+      still = still && has_settled(P_dot[i], before_dot[i]);
     }
     if (still) return;
   }
@@ -119,7 +120,7 @@ Matrix InnovationSensitivities::expected_information(Index steps) const {
             now.closed * moved.block(i * n, j * n, n, n) * now.closed.transpose();
       }
     }
-    const bool still = k + 1 >= std::ssize(steps_) && settled(next, moved);
+    const bool still = k + 1 >= std::ssize(steps_) && has_settled(next, moved);
     moved = std::move(next);
     if (still) return information + static_cast<double>(steps - k - 1) * increment;
   }

@@ -16,16 +16,16 @@
 namespace credence {
 namespace {
 
-constexpr std::size_t kFewestRuns = 3;      // that are left out one by one
-constexpr std::size_t kStretchesOfRun = 5;  // of fewer runs
+constexpr std::size_t kFewestRunsLeftOut = 3;  // that are left out one by one
+constexpr std::size_t kStretchesOfRun = 5;     // of fewer runs
 
-struct Part {
+struct NisPart {
   double sum = 0.0, count = 0.0;
 };
 
-std::vector<Part> parts_of(const SensorRecord& record) {
-  std::vector<Part> parts;
-  const std::size_t stretches = record.runs.size() < kFewestRuns ? kStretchesOfRun : 1;
+std::vector<NisPart> parts_of(const SensorRecord& record) {
+  std::vector<NisPart> parts;
+  const std::size_t stretches = record.runs.size() < kFewestRunsLeftOut ? kStretchesOfRun : 1;
   for (const RecordedInnovations& run : record.runs) {
     for (std::size_t i = 0; i < stretches; ++i) {
       const std::size_t first = i * run.nis.size() / stretches, last = (i + 1) * run.nis.size() / stretches;
@@ -47,20 +47,20 @@ double ratio_p_value(double ratio, double dof, double other_dof) {
 }
 
 LeftOut leave_out(const SensorRecord& record, double dof, double confidence) {
-  const std::vector<Part> parts = parts_of(record);
+  const std::vector<NisPart> parts = parts_of(record);
   LeftOut result;
-  result.of_runs = record.runs.size() >= kFewestRuns;
+  result.of_runs = record.runs.size() >= kFewestRunsLeftOut;
   result.parts = std::ssize(parts);
   if (parts.size() < 2) return result;
-  Part all;
-  for (const Part& part : parts) {
+  NisPart all;
+  for (const NisPart& part : parts) {
     all.sum += part.sum;
     all.count += part.count;
   }
   std::vector<double> p_values;
   std::vector<bool> above;
   double mean = 0.0;
-  for (const Part& part : parts) {
+  for (const NisPart& part : parts) {
     const double scale = (all.sum - part.sum) / (dof * (all.count - part.count));
     const double expected = dof * part.count;
     p_values.push_back(ratio_p_value(part.sum / (scale * expected), expected, dof * all.count - expected));

@@ -56,7 +56,7 @@ struct InnovationTuning {
   double score_before = kNaN, score_after = kNaN;  ///< mean log score, with S and with the scaled one
   double likelihood_ratio_p_value = kNaN;          ///< NaN where they are not white: it would need that
   LeftOut left_out_parts;
-  std::vector<std::string> notes;
+  std::vector<std::string> notes;  ///< the first holds for every log
 };
 
 /// Tunes a sensor. The interval of the scale assumes neither whiteness nor a law (NoiseScale). Throws

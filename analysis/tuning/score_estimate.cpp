@@ -13,7 +13,7 @@ constexpr double kDifference = 1e-2;  // of the scales: the cubic term is 1e-4 o
 constexpr int kMostSteps = 8;
 constexpr double kGain = 1e-6;
 
-std::vector<Index> numbers(const std::vector<bool>& free) {
+std::vector<Index> numbers_of(const std::vector<bool>& free) {
   std::vector<Index> of;
   for (std::size_t i = 0; i < free.size(); ++i) {
     if (free[i]) of.push_back(static_cast<Index>(i));
@@ -22,7 +22,7 @@ std::vector<Index> numbers(const std::vector<bool>& free) {
 }
 
 /// Gradient, curvature and covariance at estimate.phi; false where there are no scores.
-bool curve(const ScoreModel& model, const Vector& scale, ScoreEstimate& estimate) {
+bool measure_curve(const ScoreModel& model, const Vector& scale, ScoreEstimate& estimate) {
   const auto& free = estimate.free;
   const auto p = std::ssize(free);
   const UnitScores here = model.scores(estimate.phi, true);
@@ -62,8 +62,8 @@ Matrix ScoreEstimate::sandwich() const {
 ScoreEstimate estimate_score(const ScoreModel& model, const Vector& start, const SearchBox& box,
                              const std::vector<bool>& free, const Vector& scale) {
   const Maximum maximum = maximise(model, start, box, free, scale);
-  ScoreEstimate estimate{.phi = maximum.phi, .value = maximum.value, .free = numbers(free)};
-  estimate.ok = maximum.ok && curve(model, scale, estimate);
+  ScoreEstimate estimate{.phi = maximum.phi, .value = maximum.value, .free = numbers_of(free)};
+  estimate.ok = maximum.ok && measure_curve(model, scale, estimate);
   for (int step = 0; estimate.ok && step < kMostSteps; ++step) {
     if (estimate.covariance.size() == 0) return estimate;
     const Vector gradient = estimate.unit_scores.rowwise().sum();
@@ -75,7 +75,7 @@ ScoreEstimate estimate_score(const ScoreModel& model, const Vector& start, const
       const Index c = next.free[i];
       next.phi[c] = std::clamp(next.phi[c] + move[static_cast<Index>(i)], box.lower[c], box.upper[c]);
     }
-    if (!curve(model, scale, next) || next.value <= estimate.value) return estimate;
+    if (!measure_curve(model, scale, next) || next.value <= estimate.value) return estimate;
     estimate = std::move(next);
   }
   return estimate;

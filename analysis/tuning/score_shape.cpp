@@ -7,7 +7,7 @@
 namespace credence {
 namespace {
 
-std::vector<double> even(double low, double high, int points) {
+std::vector<double> evenly(double low, double high, int points) {
   std::vector<double> all;
   for (int i = 0; i < points; ++i) all.push_back(low + (high - low) * i / (points - 1));
   return all;
@@ -32,7 +32,7 @@ ScoreProfile score_profile(const ScoreModel& model, const Tuning& tuning, Index 
   const Vector slope = e.covariance.col(at) / e.covariance(at, at);
   const SearchBox box{tuning.phi.array() - 20.0, tuning.phi.array() + 20.0};
   ScoreProfile profile{.coordinate = coordinate, .phi = {}, .drop = {}};
-  for (const double shift : even(-reach * deviation, reach * deviation, points)) {
+  for (const double shift : evenly(-reach * deviation, reach * deviation, points)) {
     Vector start = tuning.phi;
     for (std::size_t i = 0; i < e.free.size(); ++i) start[e.free[i]] += shift * slope[static_cast<Index>(i)];
     const double value = tuning.phi[coordinate] + shift;
@@ -45,8 +45,8 @@ ScoreProfile score_profile(const ScoreModel& model, const Tuning& tuning, Index 
 
 std::vector<RidgePoint> nis_ridge(const ScoreModel& model, const Tuning& tuning, Index first, Index second,
                                   const std::vector<double>& shifts) {
-  constexpr double kTolerance = 1e-6;
-  constexpr int kHalvings = 40;
+  constexpr double kRidgeTolerance = 1e-6;
+  constexpr int kRidgeHalvings = 40;
   const double reach = std::log(1e4);
   std::vector<RidgePoint> ridge;
   for (const double shift : shifts) {
@@ -59,7 +59,7 @@ std::vector<RidgePoint> nis_ridge(const ScoreModel& model, const Tuning& tuning,
       return scores.ok ? scores.mean_nis() / tuning.dof - 1.0 : kNaN;
     };
     if (!(excess(low) > 0.0) || !(excess(high) < 0.0)) continue;
-    for (int i = 0; i < kHalvings && high - low > kTolerance; ++i) {
+    for (int i = 0; i < kRidgeHalvings && high - low > kRidgeTolerance; ++i) {
       const double middle = 0.5 * (low + high);
       (excess(middle) > 0.0 ? low : high) = middle;
     }
@@ -74,8 +74,8 @@ ScoreSurface score_surface(const ScoreModel& model, const Tuning& tuning, Index 
                            double reach, int points) {
   ScoreSurface surface{.first = first,
                        .second = second,
-                       .first_phi = even(tuning.phi[first] - reach, tuning.phi[first] + reach, points),
-                       .second_phi = even(tuning.phi[second] - reach, tuning.phi[second] + reach, points),
+                       .first_phi = evenly(tuning.phi[first] - reach, tuning.phi[first] + reach, points),
+                       .second_phi = evenly(tuning.phi[second] - reach, tuning.phi[second] + reach, points),
                        .drop = Matrix::Constant(points, points, kNaN)};
   Vector phi = tuning.phi;
   for (Index i = 0; i < points; ++i) {

@@ -57,7 +57,7 @@ void name_by_keys(const ScenarioScore& score, Tuning& tuning) {
   }
 }
 
-StudyAnalysis judge_study(const Scenario& scenario, const EngineOptions& options) {
+StudyAnalysis judge_again(const Scenario& scenario, const EngineOptions& options) {
   const auto experiment = make_experiment(scenario);
   const StudyTask task{.id = "", .experiment = experiment.get(), .runs = scenario.study.runs};
   StudyResult result = std::move(run_studies(std::span(&task, 1), options).front());
@@ -77,8 +77,8 @@ HeldOut hold_out(const ScenarioTuning& all, const TuneRequest& request) {
   EngineOptions engine;
   engine.threads = request.threads;
   engine.stop = request.stop;
-  HeldOut held_out{.before = judge_study(with_fresh_noise(all.scenario), engine),
-                   .after = judge_study(with_fresh_noise(all.tuned), engine)};
+  HeldOut held_out{.before = judge_again(with_fresh_noise(all.scenario), engine),
+                   .after = judge_again(with_fresh_noise(all.tuned), engine)};
   const VerdictDesign design{.steps = static_cast<double>(all.scenario.study.steps),
                              .dof_per_step = held_out.after.nis.expected,
                              .confidence = all.scenario.study.confidence,

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -21,7 +20,6 @@ constexpr double kWidestScale = 1.0;    // of the first steps of a search, in φ
 constexpr double kContradiction = 4.0;  // standard errors
 constexpr double kBetter = 1e-3;        // of the sum of the scores
 constexpr int kResamples = 1000;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double normal_quantile(double confidence) {
   return boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * confidence);

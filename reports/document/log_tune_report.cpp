@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "reports/document/study_table.h"
 #include "reports/render/json_numbers.h"
@@ -12,14 +13,14 @@
 namespace credence {
 namespace {
 
-std::string parameter_name(const InnovationTuning& t) {
+std::string scale_name(const InnovationTuning& t) {
   return t.name.empty() ? "factor on S" : fmt::format("factor on S of {}", t.name);
 }
 
 bool identified(const InnovationTuning& t) { return t.scale.reason.empty(); }
 
-Json parameter_json(const InnovationTuning& t) {
-  Json j{{"name", parameter_name(t)},
+Json sensor_scale_json(const InnovationTuning& t) {
+  Json j{{"name", scale_name(t)},
          {"value", identified(t) ? json_number(t.scale.scale) : Json(nullptr)},
          {"lower", json_number(t.scale.lower)},
          {"upper", json_number(t.scale.upper)},
@@ -30,7 +31,7 @@ Json parameter_json(const InnovationTuning& t) {
   return j;
 }
 
-Json sensor_json(const InnovationTuning& t) {
+Json tuned_sensor_json(const InnovationTuning& t) {
   Json j;
   j["name"] = t.name;
   j["values"] = t.values;
@@ -90,7 +91,9 @@ std::vector<std::string> log_tune_sentences(std::span<const InnovationTuning> se
   std::vector<std::string> sentences;
   for (const InnovationTuning& t : sensors) {
     for (const std::string& note : t.notes) {
-      if (std::ranges::find(sentences, note) == sentences.end()) sentences.push_back(note);
+      const bool named = sensors.size() > 1 && &note != &t.notes.front();
+      std::string sentence = named ? fmt::format("{}: {}", t.name, note) : note;
+      if (std::ranges::find(sentences, sentence) == sentences.end()) sentences.push_back(std::move(sentence));
     }
   }
   return sentences;
@@ -104,8 +107,8 @@ std::string log_tune_json(const std::string& name, std::span<const InnovationTun
   j["parameters"] = Json::array();
   j["sensors"] = Json::array();
   for (const InnovationTuning& t : sensors) {
-    j["parameters"].push_back(parameter_json(t));
-    j["sensors"].push_back(sensor_json(t));
+    j["parameters"].push_back(sensor_scale_json(t));
+    j["sensors"].push_back(tuned_sensor_json(t));
   }
   j["correlation"] = Json::array();
   // Of one sensor the members of a scenario's document too.

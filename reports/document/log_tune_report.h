@@ -14,7 +14,7 @@ namespace credence {
 /// A row for each sensor.
 ReportTable log_tune_table(const std::string& name, std::span<const InnovationTuning> sensors);
 
-/// The sentences of all sensors, each once.
+/// The sentences of all sensors, beginning with what holds for every log; of several with their names.
 std::vector<std::string> log_tune_sentences(std::span<const InnovationTuning> sensors);
 
 /// The document of docs/formats.md.

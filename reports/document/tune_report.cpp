@@ -8,7 +8,7 @@
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/judgement_report.h"
+#include "reports/document/replay_judgement.h"
 #include "reports/document/study_table.h"
 #include "reports/figures/draw_figures.h"
 #include "reports/figures/tune_figures.h"
@@ -24,15 +24,12 @@ std::string or_dash(double value, int significant = 4) {
   return std::isnan(value) ? "–" : number_text(value, significant);
 }
 
-/// Below the smallest double it is still not 0.
-std::string p_value_text(double p) { return p == 0.0 ? "below 1e−300" : or_dash(p, 2); }
-
-std::string interval_text(double lower, double upper) {
+std::string tuned_interval_text(double lower, double upper) {
   if (std::isnan(lower)) return "–";
   return fmt::format("{} … {}", number_text(lower, 4), number_text(upper, 4));
 }
 
-Json parameter_json(const TunedParameter& p) {
+Json tuned_parameter_json(const TunedParameter& p) {
   Json j{
       {"name", p.name},
       {"value", json_number(p.value)},
@@ -71,7 +68,7 @@ Json study_verdict_json(const StudyAnalysis& a) {
           {"runs", a.statistics.runs}};
 }
 
-Json held_out_json(const ScenarioTuning& t) {
+Json fresh_noise_json(const ScenarioTuning& t) {
   if (!t.held_out) return nullptr;
   Json j = study_verdict_json(t.held_out->after);
   j["seed"] = t.held_out->after.scenario.study.seed;
@@ -82,7 +79,7 @@ Json held_out_json(const ScenarioTuning& t) {
   return j;
 }
 
-Json forecast_json(const TuningForecast& forecast) {
+Json tune_forecast_json(const TuningForecast& forecast) {
   Json all = Json::array();
   for (const TuningForecast::Parameter& p : forecast.parameters) {
     Json& j = all.emplace_back(Json{{"name", p.name},
@@ -94,7 +91,7 @@ Json forecast_json(const TuningForecast& forecast) {
   return all;
 }
 
-Json ridge_json(const ScenarioTuning& t) {
+Json nis_ridge_json(const ScenarioTuning& t) {
   Json ridge = Json::array();
   const ScoreModel& model = t.score->model();
   for (const RidgePoint& point : t.ridge) {
@@ -163,11 +160,11 @@ ReportTable tune_table(const ScenarioTuning& t) {
           t.tuning.units)}};
   for (const TunedParameter& p : t.tuning.parameters) {
     const std::string limits =
-        std::isnan(p.lower) ? p.reason : "only within " + interval_text(p.lower, p.upper);
+        std::isnan(p.lower) ? p.reason : "only within " + tuned_interval_text(p.lower, p.upper);
     table.add({p.name, TableCell(p.before),
                p.identifiable ? TableCell(p.value) : TableCell("not identifiable", CellTone::caution),
-               p.identifiable ? interval_text(p.lower, p.upper) : limits,
-               interval_text(p.bootstrap_lower, p.bootstrap_upper),
+               p.identifiable ? tuned_interval_text(p.lower, p.upper) : limits,
+               tuned_interval_text(p.bootstrap_lower, p.bootstrap_upper),
                std::isnan(p.steps_for_10_percent) ? TableCell("–")
                                                   : TableCell(std::llround(p.steps_for_10_percent))});
   }
@@ -201,9 +198,10 @@ ReportTable tune_gain_table(const ScenarioTuning& t) {
       "Likelihood ratio {} with {} dof, p {}{}. Fresh noise: {} runs of seed {}, which find a factor below "
       "{} "
       "or above {} on S with 80 % power.",
-      number_text(g.likelihood_ratio, 4), g.coordinates.size(), g.likelihood_ratio_p_value == 0.0 ? "" : "= ",
-      p_value_text(g.likelihood_ratio_p_value), after.statistics.runs, after.scenario.study.seed,
-      number_text(t.held_out->detectable.below, 3), number_text(t.held_out->detectable.above, 3)));
+      number_text(g.likelihood_ratio, 4), g.coordinates.size(),
+      g.likelihood_ratio_p_value < 1e-12 ? "" : "= ", p_value_text(g.likelihood_ratio_p_value),
+      after.statistics.runs, after.scenario.study.seed, number_text(t.held_out->detectable.below, 3),
+      number_text(t.held_out->detectable.above, 3)));
   return table;
 }
 
@@ -228,9 +226,9 @@ std::string tune_json(const ScenarioTuning& t) {
   j["runs"] = t.scenario.study.runs;
   j["steps"] = t.scenario.study.steps;
   j["confidence"] = g.confidence;
-  j["forecast"] = forecast_json(g.forecast);
+  j["forecast"] = tune_forecast_json(g.forecast);
   j["parameters"] = Json::array();
-  for (const TunedParameter& p : g.parameters) j["parameters"].push_back(parameter_json(p));
+  for (const TunedParameter& p : g.parameters) j["parameters"].push_back(tuned_parameter_json(p));
   j["coordinates"] = g.coordinates;
   j["correlation"] = json_matrix(g.correlation);
   j["log_score"] = {{"before", json_number(g.score_before)},
@@ -244,8 +242,8 @@ std::string tune_json(const ScenarioTuning& t) {
        {{"before", json_number(g.lag_one_before)}, {"after", json_number(g.lag_one_after)}}}};
   j["intervals"] = g.misspecified ? "sandwich" : "observed information";
   j["information_ratio"] = json_number(g.information_ratio);
-  j["ridge"] = ridge_json(t);
-  j["held_out"] = held_out_json(t);
+  j["ridge"] = nis_ridge_json(t);
+  j["held_out"] = fresh_noise_json(t);
   j["notes"] = tune_sentences(t);
   return j.dump(1);
 }

@@ -13,7 +13,7 @@ namespace credence {
 namespace {
 
 /// What a coordinate is on an axis: that of its own parameter if it is the logarithm of one, else itself.
-struct Axis {
+struct TuneAxis {
   std::string label;
   double unit = 1.0;
   bool logarithm = false;
@@ -21,7 +21,7 @@ struct Axis {
   double operator()(double phi) const { return logarithm ? unit * std::exp(phi) : phi; }
 };
 
-Axis axis_of(const ScenarioTuning& t, Index coordinate) {
+TuneAxis axis_of(const ScenarioTuning& t, Index coordinate) {
   const ScoreModel& model = t.score->model();
   const std::string name = model.names()[static_cast<std::size_t>(coordinate)];
   for (const NoiseValue& value : model.values(t.tuning.phi)) {
@@ -32,7 +32,7 @@ Axis axis_of(const ScenarioTuning& t, Index coordinate) {
   return {t.score->key(name).name + " (log or scaled)"};
 }
 
-FigureData mapped(const Axis& axis, const std::vector<double>& phi) {
+FigureData mapped(const TuneAxis& axis, const std::vector<double>& phi) {
   FigureData data;
   for (const double x : phi) data.push_back(axis(x));
   return data;
@@ -40,7 +40,7 @@ FigureData mapped(const Axis& axis, const std::vector<double>& phi) {
 
 Panel profile_panel(const ScenarioTuning& t, Index coordinate, double level) {
   const ScoreProfile profile = score_profile(t.score->model(), t.tuning, coordinate);
-  const Axis axis = axis_of(t, coordinate);
+  const TuneAxis axis = axis_of(t, coordinate);
   FigureData score;
   for (const double drop : profile.drop) score.push_back(-drop);
   const FigureData x = mapped(axis, profile.phi);
@@ -79,7 +79,7 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
   const ScoreSurface surface = score_surface(t.score->model(), t.tuning, first, second, reach);
   std::vector<double> shifts;
   for (int i = 0; i < kRidgePoints; ++i) shifts.push_back(reach * (2.0 * i / (kRidgePoints - 1) - 1.0));
-  const Axis x = axis_of(t, first), y = axis_of(t, second);
+  const TuneAxis x = axis_of(t, first), y = axis_of(t, second);
   FigureData ridge_x, ridge_y;
   for (const RidgePoint& point : nis_ridge(t.score->model(), t.tuning, first, second, shifts)) {
     if (std::abs(point.phi[second] - t.tuning.phi[second]) > reach) continue;
