@@ -9,6 +9,7 @@ namespace {
 
 std::vector<double> evenly(double low, double high, int points) {
   std::vector<double> all;
+  all.reserve(static_cast<std::size_t>(points));
   for (int i = 0; i < points; ++i) all.push_back(low + (high - low) * i / (points - 1));
   return all;
 }
