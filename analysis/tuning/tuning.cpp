@@ -210,7 +210,7 @@ class Tuner {
     Vector::Map(shifts.data(), std::ssize(shifts)) = resampled.transpose() * gradient;
     std::ranges::sort(shifts);
     const auto place = [&](double share) {
-      return shifts[static_cast<std::size_t>(share * static_cast<double>(shifts.size() - 1) + 0.5)];
+      return shifts[static_cast<std::size_t>(std::lround(share * static_cast<double>(shifts.size() - 1)))];
     };
     const double tail = 0.5 * (1.0 - tuning_.confidence);
     const double low = shifts.empty() ? kNaN : place(tail), high = shifts.empty() ? kNaN : place(1.0 - tail);
