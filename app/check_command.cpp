@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 struct CheckOptions : CommonOptions {
   std::vector<std::string> logs;
   double confidence = 0.95, within = 0.1;
-  bool sensitivity = false, list = false, partial = false;
+  bool sensitivity = false, list = false, partial = false, pool = false;
   std::string input = "auto";
   std::vector<std::string> truths;
   std::string topic, truth_topic;
@@ -146,8 +146,20 @@ LogJudgeResult judge(const CheckOptions& options, const std::vector<fs::path>& f
   return judge_logs(files, read, judging);
 }
 
+/// Runs of two filters have no verdict in common: that several logs are of one filter, the user must say. A
+/// folder says it, too.
+void require_one_filter(const CheckOptions& options) {
+  if (options.logs.size() < 2 || options.pool) return;
+  throw std::invalid_argument(
+      fmt::format("check: {} logs: --pool judges them together, as runs of one filter; those of two filters "
+                  "are judged one by one, "
+                  "and set side by side by credence compare",
+                  options.logs.size()));
+}
+
 int check(const CheckOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
+  require_one_filter(options);
   const std::vector<fs::path> files = log_files(options.logs);
   const std::map<fs::path, const LogFormat*> formats = formats_of(options, files);
   const LogReadOptions reading = read_options(options, files);
@@ -198,6 +210,7 @@ void add_check_command(CLI::App& app) {
   command->add_option("--input", options->input, "format of the logs; auto: seen from how each begins")
       ->check(CLI::IsMember(inputs))
       ->capture_default_str();
+  command->add_flag("--pool", options->pool, "several logs are runs of one filter: judge them together");
   command->add_flag("--list", options->list, "say what is in the logs, and judge nothing");
   command->add_option("--topic", options->topic, "bags: the estimate, where several topics could be it");
   command->add_option("--truth-topic", options->truth_topic, "bags: the truth, in the same file");
@@ -240,9 +253,9 @@ void add_check_command(CLI::App& app) {
   add_fail_option(*command, *options);
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
-      "credence run scenarios/figure1_two_landmarks.toml --log out/logs && credence check out/logs",
+      "credence run figure1_two_landmarks --log out/logs --fresh && credence check out/logs",
       "credence check out/logs --out out/check",
-      "credence check out/logs/*.csv --sensitivity --format json",
+      "credence check --pool out/logs/*.csv --sensitivity --format json",
       "credence check FLIGHT.ulg --list",
       "credence check FLIGHT.ulg --instance 1",
       "credence check RUN.mcap --topic /odom --truth-topic /gt",

@@ -3,15 +3,24 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <span>
 #include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
 
+#include "app/command_tree.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/say.h"
+#include "app/shell_word.h"
+#include "app/suggestion.h"
+#include "core/version.h"
 
 namespace credence {
 namespace {
@@ -34,15 +43,52 @@ int after_output(int code) {
   return kBadInput;
 }
 
+/// The command that was called, or the program itself.
+const CLI::App& called(const CLI::App& app) {
+  const std::vector<CLI::App*> commands = app.get_subcommands();
+  return commands.empty() ? app : *commands.front();
+}
+
+/// What is wrong with the arguments, in one sentence, and where the right ones are listed.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App& command = called(app);
+  const std::string help =
+      &command == &app ? "credence help" : fmt::format("credence help {}", command.get_name());
+  std::string what = error.what();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    const std::vector<std::string> extras = app.remaining(true);
+    const auto option =
+        std::ranges::find_if(extras, [](const std::string& word) { return word.starts_with('-'); });
+    const std::string word = option != extras.end() ? *option : extras.empty() ? "" : extras.front();
+    what = fmt::format("{} is not expected{}", word, option_proposal(command, word));
+  }
+  constexpr std::string_view kConversion = "Could not convert: ";
+  if (what.starts_with(kConversion)) {
+    const std::string given = what.substr(kConversion.size());
+    const CLI::Option* const option = command.get_option_no_throw(given.substr(0, given.find(' ')));
+    const bool whole = option != nullptr && shape_of(*option).value == "N";
+    what = fmt::format("{} is no {}number", given, whole ? "whole " : "");
+  }
+  if (&command != &app) what = fmt::format("{}: {}", command.get_name(), what);
+  return fmt::format("credence: {} ({})", what, help);
+}
+
 /// Prints help or the version, or says what is wrong with the arguments.
 int after_parsing(const CLI::App& app, const CLI::ParseError& error) {
   std::ostringstream message;
-  const int code = app.exit(error, std::cout, message);
-  if (code == 0) return after_output(kDone);
-  std::string text = message.str();
-  if (text.ends_with('\n')) text.pop_back();
-  say(text);
+  if (app.exit(error, std::cout, message) == 0) return after_output(kDone);
+  say(complaint(app, error));
   return kBadInput;
+}
+
+/// After an interruption: how to go on.
+void tell_how_to_continue(std::span<char*> arguments) {
+  std::string command;
+  for (const std::string word : arguments) {
+    if (word != "--fresh")
+      command += (command.empty() ? "" : " ") + shell_word(word);  // which would begin anew
+  }
+  say("Interrupted; what is done is stored. This goes on with it:\n  " + command);
 }
 
 }  // namespace
@@ -53,23 +99,45 @@ int main(int argc, char** argv) {
   occupy_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
   CLI::App app{"Credence tells whether a filter's covariance can be trusted.", "credence"};
-  app.set_version_flag("--version", CREDENCE_VERSION);
   app.require_subcommand(1);
-  app.footer("Examples:\n  credence run scenarios/figure1_two_landmarks.toml\n  credence run --help");
+  app.footer("Examples:\n  credence run planar_loop\n  credence check my_filter.csv\n  credence help run");
   add_run_command(app);
   add_sweep_command(app);
-  add_merge_command(app);
-  add_replay_command(app);
-  add_stability_command(app);
-  add_claims_command(app);
   add_check_command(app);
+  add_replay_command(app);
+  add_show_command(app);
+  add_compare_command(app);
+  add_report_command(app);
+  add_merge_command(app);
+  add_stability_command(app);
   add_plan_command(app);
+  add_claims_command(app);
   add_timing_command(app);
   add_selftest_command(app);
+  add_init_command(app);
+  add_list_command(app);
+  add_completion_command(app);
+  add_help_command(app);
+  dress_commands(app);
+  if (argc < 2) {
+    fmt::print("{}", app.help());
+    return after_output(kBadInput);
+  }
+  const std::string first = argv[1];
+  if (first == "version") {
+    fmt::print("{}\n", version_text());
+    return after_output(kDone);
+  }
+  if (!first.starts_with('-') && find_command(app, first) == nullptr) {
+    say(fmt::format("credence: no command is called {}{}", first, command_proposal(app, first)));
+    return kBadInput;
+  }
   try {
     app.parse(argc, argv);
   } catch (const ExitStatus& status) {
-    return after_output(status.code);
+    const int code = after_output(status.code);
+    if (code == kInterrupted && status.resumes) tell_how_to_continue({argv, static_cast<std::size_t>(argc)});
+    return code;
   } catch (const CLI::ParseError& error) {
     return after_parsing(app, error);
   } catch (const std::bad_alloc&) {

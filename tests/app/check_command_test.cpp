@@ -26,7 +26,7 @@ TEST_F(CheckCommand, AFileThatIsNamedTwiceIsRefused) {
   write("logs/a.csv", "innovation.1,S.1.1\n0.5,1\n-0.5,1\n");
   for (const auto& twice : {std::vector<std::string>{"logs/a.csv", "logs/../logs/a.csv"},
                             std::vector<std::string>{"logs", "logs/a.csv"}}) {
-    const Finished f = run({"check", twice[0], twice[1]});
+    const Finished f = run({"check", "--pool", twice[0], twice[1]});
     EXPECT_EQ(f.code, 2);
     EXPECT_NE(f.err.find("a.csv: is named twice"), std::string::npos) << f.err;
   }
@@ -211,7 +211,9 @@ TEST_F(CheckCommand, BadInputIsOneErrorWithFileAndLine) {
   write("pose.txt", "1 0 0 0 0 0 0 1\n");
   fs::create_directory(folder_ / "empty");
   const std::pair<std::vector<std::string>, std::string> cases[] = {
-      {{"check", "good.csv", "bad.csv"}, "bad.csv:3: column truth.x: 'zero' is not a finite number"},
+      {{"check", "good.csv", "bad.csv"}, "--pool"},
+      {{"check", "--pool", "good.csv", "bad.csv"},
+       "bad.csv:3: column truth.x: 'zero' is not a finite number"},
       {{"check", "absent.csv"}, "absent.csv: there is no such file"},
       {{"check", "empty"}, "the folder holds no logs: no file with one of .mcap"},
       {{"check", "pose.txt", "--input", "openvins"}, "name the truth by --truth"},
