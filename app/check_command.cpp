@@ -14,6 +14,7 @@
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/say.h"
+#include "app/standard_input.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
@@ -204,7 +205,9 @@ int check(const CheckOptions& options) {
 void add_check_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("check", "verdicts on logs of any filter");
   auto options = std::make_shared<CheckOptions>();
-  command->add_option("logs", options->logs, "log files, or folders of them (docs/logs.md)")->required();
+  command
+      ->add_option("logs", options->logs, "log files, or folders of them (docs/logs.md); -: standard input")
+      ->required();
   std::vector<std::string> inputs = {"auto"};
   for (const LogFormat& format : log_formats()) inputs.emplace_back(format.name);
   command->add_option("--input", options->input, "format of the logs; auto: seen from how each begins")
@@ -256,13 +259,20 @@ void add_check_command(CLI::App& app) {
       "credence run figure1_two_landmarks --log out/logs --fresh && credence check out/logs",
       "credence check out/logs --out out/check",
       "credence check --pool out/logs/*.csv --sensitivity --format json",
+      "my_filter | credence check -",
       "credence check FLIGHT.ulg --list",
       "credence check FLIGHT.ulg --instance 1",
       "credence check RUN.mcap --topic /odom --truth-topic /gt",
       "credence check RUN.bag --truth TRUTH --align yaw --orientation-error planar",
       "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));
-  command->callback([options] { throw ExitStatus{options->list ? list(*options) : check(*options)}; });
+  command->callback([options] {
+    std::optional<StandardInputFile> input;
+    for (std::string& log : options->logs) {
+      if (log == "-" && !input) log = input.emplace().path().string();
+    }
+    throw ExitStatus{options->list ? list(*options) : check(*options)};
+  });
 }
 
 }  // namespace credence

@@ -23,3 +23,5 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/CredenceConfig.cmake ${CMAKE_CURRENT_B
         DESTINATION ${package_dir} COMPONENT development)
 
 install(TARGETS credence COMPONENT runtime)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/credence RENAME copyright
+        COMPONENT runtime)

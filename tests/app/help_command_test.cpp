@@ -31,6 +31,7 @@ class HelpCommand : public CommandTest {
 };
 
 TEST_F(HelpCommand, WhatIsUnknownGetsOneSentenceWithAProposal) {
+  fs::create_directory(folder_ / "sub");
   write("sub/a.toml", "[world]\nmodel = \"monobot\"\n");
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"rnu"}, "credence: no command is called rnu; did you mean run?\n"},
@@ -40,8 +41,8 @@ TEST_F(HelpCommand, WhatIsUnknownGetsOneSentenceWithAProposal) {
       {{"run", "planar_loop", "--landmarks", "20"},
        "credence: run: --landmarks is not expected; did you mean --set world.landmarks=VALUE? (credence help "
        "run)\n"},
-      {{"run", "planar_loop", "--sed", "2"},
-       "credence: run: --sed is not expected; did you mean --seed? (credence help run)\n"},
+      {{"run", "planar_loop", "--thread", "2"},
+       "credence: run: --thread is not expected; did you mean --threads? (credence help run)\n"},
       {{"run", "planar_loop", "--runs", "1e4"},
        "credence: run: --runs = 1e4 is no whole number (credence help run)\n"},
       {{"run", "planar_lop"},

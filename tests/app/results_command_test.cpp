@@ -37,7 +37,7 @@ class ResultsCommand : public CommandTest {
   /// Runs a command beside one whose output is in the usual files.
   Finished beside(const std::string& arguments) const {
     const std::string command =
-        "cd " + folder_.path().string() + " && " + credence_binary() + " " + arguments;
+        "cd " + folder_.path().string() + " && " + credence_binary().string() + " " + arguments;
     const int status = std::system((command + " > other.out 2> other.err").c_str());
     return {WEXITSTATUS(status), read("other.out"), read("other.err")};
   }
@@ -60,15 +60,19 @@ TEST_F(ResultsCommand, ShowSaysOfStoredRunsWhatRunSaid) {
 
 TEST_F(ResultsCommand, ShowAndReportOfASweepThatIsRunningLeaveItAlone) {
   write("s.toml", kSweep);
-  const Finished whole = run({"sweep", "s.toml", "--runs", "60000", "--out", "whole", "--format", "json"});
+  const Finished whole = run({"sweep", "s.toml", "--runs", "300000", "--out", "whole", "--format", "json"});
   ASSERT_EQ(whole.code, 0) << whole.err;
   const pid_t child = running(
-      {"sweep", "s.toml", "--runs", "60000", "--out", "out", "--format", "json", "--threads", "1"}, "out");
-  const Finished shown = beside("show out");
+      {"sweep", "s.toml", "--runs", "300000", "--out", "out", "--format", "json", "--threads", "1"}, "out");
+  Finished shown;
+  wait_for([&] {
+    shown = beside("show out --quiet");
+    return shown.out.find(": 0 of") == std::string::npos;
+  });
   const Finished reported = beside("report out --out so_far --quiet");
   ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the sweep was over before it could be looked at";
   EXPECT_EQ(shown.code, 0) << shown.err;
-  EXPECT_NE(shown.out.find("of 180000 runs are stored"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("of 900000 runs are stored"), std::string::npos) << shown.out;
   EXPECT_NE(shown.out.find("; process " + std::to_string(child) + " goes on"), std::string::npos)
       << shown.out;
   EXPECT_EQ(reported.code, 0) << reported.err;
@@ -126,7 +130,7 @@ TEST_F(ResultsCommand, AfterAnInterruptionTheCommandThatContinuesIsToldAndDoesSo
   kill(child, SIGINT);
   const Finished f = finish(child);
   EXPECT_EQ(f.code, 130);
-  const std::string told = credence_binary() + " run 'a b.toml' --runs 100000000 --out out\n";
+  const std::string told = credence_binary().string() + " run 'a b.toml' --runs 100000000 --out out\n";
   EXPECT_TRUE(f.err.ends_with(told)) << f.err << "\nmust end with " << told;
 }
 
