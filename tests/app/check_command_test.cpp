@@ -205,6 +205,19 @@ TEST_F(CheckCommand, InnovationsAloneSayWhatTheyCannotTell) {
   EXPECT_NE(f.out.find("cannot be known from them"), std::string::npos) << f.out;
 }
 
+TEST_F(CheckCommand, StandardInputIsALogToo) {
+  write("a.toml", "[world]\nmodel = \"monobot\"\n[study]\nruns = 1\nsteps = 50\n");
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs"}).code, 0);
+  const Json file = json({"check", "logs/run-000000.csv", "--format", "json", "--quiet"});
+  const std::string command = "cd " + folder_.path().string() + " && TMPDIR=. " + credence_binary().string() +
+                              " check - --format json --quiet < logs/run-000000.csv > piped";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(Json::parse(read("piped")), file);
+  for (const auto& entry : fs::directory_iterator(folder_.path())) {
+    EXPECT_NE(entry.path().filename().string().substr(0, 9), "credence-") << "what was kept is removed";
+  }
+}
+
 TEST_F(CheckCommand, BadInputIsOneErrorWithFileAndLine) {
   write("good.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n");
   write("bad.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n1,zero,1\n");
