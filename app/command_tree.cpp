@@ -51,6 +51,7 @@ std::string group_of(const std::string& command) {
       {"tune", "Simulate and judge"},
       {"check", "Judge what others wrote"},
       {"replay", "Judge what others wrote"},
+      {"world", "Judge what others wrote"},
       {"show", "Look at results"},
       {"compare", "Look at results"},
       {"report", "Look at results"},

@@ -25,6 +25,7 @@ void add_check_command(CLI::App& app);
 void add_plan_command(CLI::App& app);
 void add_timing_command(CLI::App& app);
 void add_selftest_command(CLI::App& app);
+void add_world_command(CLI::App& app);
 void add_show_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 void add_report_command(CLI::App& app);

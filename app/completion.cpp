@@ -111,7 +111,8 @@ std::string zsh_completion(std::span<const CommandShape> commands) {
   std::string names, cases;
   for (const CommandShape& command : commands) {
     names += fmt::format("    '{}:{}'\n", command.name, zsh_quoted(command.about));
-    cases += fmt::format("    {})\n      _arguments \\\n", command.name);
+    cases += fmt::format("    {})\n      choices=({})\n      _arguments \\\n", command.name,
+                         fmt::join(positional_words(command), " "));
     for (const OptionShape& option : command.options) {
       if (option.positional) continue;
       std::string value;
@@ -125,14 +126,13 @@ std::string zsh_completion(std::span<const CommandShape> commands) {
       cases += fmt::format("        '{}{}[{}]{}' \\\n", option.repeatable ? "*" : "", option.names.back(),
                            zsh_quoted(option.about), value);
     }
-    cases += fmt::format(
-        "        '*:word:{{_alternative \"words\\:word\\:({})\" \"files\\:file\\:_files\"}}'\n      ;;\n",
-        fmt::join(positional_words(command), " "));
+    cases += "        '*:word:->words'\n      ;;\n";
   }
-  return fmt::format(R"(#compdef credence
+  return fmt::format(R"zsh(#compdef credence
 # Completion of credence in zsh: a file _credence in a folder of $fpath.
 _credence() {{
-  local -a commands
+  local state
+  local -a commands choices
   commands=(
 {}  )
   if (( CURRENT == 2 )); then
@@ -143,9 +143,12 @@ _credence() {{
   (( CURRENT-- ))
   case $words[1] in
 {}  esac
+  if [[ $state == words ]]; then
+    _alternative "words:word:($choices)" 'files:file:_files'
+  fi
 }}
 _credence "$@"
-)",
+)zsh",
                      names, cases);
 }
 

@@ -104,6 +104,7 @@ int main(int argc, char** argv) {
   add_run_command(app);
   add_sweep_command(app);
   add_check_command(app);
+  add_world_command(app);
   add_replay_command(app);
   add_show_command(app);
   add_compare_command(app);

@@ -130,6 +130,8 @@ void add_sweep_command(CLI::App& app) {
                    "scenario file with a [sweep] table, or a name of credence list")
       ->required();
   add_common_options(*command, *options);
+  command->get_option("--out")->description(
+      "folder for report, figures and stored results; without it out/NAME-HASH of the file and its settings");
   command->add_option("--shard", options->shard, "run only part i of n, to be merged")
       ->type_name("i/n")
       ->capture_default_str();
@@ -151,7 +153,7 @@ void add_merge_command(CLI::App& app) {
       "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
       "credence sweep scenarios/mistuned_sweep.toml --shard 2/2 --out out/part2",
       "credence merge out/part1 out/part2 --out out/joined",
-      "credence sweep scenarios/mistuned_sweep.toml --out out/joined    # reports what was joined"};
+      "credence report out/joined    # and credence show out/joined"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{merge(*options)}; });
 }
