@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -11,12 +10,11 @@
 #include <span>
 #include <sstream>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "app/command_tree.h"
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/complaint.h"
 #include "app/say.h"
 #include "app/shell_word.h"
 #include "app/suggestion.h"
@@ -43,36 +41,6 @@ int after_output(int code) {
   return kBadInput;
 }
 
-/// The command that was called, or the program itself.
-const CLI::App& called(const CLI::App& app) {
-  const std::vector<CLI::App*> commands = app.get_subcommands();
-  return commands.empty() ? app : *commands.front();
-}
-
-/// What is wrong with the arguments, in one sentence, and where the right ones are listed.
-std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
-  const CLI::App& command = called(app);
-  const std::string help =
-      &command == &app ? "credence help" : fmt::format("credence help {}", command.get_name());
-  std::string what = error.what();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    const std::vector<std::string> extras = app.remaining(true);
-    const auto option =
-        std::ranges::find_if(extras, [](const std::string& word) { return word.starts_with('-'); });
-    const std::string word = option != extras.end() ? *option : extras.empty() ? "" : extras.front();
-    what = fmt::format("{} is not expected{}", word, option_proposal(command, word));
-  }
-  constexpr std::string_view kConversion = "Could not convert: ";
-  if (what.starts_with(kConversion)) {
-    const std::string given = what.substr(kConversion.size());
-    const CLI::Option* const option = command.get_option_no_throw(given.substr(0, given.find(' ')));
-    const bool whole = option != nullptr && shape_of(*option).value == "N";
-    what = fmt::format("{} is no {}number", given, whole ? "whole " : "");
-  }
-  if (&command != &app) what = fmt::format("{}: {}", command.get_name(), what);
-  return fmt::format("credence: {} ({})", what, help);
-}
-
 /// Prints help or the version, or says what is wrong with the arguments.
 int after_parsing(const CLI::App& app, const CLI::ParseError& error) {
   std::ostringstream message;
@@ -85,20 +53,14 @@ int after_parsing(const CLI::App& app, const CLI::ParseError& error) {
 void tell_how_to_continue(std::span<char*> arguments) {
   std::string command;
   for (const std::string word : arguments) {
-    if (word != "--fresh")
-      command += (command.empty() ? "" : " ") + shell_word(word);  // which would begin anew
+    if (word == "--fresh") continue;  // which would begin anew
+    command += (command.empty() ? "" : " ") + shell_word(word);
   }
   say("Interrupted; what is done is stored. This goes on with it:\n  " + command);
 }
 
-}  // namespace
-}  // namespace credence
-
-int main(int argc, char** argv) {
-  using namespace credence;
-  occupy_standard_streams();
-  std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
-  CLI::App app{"Credence tells whether a filter's covariance can be trusted.", "credence"};
+/// In the order of the list of commands.
+void add_commands(CLI::App& app) {
   app.require_subcommand(1);
   app.footer("Examples:\n  credence run planar_loop\n  credence check my_filter.csv\n  credence help run");
   add_run_command(app);
@@ -120,6 +82,17 @@ int main(int argc, char** argv) {
   add_completion_command(app);
   add_help_command(app);
   dress_commands(app);
+}
+
+}  // namespace
+}  // namespace credence
+
+int main(int argc, char** argv) {
+  using namespace credence;
+  occupy_standard_streams();
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
+  CLI::App app{"Credence tells whether a filter's covariance can be trusted.", "credence"};
+  add_commands(app);
   if (argc < 2) {
     fmt::print("{}", app.help());
     return after_output(kBadInput);
