@@ -17,6 +17,7 @@
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "datasets/logs/judge_logs.h"
 #include "datasets/logs/log_format.h"
 #include "reports/document/log_contents_report.h"
@@ -179,7 +180,7 @@ int check(const CheckOptions& options) {
                     static_cast<double>(rows) / elapsed.count()));
   }
   if (!options.out.empty()) {
-    write_log_report(options.out, logs);
+    write_log_report(options.out, logs, make_provenance(this_command()));
     tell_report(options);
   }
   const Evidence& s = logs.analysis.evidence;

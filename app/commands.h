@@ -24,5 +24,6 @@ void add_check_command(CLI::App& app);
 void add_plan_command(CLI::App& app);
 void add_timing_command(CLI::App& app);
 void add_selftest_command(CLI::App& app);
+void add_explain_command(CLI::App& app);
 
 }  // namespace credence

@@ -13,6 +13,7 @@
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "datasets/replay/carpark_replay.h"
 #include "datasets/replay/carpark_study.h"
 #include "datasets/replay/mrclam_replay.h"
@@ -124,7 +125,7 @@ int study_variants(const ReplayOptions& options) {
     for (const ReportTable& table : carpark_study_tables(study)) fmt::print("{}\n", terminal_text(table));
   }
   if (!options.out.empty()) {
-    write_carpark_study_report(options.out, study);
+    write_carpark_study_report(options.out, study, make_provenance(this_command()));
     tell_report(options);
   }
   return kDone;
@@ -136,7 +137,7 @@ int replay(const ReplayOptions& options) {
   const ReplayJudgement judgement = judge_replays(replays);
   print_replays(options, replays, judgement);
   if (!options.out.empty()) {
-    write_replay_report(options.out, replays, judgement);
+    write_replay_report(options.out, replays, judgement, make_provenance(this_command()));
     tell_report(options);
   }
   const bool failed =

@@ -14,6 +14,7 @@
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
@@ -48,13 +49,14 @@ StabilityOutput linear_output(const Scenario& scenario, const LinearProblem& pro
   const Index steps = scenario.study.steps;
   const StabilityAnalysis a = analyse_stability(
       problem.assumed, problem.rule, steps, std::max(options.horizon, steps), own_names(scenario, problem));
-  if (!options.out.empty()) write_stability_report(options.out, scenario, a);
+  if (!options.out.empty()) write_stability_report(options.out, scenario, a, make_provenance(this_command()));
   return {{stability_rank_table(a), stability_verdict_table(a)}, stability_json(scenario, a)};
 }
 
 StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& options) {
   const PlanarStability a = analyse_planar_stability(scenario, options.loops);
-  if (!options.out.empty()) write_planar_stability_report(options.out, scenario, a);
+  if (!options.out.empty())
+    write_planar_stability_report(options.out, scenario, a, make_provenance(this_command()));
   return {{planar_rank_table(a), planar_growth_table(scenario, a)}, planar_stability_json(scenario, a)};
 }
 
@@ -115,7 +117,7 @@ int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
     fmt::print("{}", terminal_text(planar_stability_table(plan, analyses)));
   }
   if (options.out.empty()) return kDone;
-  write_planar_stability_table(options.out, plan, analyses);
+  write_planar_stability_table(options.out, plan, analyses, make_provenance(this_command()));
   tell_report(options);
   return kDone;
 }

@@ -11,6 +11,7 @@
 #include "app/say.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "reports/document/timing_report.h"
 
 namespace credence {
@@ -43,7 +44,7 @@ int timing(TimingCommand& command) {
   }
   print_timing(command, result);
   if (!command.out.empty()) {
-    write_timing_report(command.out, result);
+    write_timing_report(command.out, result, make_provenance(this_command()));
     tell_report(command);
   }
   return result.complete ? kDone : kInterrupted;

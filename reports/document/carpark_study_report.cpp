@@ -271,7 +271,8 @@ std::string carpark_study_json(const CarparkStudy& study) {
   return j.dump(1);
 }
 
-void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study) {
+void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study,
+                                const Provenance& provenance) {
   make_directories(directory / "figures");
   std::vector<Figure> figures{independence_figure(study), horizon_figure(study)};
   for (const InflationSolution solution : {kExact, kPairwise})
@@ -295,6 +296,7 @@ void write_carpark_study_report(const std::filesystem::path& directory, const Ca
     if (i == 6) page.section("Figures 5 to 8 with the pairwise bound");
     page.figure(figures[i], drawings[i], directory);
   }
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "datasets/replay/carpark_study.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
@@ -20,6 +21,7 @@ std::vector<ReportTable> carpark_study_tables(const CarparkStudy& study);
 std::string carpark_study_json(const CarparkStudy& study);
 
 /// Writes DIR/index.html and its figures as SVG and PDF. Throws OutputError.
-void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study);
+void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study,
+                                const Provenance& provenance = make_provenance());
 
 }  // namespace credence

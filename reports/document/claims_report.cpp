@@ -88,7 +88,8 @@ std::string claims_text(std::span<const Claim> claims) {
   return text + summary(claims) + "\n";
 }
 
-void write_claims_report(const std::filesystem::path& directory, std::span<const Claim> claims) {
+void write_claims_report(const std::filesystem::path& directory, std::span<const Claim> claims,
+                         const Provenance& provenance) {
   make_directories(directory);
   using enum ColumnAlign;
   ReportTable table{.title = "Every claim with its evidence",
@@ -110,6 +111,7 @@ void write_claims_report(const std::filesystem::path& directory, std::span<const
   page.section("Claims");
   page.paragraph(summary(claims));
   page.table(table);
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

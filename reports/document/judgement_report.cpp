@@ -17,13 +17,15 @@ std::string factor_text(const ScaleAdvice& scale) {
                      number_text(scale.upper, 3));
 }
 
-void advise_settling(const char* what, const SettlingRuns& settle, std::vector<std::string>& sentences) {
+void advise_settling(const char* what, const char* matrix, const SettlingRuns& settle,
+                     std::vector<std::string>& sentences) {
   if (settle.runs == 0) return;
-  sentences.push_back(
-      fmt::format("{} is consistent with these runs; should its factor of {} be real, {} runs would show it "
-                  "with a power of {:g} %. What these runs could have shown: factors below {} and above {}.",
-                  what, number_text(settle.observed_factor, 4), settle.runs, 100.0 * kSettlingPower,
-                  number_text(settle.detectable.below, 3), number_text(settle.detectable.above, 3)));
+  sentences.push_back(fmt::format(
+      "{0}: these runs would have shown {1} too small by {2:.2g} % or too large by {3:.2g} %; that it is off "
+      "by "
+      "the {4:.2g} % seen would take {5} runs to show with a power of {6:g} %.",
+      what, matrix, 100.0 * (settle.detectable.above - 1.0), 100.0 * (1.0 / settle.detectable.below - 1.0),
+      100.0 * std::abs(settle.observed_factor - 1.0), settle.runs, 100.0 * kSettlingPower));
 }
 
 std::string titled(const char* what, const SensorJudgement& sensor) {
@@ -105,7 +107,7 @@ ReportTable tests_table(const Judgement& j) {
                            : test.adjusted <= alpha ? TableCell("fails", CellTone::alarm)
                            : test.p_value <= alpha  ? TableCell("fails alone", CellTone::caution)
                                                     : TableCell("passes", CellTone::good);
-    table.add({test.name, test.says, TableCell(test.p_value, 3), TableCell(test.adjusted, 3), says});
+    table.add({test.name, test.says, p_value_text(test.p_value), p_value_text(test.adjusted), says});
   }
   table.notes = {
       fmt::format(
@@ -159,7 +161,7 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
                     "{} ({} … {}).",
                     p <= alpha ? "disagree with" : "agree with",
                     b.law.second_moments.of.empty() ? "" : " of the block " + b.law.second_moments.of,
-                    number_text(p, 2), b.law.second_moments.worst, number_text(second.worst.mean, 3),
+                    p_value_text(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
                     number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }
   const ScoreJudgement& log = b.law.log_score;
@@ -217,16 +219,21 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
     }
     sentences.push_back(sentence + ".");
   }
+  return sentences;
+}
+
+std::vector<std::string> statistics_sentences(const Judgement& b) {
+  std::vector<std::string> sentences;
   add_law_sentences(b, sentences);
-  advise_settling("NEES", b.settle_nees, sentences);
-  advise_settling("NIS", b.settle_nis, sentences);
+  advise_settling("NEES", "P", b.settle_nees, sentences);
+  advise_settling("NIS", "S", b.settle_nis, sentences);
   return sentences;
 }
 
 Figure evidence_figure(const std::string& name, const Judgement& j) {
   constexpr std::size_t kSensors = 3;
   Figure figure{
-      .name = name + "-battery",
+      .name = name + std::string(kEvidenceSuffix),
       .caption = fmt::format("Further tests, over {} runs: the values of NIS taken through "
                              "their distribution function, which makes them uniform; the correlation "
                              "of the normalised innovation with itself in time; how often the truth "

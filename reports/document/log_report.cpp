@@ -7,6 +7,7 @@
 
 #include "reports/document/judgement_report.h"
 #include "reports/document/study_report.h"
+#include "reports/document/study_table.h"
 #include "reports/figures/draw_figures.h"
 #include "reports/figures/study_figures.h"
 #include "reports/render/atomic_file.h"
@@ -87,26 +88,39 @@ void add_rejected(HtmlPage& page, const Evidence& s) {
 
 }  // namespace
 
-void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs) {
+void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs,
+                      const Provenance& provenance) {
   const LogAnalysis& a = logs.analysis;
   const std::string name = file_name(logs.name);
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const std::vector<Figure> figures = log_figures(name, a);
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
-  HtmlPage page(logs.name, "Consistency of a filter from its logs, by Credence");
+  HtmlPage page(logs.name, "Consistency of a filter from its logs");
+  page.answer(verdict_cell(a.judgement.word.verdict).tone, log_answer(logs) + ".");
   page.section("Verdicts");
-  page.table(log_table(logs));
-  if (a.evidence.has_truth) page.paragraph(verdict_sentence("NEES", a.judgement.nees));
-  if (a.judgement.nis.count > 0) page.paragraph(verdict_sentence("NIS", a.judgement.nis));
+  ReportTable verdicts = log_verdicts(logs, a.judgement.blocks.size());
+  verdicts.title = "One row for the whole state, the innovations, and each block of states";
+  page.table(verdicts);
   add_rejected(page, a.evidence);
-  page.bullets(advice_sentences(a.judgement));
+  if (const std::vector<std::string> advice = advice_sentences(a.judgement); !advice.empty()) {
+    page.section("What to do");
+    page.bullets(advice);
+  }
   page.section("Figures");
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
   page.section("Tests");
-  page.table(tests_table(a.judgement));
+  page.folded("All tests and statistics", [&] {
+    std::vector<std::string> sentences;
+    if (a.evidence.has_truth) sentences.push_back(verdict_sentence("NEES", a.judgement.nees));
+    if (a.judgement.nis.count > 0) sentences.push_back(verdict_sentence("NIS", a.judgement.nis));
+    for (std::string& sentence : log_statistics(logs)) sentences.push_back(std::move(sentence));
+    if (!sentences.empty()) page.bullets(sentences);
+    page.table(tests_table(a.judgement));
+  });
   write_steps(directory / (name + ".csv"), a);
   page.link("every step as CSV", name + ".csv");
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

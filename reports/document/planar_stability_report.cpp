@@ -205,7 +205,7 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
 }
 
 void write_planar_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
-                                   const PlanarStability& a) {
+                                   const PlanarStability& a, const Provenance& provenance) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const std::vector<Figure> figures = growth_figures(scenario, a);
@@ -225,6 +225,7 @@ void write_planar_stability_report(const std::filesystem::path& directory, const
   }
   page.section("Settings");
   page.verbatim(canonical_toml(scenario));
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

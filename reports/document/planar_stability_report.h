@@ -6,6 +6,7 @@
 
 #include "analysis/stability/planar_stability.h"
 #include "montecarlo/scenario/scenario.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
@@ -24,6 +25,7 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError.
 void write_planar_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
-                                   const PlanarStability& analysis);
+                                   const PlanarStability& analysis,
+                                   const Provenance& provenance = make_provenance());
 
 }  // namespace credence

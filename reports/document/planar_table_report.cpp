@@ -91,13 +91,14 @@ std::string planar_stability_table_json(const SweepPlan& plan, std::span<const P
 }
 
 void write_planar_stability_table(const std::filesystem::path& directory, const SweepPlan& plan,
-                                  std::span<const PlanarStability> analyses) {
+                                  std::span<const PlanarStability> analyses, const Provenance& provenance) {
   make_directories(directory);
   HtmlPage page(plan.name, "Stability of planar EKF-SLAM under inflation, by Credence");
   page.section("Boundedness");
   page.table(planar_stability_table(plan, analyses));
   page.section("Settings");
   page.verbatim(canonical_toml(plan));
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

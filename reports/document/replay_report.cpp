@@ -53,7 +53,7 @@ std::string file_name(const ReplayResult& result) {
 }  // namespace
 
 void write_replay_report(const std::filesystem::path& directory, std::span<const ReportedReplay> replays,
-                         const ReplayJudgement& judgement) {
+                         const ReplayJudgement& judgement, const Provenance& provenance) {
   make_directories(directory / "figures");
   std::vector<Figure> figures{nees_figure(replays, judgement.nees)};
   for (std::size_t i = 0; i < replays.size(); ++i) {
@@ -81,6 +81,7 @@ void write_replay_report(const std::filesystem::path& directory, std::span<const
       facts.emplace_back(s.key, s.value);
     page.facts(facts);
   }
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -25,6 +25,7 @@ struct TableCell {
 
   std::string text;
   CellTone tone = CellTone::plain;
+  std::string link{};  ///< on a page: "#anchor", or an address relative to it; empty: none
 };
 
 /// Words stand left; numbers stand right with their decimal points below each other.

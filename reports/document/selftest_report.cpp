@@ -286,7 +286,8 @@ std::vector<std::string> selftest_failures(const SelftestResult& result) {
   return failures;
 }
 
-void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result) {
+void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result,
+                           const Provenance& provenance) {
   make_directories(directory / "figures");
   const std::vector<Figure> figures = selftest_figures(result);
   const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
@@ -307,6 +308,7 @@ void write_selftest_report(const std::filesystem::path& directory, const Selftes
   page.table(tables[2]);
   page.figure(figures[1], drawings[1], directory);
   page.table(tables[3]);
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

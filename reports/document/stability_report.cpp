@@ -332,7 +332,7 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
 }
 
 void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
-                            const StabilityAnalysis& a) {
+                            const StabilityAnalysis& a, const Provenance& provenance) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const std::vector<Figure> figures = {stability_figure(a)};
@@ -350,6 +350,7 @@ void write_stability_report(const std::filesystem::path& directory, const Scenar
   page.figure(figures.front(), drawings.front(), directory);
   page.section("Settings");
   page.verbatim(canonical_toml(scenario));
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

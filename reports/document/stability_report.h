@@ -6,6 +6,7 @@
 
 #include "analysis/stability/stability_analysis.h"
 #include "montecarlo/scenario/scenario.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
@@ -24,6 +25,7 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& an
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError when a file cannot be written.
 void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
-                            const StabilityAnalysis& analysis);
+                            const StabilityAnalysis& analysis,
+                            const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -232,7 +232,8 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   return document.dump(1);
 }
 
-void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep) {
+void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep,
+                        const Provenance& provenance) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const bool map = !sweep.rank_map.empty();
@@ -248,6 +249,7 @@ void write_sweep_report(const std::filesystem::path& directory, const SweepAnaly
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
   page.section("Settings");
   page.verbatim(canonical_toml(sweep.plan));
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -276,7 +276,8 @@ std::vector<ReportTable> timing_tables(const TimingResult& result) {
   return {step_table(result), growth_table(result), monte_carlo_table(result), scaling_table(result)};
 }
 
-void write_timing_report(const std::filesystem::path& directory, const TimingResult& result) {
+void write_timing_report(const std::filesystem::path& directory, const TimingResult& result,
+                         const Provenance& provenance) {
   make_directories(directory / "figures");
   const std::vector<Figure> figures{step_figure(result)};
   const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
@@ -291,6 +292,7 @@ void write_timing_report(const std::filesystem::path& directory, const TimingRes
   page.section("Monte Carlo");
   page.table(tables[2]);
   page.table(tables[3]);
+  page.provenance(provenance);
   page.write(directory / "index.html");
   write_file(directory / "timing.json", timing_json(result) + "\n");
 }

@@ -28,6 +28,23 @@ Axis make_x_axis(AxisRange range, bool log, double width) {
   }
 }
 
+// Names instead of numbers at 1, 2, …; of many that do not fit beside each other every other, third, ….
+void name_ticks(const std::vector<FigureText>& names, double room, double needed_for_one, Axis& axis) {
+  if (names.empty()) return;
+  const double most = std::max(1.0, std::floor(room / needed_for_one));
+  const auto every = static_cast<std::size_t>(std::ceil(static_cast<double>(names.size()) / most));
+  axis.ticks.clear();
+  for (std::size_t i = 0; i < names.size(); i += every) {
+    axis.ticks.push_back({static_cast<double>(i + 1), names[i]});
+  }
+}
+
+double widest_name(const std::vector<FigureText>& names) {
+  double widest = 0.0;
+  for (const FigureText& name : names) widest = std::max(widest, text_width(name));
+  return widest;
+}
+
 double left_margin(const Panel& panel, const Axis& y) {
   const double label = panel.y_label.empty() ? 0.0 : kLine;
   return label + kGap + widest_label(y) + 13.0;
@@ -93,6 +110,7 @@ void start_axes(const Figure& figure, FigureLayout& layout) {
     PanelLayout& out = layout.panels[i];
     out.x = make_axis(x_range_of(panel), panel.log_x, 5);
     out.y = make_axis(y_range_of(panel), panel.log_y, 6);
+    name_ticks(panel.y_names, kLine * static_cast<double>(panel.y_names.size()), kLine, out.y);
     out.has_colour_bar = has_heat_map(panel);
     out.colour_scale = panel.colour_scale;
     if (out.has_colour_bar) out.colour = make_axis(colour_range_of(panel), panel.log_colour, 5);
@@ -137,6 +155,8 @@ void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, s
   if (panel.equal_aspect) equalise(out.x.range, out.y.range, width / (bottom - top));
   out.x = make_x_axis(out.x.range, panel.log_x, width);
   out.y = make_axis(out.y.range, panel.log_y, wanted_y_ticks(bottom - top));
+  name_ticks(panel.x_names, width, widest_name(panel.x_names) + 2.0 * kGap, out.x);
+  name_ticks(panel.y_names, bottom - top, kLine, out.y);
   out.y_label_x = left - left_margin(panel, out.y) + 0.5 * kLine + 2.0;
   out.x_label_y = bottom + kTickLabels + 0.5 * kLine;
   out.title_y = top - 0.5 * kLine - 2.0;
@@ -169,7 +189,14 @@ double place_row(const Figure& figure, FigureLayout& layout, const Columns& colu
     place_panel(figure.panels[i], layout.panels[i], columns, i - begin, top, bottom, legend_top);
     legends = std::max(legends, legend_height(layout.panels[i].legend));
   }
-  return legend_top + legends + 2.0;
+  const double below = legend_top + legends + 2.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const std::size_t col = i - begin;
+    const bool last = col + 1 == cols;
+    layout.panels[i].cell = {columns.cell_left[col], last ? layout.width : columns.cell_left[col + 1], depth,
+                             std::ceil(below)};
+  }
+  return below;
 }
 
 }  // namespace
