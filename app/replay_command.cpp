@@ -21,6 +21,7 @@
 #include "reports/document/replay_json.h"
 #include "reports/document/replay_report.h"
 #include "reports/document/replay_tables.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -102,6 +103,7 @@ void print_replays(const ReplayOptions& options, const std::vector<ReportedRepla
     return;
   }
   const ReportTable runs = replays.size() == 1 ? replay_table(replays.front()) : replays_table(replays);
+  fmt::print("{}.\n\n", printable_line(replay_answer(replays, judgement).text));
   fmt::print("{}\n{}", terminal_text(runs), terminal_text(judgement_table(replays, judgement)));
 }
 
@@ -122,6 +124,7 @@ int study_variants(const ReplayOptions& options) {
   if (options.format == "json") {
     fmt::print("{}\n", carpark_study_json(study));
   } else {
+    fmt::print("{}.\n\n", carpark_study_answer(study).text);
     for (const ReportTable& table : carpark_study_tables(study)) fmt::print("{}\n", terminal_text(table));
   }
   if (!options.out.empty()) {

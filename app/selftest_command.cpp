@@ -26,6 +26,7 @@ void print_selftest(const SelftestCommand& command, const SelftestResult& result
     fmt::print("{}\n", selftest_json(result));
     return;
   }
+  fmt::print("{}.\n\n", selftest_answer(result).text);
   for (const ReportTable& table : selftest_tables(result)) {
     fmt::print("{}\n", terminal_text(table));
   }

@@ -26,6 +26,7 @@ void print_timing(const TimingCommand& command, const TimingResult& result) {
     fmt::print("{}\n", timing_json(result));
     return;
   }
+  fmt::print("{}.\n\n", timing_answer(result).text);
   fmt::print("{}, {} kernels\n\n", result.machine.processor, result.machine.instruction_set);
   for (const ReportTable& table : timing_tables(result)) {
     fmt::print("{}\n", terminal_text(table));

@@ -13,6 +13,9 @@
 
 namespace credence {
 
+/// How much of what was to be shown holds.
+ReportAnswer carpark_study_answer(const CarparkStudy& study);
+
 /// What was to be shown and what was measured; then every variant for both P0, the independence of P0, and
 /// the long horizon. Precondition: the study is complete.
 std::vector<ReportTable> carpark_study_tables(const CarparkStudy& study);

@@ -14,6 +14,9 @@
 
 namespace credence {
 
+/// Whether the scenario's own filter stays bounded, at the truth and in a noisy run.
+ReportAnswer planar_stability_answer(const Scenario& scenario, const PlanarStability& analysis);
+
 /// Rank of the observability matrix along the path, at the truth and at the filter's estimates.
 ReportTable planar_rank_table(const PlanarStability& analysis);
 

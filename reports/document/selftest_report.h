@@ -10,6 +10,9 @@
 
 namespace credence {
 
+/// Whether the tests of this build keep their rates and find what is wrong.
+ReportAnswer selftest_answer(const SelftestResult& result);
+
 /// The document of `credence selftest` (docs/formats.md).
 std::string selftest_json(const SelftestResult& result);
 

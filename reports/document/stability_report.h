@@ -14,6 +14,9 @@
 
 namespace credence {
 
+/// Whether P stays bounded, and what it depends on.
+ReportAnswer stability_answer(const StabilityAnalysis& analysis);
+
 /// Ranks with their gaps, each integer beside the singular values that it rests on.
 ReportTable stability_rank_table(const StabilityAnalysis& analysis);
 

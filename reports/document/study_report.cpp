@@ -166,7 +166,7 @@ void write_study_report(const std::filesystem::path& directory, const std::strin
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
 
   HtmlPage page(title, "Monte Carlo consistency of simulated filters");
-  const StudyAnswer answer = study_answer(analyses);
+  const ReportAnswer answer = study_answer(analyses);
   page.answer(answer.tone, answer.text + ".");
   page.section("Verdicts");
   ReportTable verdicts = verdict_table(analyses);

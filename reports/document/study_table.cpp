@@ -117,7 +117,7 @@ std::string word_sentence(const std::string& name, const Word& word, const Consi
   return fmt::format("{}: {}.", name, word_clause(word, nees));
 }
 
-StudyAnswer study_answer(std::span<const StudyAnalysis> analyses) {
+ReportAnswer study_answer(std::span<const StudyAnalysis> analyses) {
   std::vector<const StudyAnalysis*> unsafe, pessimistic, undecided;
   for (const StudyAnalysis& a : analyses) {
     const Verdict verdict = overall_verdict(a);
@@ -159,7 +159,7 @@ ReportTable verdict_table(std::span<const StudyAnalysis> analyses) {
                                 {"NIS", words},
                                 {"inflation", words},
                                 {"runs"},
-                                {"failed runs"}},
+                                {"failed"}},
                     .rows = {},
                     .notes = {}};
   for (const StudyAnalysis& a : analyses) {

@@ -9,12 +9,8 @@
 
 namespace credence {
 
-/// What studies come to, in a sentence that can be acted on.
-struct StudyAnswer {
-  CellTone tone = CellTone::plain;
-  std::string text;  ///< without a full stop
-};
-StudyAnswer study_answer(std::span<const StudyAnalysis> analyses);
+/// What studies come to.
+ReportAnswer study_answer(std::span<const StudyAnalysis> analyses);
 
 /// The answer as its title, then one row for each study: what was run, the verdict, the factor on P, mean and
 /// expected NEES, of the whole state and of the pose, NIS, and how many runs failed. The notes say what and

@@ -10,6 +10,9 @@
 
 namespace credence {
 
+/// How the time of a step grows with the map, and from where on the O(N) filter is the faster one.
+ReportAnswer timing_answer(const TimingResult& result);
+
 /// The document of `credence timing --format json` (docs/formats.md).
 std::string timing_json(const TimingResult& result);
 

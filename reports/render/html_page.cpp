@@ -225,12 +225,14 @@ void HtmlPage::verbatim(std::string_view text) {
 }
 
 void HtmlPage::table(const ReportTable& table) {
-  const std::string title = escape_html(table.title);
   body_ += fmt::format("<div class=\"table\" id=\"table-{}\">", ++tables_);
-  // What scrolls must be reached by the keyboard.
+  // The caption does not scroll away; what scrolls must be reached by the keyboard.
+  body_ += fmt::format("<p class=\"caption\" id=\"caption-{0}\"><b>Table {0}.</b> {1}</p>\n", tables_,
+                       prose(table.title));
   body_ += fmt::format(
-      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Table {}\"><table>\n", tables_);
-  body_ += fmt::format("<caption><b>Table {}.</b> {}</caption>\n<thead><tr>", tables_, title);
+      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+      "aria-labelledby=\"caption-{}\"><table>\n<thead><tr>",
+      tables_);
   for (const TableColumn& column : table.columns) {
     body_ += fmt::format("<{0}{1}>{2}</{3}>", column.title.empty() ? "td" : "th scope=\"col\"",
                          column.align == ColumnAlign::numbers ? " class=\"number\"" : "",

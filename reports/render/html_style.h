@@ -116,10 +116,10 @@ figure svg { display: block; width: 100%; height: auto; margin: 0 auto; overflow
   font-size: .8rem; line-height: 1.4; pointer-events: none; font-variant-numeric: tabular-nums; }
 .tip span { border-left: 3px solid transparent; padding-left: .35rem; color: var(--soft); }
 .live { position: absolute; left: -999rem; }
-figcaption, caption { font-size: .88rem; line-height: 1.45; color: var(--soft); text-align: left;
+figcaption, .caption { font-size: .88rem; line-height: 1.45; color: var(--soft); text-align: left;
   max-width: 52rem; margin-top: .4rem; }
-caption { padding-bottom: .5rem; caption-side: top; color: var(--ink); }
-figcaption b, caption b { color: var(--ink); }
+.caption { margin: 0 0 .4rem; color: var(--ink); }
+figcaption b, .caption b { color: var(--ink); }
 .facts { display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: .12rem 1.2rem;
   font-size: .88rem; margin: .8rem 0; }
 .facts dt { color: var(--soft); }
