@@ -25,5 +25,6 @@ void add_plan_command(CLI::App& app);
 void add_timing_command(CLI::App& app);
 void add_selftest_command(CLI::App& app);
 void add_explain_command(CLI::App& app);
+void add_index_command(CLI::App& app);
 
 }  // namespace credence

@@ -67,6 +67,7 @@ int main(int argc, char** argv) {
   add_timing_command(app);
   add_selftest_command(app);
   add_explain_command(app);
+  add_index_command(app);
   try {
     app.parse(argc, argv);
   } catch (const ExitStatus& status) {

@@ -74,9 +74,17 @@ Panel correlation_panel(const SensorJudgement& sensor, double confidence) {
   return panel;
 }
 
+/// Whether a region holds the truth often enough, to be worth looking at: of many states
+/// almost none lies within 1σ in all of them.
+bool tells(const CoverageVerdict& coverage) {
+  constexpr double kLeast = 0.01;
+  return coverage.expected >= kLeast;
+}
+
 Panel coverage_panel(const Judgement& j) {
   Panel panel{.title = "Coverage", .x_label = "step", .y_label = "truth inside (%)"};
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+    if (!tells(j.coverage[i])) continue;
     FigureData x, inside, expected;
     for (std::size_t k = 0; k < j.coverage[i].steps.size(); ++k) {
       const CoverageStep& step = j.coverage[i].steps[k];
@@ -85,7 +93,8 @@ Panel coverage_panel(const Judgement& j) {
       inside.push_back(100.0 * step.interval.value);
       expected.push_back(100.0 * step.expected);
     }
-    panel.series.push_back(line_series(i == 0 ? "expected" : "", ColourRole::bound, x, expected));
+    panel.series.push_back(
+        line_series(panel.series.empty() ? "expected" : "", ColourRole::bound, x, expected));
     panel.series.push_back(line_series(fmt::format("{:g}σ", CoverageSums::kSigmas[i]),
                                        numbered_role(static_cast<Index>(i)), x, inside));
   }
@@ -102,11 +111,19 @@ ReportTable tests_table(const Judgement& j) {
       .rows = {},
       .notes = {}};
   const double alpha = 1.0 - j.confidence;
+  const auto says_nothing = [&](const NamedTest& test) {
+    for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+      const bool of_region = test.name == fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]);
+      if (of_region && !tells(j.coverage[i]) && test.p_value > alpha) return true;
+    }
+    return false;
+  };
   for (const NamedTest& test : j.tests) {
-    const TableCell says = std::isnan(test.p_value) ? TableCell("not tested", CellTone::muted)
-                           : test.adjusted <= alpha ? TableCell("fails", CellTone::alarm)
-                           : test.p_value <= alpha  ? TableCell("fails alone", CellTone::caution)
-                                                    : TableCell("passes", CellTone::good);
+    const TableCell says = says_nothing(test)         ? TableCell("says nothing here", CellTone::muted)
+                           : std::isnan(test.p_value) ? TableCell("not tested", CellTone::muted)
+                           : test.adjusted <= alpha   ? TableCell("fails", CellTone::alarm)
+                           : test.p_value <= alpha    ? TableCell("fails alone", CellTone::caution)
+                                                      : TableCell("passes", CellTone::good);
     table.add({test.name, test.says, p_value_text(test.p_value), p_value_text(test.adjusted), says});
   }
   table.notes = {
@@ -244,7 +261,9 @@ Figure evidence_figure(const std::string& name, const Judgement& j) {
     if (sensor.fit.count > 0) figure.panels.push_back(histogram_panel(sensor));
     if (sensor.whiteness.reason.empty()) figure.panels.push_back(correlation_panel(sensor, j.confidence));
   }
-  if (j.coverage.front().tests > 0) figure.panels.push_back(coverage_panel(j));
+  if (j.coverage.front().tests > 0 && std::ranges::any_of(j.coverage, tells)) {
+    figure.panels.push_back(coverage_panel(j));
+  }
   const auto panels = static_cast<int>(figure.panels.size());
   figure.cols = std::clamp(panels, 1, 3);
   figure.rows = std::max(1, (panels + 2) / 3);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/evidence/study_analysis.h"
+#include "datasets/logs/run_errors.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
@@ -24,7 +25,11 @@ struct CheckedLogs {
   LogAnalysis analysis;
   std::map<std::int64_t, std::string> failures_said{};  ///< by number of the run: what its filter said
   std::vector<std::string> remarks{};  ///< sentences: what the reader left out, or took for something
+  RunErrors first_run{};               ///< of the first file; without steps where it was not kept
 };
+
+/// The blocks as reports show them: the pose first, then its parts, the rest in the order of the log.
+std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& analysis);
 
 /// The answer in a sentence, without a full stop.
 std::string log_answer(const CheckedLogs& logs);

@@ -76,13 +76,6 @@ int rank_of(const Evidence& evidence, const std::string& block) {
                                          : 3;
 }
 
-std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& a) {
-  std::vector<const BlockVerdict*> blocks;
-  for (const BlockVerdict& block : a.judgement.blocks) blocks.push_back(&block);
-  std::ranges::stable_sort(blocks, {}, [&](const BlockVerdict* b) { return rank_of(a.evidence, b->name); });
-  return blocks;
-}
-
 void add_fit_notes(ReportTable& table, const Judgement& a) {
   for (const SensorJudgement& s : a.sensors) table.notes.push_back(tests_of(s));
   for (const SensorJudgement& s : a.sensors) {
@@ -95,6 +88,13 @@ void add_fit_notes(ReportTable& table, const Judgement& a) {
 }
 
 }  // namespace
+
+std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& a) {
+  std::vector<const BlockVerdict*> blocks;
+  for (const BlockVerdict& block : a.judgement.blocks) blocks.push_back(&block);
+  std::ranges::stable_sort(blocks, {}, [&](const BlockVerdict* b) { return rank_of(a.evidence, b->name); });
+  return blocks;
+}
 
 std::string log_answer(const CheckedLogs& logs) {
   const Evidence& evidence = logs.analysis.evidence;

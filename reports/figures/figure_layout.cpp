@@ -1,11 +1,14 @@
 #include "reports/figures/figure_layout.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "reports/figures/figure_axis.h"
 #include "reports/figures/figure_text.h"
+#include "reports/figures/panel_scale.h"
 
 namespace credence {
 namespace {
@@ -37,6 +40,25 @@ void name_ticks(const std::vector<FigureText>& names, double room, double needed
   for (std::size_t i = 0; i < names.size(); i += every) {
     axis.ticks.push_back({static_cast<double>(i + 1), names[i]});
   }
+}
+
+// The values that were swept, where all of them fit beside each other.
+void centre_ticks(const FigureData& centres, double room, double per_line, Axis& axis) {
+  std::vector<AxisTick> ticks;
+  double needed = 0.0, nearest = room;
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    ticks.push_back({centres[i], FigureText(fmt::format("{:g}", centres[i]))});
+    needed = std::max(needed, per_line > 0.0 ? per_line : text_width(ticks.back().label) + 2.0 * kGap);
+    if (i == 0) continue;
+    const double gap = room * (share_of_axis(axis, centres[i]) - share_of_axis(axis, centres[i - 1]));
+    nearest = std::min(nearest, std::abs(gap));
+  }
+  if (!ticks.empty() && needed <= nearest) axis.ticks = std::move(ticks);
+}
+
+const Series* heat_map_of(const Panel& panel) {
+  const auto found = std::ranges::find(panel.series, SeriesKind::heat_map, &Series::kind);
+  return found == panel.series.end() ? nullptr : &*found;
 }
 
 double widest_name(const std::vector<FigureText>& names) {
@@ -155,6 +177,10 @@ void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, s
   if (panel.equal_aspect) equalise(out.x.range, out.y.range, width / (bottom - top));
   out.x = make_x_axis(out.x.range, panel.log_x, width);
   out.y = make_axis(out.y.range, panel.log_y, wanted_y_ticks(bottom - top));
+  if (const Series* heat = heat_map_of(panel); heat != nullptr) {
+    if (panel.x_names.empty()) centre_ticks(heat->x, width, 0.0, out.x);
+    if (panel.y_names.empty()) centre_ticks(heat->y, bottom - top, kLine, out.y);
+  }
   name_ticks(panel.x_names, width, widest_name(panel.x_names) + 2.0 * kGap, out.x);
   name_ticks(panel.y_names, bottom - top, kLine, out.y);
   out.y_label_x = left - left_margin(panel, out.y) + 0.5 * kLine + 2.0;

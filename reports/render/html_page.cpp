@@ -48,18 +48,6 @@ bool is_web_or_relative(std::string_view address) {
   return relative || address.starts_with("https://") || address.starts_with("http://");
 }
 
-// Percent-encodes what may not stand in a path of an address.
-std::string encoded_path(const std::string& path) {
-  constexpr std::string_view kPlain = "-._~/";
-  std::string out;
-  for (const char c : path) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (byte < 0x80 && std::isalnum(byte)) || kPlain.find(c) != std::string_view::npos;
-    out += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
-  }
-  return out;
-}
-
 // Names of settings are long and have no blanks: they may break behind a point.
 std::string heading_html(std::string_view title) {
   std::string html;
