@@ -18,8 +18,10 @@
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "datasets/logs/judge_logs.h"
 #include "datasets/logs/log_format.h"
+#include "datasets/logs/run_errors.h"
 #include "reports/document/log_contents_report.h"
 #include "reports/document/log_report.h"
 
@@ -164,8 +166,11 @@ int check(const CheckOptions& options) {
   const std::vector<fs::path> files = log_files(options.logs);
   const std::map<fs::path, const LogFormat*> formats = formats_of(options, files);
   const LogReadOptions reading = read_options(options, files);
+  RunErrors first_run;
   LogJudgeResult result = judge(options, files, [&](const fs::path& file, LogSink& sink) {
-    formats.at(file)->read(file, reading, sink);
+    FirstRunSink first(sink, first_run);
+    const bool is_first = &file == &files.front();  // read by one thread, like every file
+    formats.at(file)->read(file, reading, is_first ? static_cast<LogSink&>(first) : sink);
   });
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (result.evidence.rows == 0 && !result.complete) {
@@ -179,7 +184,8 @@ int check(const CheckOptions& options) {
                    .analysis = analyse_logs(std::move(result.evidence), {.confidence = options.confidence,
                                                                          .sensitivity = options.sensitivity,
                                                                          .margin = options.within}),
-                   .remarks = remarks_of(result)};
+                   .remarks = remarks_of(result),
+                   .first_run = std::move(first_run)};
   logs.analysis.complete = result.complete;
   if (options.format == "json") {
     fmt::print("{}\n", log_json(logs));
@@ -192,7 +198,7 @@ int check(const CheckOptions& options) {
                     static_cast<double>(rows) / elapsed.count()));
   }
   if (!options.out.empty()) {
-    write_log_report(options.out, logs);
+    write_log_report(options.out, logs, make_provenance(this_command()));
     tell_report(options);
   }
   const Evidence& s = logs.analysis.evidence;

@@ -30,6 +30,8 @@ void add_show_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_init_command(CLI::App& app);
+void add_explain_command(CLI::App& app);
+void add_index_command(CLI::App& app);
 void add_list_command(CLI::App& app);
 void add_help_command(CLI::App& app);
 void add_completion_command(CLI::App& app);

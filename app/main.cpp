@@ -78,6 +78,8 @@ void add_commands(CLI::App& app) {
   add_timing_command(app);
   add_selftest_command(app);
   add_init_command(app);
+  add_explain_command(app);
+  add_index_command(app);
   add_list_command(app);
   add_completion_command(app);
   add_help_command(app);

@@ -16,6 +16,7 @@
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
@@ -112,15 +113,17 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
       if (a.stop) fmt::print("{}: {}\n", printable_line(a.scenario.name), stop_sentence(a));
     }
     if (analyses.size() > 1 || !analyses.front().judgement) return;
-    for (const std::string& sentence : advice_sentences(*analyses.front().judgement))
-      fmt::print("{}\n", sentence);
+    const Judgement& judgement = *analyses.front().judgement;
+    for (const auto& sentences : {advice_sentences(judgement), statistics_sentences(judgement)}) {
+      for (const std::string& sentence : sentences) fmt::print("{}\n", sentence);
+    }
   }
 }
 
 void write_report(const RunOptions& options, const std::vector<ReportedStudy>& studies) {
   const std::string title =
       studies.size() == 1 ? studies.front().analysis.scenario.name : "Can these covariances be trusted?";
-  write_study_report(options.out, title, studies);
+  write_study_report(options.out, title, studies, make_provenance(this_command()));
   tell_report(options);
 }
 
@@ -159,7 +162,8 @@ int run(const RunOptions& options) {
   if (!options.out.empty()) {
     std::vector<ReportedStudy> studies;
     for (std::size_t i = 0; i < analyses.size(); ++i) {
-      studies.push_back({analyses[i], configurations[i].experiment->trace(0)});
+      studies.push_back(
+          {analyses[i], configurations[i].experiment->trace(0), scenario_comment(options.scenarios[i])});
     }
     write_report(options, studies);
   }

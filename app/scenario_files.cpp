@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <optional>
+#include <sstream>
 
 #include "app/embedded_files.h"
+#include "montecarlo/scenario/leading_comment.h"
 #include "montecarlo/scenario/scenario_value.h"
 
 namespace credence {
@@ -16,15 +19,14 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kFolder = "scenarios/", kEnding = ".toml";
 
+std::string comment_of(std::string_view text) {
+  std::istringstream scenario{std::string(text)};
+  return leading_comment(scenario);
+}
+
 /// The first sentence of the comment that a text begins with.
 std::string first_sentence(std::string_view text) {
-  std::string comment;
-  while (text.starts_with("# ")) {
-    const std::string_view line = text.substr(0, text.find('\n'));
-    comment += comment.empty() ? "" : " ";
-    comment += line.substr(2);
-    text.remove_prefix(std::min(line.size() + 1, text.size()));
-  }
+  const std::string comment = comment_of(text);
   return comment.substr(0, std::min(comment.find(". "), comment.size() - comment.ends_with('.')));
 }
 
@@ -80,6 +82,12 @@ ScenarioDocument open_scenario(const std::string& name, std::span<const std::str
 Scenario open_one_scenario(const std::string& name, std::span<const std::string> overrides) {
   const std::optional<OwnScenario> own = own_unless_file(name);
   return own ? load_scenario_text(own->text, name, overrides) : load_scenario(name, overrides);
+}
+
+std::string scenario_comment(const std::string& name) {
+  if (const std::optional<OwnScenario> own = own_unless_file(name)) return comment_of(own->text);
+  std::ifstream file(name);
+  return leading_comment(file);
 }
 
 SweepPlan open_sweep(const std::string& name, std::span<const std::string> overrides) {

@@ -33,6 +33,9 @@ ScenarioDocument open_scenario(const std::string& name, std::span<const std::str
 /// Its one configuration, leaving a [sweep] table aside.
 Scenario open_one_scenario(const std::string& name, std::span<const std::string> overrides = {});
 
+/// What the author says of the scenario: its leading comment. Throws as open_scenario.
+std::string scenario_comment(const std::string& name);
+
 /// All of its configurations.
 SweepPlan open_sweep(const std::string& name, std::span<const std::string> overrides = {});
 

@@ -14,6 +14,7 @@
 #include "app/stored_study.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "reports/document/study_json.h"
 #include "reports/document/study_report.h"
 #include "reports/document/study_table.h"
@@ -122,13 +123,14 @@ int report(StoredOptions options) {
       throw std::invalid_argument(fmt::format("{}: no runs are stored yet", study.directory.string()));
   }
   if (is_sweep(studies)) {
-    write_sweep_report(options.out, analyse_stored_sweep(studies.front()));
+    write_sweep_report(options.out, analyse_stored_sweep(studies.front()), make_provenance(this_command()));
   } else {
     const std::vector<ReportedStudy> all = reported(studies, options);
     if (catch_interrupt().load()) return kInterrupted;
     write_study_report(
         options.out,
-        all.size() == 1 ? all.front().analysis.scenario.name : "Can these covariances be trusted?", all);
+        all.size() == 1 ? all.front().analysis.scenario.name : "Can these covariances be trusted?", all,
+        make_provenance(this_command()));
   }
   tell_report(options);
   return kDone;

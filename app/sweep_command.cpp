@@ -16,6 +16,7 @@
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "core/memory_need.h"
 #include "core/version.h"
 #include "montecarlo/scenario/scenario_hash.h"
@@ -94,7 +95,7 @@ int sweep(SweepOptions& options) {
       fmt::print("{}", terminal_text(table));
     }
   }
-  write_sweep_report(options.out, analysis);
+  write_sweep_report(options.out, analysis, make_provenance(this_command()));
   tell_report(options);
   return study_exit_code(complete, failed, inconsistent, options);
 }
