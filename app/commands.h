@@ -23,6 +23,7 @@ void add_stability_command(CLI::App& app);
 void add_claims_command(CLI::App& app);
 void add_check_command(CLI::App& app);
 void add_plan_command(CLI::App& app);
+void add_tune_command(CLI::App& app);
 void add_timing_command(CLI::App& app);
 void add_selftest_command(CLI::App& app);
 void add_world_command(CLI::App& app);

@@ -74,6 +74,8 @@ std::vector<OwnScenario> own_scenarios() {
   return scenarios;
 }
 
+bool is_own_scenario(std::string_view name) { return own_scenario(name).has_value(); }
+
 ScenarioDocument open_scenario(const std::string& name, std::span<const std::string> overrides) {
   const std::optional<OwnScenario> own = own_unless_file(name);
   return own ? read_scenario_text(own->text, name, overrides) : read_scenario(name, overrides);

@@ -25,6 +25,8 @@ struct OwnScenario {
 /// All of them, in the order of their names.
 std::vector<OwnScenario> own_scenarios();
 
+bool is_own_scenario(std::string_view name);
+
 /// The document of a file or, where there is none, of the program's scenario of that name.
 ///
 /// Throws ScenarioError as read_scenario does; where there is neither, with a proposal.
