@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
   add_merge_command(app);
   add_replay_command(app);
   add_stability_command(app);
+  add_estimators_command(app);
   add_claims_command(app);
   add_check_command(app);
   add_plan_command(app);

@@ -24,6 +24,7 @@ SlamEstimator::SlamEstimator(const EstimatorSettings& settings) : settings_(sett
   offsets_.resize(count);
   ids_.reserve(count);
   z_.reserve(count);
+  placements_.reserve(count);
   seen_.reserve(count * 2 + 3);
 }
 
@@ -72,6 +73,7 @@ UpdateResult SlamEstimator::update(Batch observations, const PlanarTruth& truth)
 void SlamEstimator::collect(Batch observations) {
   seen_.assign({0, 1, 2});
   z_.clear();
+  placements_.clear();
   for (const Observation<PlanarModel>& o : observations) {
     if (o.landmark < 0 || o.landmark >= settings_.landmarks) {
       throw std::invalid_argument(fmt::format("landmark {} of {} was seen", o.landmark, settings_.landmarks));
@@ -193,13 +195,14 @@ void SlamEstimator::append(const Observation<PlanarModel>& observation, const Pl
   n_ += 2;
   x_.segment<2>(offset) = x_.head<2>() + rotation(x_[2]) * settings_.sensor.locate(observation.z);
   Eigen::Matrix2d J_z;
-  place(observation.z, truth, J_r_, J_z);
+  Jacobian& J_r = placements_.emplace_back();
+  place(observation.z, truth, J_r, J_z);
   const PoseMatrix P_rr = pose_covariance();
-  P_.block<2, 3>(offset, 0) = J_r_ * P_rr;
+  P_.block<2, 3>(offset, 0) = J_r * P_rr;
   for (Index j = 3; j < offset; ++j) {
-    P_.block<2, 1>(offset, j) = J_r_ * P_.row(j).head<3>().transpose();
+    P_.block<2, 1>(offset, j) = J_r * P_.row(j).head<3>().transpose();
   }
-  const Eigen::Matrix2d own = J_r_ * P_rr * J_r_.transpose() + J_z * settings_.R * J_z.transpose();
+  const Eigen::Matrix2d own = J_r * P_rr * J_r.transpose() + J_z * settings_.R * J_z.transpose();
   P_.block<2, 2>(offset, offset) = 0.5 * (own + own.transpose());
 }
 

@@ -78,12 +78,12 @@ class SlamEstimator {
   virtual PoseMatrix plane_pose_covariance() const;
 
   /// The Jacobians as the filter used them last, in its chart: the motion of the pose, and H of the last
-  /// correction over the states `seen()`. What a landmark seen for the first time tells is a row of H too.
+  /// correction over the states `seen()`.
   const PoseMatrix& motion_jacobian() const { return F_; }
   MatrixRef measurement_jacobian() const { return H_.matrix(); }
   std::span<const Index> seen() const { return seen_; }
-  /// Of the landmark that was placed last: δl = J_r δx_r + …
-  const Eigen::Matrix<double, 2, 3>& placement_jacobian() const { return J_r_; }
+  /// Of the landmarks that the last update placed, in their order: δl = J_r δx_r + …
+  std::span<const Eigen::Matrix<double, 2, 3>> placements() const { return placements_; }
 
  protected:
   using Jacobian = Eigen::Matrix<double, 2, 3>;
@@ -150,7 +150,7 @@ class SlamEstimator {
   std::vector<Index> seen_;  ///< the states that the batch touches, the pose first
   std::vector<Eigen::Vector2d> z_;
   PoseMatrix F_ = PoseMatrix::Identity();
-  Jacobian J_r_ = Jacobian::Zero();
+  std::vector<Jacobian> placements_;
   MatrixBuffer nu_, H_, S_, extra_S_, L_, W_, columns_, seen_P_, whitened_, delta_;
 };
 

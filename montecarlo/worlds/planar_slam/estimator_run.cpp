@@ -21,25 +21,25 @@ NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P) {
   return {(whitening * error).squaredNorm(), whitening.rows()};
 }
 
-EstimatorRun::EstimatorRun(const OdometryWorld& world, const NoiseSource& source,
-                           std::unique_ptr<SlamEstimator> filter)
-    : world_(world), drive_(world, source), filter_(std::move(filter)) {
+EstimatorRun::EstimatorRun(const OdometryWorld& world, std::unique_ptr<SlamEstimator> filter)
+    : world_(world), filter_(std::move(filter)) {
   error_.resize(3 + 2 * world.plane.states());
 }
 
-void EstimatorRun::start(std::int64_t run) {
-  filter_->reset(drive_.start(run), world_.initial_covariance());
+void EstimatorRun::start(const Pose& estimate) {
+  filter_->reset(estimate, world_.initial_covariance());
   step_ = 0;
   update_ = {};
   filter_->error(truth(), error_.head(3));
 }
 
-Outcome EstimatorRun::step(std::size_t k) {
+Outcome EstimatorRun::step(std::size_t k, const Control& read,
+                           std::span<const Observation<PlanarModel>> seen) {
   stop_point();
   step_ = k;
   const PlanarTruth truth = world_.truth(k);
-  filter_->predict(drive_.read(k), truth);
-  update_ = filter_->update(drive_.observe(k), truth);
+  filter_->predict(read, truth);
+  update_ = filter_->update(seen, truth);
   if (!filter_->state().allFinite()) return Outcome::diverged;
   if (!update_.ok) return Outcome::not_positive_definite;
   filter_->error(truth, error_.head(filter_->size()));

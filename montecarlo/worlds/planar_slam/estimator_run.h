@@ -20,15 +20,17 @@ class SingularNees {
   Vector whitened_;
 };
 
-/// One estimator in one run after the other of a world.
+/// One estimator in one run after the other of a world; what it hears comes from an OdometryDrive, which
+/// several may share.
 class EstimatorRun {
  public:
   /// `world` must live as long.
-  EstimatorRun(const OdometryWorld& world, const NoiseSource& source, std::unique_ptr<SlamEstimator> filter);
+  EstimatorRun(const OdometryWorld& world, std::unique_ptr<SlamEstimator> filter);
 
-  void start(std::int64_t run);
+  /// Starts a run where the filter believes to be.
+  void start(const Pose& estimate);
   /// Step k, from 1 on. `diverged` for an estimate that is not finite or farther off than the world is wide.
-  Outcome step(std::size_t k);
+  Outcome step(std::size_t k, const Control& read, std::span<const Observation<PlanarModel>> seen);
 
   const SlamEstimator& filter() const { return *filter_; }
   const UpdateResult& update() const { return update_; }
@@ -40,7 +42,6 @@ class EstimatorRun {
 
  private:
   const OdometryWorld& world_;
-  OdometryDrive drive_;
   std::unique_ptr<SlamEstimator> filter_;
   std::size_t step_ = 0;
   UpdateResult update_;

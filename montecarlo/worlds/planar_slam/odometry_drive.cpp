@@ -1,7 +1,6 @@
 #include "montecarlo/worlds/planar_slam/odometry_drive.h"
 
 #include "core/manifold/angle.h"
-#include "core/manifold/rotation.h"
 
 namespace credence {
 
@@ -32,17 +31,14 @@ Control OdometryDrive::read(std::size_t k) {
 std::span<const Observation<PlanarModel>> OdometryDrive::observe(std::size_t k) {
   const double* noise = measurement_.at(static_cast<Index>(k));
   const double* seen = detection_.at(static_cast<Index>(k));
-  const Pose& pose = world_.path[k];
   observations_.clear();
-  for (std::size_t i = 0; i < world_.plane.landmarks.size(); ++i) {
+  for (const Observation<PlanarModel>& exact : world_.in_view[k]) {
+    const auto i = static_cast<std::size_t>(exact.landmark);
     if (seen[i] == 0.0) continue;
-    const Point& l = world_.plane.landmarks[i];
-    if (!world_.plane.sees(measure_range_bearing(pose, l))) continue;
-    const Eigen::Vector2d rho = rotation(pose[2]).transpose() * (l - pose.head<2>());
-    Eigen::Vector2d z = world_.sensor.measure(rho);
+    Eigen::Vector2d z = exact.z;
     z += world_.measurement_std.cwiseProduct(Eigen::Map<const Eigen::Vector2d>(noise + 2 * i));
     if (world_.sensor.kind == LandmarkSensorKind::range_bearing) z[1] = wrap_angle(z[1]);
-    observations_.push_back({static_cast<int>(i), z});
+    observations_.push_back({exact.landmark, z});
   }
   return observations_;
 }

@@ -6,6 +6,7 @@
 
 #include "core/filters/estimators/estimators.h"
 #include "core/manifold/angle.h"
+#include "core/manifold/rotation.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/key_fields.h"
 
@@ -48,6 +49,17 @@ std::vector<Point> landmarks_of(const Scenario& scenario) {
                          static_cast<std::uint64_t>(integer_value(scenario, "world.map")));
 }
 
+std::vector<Observation<PlanarModel>> seen_from(const Pose& pose, const OdometryWorld& world) {
+  std::vector<Observation<PlanarModel>> seen;
+  for (std::size_t i = 0; i < world.plane.landmarks.size(); ++i) {
+    const Point& l = world.plane.landmarks[i];
+    if (!world.plane.sees(measure_range_bearing(pose, l))) continue;
+    const Eigen::Vector2d rho = rotation(pose[2]).transpose() * (l - pose.head<2>());
+    seen.push_back({static_cast<int>(i), world.sensor.measure(rho)});
+  }
+  return seen;
+}
+
 }  // namespace
 
 OdometryWorld make_odometry_world(const Scenario& scenario) {
@@ -67,6 +79,7 @@ OdometryWorld make_odometry_world(const Scenario& scenario) {
     world.sensor.kind = LandmarkSensorKind::range_bearing;
     world.measurement_std << noise.range_std, noise.bearing_std_deg * kRadiansPerDegree;
   }
+  for (const Pose& pose : world.path) world.in_view.push_back(seen_from(pose, world));
   world.control_std << noise.speed_std, noise.turn_rate_std;
   world.initial_std << initial.position_std, initial.position_std,
       initial.heading_std_deg * kRadiansPerDegree;

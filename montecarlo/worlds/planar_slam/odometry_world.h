@@ -18,6 +18,8 @@ struct OdometryWorld {
   PlanarWorld plane;       ///< vehicle, path, landmarks (all of them states), field of view
   std::vector<Pose> path;  ///< true poses of steps 0 … T
   LandmarkSensor sensor;
+  /// What the sensor says without noise at steps 0 … T, as the vehicle never leaves its path.
+  std::vector<std::vector<Observation<PlanarModel>>> in_view;
   Control control_std;  ///< of the control that is read
   Eigen::Vector2d measurement_std;
   Pose initial_std;

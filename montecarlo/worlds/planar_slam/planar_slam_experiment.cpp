@@ -20,15 +20,17 @@ RunLayout layout_of(const OdometryWorld& world) {
 class PlanarSlamExperiment::Run {
  public:
   explicit Run(const PlanarSlamExperiment& e)
-      : run_(e.world_, e.source_, scenario_estimator(e.scenario_, e.world_)), world_(e.world_) {}
+      : drive_(e.world_, e.source_),
+        run_(e.world_, scenario_estimator(e.scenario_, e.world_)),
+        world_(e.world_) {}
 
   void start(std::int64_t run) {
-    run_.start(run);
+    run_.start(drive_.start(run));
     step_ = {};
   }
 
   Outcome step(std::size_t k) {
-    const Outcome outcome = run_.step(k);
+    const Outcome outcome = run_.step(k, drive_.read(k), drive_.observe(k));
     step_.update = run_.update();
     if (outcome != Outcome::ok) return outcome;
     const SlamEstimator& filter = run_.filter();
@@ -83,6 +85,7 @@ class PlanarSlamExperiment::Run {
   }
 
  private:
+  OdometryDrive drive_;
   EstimatorRun run_;
   const OdometryWorld& world_;
   PlanarStep step_;
