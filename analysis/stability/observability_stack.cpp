@@ -1,8 +1,9 @@
 #include "analysis/stability/observability_stack.h"
 
-#include <Eigen/QR>
+#include <algorithm>
 
 #include "analysis/stability/dense_svd.h"
+#include "core/linear_algebra/decompositions.h"
 
 namespace credence {
 
@@ -37,7 +38,8 @@ void ObservabilityStack::add_row(const VectorRef& row) {
 }
 
 void ObservabilityStack::reduce() {
-  const Eigen::HouseholderQR<Matrix> qr(stack_.topRows(rows_));
+  const Matrix rows = stack_.topRows(rows_);
+  const Eigen::HouseholderQR<Matrix> qr(rows);
   const Index kept = std::min(rows_, states_);
   const Matrix R = qr.matrixQR().topRows(kept).triangularView<Eigen::Upper>();
   stack_.topRows(kept) = R;

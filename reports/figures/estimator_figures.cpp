@@ -64,12 +64,12 @@ Panel over_runs(const EstimatorStudy& study) {
     if (!has_runs(study.rows[i])) continue;
     const Band& band = study.rows[i].bands[kPose];
     const double x = static_cast<double>(i) + 1.0;
-    panel.series.push_back(error_bar_series(fmt::format("{}: {}", i + 1, study.rows[i].name),
-                                            role_of(study, i), {x}, {band[2]}, {band[0]}, {band[4]}));
     Series quartiles = line_series("", role_of(study, i), {x, x}, {band[1], band[3]});
     quartiles.weight = 4.0;
     quartiles.stroke = StrokeStyle::solid;
     panel.series.push_back(std::move(quartiles));
+    panel.series.push_back(error_bar_series(fmt::format("{}: {}", i + 1, study.rows[i].name),
+                                            role_of(study, i), {x}, {band[2]}, {band[0]}, {band[4]}));
   }
   return panel;
 }

@@ -25,7 +25,7 @@ constexpr EstimatorKind kKinds[] = {
     {"ekf", "Jacobians at the newest estimates", make<EkfEstimator>},
     {"ideal", "Jacobians at the truth: the yardstick", make<IdealEstimator>},
     {"fej", "Jacobians at the first estimates", make<FejEstimator>},
-    {"oc", "Jacobians changed to keep what is unobservable", make<OcEstimator>},
+    {"oc", "Jacobians at the nearest points that keep what is unobservable", make<OcEstimator>},
     {"invariant", "right-invariant error on SE(2) with the landmarks", make<InvariantEstimator>},
     {"iterated", "Gauss-Newton correction", make<IteratedEstimator>},
     {"ukf", "sigma points", make<UkfEstimator>},

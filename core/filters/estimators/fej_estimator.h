@@ -13,14 +13,9 @@ namespace credence {
 ///   Φ_k = [I, J(p̂_{k+1|k} − p̂_{k|k−1}); 0, 1],   H = D Rᵀ(θ̂_{k|k−1}) [−I, −J(l̂₀ − p̂_{k|k−1}), I].
 ///
 /// Poor first estimates are its known weakness.
-class FejEstimator : public SlamEstimator {
+class FejEstimator final : public SlamEstimator {
  public:
   explicit FejEstimator(const EstimatorSettings& settings);
-
- protected:
-  /// The points that span the directions that no measurement tells: the predicted pose and first places.
-  const Pose& first_pose() const { return first_pose_; }
-  const Point& first_landmark(Index offset) const { return first_[static_cast<std::size_t>(offset - 3) / 2]; }
 
  private:
   void started() override;
@@ -29,6 +24,8 @@ class FejEstimator : public SlamEstimator {
   void linearise(const PlanarTruth& truth) override;
   void place(const Eigen::Vector2d& z, const PlanarTruth& truth, Jacobian& J_r,
              Eigen::Matrix2d& J_z) override;
+
+  const Point& first_landmark(Index offset) const { return first_[static_cast<std::size_t>(offset - 3) / 2]; }
 
   Pose first_pose_ = Pose::Zero();  ///< x̂_{r,k|k−1}
   std::vector<Point> first_;        ///< l̂₀ of the landmarks in the order of the state

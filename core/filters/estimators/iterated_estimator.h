@@ -15,8 +15,7 @@ class IteratedEstimator final : public EkfEstimator {
  private:
   void linearise(const PlanarTruth& truth) override;
 
-  Matrix gain_, S_;  // buffers
-  Vector iterate_, next_;
+  MatrixBuffer prior_, change_, next_, at_, PHt_, S_, solved_;
 };
 
 }  // namespace credence

@@ -1,24 +1,39 @@
 #pragma once
 
-#include "core/filters/estimators/fej_estimator.h"
+#include <vector>
+
+#include "core/filters/estimators/slam_estimator.h"
 
 namespace credence {
 
-/// Observability-constrained EKF: Jacobians at the newest estimates, changed as little as keeps the
-/// directions that no measurement tells ([Huang 2010] in the idea, [Hesch 2014] in the form that is solved
-/// here).
+/// Observability-constrained EKF ([Huang 2010], OC-EKF): the points at which a step linearises are the
+/// nearest to the newest estimates that keep the stack of all H_k Φ_k blind for a shift and a turn of the
+/// plane.
 ///
-/// These directions are a shift of the plane and a turn of it about the points N of the first estimates, as
-/// in FejEstimator. Of all Φ with Φ N_k = N_{k+1} that move only the pose there is one, that of FEJ. Of all H
-/// with H N = 0 the nearest in Frobenius norm is H* = H − H u uᵀ/(uᵀu), with u = [−J d/2; 1; J d/2],
-/// d = l̂₀ − p̂_{k|k−1}: the turn of vehicle and landmark about their middle (m and rad are weighed alike; H
-/// itself is blind to shifts).
-class OcEstimator final : public FejEstimator {
+/// Let the turn be [J n; 1; J l̂₀ …], l̂₀ the places where landmarks were put at their first sight. Φ_k with
+/// its pose before at p* takes n to n + p̂_{k+1|k} − p*, and H at the landmarks l* is blind for it where
+/// l* − p̂_{k+1|k} = l̂₀ − n_{k+1}, so that l* = l̂₀ − n_k + p*. The p* of least
+/// ‖p* − p̂_{k|k}‖² + Σ ‖l* − l̂‖², over the landmarks that are seen, is the mean of p̂_{k|k} and of all
+/// l̂ − l̂₀ + n_k. The step has been predicted with p* = p̂_{k|k} when they are seen; P is corrected then.
+class OcEstimator final : public SlamEstimator {
  public:
-  using FejEstimator::FejEstimator;
+  explicit OcEstimator(const EstimatorSettings& settings);
 
  private:
+  void started() override;
+  void propagate(const Pose& before, const Motion& motion, const Control& u,
+                 const PlanarTruth& truth) override;
   void linearise(const PlanarTruth& truth) override;
+  void place(const Eigen::Vector2d& z, const PlanarTruth& truth, Jacobian& J_r,
+             Eigen::Matrix2d& J_z) override;
+
+  const Point& first_landmark(Index offset) const { return first_[static_cast<std::size_t>(offset - 3) / 2]; }
+
+  std::vector<Point> first_;                         ///< l̂₀ of the landmarks in the order of the state
+  Point turn_ = Point::Zero();                       ///< n
+  Point before_ = Point::Zero();                     ///< p̂_{k|k} of the step that is predicted
+  Point moved_ = Point::Zero();                      ///< p̂_{k+1|k} − p̂_{k|k}
+  Eigen::Matrix3d noise_ = Eigen::Matrix3d::Zero();  ///< G Q Gᵀ of that step
 };
 
 }  // namespace credence

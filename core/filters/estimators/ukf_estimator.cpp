@@ -2,15 +2,40 @@
 
 #include <cmath>
 
-#include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 
 namespace credence {
 namespace {
 
-/// Added to the variances that sigma points are spread by, so that a singular P has a root; m² and rad². It
-/// does not enter P.
-constexpr double kLeastSpread = 1e-9;
+/// A ← L with L Lᵀ = A, psd, which is given by its lower triangle: the Cholesky factor, with a column of
+/// zeros where a pivot is rounding.
+template <class Square>
+void semidefinite_root(Square& A) {
+  constexpr double kLeastPivot = 1e-14;  // relative to the variance
+  for (Index j = 0; j < A.cols(); ++j) {
+    const double variance = A(j, j);
+    for (Index k = 0; k < j; ++k) A.col(j).tail(A.rows() - j) -= A(j, k) * A.col(k).tail(A.rows() - j);
+    A.col(j).head(j).setZero();
+    if (A(j, j) > kLeastPivot * variance && variance > 0.0) {
+      A.col(j).tail(A.rows() - j) /= std::sqrt(A(j, j));
+    } else {
+      A.col(j).tail(A.rows() - j).setZero();
+    }
+  }
+}
+
+/// D ← X with X L = D, its columns zero where those of L are: then X L Lᵀ Xᵀ = D Dᵀ.
+template <class Columns, class Square>
+void divide_by_root(Columns& D, const Square& L) {
+  for (Index j = L.cols() - 1; j >= 0; --j) {
+    if (L(j, j) == 0.0) {
+      D.col(j).setZero();
+      continue;
+    }
+    for (Index k = j + 1; k < L.cols(); ++k) D.col(j) -= L(k, j) * D.col(k);
+    D.col(j) /= L(j, j);
+  }
+}
 
 Pose pose_difference(const Pose& a, const Pose& b) {
   Pose d = a - b;
@@ -25,11 +50,10 @@ double centre_weight(double alpha) { return 2.0 - alpha * alpha; }
 
 void UkfEstimator::propagate(const Pose& before, const Motion& motion, const Control& u, const PlanarTruth&) {
   const double alpha = settings().sigma_spread, c = 5.0 * alpha * alpha, root_c = std::sqrt(c);
-  const Eigen::LLT<Eigen::Matrix3d> P_root(pose_covariance() + kLeastSpread * Eigen::Matrix3d::Identity());
-  const Eigen::Matrix3d L = P_root.matrixL();
-  const Eigen::LLT<Eigen::Matrix2d> Q_root(settings().Q);
-  const Eigen::Matrix2d L_q = Q_root.info() == Eigen::Success ? Eigen::Matrix2d(Q_root.matrixL())
-                                                              : Eigen::Matrix2d(settings().Q.cwiseSqrt());
+  Eigen::Matrix3d L = pose_covariance();
+  semidefinite_root(L);
+  Eigen::Matrix2d L_q = settings().Q;
+  semidefinite_root(L_q);
   Eigen::Matrix<double, 3, 5> D, half_sum;
   for (Index j = 0; j < 5; ++j) {
     Pose deviation[2];
@@ -44,7 +68,8 @@ void UkfEstimator::propagate(const Pose& before, const Motion& motion, const Con
     half_sum.col(j) = 0.5 * (deviation[0] + deviation[1]);
   }
   const Pose shift = half_sum.rowwise().sum() / c;
-  const Eigen::Matrix3d A = L.triangularView<Eigen::Lower>().solve<Eigen::OnTheRight>(D.leftCols<3>());
+  Eigen::Matrix3d A = D.leftCols<3>();
+  divide_by_root(A, L);
   propagate_pose(A, D.rightCols<2>() * D.rightCols<2>().transpose() + half_sum * half_sum.transpose() / c +
                         centre_weight(alpha) * shift * shift.transpose());
   x().head<3>() += shift;
@@ -57,9 +82,7 @@ void UkfEstimator::linearise(const PlanarTruth&) {
   const double root_c = std::sqrt(c);
   auto root = root_.resize(s, s);
   root = seen_covariance();
-  root.diagonal().array() += kLeastSpread;
-  const Eigen::LLT<Eigen::Ref<Matrix>> llt(root);
-  root.triangularView<Eigen::StrictlyUpper>().setZero();
+  semidefinite_root(root);
   auto D = D_.resize(m, s);
   auto half_sums = half_sums_.resize(m, s);
   for (Index i = 0; 2 * i < m; ++i) {
@@ -75,10 +98,13 @@ void UkfEstimator::linearise(const PlanarTruth&) {
       half_sums.block<2, 1>(2 * i, j) = 0.5 * (up + down);
     }
   }
-  const Vector shift = half_sums.rowwise().sum() / c;
-  nu() -= shift;
-  extra_S() = half_sums * half_sums.transpose() / c + centre_weight(alpha) * shift * shift.transpose();
-  root.triangularView<Eigen::Lower>().solveInPlace<Eigen::OnTheRight>(D);
+  auto shift = shift_.resize(m);
+  shift = half_sums.rowwise().sum() / c;
+  nu() -= shift.col(0);
+  extra_S().noalias() = half_sums.lazyProduct(half_sums.transpose());
+  extra_S() /= c;
+  extra_S() += centre_weight(alpha) * shift.lazyProduct(shift.transpose());
+  divide_by_root(D, root);
   H() = D;
 }
 

@@ -24,7 +24,7 @@ class UkfEstimator final : public SlamEstimator {
                  const PlanarTruth& truth) override;
   void linearise(const PlanarTruth& truth) override;
 
-  MatrixBuffer root_, D_, half_sums_;
+  MatrixBuffer root_, D_, half_sums_, shift_;
 };
 
 }  // namespace credence
