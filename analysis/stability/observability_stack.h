@@ -6,7 +6,7 @@
 namespace credence {
 
 /// The local observability matrix of a planar SLAM estimator along a run at the Jacobians that it used, the
-/// stack of H_k Φ_k with Φ_k = F_k … F_1 ([Huang 2010], eq. (18)), kept as its triangular factor: O(n²) of
+/// stack of H_k Φ_k with Φ_k = F_k … F_1 ([Huang 2010]), kept as its triangular factor: O(n²) of
 /// memory, and of time per measured number.
 ///
 /// A landmark's first sight at z gives the rows [−J_r, I] Φ_k of its placement.

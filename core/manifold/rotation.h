@@ -6,7 +6,7 @@
 
 /// @file
 /// Rotations in the plane and the group SE_{1+N}(2) of a pose and N landmarks, on which the invariant filters
-/// live ([Barrau 2015], section III).
+/// live ([Barrau 2015]).
 
 namespace credence {
 

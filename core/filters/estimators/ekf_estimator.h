@@ -5,7 +5,7 @@
 namespace credence {
 
 /// EKF-SLAM: every Jacobian at the newest estimate. It takes the heading for observable, since its estimates
-/// of one state move between Jacobians ([Huang 2010], section 4.2).
+/// of one state move between Jacobians ([Huang 2010]).
 class EkfEstimator : public SlamEstimator {
  public:
   using SlamEstimator::SlamEstimator;

@@ -4,7 +4,7 @@
 
 namespace credence {
 
-/// The ideal EKF ([Huang 2010], section 4.1): its estimates are those of an EKF, every Jacobian is at the
+/// The ideal EKF ([Huang 2010]): its estimates are those of an EKF, every Jacobian is at the
 /// truth. No filter that could be built: it shows what of an inconsistency is linearisation.
 class IdealEstimator final : public SlamEstimator {
  public:

@@ -4,7 +4,7 @@
 
 namespace credence {
 
-/// The right-invariant EKF on SE_{1+N}(2) ([Barrau 2015], section IV; [Zhang 2017] in three dimensions).
+/// The right-invariant EKF on SE_{1+N}(2) ([Barrau 2015]; [Zhang 2017] in three dimensions).
 ///
 /// The error is e = log(X̂ X⁻¹) with X the pose and all landmarks as one group element, a correction is
 /// X̂ ← exp(δ) X̂. Then Φ = I, H = D R̂ᵀ [−I, 0, I] has no column for the heading, and the directions that no

@@ -96,7 +96,7 @@ void follow(SlamEstimator& filter, Drive& drive, unsigned seed, int steps, Take 
 
 Matrix full(const MatrixRef& P) { return P.selfadjointView<Eigen::Lower>(); }
 
-// A known heading makes motion and relative position linear; [Kalman]'s filter with its dense textbook
+// A known heading makes motion and relative position linear; the Kalman filter with its dense textbook
 // formulas is then what every estimator must be.
 TEST(Estimators, AllAreTheKalmanFilterWhereTheWorldIsLinear) {
   for (const EstimatorKind& kind : estimator_kinds()) {
