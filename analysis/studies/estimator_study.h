@@ -85,10 +85,10 @@ struct EstimatorStudy {
 };
 
 struct EstimatorStudyOptions {
-  std::vector<std::string> estimators;  ///< empty: all there are
+  std::vector<std::string> estimators{};  ///< empty: all there are
   int threads = 0;
   const std::atomic<bool>* stop = nullptr;
-  std::function<void(std::int64_t done, std::int64_t total)> progress;  ///< runs; called under a lock
+  std::function<void(std::int64_t done, std::int64_t total)> progress{};  ///< runs; called under a lock
 };
 
 /// Runs study.runs runs of the scenario with every estimator. Throws std::invalid_argument for a world that

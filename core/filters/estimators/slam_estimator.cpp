@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/mirror.h"
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 
@@ -149,7 +150,7 @@ bool SlamEstimator::correct(UpdateResult& result) {
     }
   }
   for (Index i = 0; i < m; i += 2) S.block<2, 2>(i, i) += settings_.R;
-  S = (0.5 * (S + S.transpose())).eval();
+  symmetrise(S);
   auto L = L_.resize(m, m);
   L = S;
   const Eigen::LLT<Eigen::Ref<Matrix>> llt(L);
