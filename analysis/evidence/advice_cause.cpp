@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
+#include <limits>
 
 namespace credence {
 namespace {
@@ -32,6 +34,19 @@ void find_unwrapped_angle(const Findings& findings, std::vector<CauseFound>& fou
                                findings.unwrapped_innovations)});
 }
 
+// A consistent filter with such an angle is called pessimistic: a wrapped error is never beyond half a turn.
+void find_wide_angle(const Findings& findings, std::vector<CauseFound>& found) {
+  constexpr double kFewest = 0.01;  // of all steps
+  const CoverageCount& angles = findings.narrow_angles;
+  const double wide = static_cast<double>(angles.total - angles.inside);
+  if (!is_inconsistent(findings.nees.verdict) || !(wide > kFewest * static_cast<double>(angles.total)))
+    return;
+  found.push_back({Cause::wide_angle,
+                   fmt::format("{:.3g} % of the angles have a standard deviation beyond 60°, where an error "
+                               "that is wrapped follows no Gaussian law",
+                               100.0 * wide / static_cast<double>(angles.total))});
+}
+
 void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
   if (!findings.far_tail || findings.far_tail->total == 0) return;
   const CoverageCount& tail = *findings.far_tail;
@@ -49,11 +64,63 @@ void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
   }
 }
 
+// Relative excess of the mean over the steps first … last − 1; 0 without data.
+double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
+  double sum = 0.0;
+  double dof = 0.0;
+  for (std::size_t k = first; k < last; ++k) {
+    const StepTest& step = verdict.steps[k];
+    if (step.count == 0 || step.total_dof == 0.0) continue;
+    sum += static_cast<double>(step.count) * step.mean;
+    dof += step.total_dof;
+  }
+  return dof > 0.0 ? sum / dof - 1.0 : 0.0;
+}
+
+// Size and colour of the innovations: all that a wrong noise can change in them.
+struct InnovationShape {
+  double excess = 0.0;      // mean NIS over the expected one, less 1; of the steps after the start
+  double lag_1 = 0.0;       // autocorrelation
+  double lag_1_band = 0.0;  // beyond which lag_1 is no chance; infinite where it is not known
+};
+
+// Beyond the pointwise band where all lags together speak, else beyond that of all causes together.
+double lag_1_band(const Findings& findings) {
+  const double band = findings.whiteness->band.at(0);
+  if (findings.not_white) return band;
+  const boost::math::normal law;
+  const double wanted = quantile(complement(law, 0.5 * cause_level(findings)));
+  return band * wanted / quantile(complement(law, 0.5 * alpha_of(findings)));
+}
+
+// Of the innovations as they are.
+InnovationShape innovation_shape(const Findings& findings) {
+  const ConsistencyVerdict& nis = findings.nis;
+  InnovationShape shape{.excess = excess_of_steps(nis, nis.steps.size() / 5, nis.steps.size()),
+                        .lag_1_band = std::numeric_limits<double>::infinity()};
+  if (findings.whiteness && findings.whiteness->reason.empty()) {
+    shape.lag_1 = findings.whiteness->autocorrelation.at(0);
+    shape.lag_1_band = lag_1_band(findings);
+  }
+  return shape;
+}
+
+// Of the innovations less their mean: of the mean square v of a component and its autocorrelation r a mean of
+// mean square b leaves v − b and (r v − b)/(v − b).
+InnovationShape without_mean(InnovationShape shape, const Vector& mean) {
+  const double v = 1.0 + shape.excess;
+  const double b = mean.squaredNorm() / static_cast<double>(mean.size());
+  const double left = v - b;
+  if (!(left > 0.0)) return {.excess = 0.0, .lag_1 = 0.0, .lag_1_band = shape.lag_1_band};
+  return {.excess = left - 1.0,
+          .lag_1 = (shape.lag_1 * v - b) / left,
+          .lag_1_band = shape.lag_1_band * std::max(1.0, v / left)};
+}
+
 // The lag-1 autocorrelation if it lies outside its band, else 0.
 double lag_1_outside(const Findings& findings) {
-  if (!findings.whiteness || !findings.whiteness->reason.empty()) return 0.0;
-  const double lag_1 = findings.whiteness->autocorrelation.at(0);
-  return std::abs(lag_1) > findings.whiteness->band.at(0) ? lag_1 : 0.0;
+  const InnovationShape shape = innovation_shape(findings);
+  return std::abs(shape.lag_1) > shape.lag_1_band ? shape.lag_1 : 0.0;
 }
 
 // What remains of outliers when nothing speaks against the covariance.
@@ -93,12 +160,29 @@ void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
                    findings.gate->nis, findings.gate->expected, findings.gate->p_value)});
 }
 
+// Jacobians at the estimates shift those of a nonlinear filter a little, too: there the mean of the errors
+// must be most of what is wrong.
+bool explains_the_errors(const ZeroMeanTest& mean, const Findings& findings) {
+  constexpr double kMost = 0.5;
+  const double excess = findings.nees.mean - findings.nees.expected;
+  return !findings.nonlinear || mean.mean.squaredNorm() > kMost * std::max(0.0, excess);
+}
+
 void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
-  if (!findings.innovation_mean || !(findings.innovation_mean->p_value <= cause_level(findings))) return;
-  found.push_back(
-      {Cause::biased_innovation,
-       fmt::format("the innovation has mean {:.2g} standard deviations (p = {:.2g})",
-                   findings.innovation_mean->mean.cwiseAbs().maxCoeff(), findings.innovation_mean->p_value)});
+  const auto clear = [&](const ZeroMeanTest& test) { return test.p_value <= cause_level(findings); };
+  if (findings.innovation_mean && clear(*findings.innovation_mean)) {
+    const ZeroMeanTest& test = *findings.innovation_mean;
+    found.push_back(
+        {Cause::bias, fmt::format("the innovation has mean {:.2g} standard deviations (p = {:.2g})",
+                                  test.mean.cwiseAbs().maxCoeff(), test.p_value)});
+  } else if (findings.error_mean && clear(findings.error_mean->test) &&
+             explains_the_errors(findings.error_mean->test, findings)) {
+    const ZeroMeanTest& test = findings.error_mean->test;
+    found.push_back({Cause::bias,
+                     fmt::format("the error of {} has mean {:.2g} of its standard deviations (p = {:.2g}), "
+                                 "which the innovations do not show",
+                                 findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(), test.p_value)});
+  }
 }
 
 // What is known need not be guessed.
@@ -111,19 +195,6 @@ void find_inflation(const Findings& findings, std::vector<CauseFound>& found) {
        fmt::format("it makes P larger than the errors: mean NEES {:.4g} of {:.4g}, "
                    "mean NIS {:.4g} of {:.4g}",
                    findings.nees.mean, findings.nees.expected, findings.nis.mean, findings.nis.expected)});
-}
-
-// Relative excess of the mean over the steps first … last − 1; 0 without data.
-double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
-  double sum = 0.0;
-  double dof = 0.0;
-  for (std::size_t k = first; k < last; ++k) {
-    const StepTest& step = verdict.steps[k];
-    if (step.count == 0 || step.total_dof == 0.0) continue;
-    sum += static_cast<double>(step.count) * step.mean;
-    dof += step.total_dof;
-  }
-  return dof > 0.0 ? sum / dof - 1.0 : 0.0;
 }
 
 bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
@@ -194,8 +265,8 @@ bool is_coloured(double lag_1, const ConsistencyVerdict& nis) {
 
 void find_coloured_noise(const Findings& findings, double least, std::vector<CauseFound>& found) {
   const double lag_1 = lag_1_outside(findings);
-  if (lag_1 == 0.0 || std::abs(lag_1) < least || !(findings.whiteness->p_value <= cause_level(findings)))
-    return;
+  if (!findings.not_white || lag_1 == 0.0 || std::abs(lag_1) < least) return;
+  if (!(findings.whiteness->p_value <= cause_level(findings))) return;
   if (!is_coloured(lag_1, findings.nis)) return;
   found.push_back({Cause::coloured_noise,
                    fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
@@ -203,21 +274,56 @@ void find_coloured_noise(const Findings& findings, double least, std::vector<Cau
                                lag_1, findings.nis.mean, findings.nis.expected)});
 }
 
-void find_gain(const Findings& findings, std::vector<CauseFound>& found) {
+// A wrong Q leaves at least this much lag-1 autocorrelation for each unit of ln(NIS / expected): 0.19 to 1.3
+// for Q wrong by 2 to 5 in the plane and by 2 to 25 in a random walk. Where S is nearly R, a wrong R leaves
+// at most 0.12.
+constexpr double kLeastByProcessNoise = 0.15;
+
+// Whether innovations this white, whose S is mostly R, tell R from Q.
+CauseFound noise_of_white_innovations(const InnovationShape& shape, double mean, double expected,
+                                      double share) {
+  const bool high = shape.excess > 0.0;
+  const double most = std::abs(shape.lag_1) + shape.lag_1_band;
+  const bool told = most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
+  const Cause of_R = high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large;
+  return {
+      told ? of_R : Cause::process_or_measurement_noise,
+      fmt::format("mean NIS {:.3g} of {:.3g}, lag-1 autocorrelation {:.2g} ± {:.2g}, and S is R to {:.2g}",
+                  mean, expected, shape.lag_1, shape.lag_1_band, share)};
+}
+
+void find_gain(const Findings& findings, const InnovationShape& shape, std::vector<CauseFound>& found) {
   const ConsistencyVerdict& nis = findings.nis;
-  if (!is_inconsistent(nis.verdict)) return;
-  // Of the steps after the start, which may be wrong in the other direction.
-  const bool high = excess_of_steps(nis, nis.steps.size() / 5, nis.steps.size()) > 0.0;
-  const double lag_1 = lag_1_outside(findings);
-  if (lag_1 != 0.0) {
-    found.push_back({cause_by_gain(high, lag_1 > 0.0),
-                     fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g}", nis.mean,
-                                 nis.expected, lag_1)});
-  } else if (findings.measurement_noise_share.value_or(0.0) > kMostly) {
-    found.push_back({high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
-                     fmt::format("mean NIS {:.3g} of {:.3g}, white, and S is R to {:.2g}", nis.mean,
-                                 nis.expected, *findings.measurement_noise_share)});
+  const double mean = nis.expected * (1.0 + shape.excess);
+  const double share = findings.measurement_noise_share.value_or(0.0);
+  if (std::abs(shape.lag_1) > shape.lag_1_band) {
+    found.push_back({cause_by_gain(shape.excess > 0.0, shape.lag_1 > 0.0),
+                     fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g}", mean,
+                                 nis.expected, shape.lag_1)});
+  } else if (share > kMostly && std::isfinite(shape.lag_1_band)) {
+    found.push_back(noise_of_white_innovations(shape, mean, nis.expected, share));
   }
+}
+
+// The noise beside a bias, which alone raises NIS and correlates the innovations: where what is left without
+// their mean is clearly of another size.
+void find_noise_beside_the_bias(const Findings& findings, std::vector<CauseFound>& found) {
+  constexpr double kLeast = 0.05, kStandardErrors = 5.0;
+  InnovationShape shape = innovation_shape(findings);
+  if (findings.innovation_mean) {
+    const Vector& bias = findings.innovation_mean->mean;
+    // Of every component, and not of their sum.
+    if (std::abs(findings.nis.expected - static_cast<double>(bias.size())) > 0.01) return;
+    shape = without_mean(shape, bias);
+  }
+  const double deviation = std::sqrt(2.0 / findings.nis.dof);
+  if (!(std::abs(shape.excess) > std::max(kLeast, kStandardErrors * deviation))) return;
+  const std::size_t before = found.size();
+  find_gain(findings, shape, found);
+  if (found.size() > before) return;
+  found.push_back({Cause::process_or_measurement_noise,
+                   fmt::format("mean NIS {:.3g} of {:.3g} without the mean of the innovations",
+                               findings.nis.expected * (1.0 + shape.excess), findings.nis.expected)});
 }
 
 void find_cross_covariance(const Findings& findings, std::vector<CauseFound>& found) {
@@ -276,11 +382,13 @@ std::string_view to_string(Cause cause) {
   switch (cause) {
     case Cause::unwrapped_angle:
       return "an angle that is not wrapped";
+    case Cause::wide_angle:
+      return "an angle too uncertain for a Gaussian law";
     case Cause::outliers:
       return "outliers, as of a wrong association";
     case Cause::gated_innovations:
       return "innovations that had to pass a gate";
-    case Cause::biased_innovation:
+    case Cause::bias:
       return "a bias of the sensor or of the model";
     case Cause::initial_covariance:
       return "the initial covariance";
@@ -292,6 +400,8 @@ std::string_view to_string(Cause cause) {
       return "measurement noise R assumed too small";
     case Cause::measurement_noise_too_large:
       return "measurement noise R assumed too large";
+    case Cause::process_or_measurement_noise:
+      return "process or measurement noise; the innovations cannot tell which";
     case Cause::coloured_noise:
       return "noise that is correlated in time";
     case Cause::cross_covariance:
@@ -324,11 +434,15 @@ bool is_mixed(const Findings& findings) {
 std::vector<CauseFound> find_causes(const Findings& findings) {
   std::vector<CauseFound> found;
   find_unwrapped_angle(findings, found);
+  find_wide_angle(findings, found);
   find_outliers(findings, found);
   find_heavy_tails(findings, found);
   find_gate(findings, found);
   find_sequential_sensors(findings, found);
   find_bias(findings, found);
+  if (found.size() == 1 && found.front().cause == Cause::bias) {
+    find_noise_beside_the_bias(findings, found);
+  }
   find_inflation(findings, found);
   // A wrong P leaves some correlation too: weak ones name the noise only if nothing else is found.
   constexpr double kStrong = 0.1;
@@ -336,7 +450,9 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   if (found.empty()) find_initial_covariance(findings, found);
   const bool another =
       is_mixed(findings) && found.size() == 1 && found.front().cause == Cause::initial_covariance;
-  if (found.empty() || another) find_gain(findings, found);
+  if (is_inconsistent(findings.nis.verdict) && (found.empty() || another)) {
+    find_gain(findings, innovation_shape(findings), found);
+  }
   if (found.empty()) find_linearisation(findings, found);
   if (found.empty()) find_dof(findings, found);
   if (found.empty()) find_cross_covariance(findings, found);

@@ -12,22 +12,24 @@
 #include "analysis/laws/error_correlation.h"
 #include "analysis/laws/goodness_of_fit.h"
 #include "analysis/laws/whiteness.h"
-#include "analysis/laws/whiteness_innovation_mean.h"
+#include "analysis/laws/zero_mean.h"
 
 namespace credence {
 
 /// What a wrong filter most likely has wrong.
 enum class Cause {
   unwrapped_angle,     ///< an innovation of an angle beyond half a turn
+  wide_angle,          ///< an angle so uncertain that its wrapped error is not Gaussian
   outliers,            ///< a few innovations or errors beyond any law: a wrong match
   gated_innovations,   ///< NIS is cut off at a gate
-  biased_innovation,   ///< the innovation has a mean
+  bias,                ///< the innovations have a mean, or the errors
   initial_covariance,  ///< only the first steps are inconsistent
   process_noise_too_small,
   process_noise_too_large,
   measurement_noise_too_small,
   measurement_noise_too_large,
-  coloured_noise,      ///< innovations of the right size but not white
+  process_or_measurement_noise,  ///< one of them; the innovations cannot tell which
+  coloured_noise,                ///< innovations of the right size but not white
   cross_covariance,    ///< whitened errors are correlated, or no block is inconsistent and the whole is
   sequential_sensors,  ///< innovations of several sensors, all taken against one prior
   heavy_tails,         ///< the covariance is right, the law is not Gaussian
@@ -52,8 +54,14 @@ struct Findings {
   ConsistencyVerdict nees, nis;
   /// Best of the innovations after the first fifth of the steps, so that a wrong start does not colour them.
   std::optional<WhitenessTest> whiteness = {};
+  bool not_white = false;  ///< the portmanteau of all lags speaks against whiteness
   /// Of the innovations averaged over each run, so that it holds for innovations that are not white too.
-  std::optional<InnovationMeanTest> innovation_mean = {};
+  std::optional<ZeroMeanTest> innovation_mean = {};
+  struct ErrorMean {
+    ZeroMeanTest test;  ///< of the errors over their σ, averaged over each run
+    std::string state;  ///< with the largest
+  };
+  std::optional<ErrorMean> error_mean = {};
   std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law
   std::optional<GateFound> gate = {};
   /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
@@ -62,6 +70,7 @@ struct Findings {
   std::optional<ResponsibleBlock> block = {};
   std::optional<ErrorCorrelationTest> error_correlation = {};  ///< of the last step
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
+  CoverageCount narrow_angles = {};        ///< angles of the state whose σ is no wider than kWideAngle
   Moments nees_values = {};                ///< single NEES values over runs and steps
   std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
   bool nonlinear = false;                              ///< the filter linearises at its own estimates
@@ -84,14 +93,15 @@ struct CauseFound {
 /// chance.
 ///
 /// Rules, each a signature (statistics, "Which cause"): an angle innovation beyond half a
-/// turn; outliers beyond the far tail; heavy tails with the right second moments; a law cut off at a gate;
-/// two sensors correlated at one step more than each is with itself in time; a mean innovation; an
-/// inconsistency of the first fifth of the steps that is all but gone in the second half; innovations more
-/// correlated than a wrong gain makes them; the sign of the lag-1 autocorrelation with that of the NIS (gain
-/// too small: positive, too large: negative), or for white innovations an S that is nearly R; Var(NEES) = 2
-/// mean, as for another dof, against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a
-/// joint inconsistency that no block shares. Heuristic: a hint; signatures that are tests of their own need
-/// (1 − confidence) / 15.
+/// turn; an angle of the state wider than kWideAngle; outliers beyond the far tail; heavy tails with the
+/// right second moments; a law cut off at a gate; two sensors correlated at one step more than each is with
+/// itself in time; a mean of the innovations, or of the errors, and beside it the noise, judged by the
+/// innovations less their mean; an inconsistency of the first fifth of the steps that is all but gone in the
+/// second half; innovations more correlated than a wrong gain makes them; the sign of the lag-1
+/// autocorrelation with that of the NIS (gain too small: positive, too large: negative), or, for an S that is
+/// nearly R, innovations whiter than a wrong Q would leave them; Var(NEES) = 2 mean, as for another dof,
+/// against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a joint inconsistency that no
+/// block shares. Heuristic: a hint; signatures that are tests of their own need (1 − confidence) / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence

@@ -121,6 +121,8 @@ void Evidence::merge(Evidence later) {
   merge_series(clean_nis, later.clean_nis);
   nees_outliers += later.nees_outliers;
   nis_outliers += later.nis_outliers;
+  narrow_angles.inside += later.narrow_angles.inside;
+  narrow_angles.total += later.narrow_angles.total;
   rows += later.rows;
   for (const auto& [reason, these] : later.rejected) {
     RejectedRows& all = rejected[reason];

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -138,7 +139,8 @@ struct Evidence {
   std::vector<SensorPairSums> sensor_pairs;  ///< of the order of the layout
   SumsOverSteps clean_nees, clean_nis;       ///< without gross outliers
   std::int64_t nees_outliers = 0, nis_outliers = 0;
-  std::int64_t rows = 0;                         ///< steps seen, rejected ones included
+  CoverageCount narrow_angles{};  ///< angles of the state at a step whose σ is within kWideAngle
+  std::int64_t rows = 0;          ///< steps seen, rejected ones included
   std::map<std::string, RejectedRows> rejected;  ///< by the reason
   std::vector<double> first_run;  ///< NEES / dof of a run alone at its rows; empty once there are more runs
   Index state_dim = 0;            ///< the largest of all logs
@@ -151,6 +153,9 @@ struct Evidence {
   /// Made if it is not there.
   SensorPairSums& sensor_pair(const std::string& first, const std::string& second, Index first_dim);
 };
+
+/// The σ of an angle beyond which its wrapped error is no longer Gaussian to the eye of NEES [rad].
+inline constexpr double kWideAngle = std::numbers::pi / 3.0;
 
 /// Beyond this upper quantile of its χ² law a value is a gross outlier: once in a million for a consistent
 /// filter.

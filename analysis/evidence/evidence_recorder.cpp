@@ -153,6 +153,10 @@ void EvidenceRecorder::find_places(const Step& step) {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     place[static_cast<std::size_t>(states_[i])] = static_cast<Index>(i);
   }
+  angles_.clear();
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (layout_.angles[static_cast<std::size_t>(states_[i])]) angles_.push_back(static_cast<Index>(i));
+  }
   for (std::size_t b = 0; b < places_.size(); ++b) {
     places_[b].clear();
     for (const Index state : layout_.blocks[b].states) {
@@ -262,6 +266,7 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
     run_.last_error = step.error(places_.front());
     run_.last_covariance = step.P(places_.front(), places_.front());
   }
+  add_angles(step);
   add_law(step);
   add_scores(step);
   if (sums_.study.runs == 1) sums_.first_run.push_back(state_.value / static_cast<double>(state_.dof));
@@ -272,13 +277,21 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
   }
 }
 
+void EvidenceRecorder::add_angles(const Step& step) {
+  for (const Index i : angles_) sums_.narrow_angles.add(step.P(i, i) <= kWideAngle * kWideAngle);
+}
+
 void EvidenceRecorder::add_law(const Step& step) {
   const double dof = static_cast<double>(state_.dof);
   at_step(sums_.law.nees_at, step.step).add(state_.value / dof);
   run_.law.nees_tails.add(state_.value, dof);
   if (!layout_.joint_covariance) return;
-  const Normalised& averaged = sums_.law.averaged.empty() ? state_ : blocks_.front();
-  if (averaged.dof == averaged_dim_) run_.law.add_error(averaged.whitened);
+  if (sums_.law.averaged.empty()) {
+    if (state_.dof == averaged_dim_) run_.law.add_error(state_.whitened, step.error, step.P);
+  } else if (const Normalised& first = blocks_.front(); first.dof == averaged_dim_) {
+    const std::vector<Index>& places = places_.front();
+    run_.law.add_error(first.whitened, step.error(places), step.P(places, places));
+  }
   const Index all = std::ssize(layout_.states);
   if (state_.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
     sums_.law.whitened[step.step].add(state_.whitened);

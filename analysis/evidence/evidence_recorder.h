@@ -79,6 +79,7 @@ class EvidenceRecorder {
   std::string_view judge_innovations(const Step& step);
   void reject(const Step& step, std::string_view problem);
   void add_state(const Step& step, StepStatistics& sums);
+  void add_angles(const Step& step);
   void add_law(const Step& step);
   void add_scores(const Step& step);
   void add_sensor_pairs();
@@ -101,6 +102,7 @@ class EvidenceRecorder {
   Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none
   std::vector<Index> states_;               ///< of the step that places_ is of
   std::vector<std::vector<Index>> places_;  ///< of the states of each block in the step at hand
+  std::vector<Index> angles_;               ///< the places of angles in the step at hand
   Normalised state_;                        ///< of the step at hand
   std::vector<Normalised> blocks_, innovations_;  ///< of the step at hand
 };

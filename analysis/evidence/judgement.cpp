@@ -177,7 +177,7 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   result.whiteness = test_whiteness(s.varies ? s.scalar_lags : s.lags, confidence);
   const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
   const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
-  result.mean = test_innovation_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
+  result.mean = test_zero_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
   result.fit = test_uniform(s.fit);
   result.histogram = s.fit.counts();
   return result;
@@ -321,6 +321,7 @@ constexpr const char* kNisBody = "NIS against its law, body";
 constexpr const char* kNisTails = "NIS against its law, tails";
 constexpr const char* kWhiteness = "whiteness of the innovation";
 constexpr const char* kInnovationMean = "mean of the innovation";
+constexpr const char* kErrorMean = "mean of the errors";
 constexpr const char* kErrorCorrelation = "correlation of the whitened errors";
 constexpr const char* kHeavyTails = "tails of NEES and NIS, over runs";
 
@@ -368,6 +369,12 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
                     std::min(second.p_value.optimistic, second.p_value.pessimistic),
                     fmt::format("times {:.3g} ({:.3g} … {:.3g}) in the direction of {}", second.worst.mean,
                                 second.worst.lower, second.worst.upper, law.second_moments.worst)));
+  const ZeroMeanTest& mean = law.error_mean.test;
+  tests.push_back(reasoned_test(
+      kErrorMean, Exactness::exact, mean.reason, mean.p_value,
+      mean.mean.size() > 0
+          ? fmt::format("largest {:.3g} σ, of {}", mean.mean.cwiseAbs().maxCoeff(), law.error_mean.largest)
+          : ""));
   const ShapeJudgement& shape = law.shape;
   const auto factor = [&](Index i) {
     const Vector& all = shape.shape.factors;
@@ -423,7 +430,9 @@ bool speaks(const Judgement& j, std::string_view name) {
 
 /// What speaks of one sensor.
 void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
-  if (speaks(j, of_sensor(kWhiteness, s))) f.whiteness = s.whiteness;
+  const bool not_white = speaks(j, of_sensor(kWhiteness, s));
+  if (not_white || !f.whiteness) f.whiteness = s.whiteness;
+  f.not_white = f.not_white || not_white;
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
   if (s.gate) f.gate = s.gate;
   if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
@@ -431,8 +440,16 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   f.far_tail = sums.far_tail;
 }
 
+/// A verdict that the word has taken back when it joined all says nothing of a cause.
+void take_back(const Word& word, ConsistencyVerdict& verdict) {
+  if (!is_inconsistent(word.verdict) && is_inconsistent(verdict.verdict))
+    verdict.verdict = Verdict::consistent;
+}
+
 std::vector<CauseFound> causes_of(const Evidence& e, const JudgementContext& context, const Judgement& j) {
   Findings findings{.nees = j.nees, .nis = j.nis};
+  take_back(j.word, findings.nees);
+  take_back(j.word, findings.nis);
   findings.inflated = context.inflated;
   Moments share;
   for (std::size_t i = 0; i < j.sensors.size(); ++i) {
@@ -441,6 +458,8 @@ std::vector<CauseFound> causes_of(const Evidence& e, const JudgementContext& con
     share.merge(e.sensors[i].measurement_share);
   }
   findings.far_tail_probability = SensorSums::kFarTail;
+  findings.narrow_angles = e.narrow_angles;
+  if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
   findings.block = j.responsible;
   if (speaks(j, kErrorCorrelation)) findings.error_correlation = j.error_correlation;
   findings.nees_values = e.whole_runs.nees_values;

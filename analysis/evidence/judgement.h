@@ -19,7 +19,7 @@
 #include "analysis/laws/error_correlation.h"
 #include "analysis/laws/goodness_of_fit.h"
 #include "analysis/laws/whiteness.h"
-#include "analysis/laws/whiteness_innovation_mean.h"
+#include "analysis/laws/zero_mean.h"
 
 /// @file
 /// What the evidence says of a filter, beside the verdicts on NEES and NIS: where an inconsistency sits, what
@@ -54,8 +54,7 @@ struct SensorJudgement {
   std::string name;
   ConsistencyVerdict nis;
   WhitenessTest whiteness;
-  InnovationMeanTest
-      mean;  ///< of run means; of all values where there are too few runs, which assumes them white
+  ZeroMeanTest mean;  ///< of run means; of all values where there are too few runs, which assumes them white
   bool of_sum = false;                  ///< whiteness and mean are of Σ u_i/√m, as the dimension varies
   GoodnessOfFit fit;                    ///< of NIS against χ²
   std::vector<std::int64_t> histogram;  ///< counts of F(NIS), equally likely bins

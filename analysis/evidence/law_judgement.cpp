@@ -86,6 +86,15 @@ SecondMomentJudgement judge_second_moments(const Evidence& e, double confidence)
   return result;
 }
 
+ErrorMeanJudgement judge_error_mean(const Evidence& e) {
+  ErrorMeanJudgement result{.test = test_zero_mean(e.law.error_means), .largest = {}};
+  const std::vector<std::string> names = averaged_states(e);
+  Index largest = 0;
+  if (result.test.mean.size() > 0) result.test.mean.cwiseAbs().maxCoeff(&largest);
+  if (largest < std::ssize(names)) result.largest = names[static_cast<std::size_t>(largest)];
+  return result;
+}
+
 GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics& all,
                                        const SecondMomentJudgement& second) {
   GaussianityJudgement g;
@@ -159,6 +168,7 @@ LawJudgement judge_law(const Evidence& e, const StudyStatistics& all_runs, doubl
   LawJudgement j;
   j.shape = judge_shape(e.law, confidence);
   j.second_moments = judge_second_moments(e, confidence);
+  j.error_mean = judge_error_mean(e);
   j.gaussianity = judge_gaussianity(e, all_runs, j.second_moments);
   j.equivalence = judge_equivalence(e, all_runs, confidence, margin);
   j.log_score = judge_score(e.scores.log, confidence);

@@ -11,6 +11,7 @@
 #include "analysis/laws/covariance_shape.h"
 #include "analysis/laws/second_moments.h"
 #include "analysis/laws/student.h"
+#include "analysis/laws/zero_mean.h"
 
 /// @file
 /// What is known of the covariance beyond one factor and one law: every direction of it, whether it is
@@ -36,6 +37,13 @@ struct SecondMomentJudgement {
   std::string of;         ///< the block, "" for the state
   SecondMomentTest test;  ///< of one component: the same as the mean of NEES, and not made
   std::string worst;      ///< the direction of the smallest p-value in words
+};
+
+/// Whether the errors have a mean, as they have with a bias of the sensor or of the model, which the
+/// innovations of a filter that takes it into its state do not show.
+struct ErrorMeanJudgement {
+  ZeroMeanTest test;  ///< Hotelling's T² of e_i/√P_ii averaged over each run; the chi_square has no meaning
+  std::string largest;  ///< the state whose mean is the largest
 };
 
 /// Whether the covariance is right where the law of χ² is not.
@@ -80,6 +88,7 @@ struct SensorPairJudgement {
 struct LawJudgement {
   ShapeJudgement shape;
   SecondMomentJudgement second_moments;
+  ErrorMeanJudgement error_mean;
   GaussianityJudgement gaussianity;
   EquivalenceJudgement equivalence;
   ScoreJudgement log_score, energy_score;

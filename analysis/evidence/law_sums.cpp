@@ -13,6 +13,10 @@ void LawSums::merge(const LawSums& later) {
   } else if (later.second_moments.dim() == second_moments.dim()) {
     second_moments.merge(later.second_moments);
   }
+  if (error_means.count == 0 || later.error_means.count == 0 ||
+      error_means.mean.size() == later.error_means.mean.size()) {
+    error_means.merge(later.error_means);
+  }
   for (const auto& [step, moments] : later.whitened) {
     VectorMoments& here = whitened[step];
     if (here.count == 0 || here.mean.size() == moments.mean.size()) here.merge(moments);
@@ -24,11 +28,13 @@ void LawSums::merge(const LawSums& later) {
   merge_series(nis_at, later.nis_at);
 }
 
-void RunLaw::add_error(const Vector& whitened) {
+void RunLaw::add_error(const Vector& whitened, VectorRef error, MatrixRef P) {
   if (outer.rows() != whitened.size()) {
     if (steps > 0) return;  // of fewer states than before: no average of the same thing
     outer = Matrix::Zero(whitened.size(), whitened.size());
+    normalised = Vector::Zero(whitened.size());
   }
+  normalised.array() += error.array() / P.diagonal().array().sqrt();
   outer.selfadjointView<Eigen::Lower>().rankUpdate(whitened);
   ++steps;
 }
@@ -36,6 +42,7 @@ void RunLaw::add_error(const Vector& whitened) {
 void RunLaw::add_to(LawSums& sums) const {
   if (steps > 0 && (sums.second_moments.dim() == 0 || sums.second_moments.dim() == outer.rows())) {
     sums.second_moments.add(outer / static_cast<double>(steps));
+    sums.error_means.add(normalised / static_cast<double>(steps));
   }
   if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
   if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);

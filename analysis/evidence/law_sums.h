@@ -23,6 +23,7 @@ struct LawSums {
 
   std::string averaged{};                            ///< the block that second_moments is of; "": the state
   SecondMoments second_moments{};                    ///< of the whitened errors, averaged over each run
+  VectorMoments error_means{};                       ///< of the errors over their σ, averaged over each run
   std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …
   SkewedMoments nees_tails{}, nis_tails{};           ///< of each run (tail_weight.h)
   SkewedMoments nis_of_runs{};                       ///< NIS / dof, averaged over each run
@@ -33,12 +34,14 @@ struct LawSums {
 
 /// Of the run at hand.
 struct RunLaw {
-  Matrix outer{};  ///< Σ u uᵀ
+  Matrix outer{};       ///< Σ u uᵀ
+  Vector normalised{};  ///< Σ e_i / √P_ii
   Index steps = 0;
   RunTails nees_tails{}, nis_tails{};
   double nis = 0.0, nis_dof = 0.0;
 
-  void add_error(const Vector& whitened);
+  /// Of a covariance P of full rank.
+  void add_error(const Vector& whitened, VectorRef error, MatrixRef P);
   /// The run ended well.
   void add_to(LawSums& sums) const;
 };

@@ -12,7 +12,7 @@
 #include "analysis/laws/effective_sample.h"
 #include "analysis/laws/multiple_tests.h"
 #include "analysis/laws/student_positive_mean.h"
-#include "analysis/laws/whiteness_innovation_mean.h"
+#include "analysis/laws/zero_mean.h"
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
@@ -154,7 +154,7 @@ void test_mean(std::span<const RecordedInnovations> runs, InnovationTests& tests
     tests.mean_reason = "the recording is too short for its correlation in time";
     return;
   }
-  const InnovationMeanTest test = test_innovation_mean(stretches);
+  const ZeroMeanTest test = test_zero_mean(stretches);
   tests.mean_p_value = test.p_value;
   tests.mean_reason = test.reason;
 }

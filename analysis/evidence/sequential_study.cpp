@@ -21,8 +21,7 @@ SequentialStudy::SequentialStudy(const Scenario& scenario)
 bool SequentialStudy::look(const StudyStatistics& chunk, const StudyStatistics& prefix) {
   const RunAverages& runs = chunk.nees_of_runs;
   if (!runs.first.empty()) {
-    const StepDofs dofs{.dof = static_cast<double>(runs.least_dof), .steps = 1};
-    const BettingPrices prices = betting_prices(std::span(&dofs, 1));
+    const BettingPrices prices = betting_prices(static_cast<double>(runs.least_dof));
     for (const double average : runs.first) betting_.add(average, prices);
   }
   const std::vector<Moments> nees = prefix.series(Quantity::nees), nis = prefix.series(Quantity::nis);

@@ -41,6 +41,11 @@ BettingPrices betting_prices(std::span<const StepDofs> dofs) {
   return prices;
 }
 
+BettingPrices betting_prices(double least_dof) {
+  const StepDofs dofs{.dof = least_dof, .steps = 1};
+  return betting_prices(std::span(&dofs, 1));
+}
+
 void RunBetting::add(double run_average, const BettingPrices& prices) {
   ++runs_;
   for (std::size_t i = 0; i < optimistic_.size(); ++i) {

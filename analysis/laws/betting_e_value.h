@@ -51,6 +51,9 @@ struct BettingPrices {
 /// std::invalid_argument for no steps, a negative number of them, or a dof that is not finite and positive.
 BettingPrices betting_prices(std::span<const StepDofs> dofs);
 
+/// The dearest prices of a run whose steps have at least this dof: those of steps that all have it.
+BettingPrices betting_prices(double least_dof);
+
 /// The capital of all bets over the runs seen so far, in logarithms.
 class RunBetting {
  public:

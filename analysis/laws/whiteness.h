@@ -12,7 +12,7 @@
 /// For a consistent filter the u_k are independent N(0, I). The test looks at the products u_k u_{k−h}ᵀ,
 /// summed over steps and runs, after standardising them by the measured covariance of u: so it sees
 /// correlation in time and not a wrong scale, which is the business of the NIS verdict. The mean is known to
-/// be zero and is not subtracted: a biased innovation is not white either (whiteness_innovation_mean.h names
+/// be zero and is not subtracted: a biased innovation is not white either (zero_mean.h names
 /// that cause).
 
 namespace credence {

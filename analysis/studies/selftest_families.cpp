@@ -25,8 +25,7 @@ class GrowingStudy {
     for (int k = 0; k < SyntheticFilter::kSteps; ++k) {
       sums += filter_.nees(k, samples[static_cast<std::size_t>(k)].error);
     }
-    const StepDofs step{.dof = SyntheticFilter::kStateDof, .steps = 1};
-    const BettingPrices prices = betting_prices(std::span(&step, 1));
+    const BettingPrices prices = betting_prices(SyntheticFilter::kStateDof);
     for (int run = 0; run < SyntheticFilter::kRuns; ++run) {
       constexpr double kDof = SyntheticFilter::kStateDof * SyntheticFilter::kSteps;
       runs.add(sums(run), kDof, static_cast<std::int64_t>(SyntheticFilter::kStateDof));

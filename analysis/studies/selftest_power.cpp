@@ -36,7 +36,7 @@ constexpr ExpectedCause kWrongFilters[] = {
     {Defect::coloured_noise, Cause::coloured_noise},
     {Defect::initial_covariance, Cause::initial_covariance, Verdict::optimistic},
     {Defect::gated_innovations, Cause::gated_innovations, {}, true},
-    {Defect::biased_measurement, Cause::biased_innovation},
+    {Defect::biased_measurement, Cause::bias},
     {Defect::heavy_tails, Cause::heavy_tails, {}, true},
     {Defect::shared_prior, Cause::sequential_sensors, {}, true},
 };

@@ -13,8 +13,7 @@ namespace {
 
 double betting_e_value_p(const RunAverages& runs) {
   if (runs.first.empty()) return kNaN;
-  const StepDofs dofs{.dof = static_cast<double>(runs.least_dof), .steps = 1};
-  const BettingPrices prices = betting_prices(std::span(&dofs, 1));
+  const BettingPrices prices = betting_prices(static_cast<double>(runs.least_dof));
   RunBetting betting;
   for (const double average : runs.first) betting.add(average, prices);
   return std::exp(-betting.log_e_value());

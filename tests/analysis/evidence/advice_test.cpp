@@ -137,6 +137,7 @@ TEST(Causes, SignsOfNisAndAutocorrelationNameTheNoise) {
   for (const auto& [nis, lag_1, cause] : cases) {
     Findings findings{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(nis, 1.0)};
     findings.whiteness = whiteness(lag_1);
+    findings.not_white = true;
     EXPECT_TRUE(names(find_causes(findings), cause)) << to_string(cause);
     EXPECT_EQ(find_causes(findings).size(), 1U);
   }
@@ -178,8 +179,8 @@ TEST(Causes, OutliersGateBiasAndCrossCovariance) {
   EXPECT_TRUE(names(find_causes(gate), Cause::gated_innovations));
 
   Findings bias{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(1.1, 1.0)};
-  bias.innovation_mean = InnovationMeanTest{.mean = Vector::Constant(1, 0.3), .p_value = 1e-4};
-  EXPECT_TRUE(names(find_causes(bias), Cause::biased_innovation));
+  bias.innovation_mean = ZeroMeanTest{.mean = Vector::Constant(1, 0.3), .p_value = 1e-4};
+  EXPECT_TRUE(names(find_causes(bias), Cause::bias));
 
   Findings cross{.nees = nees_verdict(2.0, 3.0), .nis = nis_verdict(1.0, 1.0)};
   cross.block = ResponsibleBlock{.index = -1, .deviation = 0.0, .joint_only = true};
@@ -193,9 +194,41 @@ TEST(Causes, OutliersGateBiasAndCrossCovariance) {
 
   Findings white{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(1.3, 1.0)};
   white.measurement_noise_share = 0.95;
+  white.whiteness = whiteness(0.01);
+  // A Q that is wrong could hide in a band this wide.
+  EXPECT_TRUE(names(find_causes(white), Cause::process_or_measurement_noise));
+  white.whiteness->band = {0.01};
   EXPECT_TRUE(names(find_causes(white), Cause::measurement_noise_too_small));
   white.measurement_noise_share = 0.5;
-  EXPECT_FALSE(names(find_causes(white), Cause::measurement_noise_too_small));
+  EXPECT_TRUE(names(find_causes(white), Cause::covariance_scale));
+}
+
+TEST(Causes, ASmallAutocorrelationOfItsOwnTellsQFromR) {
+  Findings findings{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(0.9, 2.0)};
+  findings.measurement_noise_share = 0.95;
+  findings.whiteness = whiteness(-0.04);
+  findings.whiteness->band = {0.01};  // all lags together do not speak
+  EXPECT_EQ(find_causes(findings).front().cause, Cause::process_noise_too_large);
+}
+
+TEST(Causes, NoiseBesideABias) {
+  Findings findings{.nees = nees_verdict(1.0, 2.0), .nis = nis_verdict(1.5, 2.0)};
+  findings.innovation_mean = ZeroMeanTest{.mean = Vector::Constant(2, 0.7), .p_value = 1e-9};
+  findings.whiteness = whiteness(0.49 / 1.5);
+  findings.not_white = true;
+  // What the bias adds, 0.49 a component, leaves white innovations of the right size.
+  ASSERT_EQ(find_causes(findings).size(), 1U);
+  EXPECT_EQ(find_causes(findings).front().cause, Cause::bias);
+
+  findings.nis = nis_verdict(2.0, 2.0);  // 1.51 is left, with an autocorrelation of 0.3
+  findings.whiteness = whiteness((0.3 * 1.51 + 0.49) / 2.0);
+  const std::vector<CauseFound> small = find_causes(findings);
+  ASSERT_EQ(small.size(), 2U);
+  EXPECT_EQ(small[0].cause, Cause::bias);
+  EXPECT_EQ(small[1].cause, Cause::process_noise_too_small);
+
+  findings.whiteness = whiteness(0.49 / 2.0);
+  EXPECT_EQ(find_causes(findings).at(1).cause, Cause::process_or_measurement_noise);
 }
 
 }  // namespace

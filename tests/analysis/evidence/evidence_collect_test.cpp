@@ -54,7 +54,7 @@ TEST(CollectedEvidence, PassesAnOptimalFilter) {
   const StudyAnalysis analysis = analysed(monobot(320));
   const Judgement& judgement = analysis.judgement.value();
   EXPECT_EQ(judgement.runs, 320);
-  EXPECT_EQ(judgement.tests.size(), 2U + 4U + 4U + 5U + 3U);
+  EXPECT_EQ(judgement.tests.size(), 2U + 4U + 4U + 5U + 4U);
   for (const NamedTest& test : judgement.tests) {
     // The chance of a false alarm anywhere in the judgement, at this one seed, is below 0.1 %.
     EXPECT_GT(test.adjusted, 1e-3) << test.name << ": " << test.says;
@@ -113,6 +113,26 @@ TEST(CollectedEvidence, NamesAWrongMeasurementNoiseAndTheFactorThatMendsIt) {
   // Twice the assumed R is the truth; the advice is of first order.
   EXPECT_GT(judgement.scale_measurement_noise.factor, 1.5);
   EXPECT_LT(judgement.scale_measurement_noise.factor, 2.5);
+}
+
+TEST(CollectedEvidence, TellsQFromRInThePlane) {
+  // S is mostly R there, so that a wrong Q correlates the innovations by some hundredths only.
+  const struct {
+    double process, measurement;
+    Cause cause;
+  } cases[] = {{5.0, 1.0, Cause::process_noise_too_large},
+               {0.2, 1.0, Cause::process_noise_too_small},
+               {1.0, 2.0, Cause::measurement_noise_too_large},
+               {1.0, 0.5, Cause::measurement_noise_too_small}};
+  for (const auto& [process, measurement, cause] : cases) {
+    Scenario scenario = planar();
+    scenario.study.steps = 120;
+    scenario.filter.process_scale = process;
+    scenario.filter.measurement_scale = measurement;
+    const Judgement judgement = analysed(scenario).judgement.value();
+    ASSERT_FALSE(judgement.causes.empty()) << process << " " << measurement;
+    EXPECT_EQ(judgement.causes.front().cause, cause) << process << " " << measurement;
+  }
 }
 
 TEST(CollectedEvidence, FindsTheBlocksOfThePlane) {

@@ -9,6 +9,7 @@
 #include "analysis/evidence/evidence_recorder.h"
 #include "analysis/evidence/judgement.h"
 #include "analysis/studies/selftest_study.h"
+#include "core/manifold/angle.h"
 
 namespace credence {
 namespace {
@@ -192,6 +193,53 @@ TEST(LawJudgement, FewRunsProveNothing) {
   EXPECT_TRUE(std::isnan(j.gaussianity.moments_p_value));
   EXPECT_FALSE(j.gaussianity.right_but_heavy_tailed(0.05));
   EXPECT_FALSE(j.second_moments.test.reason.empty());
+}
+
+TEST(ErrorMean, SeesABiasThatNoInnovationShows) {
+  const Matrix P{{4.0, 1.0}, {1.0, 2.0}};
+  const Matrix L = P.llt().matrixL();
+  const Evidence right = errors_of(L, P, 60, 10, gaussian(21));
+  EXPECT_GT(judge(right).law.error_mean.test.p_value, 0.01);
+  const auto draw = gaussian(22);
+  const Evidence shifted = errors_of(L, P, 60, 10, [&] { return draw() + 0.3; });
+  const Judgement j = judge(shifted);
+  EXPECT_LT(j.law.error_mean.test.p_value, 1e-6);
+  // 0.3 L (1, 1)ᵀ over σ: 0.3 of the first state, 0.3 (0.5 + √1.75)/√2 of the second.
+  EXPECT_EQ(j.law.error_mean.largest, "b");
+  EXPECT_NEAR(j.law.error_mean.test.mean(1), 0.3 * (0.5 + std::sqrt(1.75)) / std::numbers::sqrt2, 0.2);
+  ASSERT_FALSE(j.causes.empty());
+  EXPECT_EQ(j.causes.front().cause, Cause::bias);
+}
+
+/// A heading of this honest standard deviation, whose errors are wrapped.
+Judgement heading_of(double sigma) {
+  RunLayout layout{.states = {"heading"}, .angles = {true}};
+  EvidenceRecorder recorder(layout);
+  Step step;
+  step.states = {0};
+  step.P = Matrix::Constant(1, 1, sigma * sigma);
+  const auto draw = gaussian(25);
+  for (int run = 0; run < 40; ++run) {
+    recorder.begin_run();
+    for (step.step = 1; step.step <= 20; ++step.step) {
+      step.error = Vector::Constant(1, wrap_angle(sigma * draw()));
+      recorder.add(step);
+    }
+  }
+  return judge(recorder.take());
+}
+
+TEST(Causes, AHeadingTooWideForAGaussianLawIsSaidToBe) {
+  const Judgement wide = heading_of(2.0);
+  EXPECT_EQ(wide.nees.verdict, Verdict::pessimistic);
+  ASSERT_FALSE(wide.causes.empty());
+  EXPECT_EQ(wide.causes.front().cause, Cause::wide_angle);
+  EXPECT_TRUE(heading_of(0.5).causes.empty());
+}
+
+TEST(ErrorMean, NeedsMoreRunsThanStates) {
+  const Matrix P = Matrix::Identity(2, 2);
+  EXPECT_FALSE(judge(errors_of(P, P, 2, 10, gaussian(23))).law.error_mean.test.reason.empty());
 }
 
 }  // namespace

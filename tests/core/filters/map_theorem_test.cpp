@@ -183,5 +183,40 @@ TEST(MapTheorem, HoldsForTheMonobot) {
   EXPECT_GT(pairwise.last, 100.0);
 }
 
+// (c) of the monobot, x_r its position: with w re-inflations, a row each or all rows at once, J = Σ 1/R over
+// the rows of the window, ‖H_f‖² ≤ 1 a row, and the noise of the window at most doubles what w steps of it
+// add.
+TEST(MapTheorem, BoundsTheVehicleThatSeesItsMap) {
+  constexpr double kProcess = 0.1, kMeasurement = 0.1;
+  for (const InflationSolution solution :
+       {InflationSolution::sequential, InflationSolution::drop, InflationSolution::min_trace}) {
+    LinearFilter filter(monobot_model(4, 0, kProcess, kMeasurement, 1.0), map_rule(solution));
+    const bool sequential = map_rule(solution).is_sequential();
+    std::mt19937_64 choice(9);
+    std::vector<Index> rows;
+    double largest = 0.0;
+    for (int k = 0; k < 20'000; ++k) {
+      rows.clear();
+      for (Index row = 0; row < 4; ++row) {
+        if (choice() % 2 == 0) rows.push_back(row);
+      }
+      if (rows.empty()) rows.push_back(static_cast<Index>(choice() % 4));
+      const LinearFilterStep& step = filter.step(rows);
+      const double seen = static_cast<double>(rows.size()), tau = 4.0;  // tr D never exceeds that of P0
+      const double window = sequential ? seen : 1.0, J = seen / kMeasurement, rho = 1.0 / kMeasurement;
+      const double bound = 1.0 / J + rho * tau * window * (window + 3.0) / (2.0 * J);
+      ASSERT_LE(step.P(0, 0), bound) << "step " << k;
+      largest = std::max(largest, step.P(0, 0));
+    }
+    // Blind, the vehicle has no bound, while the map keeps its own.
+    const double before = filter.step({}).P(0, 0);
+    for (int k = 1; k < 1000; ++k) filter.step({});
+    const LinearFilterStep& blind = filter.step({});
+    EXPECT_NEAR(blind.P(0, 0), before + 1000.0 * kProcess, 1e-9);
+    EXPECT_GT(blind.P(0, 0), 10.0 * largest);
+    EXPECT_LE(blind.P.diagonal().tail(4).sum(), 4.0 * (1.0 + kRounding));
+  }
+}
+
 }  // namespace
 }  // namespace credence

@@ -1,4 +1,4 @@
-#include "analysis/laws/whiteness_innovation_mean.h"
+#include "analysis/laws/zero_mean.h"
 
 #include <boost/math/distributions/fisher_f.hpp>
 #include <limits>
@@ -9,8 +9,8 @@
 
 namespace credence {
 
-InnovationMeanTest test_innovation_mean(const VectorMoments& moments) {
-  InnovationMeanTest result;
+ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
+  ZeroMeanTest result;
   result.count = moments.count;
   result.mean = moments.mean;
   result.chi_square = result.chi_square_p_value = result.t_square = result.p_value = kNaN;
@@ -21,14 +21,14 @@ InnovationMeanTest test_innovation_mean(const VectorMoments& moments) {
     return result;
   }
   if (!moments.mean.allFinite() || !moments.scatter.allFinite()) {
-    result.reason = "an innovation is not finite";
+    result.reason = "a value is not finite";
     return result;
   }
   result.chi_square = n * moments.mean.squaredNorm();
   result.chi_square_p_value = chi_square_survival(result.chi_square, m);
   const Eigen::LLT<Matrix> factor(0.5 * (moments.scatter + moments.scatter.transpose()));
   if (factor.info() != Eigen::Success) {
-    result.reason = "the covariance of the innovations is singular";
+    result.reason = "the covariance of the values is singular";
     return result;
   }
   result.t_square = n * (n - 1.0) * moments.mean.dot(factor.solve(moments.mean));

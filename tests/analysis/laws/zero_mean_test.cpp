@@ -1,4 +1,4 @@
-#include "analysis/laws/whiteness_innovation_mean.h"
+#include "analysis/laws/zero_mean.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ VectorMoments simulate(Index dim, int count, double bias, double scale, std::mt1
 TEST(InnovationMean, OneComponentIsStudentsT) {
   VectorMoments moments;
   for (const double u : {1.0, 2.0, 3.0, 4.0, 5.0}) moments.add(Vector::Constant(1, u));
-  const InnovationMeanTest test = test_innovation_mean(moments);
+  const ZeroMeanTest test = test_zero_mean(moments);
   EXPECT_NEAR(test.t_square, 18.0, 1e-12);    // (3 / √(2.5/5))²
   EXPECT_NEAR(test.p_value, 0.013235, 1e-5);  // t = 4.2426, 4 dof
   EXPECT_NEAR(test.chi_square, 45.0, 1e-12);
@@ -53,8 +53,8 @@ TEST(InnovationMean, CalibratedForFewValuesAndAnyScale) {
     int t_square = 0;
     int chi_square = 0;
     for (int study = 0; study < kStudies; ++study) {
-      t_square += test_innovation_mean(simulate(2, 12, 0.0, 2.0, generator)).p_value <= alpha;
-      chi_square += test_innovation_mean(simulate(2, 12, 0.0, 1.0, generator)).chi_square_p_value <= alpha;
+      t_square += test_zero_mean(simulate(2, 12, 0.0, 2.0, generator)).p_value <= alpha;
+      chi_square += test_zero_mean(simulate(2, 12, 0.0, 1.0, generator)).chi_square_p_value <= alpha;
     }
     const double five_errors = 5.0 * test::binomial_standard_error(alpha, kStudies);
     EXPECT_NEAR(static_cast<double>(t_square) / kStudies, alpha, five_errors);
@@ -64,24 +64,24 @@ TEST(InnovationMean, CalibratedForFewValuesAndAnyScale) {
 
 TEST(InnovationMean, FindsABias) {
   std::mt19937_64 generator(3);
-  const InnovationMeanTest test = test_innovation_mean(simulate(2, 1000, 0.2, 1.0, generator));
+  const ZeroMeanTest test = test_zero_mean(simulate(2, 1000, 0.2, 1.0, generator));
   EXPECT_LT(test.p_value, 1e-6);
   EXPECT_LT(test.chi_square_p_value, 1e-6);
   EXPECT_NEAR(test.mean(0), 0.2, 5.0 / std::sqrt(1000.0));
 }
 
 TEST(InnovationMean, DegenerateDataGiveAReason) {
-  EXPECT_FALSE(test_innovation_mean(VectorMoments{}).reason.empty());
+  EXPECT_FALSE(test_zero_mean(VectorMoments{}).reason.empty());
   VectorMoments few;
   few.add(Vector::Ones(3));
   few.add(Vector::Ones(3));
-  EXPECT_FALSE(test_innovation_mean(few).reason.empty());
+  EXPECT_FALSE(test_zero_mean(few).reason.empty());
   VectorMoments constant;
   for (int i = 0; i < 9; ++i) constant.add(Vector::Ones(2));
-  EXPECT_FALSE(test_innovation_mean(constant).reason.empty());
+  EXPECT_FALSE(test_zero_mean(constant).reason.empty());
   VectorMoments bad = constant;
   bad.add(Vector::Constant(2, std::nan("")));
-  EXPECT_FALSE(test_innovation_mean(bad).reason.empty());
+  EXPECT_FALSE(test_zero_mean(bad).reason.empty());
 }
 
 }  // namespace
