@@ -13,11 +13,6 @@
 namespace credence {
 namespace {
 
-bool has_ring(const Scenario& s) { return word_value(s, "world.landmark_layout") == "ring"; }
-bool measures_position(const Scenario& s) {
-  return word_value(s, "world.landmark_sensor") == "relative_position";
-}
-
 std::vector<Point> place_on_ring(double radius, Index count) {
   std::vector<Point> points;
   for (Index i = 0; i < count; ++i) {
@@ -43,7 +38,8 @@ std::vector<Point> draw_in_annulus(double inner, double outer, Index count, std:
 std::vector<Point> landmarks_of(const Scenario& scenario) {
   const double radius = scenario.world.path_radius;
   const Index count = scenario.world.landmarks;
-  if (has_ring(scenario)) return place_on_ring(radius + real_value(scenario, "world.ring_offset"), count);
+  if (has_landmark_ring(scenario))
+    return place_on_ring(radius + real_value(scenario, "world.ring_offset"), count);
   const double half = real_value(scenario, "world.annulus_half_width");
   return draw_in_annulus(std::max(0.0, radius - half), radius + half, count,
                          static_cast<std::uint64_t>(integer_value(scenario, "world.map")));
@@ -62,6 +58,14 @@ std::vector<Observation<PlanarModel>> seen_from(const Pose& pose, const Odometry
 
 }  // namespace
 
+bool has_landmark_ring(const Scenario& scenario) {
+  return word_value(scenario, "world.landmark_layout") == "ring";
+}
+
+bool measures_relative_position(const Scenario& scenario) {
+  return word_value(scenario, "world.landmark_sensor") == "relative_position";
+}
+
 OdometryWorld make_odometry_world(const Scenario& scenario) {
   const NoiseSettings& noise = scenario.noise;
   const InitialSettings& initial = scenario.initial;
@@ -72,7 +76,7 @@ OdometryWorld make_odometry_world(const Scenario& scenario) {
   for (const Control& u : world.plane.controls) {
     world.path.push_back(world.plane.vehicle.moved(world.path.back(), u, world.plane.dt_s));
   }
-  if (measures_position(scenario)) {
+  if (measures_relative_position(scenario)) {
     world.sensor.kind = LandmarkSensorKind::relative_position;
     world.measurement_std.setConstant(real_value(scenario, "noise.relative_position_std"));
   } else {

@@ -30,6 +30,10 @@ struct OdometryWorld {
   PlanarTruth truth(std::size_t k) const { return {path[k > 0 ? k - 1 : 0], path[k], plane.landmarks}; }
 };
 
+/// What world.landmark_layout and world.landmark_sensor ask for.
+bool has_landmark_ring(const Scenario& scenario);
+bool measures_relative_position(const Scenario& scenario);
+
 /// Throws std::invalid_argument as make_planar_world does.
 OdometryWorld make_odometry_world(const Scenario& scenario);
 

@@ -15,12 +15,8 @@
 namespace credence {
 namespace {
 
-bool has_ring(const Scenario& s) { return word_value(s, "world.landmark_layout") == "ring"; }
-bool has_annulus(const Scenario& s) { return !has_ring(s); }
-bool measures_position(const Scenario& s) {
-  return word_value(s, "world.landmark_sensor") == "relative_position";
-}
-bool measures_range(const Scenario& s) { return !measures_position(s); }
+bool has_annulus(const Scenario& s) { return !has_landmark_ring(s); }
+bool measures_bearing(const Scenario& s) { return !measures_relative_position(s); }
 bool has_sigma_points(const Scenario& s) { return word_value(s, "filter.estimator") == "ukf"; }
 
 /// A row of the planar world, in this world on a condition of its own.
@@ -72,7 +68,7 @@ std::vector<KeyRow> planar_slam_keys() {
         "around the path",
         own_choice("world.landmark_layout", {"ring", "annulus"})},
        {"world", "ring_offset", "m", "radius of the ring of landmarks beyond that of the path",
-        own_real("world.ring_offset", 3.0, Interval::kNotNegative), has_ring, kRing},
+        own_real("world.ring_offset", 3.0, Interval::kNotNegative), has_landmark_ring, kRing},
        {"world", "annulus_half_width", "m", "landmarks lie so far inside and outside the path at most",
         own_real("world.annulus_half_width", 5.0, Interval::kPositive), has_annulus, kAnnulus},
        {"world", "map", "", "number of the map that is drawn; the same whatever the seed",
@@ -83,9 +79,10 @@ std::vector<KeyRow> planar_slam_keys() {
        planar_row("noise", "speed_std"),
        planar_row("noise", "turn_rate_std"),
        {"noise", "relative_position_std", "m", "standard deviation of each coordinate of a relative position",
-        own_real("noise.relative_position_std", 0.1, Interval::kPositive), measures_position, kPosition},
-       planar_row("noise", "range_std", measures_range, kRange),
-       planar_row("noise", "bearing_std_deg", measures_range, kRange),
+        own_real("noise.relative_position_std", 0.1, Interval::kPositive), measures_relative_position,
+        kPosition},
+       planar_row("noise", "range_std", measures_bearing, kRange),
+       planar_row("noise", "bearing_std_deg", measures_bearing, kRange),
        planar_row("initial", "position_std"),
        planar_row("initial", "heading_std_deg"),
        {"filter", "estimator", "", estimator_meanings(), own_choice("filter.estimator", estimator_names())},
@@ -134,8 +131,8 @@ std::string planar_slam_size_text(const Scenario& scenario) {
 std::string planar_slam_text(const Scenario& scenario) {
   const double seen = scenario.noise.detection_probability;
   return fmt::format("vehicle on a circle, its odometry noisy, {} landmarks {}, {} measured{}",
-                     scenario.world.landmarks, has_ring(scenario) ? "on a ring" : "in an annulus",
-                     measures_position(scenario) ? "relative position" : "range and bearing",
+                     scenario.world.landmarks, has_landmark_ring(scenario) ? "on a ring" : "in an annulus",
+                     measures_relative_position(scenario) ? "relative position" : "range and bearing",
                      seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "");
 }
 
