@@ -24,14 +24,12 @@ void semidefinite_root(Square& A) {
   }
 }
 
-/// D ← X with X L = D, its columns zero where those of L are: then X L Lᵀ Xᵀ = D Dᵀ.
+/// D ← X with X L = D, so that X L Lᵀ Xᵀ = D Dᵀ. Where a column of L is zero that of X is free, and is left
+/// to whoever has put it into D.
 template <class Columns, class Square>
 void divide_by_root(Columns& D, const Square& L) {
   for (Index j = L.cols() - 1; j >= 0; --j) {
-    if (L(j, j) == 0.0) {
-      D.col(j).setZero();
-      continue;
-    }
+    if (L(j, j) == 0.0) continue;
     for (Index k = j + 1; k < L.cols(); ++k) D.col(j) -= L(k, j) * D.col(k);
     D.col(j) /= L(j, j);
   }
@@ -69,6 +67,10 @@ void UkfEstimator::propagate(const Pose& before, const Motion& motion, const Con
   }
   const Pose shift = half_sum.rowwise().sum() / c;
   Eigen::Matrix3d A = D.leftCols<3>();
+  const Eigen::Matrix3d F = plane_motion(before.head<2>(), motion.pose.head<2>());
+  for (Index j = 0; j < 3; ++j) {
+    if (L(j, j) == 0.0) A.col(j) = F.col(j);  // nothing is spread there
+  }
   divide_by_root(A, L);
   propagate_pose(A, D.rightCols<2>() * D.rightCols<2>().transpose() + half_sum * half_sum.transpose() / c +
                         centre_weight(alpha) * shift * shift.transpose());
@@ -104,6 +106,19 @@ void UkfEstimator::linearise(const PlanarTruth&) {
   extra_S().noalias() = half_sums.lazyProduct(half_sums.transpose());
   extra_S() /= c;
   extra_S() += centre_weight(alpha) * shift.lazyProduct(shift.transpose());
+  for (Index i = 0; 2 * i < m; ++i) {  // where nothing is spread
+    if ((root.diagonal().array() != 0.0).all()) break;
+    Jacobian H_r;
+    Eigen::Matrix2d H_l;
+    plane_jacobian(pose(), landmark(seen()[static_cast<std::size_t>(3 + 2 * i)]), H_r, H_l);
+    for (Index j = 0; j < s; ++j) {
+      if (root(j, j) != 0.0) continue;
+      const bool own = j == 3 + 2 * i || j == 4 + 2 * i;
+      D.block<2, 1>(2 * i, j) = j < 3 ? Point(H_r.col(j))
+                                : own ? Point(H_l.col(j - 3 - 2 * i))
+                                      : Point(0.0, 0.0);
+    }
+  }
   divide_by_root(D, root);
   H() = D;
 }

@@ -14,7 +14,8 @@ namespace credence {
 ///   ȳ = f(x̂) + μ,   μ = Σ s_j/c,   cov y = Σ_j (D_j D_jᵀ + s_j s_jᵀ/c) + (β − α²) μ μᵀ,
 ///
 /// a sum of like terms however small α is. A = D L⁻¹ takes the place of the Jacobian, so that the other
-/// states follow as they would with all n in the sigma points. A landmark is placed by Jacobians.
+/// states follow as they would with all n in the sigma points; in directions without variance, where A is
+/// free, it is the Jacobian. A landmark is placed by Jacobians.
 class UkfEstimator final : public SlamEstimator {
  public:
   using SlamEstimator::SlamEstimator;
