@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
+#include <optional>
+#include <random>
 #include <stdexcept>
+#include <vector>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/require.h"
@@ -28,11 +31,47 @@ double leaves(double factor, double dof, double lower, double upper) {
   return chi_square_cdf(lower / factor, dof) + chi_square_survival(upper / factor, dof);
 }
 
+// Averages of whole runs, judged as judge_nees does. A study of averages times a factor rejects the mean 1
+// where without it the mean 1/factor is rejected: so one interval a study tells for every factor.
+class ComparedRuns {
+ public:
+  ComparedRuns(const VerdictDesign& design, std::int64_t runs) {
+    const double dof = std::min(design.steps, design.effective_steps) * design.dof_per_step;
+    const double deviation = std::sqrt(2.0 / dof);
+    const double skewness = design.run_skewness > 0.0 ? design.run_skewness : 2.0 * deviation;
+    // Pearson's type III: a gamma law of this skewness, shifted and scaled to mean 1.
+    const double shape = 4.0 / (skewness * skewness), scale = deviation / std::sqrt(shape);
+    std::mt19937_64 bits(1);
+    std::gamma_distribution<double> gamma(shape, scale);
+    const double level = 0.5 * (1.0 - design.confidence);
+    for (int study = 0; study < design.simulated_studies; ++study) {
+      SkewedMoments moments;
+      for (std::int64_t run = 0; run < runs; ++run) {
+        moments.add(std::max(0.0, 1.0 + gamma(bits) - shape * scale));
+      }
+      const MeanInterval mean = run_mean_interval(moments, 1.0 - level, design.dof_per_step);
+      optimistic_from_.push_back(1.0 / mean.lower);
+      pessimistic_to_.push_back(1.0 / mean.upper);
+    }
+  }
+
+  double power(double factor) const {
+    const auto up = std::ranges::count_if(optimistic_from_, [=](double least) { return factor > least; });
+    const auto down = std::ranges::count_if(pessimistic_to_, [=](double most) { return factor < most; });
+    return static_cast<double>(up + down) / static_cast<double>(optimistic_from_.size());
+  }
+
+  /// Beyond, the scores are those of a χ² of all dof.
+  static constexpr double kMostRuns = 200.0;
+
+ private:
+  std::vector<double> optimistic_from_, pessimistic_to_;
+};
+
 double power_of_sum(const VerdictDesign& design, double factor, double runs, double level) {
   const double step_dof = runs * design.dof_per_step;
   if (design.white) return chi_square_power(factor, step_dof * design.steps, level);
   const double effective = std::min(design.steps, design.effective_steps);
-  // Whole runs are compared: their average is a multiple of χ² with the effective dof.
   if (runs >= static_cast<double>(kFewestRunsCompared)) {
     return chi_square_power(factor, effective * step_dof, level);
   }
@@ -56,14 +95,38 @@ double chi_square_power(double factor, double dof, double level) {
                 chi_square_upper_quantile(0.5 * level, dof));
 }
 
+namespace {
+
+// The power of a verdict over so many runs, for any factor.
+class VerdictPower {
+ public:
+  VerdictPower(const VerdictDesign& design, double runs) : design_(design), runs_(runs) {
+    require_design(design);
+    require_positive("runs", runs);
+    const bool few = runs < static_cast<double>(kFewestRunsCompared);
+    if (design.white || design.steps <= 1.0 || few || runs > ComparedRuns::kMostRuns) return;
+    if (design.simulated_studies > 0) compared_.emplace(design, static_cast<std::int64_t>(runs));
+  }
+
+  double operator()(double factor) const {
+    require_positive("factor", factor);
+    const double alpha = 1.0 - design_.confidence;
+    if (design_.steps <= 1.0) return chi_square_power(factor, runs_ * design_.dof_per_step, alpha);
+    const double sum =
+        compared_ ? compared_->power(factor) : power_of_sum(design_, factor, runs_, 0.5 * alpha);
+    return std::max(sum, power_of_steps(design_, factor, runs_, 0.5 * alpha));
+  }
+
+ private:
+  VerdictDesign design_;
+  double runs_;
+  std::optional<ComparedRuns> compared_;
+};
+
+}  // namespace
+
 double verdict_power(const VerdictDesign& design, double factor, double runs) {
-  require_design(design);
-  require_positive("factor", factor);
-  require_positive("runs", runs);
-  const double alpha = 1.0 - design.confidence;
-  if (design.steps <= 1.0) return chi_square_power(factor, runs * design.dof_per_step, alpha);
-  return std::max(power_of_sum(design, factor, runs, 0.5 * alpha),
-                  power_of_steps(design, factor, runs, 0.5 * alpha));
+  return VerdictPower(design, runs)(factor);
 }
 
 RunsNeeded runs_to_detect(const VerdictDesign& design, double factor, double power) {
@@ -87,17 +150,18 @@ RunsNeeded runs_to_detect(const VerdictDesign& design, double factor, double pow
 
 DetectableFactors detectable_factors(const VerdictDesign& design, double runs, double power) {
   require_fraction("power", power);
+  const VerdictPower verdict(design, runs);
   const auto search = [&](double direction) {
     double near = 0.0;
     double far = 1e-6;
     constexpr double kFarthest = 60.0;
-    while (far < kFarthest && verdict_power(design, std::exp(direction * far), runs) < power) {
+    while (far < kFarthest && verdict(std::exp(direction * far)) < power) {
       near = far;
       far *= 2.0;
     }
     for (int i = 0; i < 50; ++i) {
       const double middle = 0.5 * (near + far);
-      (verdict_power(design, std::exp(direction * middle), runs) < power ? near : far) = middle;
+      (verdict(std::exp(direction * middle)) < power ? near : far) = middle;
     }
     return std::exp(direction * far);
   };

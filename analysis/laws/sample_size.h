@@ -22,15 +22,18 @@ struct VerdictDesign {
   double confidence = 0.95;
   bool white = false;            ///< true: judge_nis; false: judge_nees
   double effective_steps = 1.0;  ///< for NEES: independent steps (effective_sample.h); 1 is fully correlated
+  double run_skewness = 0.0;     ///< for NEES: of the average of a run; 0: that of a multiple of χ²
+  int simulated_studies =
+      0;  ///< for NEES: by which the power of whole runs is found; 0: by a law of their sum
 };
 
 /// Power of judge_nis or judge_nees over `runs` runs: the larger of the powers of its two parts, which is a
 /// lower bound of the power of both.
 ///
 /// Sum over white steps: exact. Correlated steps: the averages of whole runs as a multiple of χ² with the
-/// effective dof (exact for fully correlated steps; measured within 3 points for others), of fewer than five
-/// runs by the bound for every dependence. Steps: exact for white ones;
-/// one step at the Bonferroni level for correlated ones.
+/// effective dof, or, of 5 to 200 runs, in simulated studies judged as the verdict does, their averages gamma
+/// but for a shift; of fewer than five by the bound for every dependence. Steps: exact for white ones; one
+/// step at the Bonferroni level for correlated ones.
 double verdict_power(const VerdictDesign& design, double factor, double runs);
 
 /// An answer of planning.

@@ -11,6 +11,7 @@
 
 #include "analysis/evidence/effective_steps.h"
 #include "analysis/laws/effective_sample.h"
+#include "analysis/laws/hall_score.h"
 #include "core/models/model_mismatch.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/engine/engine.h"
@@ -152,6 +153,11 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
     plan.correlation = CorrelationSource::pilot;
     plan.nees.design.effective_steps = *measured;
   }
+  constexpr int kSimulatedStudies = 4000;  // a standard error of 0.6 points at a power of 0.8
+  constexpr std::int64_t kRunsForSkewness = 1000;
+  plan.nees.design.simulated_studies = kSimulatedStudies;
+  const SkewedMoments& runs = pilot.statistics.nees_of_runs.moments;
+  if (runs.count >= kRunsForSkewness) plan.nees.design.run_skewness = sample_skewness(runs);
   plan.nees.design.effective_steps =
       std::clamp(plan.nees.design.effective_steps, 1.0, plan.nees.design.steps);
   for (VerdictPlan* verdict : {&plan.nees, &plan.nis}) {

@@ -113,6 +113,20 @@ TEST(SampleSize, CorrelatedPlanIsWhatSimulationFinds) {
             needed.power - 5.0 * error);
 }
 
+TEST(SampleSize, PlanBySimulatedStudiesIsWhatSimulationFindsInBothDirections) {
+  constexpr int kStudies = 2000;
+  const VerdictDesign design{.steps = 10.0, .dof_per_step = 2.0, .simulated_studies = 4000};
+  for (const double factor : {0.55, 1.8}) {
+    const RunsNeeded needed = runs_to_detect(design, factor, 0.8);
+    ASSERT_LE(needed.runs, 60) << "the law of the sum would do";
+    const double error = std::hypot(test::binomial_standard_error(needed.power, kStudies),
+                                    test::binomial_standard_error(needed.power, design.simulated_studies));
+    EXPECT_NEAR(simulated_power(design, factor, static_cast<int>(needed.runs), 1.0, kStudies, 5),
+                needed.power, 5.0 * error)
+        << factor;
+  }
+}
+
 TEST(SampleSize, RunsForPrecision) {
   // n = 2, one effective step: the mean of M values of relative variance 1 to ± 10 %.
   EXPECT_EQ(runs_for_precision({.steps = 10.0, .dof_per_step = 2.0}, 0.1), 385);
