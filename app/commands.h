@@ -20,6 +20,7 @@ void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_stability_command(CLI::App& app);
+void add_estimators_command(CLI::App& app);
 void add_claims_command(CLI::App& app);
 void add_check_command(CLI::App& app);
 void add_plan_command(CLI::App& app);

@@ -65,6 +65,7 @@ void add_commands(CLI::App& app) {
   app.footer("Examples:\n  credence run planar_loop\n  credence check my_filter.csv\n  credence help run");
   add_run_command(app);
   add_sweep_command(app);
+  add_estimators_command(app);
   add_tune_command(app);
   add_check_command(app);
   add_world_command(app);
