@@ -12,12 +12,12 @@
 #include "app/interrupt.h"
 #include "app/naming_file.h"
 #include "app/say.h"
+#include "app/scenario_files.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "datasets/logs/innovation_record.h"
 #include "datasets/logs/log_format.h"
-#include "montecarlo/scenario/scenario_help.h"
-#include "montecarlo/scenario/scenario_io.h"
 #include "reports/document/log_tune_report.h"
 #include "reports/document/tune_report.h"
 #include "reports/render/atomic_file.h"
@@ -43,8 +43,9 @@ void require_new(const std::string& file) {
 }
 
 void print_tuning(const ScenarioTuning& tuning) {
-  fmt::print("{}\n{}\n{}", terminal_text(tune_forecast_table(tuning.tuning.forecast)),
-             terminal_text(tune_table(tuning)), terminal_text(tune_gain_table(tuning)));
+  fmt::print("{}.\n\n{}\n{}\n{}", printable_line(tune_answer(tuning).text),
+             terminal_text(tune_forecast_table(tuning.tuning.forecast)), terminal_text(tune_table(tuning)),
+             terminal_text(tune_gain_table(tuning)));
   for (const std::string& sentence : tune_sentences(tuning)) fmt::print("{}\n", printable_line(sentence));
 }
 
@@ -54,7 +55,7 @@ int tune_scenario_file(const TuneOptions& options) {
   request.threads = options.threads;
   request.stop = &catch_interrupt();
   const auto tuning = naming_file(options.inputs.front(), [&] {
-    return tune_scenario(load_scenario(options.inputs.front(), options.overrides()), request);
+    return tune_scenario(open_one_scenario(options.inputs.front(), options.overrides()), request);
   });
   if (!tuning) {
     say("credence: interrupted; nothing is kept of a tuning that is not done");
@@ -66,7 +67,7 @@ int tune_scenario_file(const TuneOptions& options) {
     print_tuning(*tuning);
   }
   if (!options.out.empty()) {
-    write_tune_report(options.out, *tuning);
+    write_tune_report(options.out, *tuning, make_provenance(this_command()));
     tell_report(options);
   }
   if (!options.write.empty()) {
@@ -104,10 +105,15 @@ int tune_logs(const TuneOptions& options) {
   return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
 }
 
-/// A scenario is a file of TOML; everything else is a log.
+/// A scenario is a file of TOML, or one that comes with the program; everything else is a log.
+bool is_scenario(const std::string& input) {
+  std::error_code error;
+  return input.ends_with(".toml") || (!fs::exists(input, error) && is_own_scenario(input));
+}
+
 int tune_input(const TuneOptions& options) {
   require_new(options.write);
-  if (!options.inputs.front().ends_with(".toml")) return tune_logs(options);
+  if (!is_scenario(options.inputs.front())) return tune_logs(options);
   if (options.inputs.size() > 1) throw ScenarioError("tune: accepts exactly one scenario, or logs");
   return tune_scenario_file(options);
 }
@@ -135,7 +141,7 @@ void add_tune_command(CLI::App& app) {
       "credence tune scenarios/linear.toml --free 'diag(Q),R' --write tuned.toml",
       "credence tune scenarios/linear.toml --free 'diag(Q),R' --out out/tune --format json",
       "credence tune out/logs"};
-  command->footer(examples(kExamples) + "\n\n" + scenario_help());
+  command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{tune_input(*options)}; });
 }
 

@@ -205,6 +205,25 @@ ReportTable tune_gain_table(const ScenarioTuning& t) {
   return table;
 }
 
+ReportAnswer tune_answer(const ScenarioTuning& t) {
+  if (!t.tuning.anything_known()) {
+    std::string why = t.tuning.notes.empty() ? "Nothing could be told" : t.tuning.notes.back();
+    if (why.ends_with('.')) why.pop_back();
+    return {CellTone::caution, why};
+  }
+  std::string found;
+  for (const TunedParameter& p : t.tuning.parameters) {
+    if (!p.identifiable) continue;
+    found += fmt::format("{}{} = {} ({})", found.empty() ? "" : ", ", p.name, number_text(p.value, 3),
+                         tuned_interval_text(p.lower, p.upper));
+  }
+  if (!t.held_out) return {CellTone::plain, "The innovations ask for " + found};
+  const Verdict verdict = overall_verdict(t.held_out->after);
+  return {verdict == Verdict::consistent ? CellTone::good : CellTone::caution,
+          fmt::format("The innovations ask for {}; with it the filter is {} on fresh noise", found,
+                      to_string(verdict))};
+}
+
 std::vector<std::string> tune_sentences(const ScenarioTuning& t) {
   std::vector<std::string> sentences = t.tuning.notes;
   if (t.ridge.empty()) return sentences;
@@ -253,20 +272,22 @@ std::string tuned_toml(const ScenarioTuning& t) {
                      t.scenario.name, t.scenario.study.runs, canonical_toml(t.tuned));
 }
 
-void write_tune_report(const std::filesystem::path& directory, const ScenarioTuning& t) {
+void write_tune_report(const std::filesystem::path& directory, const ScenarioTuning& t,
+                       const Provenance& provenance) {
   const std::filesystem::path folder = directory / "figures";
   make_directories(folder);
   const std::vector<Figure> figures = tune_figures(t);
   const std::vector<Drawing> drawings = draw_all(figures, folder);
 
   HtmlPage page("Tuning " + t.scenario.name, "The noise that the innovations ask for, by Credence");
-  page.section("Answer");
+  const ReportAnswer answer = tune_answer(t);
+  page.answer(answer.tone, answer.text + ".");
+  page.section("Noise");
   page.facts({{"world", world_text(t.scenario)},
               {"runs", fmt::format("{} of {} steps", t.scenario.study.runs, t.scenario.study.steps)},
               {"engine", t.score->engine()}});
   page.table(tune_table(t));
   page.table(tune_gain_table(t));
-  if (!t.tuning.anything_known()) page.callout(CellTone::caution, t.tuning.notes.back());
   page.bullets(tune_sentences(t));
   page.section("What could be known");
   page.table(tune_forecast_table(t.tuning.forecast));
@@ -278,6 +299,7 @@ void write_tune_report(const std::filesystem::path& directory, const ScenarioTun
   }
   page.section("Settings");
   page.verbatim(canonical_toml(t.scenario));
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 
