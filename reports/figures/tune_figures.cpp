@@ -78,6 +78,7 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
   const double reach = std::log(30.0);
   const ScoreSurface surface = score_surface(t.score->model(), t.tuning, first, second, reach);
   std::vector<double> shifts;
+  shifts.reserve(kRidgePoints);
   for (int i = 0; i < kRidgePoints; ++i) shifts.push_back(reach * (2.0 * i / (kRidgePoints - 1) - 1.0));
   const TuneAxis x = axis_of(t, first), y = axis_of(t, second);
   FigureData ridge_x, ridge_y;
