@@ -10,6 +10,7 @@
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/tell_report.h"
+#include "app/this_command.h"
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/carpark_findings.h"
 #include "datasets/replay/carpark_study.h"
@@ -59,7 +60,7 @@ int claims(const ClaimsOptions& options) {
   append(all, carpark_claims(options));
   fmt::print("{}", options.format == "json" ? claims_json(all) + "\n" : claims_text(all));
   if (options.out.empty()) return kDone;
-  write_claims_report(options.out, all);
+  write_claims_report(options.out, all, make_provenance(this_command()));
   tell_report(options);
   return kDone;
 }

@@ -11,11 +11,13 @@
 #include "app/naming_file.h"
 #include "app/progress.h"
 #include "app/say.h"
+#include "app/scenario_files.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "core/filters/estimators/estimators.h"
-#include "montecarlo/scenario/scenario_io.h"
 #include "reports/document/estimator_report.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -32,7 +34,7 @@ bool any_optimistic(const EstimatorStudy& study) {
 }
 
 int estimators(EstimatorsCommand& command) {
-  const Scenario scenario = load_scenario(command.scenario, command.overrides());
+  const Scenario scenario = open_one_scenario(command.scenario, command.overrides());
   ProgressDisplay display("estimators", command.quiet);
   command.study.threads = command.threads;
   command.study.stop = &catch_interrupt();
@@ -48,11 +50,12 @@ int estimators(EstimatorsCommand& command) {
   if (command.format == "json") {
     fmt::print("{}\n", estimator_json(study));
   } else {
-    fmt::print("{}\n{}", terminal_text(estimator_table(study)),
+    fmt::print("{}.\n\n{}\n{}", printable_line(estimator_answer(study).text),
+               terminal_text(estimator_table(study)),
                study.rows.size() > 1 ? terminal_text(estimator_difference_table(study)) : "");
   }
   if (!command.out.empty()) {
-    write_estimator_report(command.out, study);
+    write_estimator_report(command.out, study, make_provenance(this_command()));
     tell_report(command);
   }
   const bool failed =

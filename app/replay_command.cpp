@@ -13,6 +13,7 @@
 #include "app/progress.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "datasets/replay/carpark_replay.h"
 #include "datasets/replay/carpark_study.h"
 #include "datasets/replay/mrclam_replay.h"
@@ -20,6 +21,7 @@
 #include "reports/document/replay_json.h"
 #include "reports/document/replay_report.h"
 #include "reports/document/replay_tables.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -101,6 +103,7 @@ void print_replays(const ReplayOptions& options, const std::vector<ReportedRepla
     return;
   }
   const ReportTable runs = replays.size() == 1 ? replay_table(replays.front()) : replays_table(replays);
+  fmt::print("{}.\n\n", printable_line(replay_answer(replays, judgement).text));
   fmt::print("{}\n{}", terminal_text(runs), terminal_text(judgement_table(replays, judgement)));
 }
 
@@ -121,10 +124,11 @@ int study_variants(const ReplayOptions& options) {
   if (options.format == "json") {
     fmt::print("{}\n", carpark_study_json(study));
   } else {
+    fmt::print("{}.\n\n", carpark_study_answer(study).text);
     for (const ReportTable& table : carpark_study_tables(study)) fmt::print("{}\n", terminal_text(table));
   }
   if (!options.out.empty()) {
-    write_carpark_study_report(options.out, study);
+    write_carpark_study_report(options.out, study, make_provenance(this_command()));
     tell_report(options);
   }
   return kDone;
@@ -136,7 +140,7 @@ int replay(const ReplayOptions& options) {
   const ReplayJudgement judgement = judge_replays(replays);
   print_replays(options, replays, judgement);
   if (!options.out.empty()) {
-    write_replay_report(options.out, replays, judgement);
+    write_replay_report(options.out, replays, judgement, make_provenance(this_command()));
     tell_report(options);
   }
   const bool failed =

@@ -11,6 +11,7 @@
 #include "app/say.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "reports/document/selftest_report.h"
 
 namespace credence {
@@ -25,6 +26,7 @@ void print_selftest(const SelftestCommand& command, const SelftestResult& result
     fmt::print("{}\n", selftest_json(result));
     return;
   }
+  fmt::print("{}.\n\n", selftest_answer(result).text);
   for (const ReportTable& table : selftest_tables(result)) {
     fmt::print("{}\n", terminal_text(table));
   }
@@ -43,7 +45,7 @@ int selftest(SelftestCommand& command) {
   }
   print_selftest(command, result);
   if (!command.out.empty()) {
-    write_selftest_report(command.out, result);
+    write_selftest_report(command.out, result, make_provenance(this_command()));
     tell_report(command);
   }
   for (const std::string& failure : selftest_failures(result)) {

@@ -12,15 +12,17 @@
 #include "app/common_options.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
+#include "app/scenario_files.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "core/parallel_tasks.h"
-#include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/planar_stability_report.h"
 #include "reports/document/planar_table_report.h"
 #include "reports/document/stability_report.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -33,6 +35,7 @@ struct StabilityOptions : CommonOptions {
 
 /// What a kind of world has to say, ready to print.
 struct StabilityOutput {
+  ReportAnswer answer;
   std::vector<ReportTable> tables;
   std::string json;
 };
@@ -48,14 +51,19 @@ StabilityOutput linear_output(const Scenario& scenario, const LinearProblem& pro
   const Index steps = scenario.study.steps;
   const StabilityAnalysis a = analyse_stability(
       problem.assumed, problem.rule, steps, std::max(options.horizon, steps), own_names(scenario, problem));
-  if (!options.out.empty()) write_stability_report(options.out, scenario, a);
-  return {{stability_rank_table(a), stability_verdict_table(a)}, stability_json(scenario, a)};
+  if (!options.out.empty()) write_stability_report(options.out, scenario, a, make_provenance(this_command()));
+  return {stability_answer(a),
+          {stability_verdict_table(a), stability_rank_table(a)},
+          stability_json(scenario, a)};
 }
 
 StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& options) {
   const PlanarStability a = analyse_planar_stability(scenario, options.loops);
-  if (!options.out.empty()) write_planar_stability_report(options.out, scenario, a);
-  return {{planar_rank_table(a), planar_growth_table(scenario, a)}, planar_stability_json(scenario, a)};
+  if (!options.out.empty())
+    write_planar_stability_report(options.out, scenario, a, make_provenance(this_command()));
+  return {planar_stability_answer(scenario, a),
+          {planar_growth_table(scenario, a), planar_rank_table(a)},
+          planar_stability_json(scenario, a)};
 }
 
 /// Throws ScenarioError for what no recursion of a single covariance can answer.
@@ -115,13 +123,13 @@ int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
     fmt::print("{}", terminal_text(planar_stability_table(plan, analyses)));
   }
   if (options.out.empty()) return kDone;
-  write_planar_stability_table(options.out, plan, analyses);
+  write_planar_stability_table(options.out, plan, analyses, make_provenance(this_command()));
   tell_report(options);
   return kDone;
 }
 
 int stability(const StabilityOptions& options) {
-  const SweepPlan plan = load_sweep(options.scenario, options.overrides());
+  const SweepPlan plan = open_sweep(options.scenario, options.overrides());
   if (!plan.axes.empty()) return stability_of_sweep(plan, options);
   const Scenario& scenario = plan.points.front().scenario;
   const std::optional<LinearProblem> linear = linear_problem(scenario);
@@ -133,6 +141,7 @@ int stability(const StabilityOptions& options) {
   if (options.format == "json") {
     fmt::print("{}\n", output.json);
   } else {
+    fmt::print("{}.\n\n", printable_line(output.answer.text));
     for (const ReportTable& table : output.tables) {
       fmt::print("{}\n", terminal_text(table));
     }
@@ -148,7 +157,11 @@ void add_stability_command(CLI::App& app) {
       "stability", "does P stay bounded? ranks, eigenvalues, Riccati equation, predicted and measured");
   auto options = std::make_shared<StabilityOptions>();
   command->add_option("scenario", options->scenario, "scenario file")->required();
-  add_common_options(*command, *options);
+  add_setting_option(*command, *options);
+  command->add_option("--steps", options->steps, "steps of the study, instead of study.steps");
+  command->add_option("--seed", options->seed, "of the noisy run of a planar world, instead of study.seed");
+  add_threads_option(*command, options->threads);
+  add_output_options(*command, *options);
   command
       ->add_option("--horizon", options->horizon,
                    "linear worlds: steps of the long run; no fewer than those of the study are made")
@@ -163,7 +176,7 @@ void add_stability_command(CLI::App& app) {
       "credence stability scenarios/figure3_two_landmarks.toml --set world.landmarks=6 --out out/stability",
       "credence stability scenarios/planar_stability.toml --set filter.inflation=full",
       "credence stability scenarios/planar_table.toml --out out/planar_table"};
-  command->footer(examples(kExamples) + "\n\n" + scenario_help());
+  command->footer(scenario_examples(kExamples));
   command->callback([options] { throw ExitStatus{stability(*options)}; });
 }
 

@@ -11,6 +11,7 @@
 #include "app/say.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
+#include "app/this_command.h"
 #include "reports/document/timing_report.h"
 
 namespace credence {
@@ -25,6 +26,7 @@ void print_timing(const TimingCommand& command, const TimingResult& result) {
     fmt::print("{}\n", timing_json(result));
     return;
   }
+  fmt::print("{}.\n\n", timing_answer(result).text);
   fmt::print("{}, {} kernels\n\n", result.machine.processor, result.machine.instruction_set);
   for (const ReportTable& table : timing_tables(result)) {
     fmt::print("{}\n", terminal_text(table));
@@ -43,7 +45,7 @@ int timing(TimingCommand& command) {
   }
   print_timing(command, result);
   if (!command.out.empty()) {
-    write_timing_report(command.out, result);
+    write_timing_report(command.out, result, make_provenance(this_command()));
     tell_report(command);
   }
   return result.complete ? kDone : kInterrupted;

@@ -218,6 +218,13 @@ Json variant_json(const CarparkVariant& variant) {
 
 }  // namespace
 
+ReportAnswer carpark_study_answer(const CarparkStudy& study) {
+  const std::vector<CarparkFinding> findings = carpark_findings(study);
+  const auto held = std::ranges::count(findings, true, &CarparkFinding::holds);
+  return {held == std::ssize(findings) ? CellTone::good : CellTone::caution,
+          fmt::format("{} of the {} things that the replays were to show hold", held, findings.size())};
+}
+
 std::vector<ReportTable> carpark_study_tables(const CarparkStudy& study) {
   return {findings_table(carpark_findings(study)), variants_table(study), independence_table(study),
           horizon_table(study)};
@@ -271,7 +278,8 @@ std::string carpark_study_json(const CarparkStudy& study) {
   return j.dump(1);
 }
 
-void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study) {
+void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study,
+                                const Provenance& provenance) {
   make_directories(directory / "figures");
   std::vector<Figure> figures{independence_figure(study), horizon_figure(study)};
   for (const InflationSolution solution : {kExact, kPairwise})
@@ -279,7 +287,9 @@ void write_carpark_study_report(const std::filesystem::path& directory, const Ca
   const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
   const std::vector<ReportTable> tables = carpark_study_tables(study);
 
-  HtmlPage page("The car park: Figures 5 to 8 and their neighbours", "Real data replayed by Credence");
+  HtmlPage page("The car park: Figures 5 to 8 and their neighbours", "Real data replayed");
+  const ReportAnswer answer = carpark_study_answer(study);
+  page.answer(answer.tone, answer.text + ".");
   page.section("What holds");
   page.table(tables[0]);
   page.section("All variants");
@@ -290,11 +300,14 @@ void write_carpark_study_report(const std::filesystem::path& directory, const Ca
   page.section("Long horizon");
   page.table(tables[3]);
   page.figure(figures[1], drawings[1], directory);
-  for (std::size_t i = 2; i < figures.size(); ++i) {
-    if (i == 2) page.section("Figures 5 to 8 with the exact minimal trace");
-    if (i == 6) page.section("Figures 5 to 8 with the pairwise bound");
-    page.figure(figures[i], drawings[i], directory);
-  }
+  const auto add_paper_figures = [&](const char* title, std::size_t first, bool open) {
+    page.folded_section(title, "", "", open, [&] {
+      for (std::size_t i = first; i < first + 4; ++i) page.figure(figures[i], drawings[i], directory);
+    });
+  };
+  add_paper_figures("Figures 5 to 8 with the exact minimal trace", 2, true);
+  add_paper_figures("Figures 5 to 8 with the pairwise bound", 6, false);
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -85,10 +85,11 @@ std::string claims_text(std::span<const Claim> claims) {
     if (!c.long_run.empty()) text += paragraph("in the long run: " + c.long_run, 4);
     text += '\n';
   }
-  return text + summary(claims) + "\n";
+  return summary(claims) + "\n\n" + text;
 }
 
-void write_claims_report(const std::filesystem::path& directory, std::span<const Claim> claims) {
+void write_claims_report(const std::filesystem::path& directory, std::span<const Claim> claims,
+                         const Provenance& provenance) {
   make_directories(directory);
   using enum ColumnAlign;
   ReportTable table{.title = "Every claim with its evidence",
@@ -107,9 +108,11 @@ void write_claims_report(const std::filesystem::path& directory, std::span<const
       "What the paper claims",
       "T. Vidal-Calleja, J. Andrade-Cetto, A. Sanfeliu, “Conditions for Suboptimal Filter Stability in "
       "SLAM”, IROS 2004; measured by Credence");
+  const bool fails = std::ranges::find(claims, ClaimVerdict::fails, &Claim::verdict) != claims.end();
+  page.answer(fails ? CellTone::caution : CellTone::good, summary(claims));
   page.section("Claims");
-  page.paragraph(summary(claims));
   page.table(table);
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

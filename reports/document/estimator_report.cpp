@@ -189,6 +189,25 @@ ReportTable estimator_table(const EstimatorStudy& study) {
   return table;
 }
 
+ReportAnswer estimator_answer(const EstimatorStudy& study) {
+  std::string consistent, optimistic;
+  for (const EstimatorRow& row : study.rows) {
+    const MeanInterval& pose = nees_of(row, EstimatorBlock::pose);
+    if (row.runs == 0 || std::isnan(pose.lower)) continue;
+    if (pose.lower > 1.0) {
+      optimistic += fmt::format("{}{} ({} times the error it claims)", optimistic.empty() ? "" : ", ",
+                                row.name, number_text(pose.mean, 3));
+    } else {
+      consistent += (consistent.empty() ? "" : ", ") + row.name;
+    }
+  }
+  if (optimistic.empty())
+    return {CellTone::good, "Nothing says that the pose of any is optimistic: " + consistent};
+  return {CellTone::caution,
+          fmt::format("Optimistic in the pose: {}. {}", optimistic,
+                      consistent.empty() ? "None is not" : "Nothing is seen against " + consistent)};
+}
+
 ReportTable estimator_difference_table(const EstimatorStudy& study) {
   const std::string& other = yardstick(study).name;
   ReportTable table{.title = fmt::format("Each estimator less {}, on the same noise", other),
@@ -241,12 +260,15 @@ std::string estimator_json(const EstimatorStudy& study) {
   return json.dump(1);
 }
 
-void write_estimator_report(const std::filesystem::path& directory, const EstimatorStudy& study) {
+void write_estimator_report(const std::filesystem::path& directory, const EstimatorStudy& study,
+                            const Provenance& provenance) {
   const std::filesystem::path folder = directory / "figures";
   make_directories(folder);
   const std::vector<Figure> figures = estimator_figures(study);
   const std::vector<Drawing> drawings = draw_all(figures, folder);
   HtmlPage page("Estimators in " + study.scenario.name, "Consistency, accuracy and cost, by Credence");
+  const ReportAnswer answer = estimator_answer(study);
+  page.answer(answer.tone, answer.text + ".");
   page.section("Who is consistent");
   page.facts({{"world", world_text(study.scenario)}, {"runs", runs_text(study)}});
   page.table(estimator_table(study));
@@ -255,6 +277,7 @@ void write_estimator_report(const std::filesystem::path& directory, const Estima
   page.table(estimator_difference_table(study));
   page.section("Settings");
   page.verbatim(canonical_toml(study.scenario));
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -5,12 +5,16 @@
 #include <vector>
 
 #include "analysis/studies/estimator_study.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
 /// What `credence estimators` shows: the consistency table, paired differences, JSON and a page.
 
 namespace credence {
+
+/// Which are consistent in their pose, in a sentence.
+ReportAnswer estimator_answer(const EstimatorStudy& study);
 
 /// One row for each estimator.
 ReportTable estimator_table(const EstimatorStudy& study);
@@ -22,6 +26,7 @@ ReportTable estimator_difference_table(const EstimatorStudy& study);
 std::string estimator_json(const EstimatorStudy& study);
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError.
-void write_estimator_report(const std::filesystem::path& directory, const EstimatorStudy& study);
+void write_estimator_report(const std::filesystem::path& directory, const EstimatorStudy& study,
+                            const Provenance& provenance = make_provenance());
 
 }  // namespace credence

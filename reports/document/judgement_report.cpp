@@ -17,13 +17,15 @@ std::string factor_text(const ScaleAdvice& scale) {
                      number_text(scale.upper, 3));
 }
 
-void advise_settling(const char* what, const SettlingRuns& settle, std::vector<std::string>& sentences) {
+void advise_settling(const char* what, const char* matrix, const SettlingRuns& settle,
+                     std::vector<std::string>& sentences) {
   if (settle.runs == 0) return;
-  sentences.push_back(
-      fmt::format("{} is consistent with these runs; should its factor of {} be real, {} runs would show it "
-                  "with a power of {:g} %. What these runs could have shown: factors below {} and above {}.",
-                  what, number_text(settle.observed_factor, 4), settle.runs, 100.0 * kSettlingPower,
-                  number_text(settle.detectable.below, 3), number_text(settle.detectable.above, 3)));
+  sentences.push_back(fmt::format(
+      "{0}: these runs would have shown {1} too small by {2:.2g} % or too large by {3:.2g} %; that it is off "
+      "by "
+      "the {4:.2g} % seen would take {5} runs to show with a power of {6:g} %.",
+      what, matrix, 100.0 * (settle.detectable.above - 1.0), 100.0 * (1.0 / settle.detectable.below - 1.0),
+      100.0 * std::abs(settle.observed_factor - 1.0), settle.runs, 100.0 * kSettlingPower));
 }
 
 std::string titled(const char* what, const SensorJudgement& sensor) {
@@ -72,9 +74,17 @@ Panel correlation_panel(const SensorJudgement& sensor, double confidence) {
   return panel;
 }
 
+/// Whether a region holds the truth often enough, to be worth looking at: of many states
+/// almost none lies within 1σ in all of them.
+bool tells(const CoverageVerdict& coverage) {
+  constexpr double kLeast = 0.01;
+  return coverage.expected >= kLeast;
+}
+
 Panel coverage_panel(const Judgement& j) {
   Panel panel{.title = "Coverage", .x_label = "step", .y_label = "truth inside (%)"};
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+    if (!tells(j.coverage[i])) continue;
     FigureData x, inside, expected;
     for (std::size_t k = 0; k < j.coverage[i].steps.size(); ++k) {
       const CoverageStep& step = j.coverage[i].steps[k];
@@ -83,7 +93,8 @@ Panel coverage_panel(const Judgement& j) {
       inside.push_back(100.0 * step.interval.value);
       expected.push_back(100.0 * step.expected);
     }
-    panel.series.push_back(line_series(i == 0 ? "expected" : "", ColourRole::bound, x, expected));
+    panel.series.push_back(
+        line_series(panel.series.empty() ? "expected" : "", ColourRole::bound, x, expected));
     panel.series.push_back(line_series(fmt::format("{:g}σ", CoverageSums::kSigmas[i]),
                                        numbered_role(static_cast<Index>(i)), x, inside));
   }
@@ -100,12 +111,20 @@ ReportTable tests_table(const Judgement& j) {
       .rows = {},
       .notes = {}};
   const double alpha = 1.0 - j.confidence;
+  const auto says_nothing = [&](const NamedTest& test) {
+    for (std::size_t i = 0; i < j.coverage.size(); ++i) {
+      const bool of_region = test.name == fmt::format("coverage of {:g}σ", CoverageSums::kSigmas[i]);
+      if (of_region && !tells(j.coverage[i]) && test.p_value > alpha) return true;
+    }
+    return false;
+  };
   for (const NamedTest& test : j.tests) {
-    const TableCell says = std::isnan(test.p_value) ? TableCell("not tested", CellTone::muted)
-                           : test.adjusted <= alpha ? TableCell("fails", CellTone::alarm)
-                           : test.p_value <= alpha  ? TableCell("fails alone", CellTone::caution)
-                                                    : TableCell("passes", CellTone::good);
-    table.add({test.name, test.says, TableCell(test.p_value, 3), TableCell(test.adjusted, 3), says});
+    const TableCell says = says_nothing(test)         ? TableCell("says nothing here", CellTone::muted)
+                           : std::isnan(test.p_value) ? TableCell("not tested", CellTone::muted)
+                           : test.adjusted <= alpha   ? TableCell("fails", CellTone::alarm)
+                           : test.p_value <= alpha    ? TableCell("fails alone", CellTone::caution)
+                                                      : TableCell("passes", CellTone::good);
+    table.add({test.name, test.says, p_value_text(test.p_value), p_value_text(test.adjusted), says});
   }
   table.notes = {
       fmt::format(
@@ -159,7 +178,7 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
                     "{} ({} … {}).",
                     p <= alpha ? "disagree with" : "agree with",
                     b.law.second_moments.of.empty() ? "" : " of the block " + b.law.second_moments.of,
-                    number_text(p, 2), b.law.second_moments.worst, number_text(second.worst.mean, 3),
+                    p_value_text(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
                     number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }
   const ScoreJudgement& log = b.law.log_score;
@@ -217,16 +236,21 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
     }
     sentences.push_back(sentence + ".");
   }
+  return sentences;
+}
+
+std::vector<std::string> statistics_sentences(const Judgement& b) {
+  std::vector<std::string> sentences;
   add_law_sentences(b, sentences);
-  advise_settling("NEES", b.settle_nees, sentences);
-  advise_settling("NIS", b.settle_nis, sentences);
+  advise_settling("NEES", "P", b.settle_nees, sentences);
+  advise_settling("NIS", "S", b.settle_nis, sentences);
   return sentences;
 }
 
 Figure evidence_figure(const std::string& name, const Judgement& j) {
   constexpr std::size_t kSensors = 3;
   Figure figure{
-      .name = name + "-battery",
+      .name = name + std::string(kEvidenceSuffix),
       .caption = fmt::format("Further tests, over {} runs: the values of NIS taken through "
                              "their distribution function, which makes them uniform; the correlation "
                              "of the normalised innovation with itself in time; how often the truth "
@@ -237,7 +261,9 @@ Figure evidence_figure(const std::string& name, const Judgement& j) {
     if (sensor.fit.count > 0) figure.panels.push_back(histogram_panel(sensor));
     if (sensor.whiteness.reason.empty()) figure.panels.push_back(correlation_panel(sensor, j.confidence));
   }
-  if (j.coverage.front().tests > 0) figure.panels.push_back(coverage_panel(j));
+  if (j.coverage.front().tests > 0 && std::ranges::any_of(j.coverage, tells)) {
+    figure.panels.push_back(coverage_panel(j));
+  }
   const auto panels = static_cast<int>(figure.panels.size());
   figure.cols = std::clamp(panels, 1, 3);
   figure.rows = std::max(1, (panels + 2) / 3);

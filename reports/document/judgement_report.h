@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/evidence/study_analysis.h"
@@ -19,8 +20,15 @@ std::string stop_sentence(const StudyAnalysis& analysis);
 std::string proof_sentence(const Judgement& judgement);
 
 /// What to do about the verdicts, in sentences: the block responsible, the likely causes, the factors that
-/// would mend the mean, the runs that would settle a consistent case.
+/// would mend the mean.
 std::vector<std::string> advice_sentences(const Judgement& judgement);
+
+/// For who wants to know more: what is proved, what holds whatever the law of the errors, the score, what
+/// these runs could have shown and how many would settle a consistent case.
+std::vector<std::string> statistics_sentences(const Judgement& judgement);
+
+/// How the name of an evidence figure ends.
+inline constexpr std::string_view kEvidenceSuffix = "-battery";
 
 /// The histogram of F(NIS) and the autocorrelation of the innovation of up to three sensors, and the coverage
 /// of the kσ regions; no panel of what there is no data for.

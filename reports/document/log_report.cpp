@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/manifold/angle.h"
 #include "reports/document/judgement_report.h"
 #include "reports/document/study_report.h"
+#include "reports/document/study_table.h"
 #include "reports/figures/draw_figures.h"
 #include "reports/figures/study_figures.h"
 #include "reports/render/atomic_file.h"
@@ -53,10 +56,59 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
   return figure;
 }
 
-std::vector<Figure> log_figures(const std::string& name, const LogAnalysis& a) {
+/// Errors of the first run, state by state.
+Figure errors_figure(const std::string& name, const RunErrors& run) {
+  constexpr std::size_t kPanels = 6;
+  const std::size_t shown = std::min(kPanels, run.states.size());
+  Figure figure{
+      .name = name + "-errors",
+      .caption = fmt::format("The first run: errors{} with the ±2σ that the filter claims; a consistent "
+                             "filter stays between them at 95 % of the steps.",
+                             run.states.size() > shown ? fmt::format(" of the first {} states", shown) : ""),
+      .rows = static_cast<int>((shown + 2) / 3),
+      .cols = static_cast<int>(std::min<std::size_t>(shown, 3))};
+  for (std::size_t i = 0; i < shown; ++i) {
+    const RunErrors::State& state = run.states[i];
+    const double scale = state.angle ? 1.0 / kRadiansPerDegree : 1.0;
+    FigureData error, lower, upper;
+    for (std::size_t k = 0; k < run.step.size(); ++k) {
+      error.push_back(scale * state.error[k]);
+      upper.push_back(2.0 * scale * state.sigma[k]);
+      lower.push_back(-upper.back());
+    }
+    Panel panel{.title = state.name, .x_label = "step", .y_label = state.angle ? "error (°)" : "error"};
+    panel.series = {line_series("±2σ", ColourRole::bound, FigureData(run.step), std::move(lower)),
+                    line_series("", ColourRole::bound, FigureData(run.step), std::move(upper)),
+                    line_series("error", ColourRole::estimate, FigureData(run.step), std::move(error))};
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+/// NEES of the blocks over the steps, the pose first.
+Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
+  constexpr std::size_t kPanels = 6;
+  Figure figure{
+      .name = name + "-blocks",
+      .caption = "NEES of the blocks of states, the pose first: which part of the state, and since when."};
+  for (const BlockVerdict* block : blocks_in_order(a)) {
+    if (block->verdict.count == 0 || figure.panels.size() == kPanels) continue;
+    figure.panels.push_back(verdict_panel(block->name, "mean NEES", block->verdict, {}));
+  }
+  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
+  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
+  return figure;
+}
+
+std::vector<Figure> log_figures(const std::string& name, const CheckedLogs& logs) {
+  const LogAnalysis& a = logs.analysis;
   std::vector<Figure> figures;
   if (a.judgement.nees.count > 0 || a.judgement.nis.count > 0)
     figures.push_back(log_consistency_figure(name, a));
+  if (!logs.first_run.step.empty() && !logs.first_run.states.empty()) {
+    figures.push_back(errors_figure(name, logs.first_run));
+  }
+  if (Figure blocks = blocks_figure(name, a); !blocks.panels.empty()) figures.push_back(std::move(blocks));
   Figure evidence = evidence_figure(name, a.judgement);
   if (!evidence.panels.empty()) figures.push_back(std::move(evidence));
   return figures;
@@ -87,26 +139,46 @@ void add_rejected(HtmlPage& page, const Evidence& s) {
 
 }  // namespace
 
-void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs) {
+void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs,
+                      const Provenance& provenance) {
   const LogAnalysis& a = logs.analysis;
   const std::string name = file_name(logs.name);
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
-  const std::vector<Figure> figures = log_figures(name, a);
+  const std::vector<Figure> figures = log_figures(name, logs);
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
-  HtmlPage page(logs.name, "Consistency of a filter from its logs, by Credence");
+  HtmlPage page(logs.name, "Consistency of a filter from its logs");
+  page.answer(verdict_cell(a.judgement.word.verdict).tone, log_answer(logs) + ".");
   page.section("Verdicts");
-  page.table(log_table(logs));
-  if (a.evidence.has_truth) page.paragraph(verdict_sentence("NEES", a.judgement.nees));
-  if (a.judgement.nis.count > 0) page.paragraph(verdict_sentence("NIS", a.judgement.nis));
+  ReportTable verdicts = log_verdicts(logs, a.judgement.blocks.size());
+  verdicts.title = "One row for the whole state, the innovations, and each block of states";
+  page.table(verdicts);
   add_rejected(page, a.evidence);
-  page.bullets(advice_sentences(a.judgement));
+  if (const std::vector<std::string> advice = advice_sentences(a.judgement); !advice.empty()) {
+    page.section("What to do");
+    page.bullets(advice);
+  }
   page.section("Figures");
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
+  const auto add_figures = [&](bool evidence) {
+    for (std::size_t i = 0; i < figures.size(); ++i) {
+      if (figures[i].name.ends_with(kEvidenceSuffix) == evidence)
+        page.figure(figures[i], drawings[i], directory);
+    }
+  };
+  add_figures(false);
   page.section("Tests");
-  page.table(tests_table(a.judgement));
+  page.folded("All tests and statistics", [&] {
+    std::vector<std::string> sentences;
+    if (a.evidence.has_truth) sentences.push_back(verdict_sentence("NEES", a.judgement.nees));
+    if (a.judgement.nis.count > 0) sentences.push_back(verdict_sentence("NIS", a.judgement.nis));
+    for (std::string& sentence : log_statistics(logs)) sentences.push_back(std::move(sentence));
+    if (!sentences.empty()) page.bullets(sentences);
+    page.table(tests_table(a.judgement));
+    add_figures(true);
+  });
   write_steps(directory / (name + ".csv"), a);
   page.link("every step as CSV", name + ".csv");
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "analysis/evidence/study_analysis.h"
+#include "datasets/logs/run_errors.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
@@ -23,10 +25,23 @@ struct CheckedLogs {
   LogAnalysis analysis;
   std::map<std::int64_t, std::string> failures_said{};  ///< by number of the run: what its filter said
   std::vector<std::string> remarks{};  ///< sentences: what the reader left out, or took for something
+  RunErrors first_run{};               ///< of the first file; without steps where it was not kept
 };
 
-/// One row for NEES, NIS, every block and every sensor: mean, expected, bounds, verdict; the notes say what
-/// was read, what was rejected, and what to do.
+/// The blocks as reports show them: the pose first, then its parts, the rest in the order of the log.
+std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& analysis);
+
+/// The answer in a sentence, without a full stop.
+std::string log_answer(const CheckedLogs& logs);
+
+/// One row for NEES, NIS, every block, the pose first, and every sensor: verdict, mean, expected, bounds; the
+/// notes say what was read and what was rejected.
+ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks);
+
+/// What few need to know: tests of the innovations and of their law, what is proved.
+std::vector<std::string> log_statistics(const CheckedLogs& logs);
+
+/// All of it for a terminal: the verdicts, and notes on what to do and what the words mean.
 ReportTable log_table(const CheckedLogs& logs);
 
 /// The document of `credence check` (docs/formats.md): keys of `credence run` with `files`, `rows` and
@@ -35,6 +50,7 @@ std::string log_json(const CheckedLogs& logs);
 
 /// Writes DIR/index.html, DIR/<name>.csv with every step, and the figures as SVG and PDF. Throws OutputError
 /// when a file cannot be written.
-void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs);
+void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs,
+                      const Provenance& provenance = make_provenance());
 
 }  // namespace credence

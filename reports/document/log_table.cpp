@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "reports/document/judgement_report.h"
 #include "reports/document/log_report.h"
@@ -12,15 +13,15 @@ namespace {
 
 void add_verdict(ReportTable& table, const std::string& what, const ConsistencyVerdict& v) {
   if (v.count == 0) return;
-  table.add({what, v.count, v.mean, v.expected,
+  table.add({what, verdict_cell(v.verdict), v.mean, v.expected,
              fmt::format("{} … {}", number_text(v.bounds.lower), number_text(v.bounds.upper)),
-             number_text(v.p_value, 3), verdict_cell(v.verdict)});
+             p_value_text(v.p_value), v.count});
 }
 
 std::string tests_of(const SensorJudgement& s) {
   const std::string name = s.name.empty() ? "innovation" : s.name;
   const auto p = [](double value, std::string_view reason) {
-    return reason.empty() ? "p = " + number_text(value, 3) : std::string(reason);
+    return reason.empty() ? "p = " + p_value_text(value) : std::string(reason);
   };
   return fmt::format("{}: test of whiteness in time {}; of mean zero {}.", name,
                      p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason));
@@ -28,8 +29,12 @@ std::string tests_of(const SensorJudgement& s) {
 
 void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   const Evidence& s = logs.analysis.evidence;
-  const std::string files = logs.files == 0 ? "" : fmt::format(" in {} files", logs.files);
-  table.notes.push_back(fmt::format("{} rows of {} runs{} ({}).{}", s.rows, s.study.runs, files, logs.format,
+  const auto counted = [](std::int64_t n, const char* what) {
+    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+  };
+  const std::string files = logs.files == 0 ? "" : " in " + counted(logs.files, "file");
+  table.notes.push_back(fmt::format("{} of {}{} ({}).{}", counted(s.rows, "row"),
+                                    counted(s.study.runs, "run"), files, logs.format,
                                     logs.analysis.complete ? "" : " Interrupted."));
   if (logs.unmatched_rows > 0) {
     table.notes.push_back(
@@ -61,31 +66,72 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   }
 }
 
+/// Where a block stands in a table: the pose first, then its parts, the rest in the order of the log.
+int rank_of(const Evidence& evidence, const std::string& block) {
+  const auto found = std::ranges::find(evidence.blocks, block, &BlockSums::name);
+  if (found == evidence.blocks.end()) return 3;
+  return found->part == Part::pose       ? 0
+         : found->part == Part::position ? 1
+         : found->part == Part::heading  ? 2
+                                         : 3;
+}
+
+void add_fit_notes(ReportTable& table, const Judgement& a) {
+  for (const SensorJudgement& s : a.sensors) table.notes.push_back(tests_of(s));
+  for (const SensorJudgement& s : a.sensors) {
+    if (!s.fit.reason.empty()) continue;
+    table.notes.push_back(
+        fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov p = {}, Anderson-Darling p = {}.",
+                    s.name.empty() ? "" : " of " + s.name, p_value_text(s.fit.kolmogorov_p_value),
+                    p_value_text(s.fit.anderson_p_value)));
+  }
+}
+
 }  // namespace
 
-ReportTable log_table(const CheckedLogs& logs) {
-  using enum ColumnAlign;
+std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& a) {
+  std::vector<const BlockVerdict*> blocks;
+  for (const BlockVerdict& block : a.judgement.blocks) blocks.push_back(&block);
+  std::ranges::stable_sort(blocks, {}, [&](const BlockVerdict* b) { return rank_of(a.evidence, b->name); });
+  return blocks;
+}
+
+std::string log_answer(const CheckedLogs& logs) {
   const Evidence& evidence = logs.analysis.evidence;
   const Judgement& a = logs.analysis.judgement;
-  ReportTable table{.title = fmt::format("Can this covariance be trusted? {}", to_string(a.word.verdict)),
+  std::string answer = "Can this covariance be trusted? ";
+  if (!a.word.says.empty()) return answer + word_clause(a.word, a.nees);
+  answer += to_string(a.word.verdict);
+  if (a.word.verdict == Verdict::undecided)
+    return a.nees.reason.empty() ? answer : answer + ": " + a.nees.reason;
+  if (!evidence.has_truth) {
+    return answer + " as far as innovations can tell; whether P is right they cannot, without a truth";
+  }
+  return answer + ": nothing speaks against it";
+}
+
+ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
+  using enum ColumnAlign;
+  const Judgement& a = logs.analysis.judgement;
+  ReportTable table{.title = log_answer(logs),
                     .columns = {{"what", words},
-                                {"values"},
+                                {"verdict", words},
                                 {"mean"},
                                 {"expected"},
                                 {"trusted if within", words},
                                 {"p", words},
-                                {"verdict", words}},
+                                {"values"}},
                     .rows = {},
                     .notes = {}};
   add_verdict(table, "NEES", a.nees);
   add_verdict(table, "NIS", a.nis);
-  constexpr std::size_t kShown = 12;
-  for (std::size_t i = 0; i < a.blocks.size() && i < kShown; ++i) {
-    add_verdict(table, "NEES of " + a.blocks[i].name, a.blocks[i].verdict);
+  const std::vector<const BlockVerdict*> blocks = blocks_in_order(logs.analysis);
+  for (std::size_t i = 0; i < std::min(blocks.size(), most_blocks); ++i) {
+    add_verdict(table, "NEES of " + blocks[i]->name, blocks[i]->verdict);
   }
-  if (a.blocks.size() > kShown) {
+  if (blocks.size() > most_blocks) {
     table.notes.push_back(
-        fmt::format("{} more blocks are in the JSON and on the page.", a.blocks.size() - kShown));
+        fmt::format("{} more blocks are in the JSON and on the page.", blocks.size() - most_blocks));
   }
   if (a.sensors.size() > 1) {
     for (const SensorJudgement& s : a.sensors) add_verdict(table, "NIS of " + s.name, s.nis);
@@ -97,27 +143,38 @@ ReportTable log_table(const CheckedLogs& logs) {
         fmt::format("Gross outliers, beyond the upper {:g} quantile of their law: {} of NEES, {} of NIS.",
                     kGrossOutlier, a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
   }
-  if (!a.word.says.empty()) table.notes.push_back(word_sentence(logs.name, a.word, a.nees));
   add_read_notes(table, logs);
-  if (!a.nees.reason.empty() && evidence.has_truth) table.notes.push_back("NEES: " + a.nees.reason + ".");
-  for (const SensorJudgement& s : a.sensors) table.notes.push_back(tests_of(s));
-  for (const SensorJudgement& s : a.sensors) {
-    if (!s.fit.reason.empty()) continue;
-    table.notes.push_back(
-        fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov p = {}, Anderson-Darling p = {}.",
-                    s.name.empty() ? "" : " of " + s.name, number_text(s.fit.kolmogorov_p_value, 3),
-                    number_text(s.fit.anderson_p_value, 3)));
+  if (!a.nees.reason.empty() && logs.analysis.evidence.has_truth) {
+    table.notes.push_back("NEES: " + a.nees.reason + ".");
   }
-  for (const std::string& sentence : advice_sentences(a)) table.notes.push_back(sentence);
-  table.notes.push_back(
-      "consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
-      "pessimistic: smaller. mixed: larger here, smaller there; do not trust it.");
   if (a.word.verdict == Verdict::not_gaussian) {
     table.notes.push_back(
         "not Gaussian: P is right. The verdicts of the rows assume a Gaussian law, which these errors do not "
         "have.");
   }
   return table;
+}
+
+ReportTable log_table(const CheckedLogs& logs) {
+  constexpr std::size_t kShown = 12;
+  const Judgement& a = logs.analysis.judgement;
+  ReportTable table = log_verdicts(logs, kShown);
+  for (std::string& sentence : advice_sentences(a)) table.notes.push_back(std::move(sentence));
+  add_fit_notes(table, a);
+  for (std::string& sentence : statistics_sentences(a)) table.notes.push_back(std::move(sentence));
+  table.notes.push_back(
+      "consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
+      "pessimistic: smaller. mixed: larger here, smaller there; do not trust it.");
+  return table;
+}
+
+std::vector<std::string> log_statistics(const CheckedLogs& logs) {
+  const Judgement& a = logs.analysis.judgement;
+  ReportTable fits;
+  add_fit_notes(fits, a);
+  std::vector<std::string> sentences = std::move(fits.notes);
+  for (std::string& sentence : statistics_sentences(a)) sentences.push_back(std::move(sentence));
+  return sentences;
 }
 
 }  // namespace credence

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/stability_json.h"
@@ -113,6 +114,23 @@ std::vector<Figure> growth_figures(const Scenario& scenario, const PlanarStabili
 
 }  // namespace
 
+ReportAnswer planar_stability_answer(const Scenario& scenario, const PlanarStability& a) {
+  const PlanarFollowed& truth = a.own(scenario.filter.solution);
+  const bool bounded = truth.growth.verdict == LongRun::bounded;
+  std::string text = fmt::format("Over {} loops with Jacobians at the truth P is {}", a.loops,
+                                 to_string(truth.growth.verdict));
+  double pose_nees = kNaN;
+  for (const PlanarFollowed& f : a.followed) {
+    if (f.at != Linearisation::estimate || f.solution != scenario.filter.solution) continue;
+    pose_nees = f.pose_nees;
+    text += fmt::format(
+        "; in a noisy run of the EKF it is {}, with a NEES of the pose of {} times its expected value",
+        to_string(f.growth.verdict), number_text(f.pose_nees, 3));
+  }
+  if (pose_nees > 2.0) return {CellTone::alarm, text + ": it is optimistic"};
+  return {bounded ? CellTone::good : CellTone::alarm, text};
+}
+
 ReportTable planar_rank_table(const PlanarStability& a) {
   ReportTable table{.title = "Observability over one loop",
                     .columns = {{"Jacobians at", ColumnAlign::words},
@@ -205,26 +223,27 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
 }
 
 void write_planar_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
-                                   const PlanarStability& a) {
+                                   const PlanarStability& a, const Provenance& provenance) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const std::vector<Figure> figures = growth_figures(scenario, a);
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
 
-  HtmlPage page("Stability of " + scenario.name, "Observability and boundedness along the path, by Credence");
+  HtmlPage page("Stability of " + scenario.name, "Observability and boundedness along the path");
+  const ReportAnswer answer = planar_stability_answer(scenario, a);
+  page.answer(answer.tone, answer.text + ".");
   page.section("Verdict");
   page.facts({{"world", world_text(scenario)},
               {"inflation", filter_text(scenario.filter)},
               {"state", fmt::format("{} dimensions", a.state_dim)}});
   page.table(planar_growth_table(scenario, a));
+  if (!figures.empty()) page.section("Growth of P");
+  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
   page.section("Ranks");
   page.table(planar_rank_table(a));
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    page.section("Figure");
-    page.figure(figures[i], drawings[i], directory);
-  }
   page.section("Settings");
-  page.verbatim(canonical_toml(scenario));
+  page.folded("The scenario", [&] { page.verbatim(canonical_toml(scenario)); });
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -6,12 +6,16 @@
 
 #include "analysis/stability/planar_stability.h"
 #include "montecarlo/scenario/scenario.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
 /// What `credence stability` shows of a planar world: tables, JSON and a page.
 
 namespace credence {
+
+/// Whether the scenario's own filter stays bounded, at the truth and in a noisy run.
+ReportAnswer planar_stability_answer(const Scenario& scenario, const PlanarStability& analysis);
 
 /// Rank of the observability matrix along the path, at the truth and at the filter's estimates.
 ReportTable planar_rank_table(const PlanarStability& analysis);
@@ -24,6 +28,7 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError.
 void write_planar_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
-                                   const PlanarStability& analysis);
+                                   const PlanarStability& analysis,
+                                   const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -20,8 +20,15 @@ std::string rank_words(const PlanarRanks& ranks, Index n) {
   return missing == 0 ? "n" : fmt::format("n − {}", missing);
 }
 
+/// One noisy run fluctuates: an exponent below this is not told from none.
+constexpr double kLeastNoisyExponent = 0.1;
+
 TableCell growth_cell(const PlanarFollowed& f) {
   if (f.growth.verdict == LongRun::failed) return {"beyond all bounds", CellTone::alarm};
+  if (f.at == Linearisation::estimate && f.growth.verdict == LongRun::growing &&
+      f.growth.exponent < kLeastNoisyExponent) {
+    return {fmt::format("no clear growth ({})", number_text(f.growth.exponent, 2)), CellTone::muted};
+  }
   const CellTone tone = f.growth.verdict == LongRun::bounded   ? CellTone::good
                         : f.growth.verdict == LongRun::growing ? CellTone::alarm
                                                                : CellTone::caution;
@@ -33,6 +40,25 @@ const PlanarFollowed* find(const PlanarStability& a, Linearisation at, Inflation
     if (f.at == at && f.solution == solution) return &f;
   }
   return nullptr;
+}
+
+}  // namespace
+
+namespace {
+
+ReportAnswer planar_table_answer(std::span<const PlanarStability> analyses) {
+  int bounded = 0, all = 0;
+  for (const PlanarStability& a : analyses) {
+    for (const PlanarFollowed& f : a.followed) {
+      if (f.at != Linearisation::truth) continue;
+      ++all;
+      bounded += f.growth.verdict == LongRun::bounded ? 1 : 0;
+    }
+  }
+  return {
+      bounded == all ? CellTone::good : CellTone::caution,
+      fmt::format("With Jacobians at the truth P stays bounded in {} of {} filters, and grows in the others",
+                  bounded, all)};
 }
 
 }  // namespace
@@ -71,7 +97,9 @@ ReportTable planar_stability_table(const SweepPlan& plan, std::span<const Planar
   }
   table.notes = {
       "n: dimension of the state. In brackets: log2 of the last tr P over that at half the loops.",
-      "At the truth: Jacobians along the nominal path. In the EKF: of one noisy run, whose P fluctuates.",
+      "At the truth: Jacobians along the nominal path. In the EKF: of one noisy run, whose P fluctuates: an "
+      "exponent "
+      "below 0.1 is no clear growth.",
       "rank O in the EKF: beyond that at the truth it is spurious. pose NEES / 3: above 1 is optimistic.",
       "beyond all bounds: the run ended before, as S could no longer be factorised.",
       "P0 × 100: what a hundredfold initial variance multiplies the last trace by; 1 is independent of P0.",
@@ -91,13 +119,16 @@ std::string planar_stability_table_json(const SweepPlan& plan, std::span<const P
 }
 
 void write_planar_stability_table(const std::filesystem::path& directory, const SweepPlan& plan,
-                                  std::span<const PlanarStability> analyses) {
+                                  std::span<const PlanarStability> analyses, const Provenance& provenance) {
   make_directories(directory);
-  HtmlPage page(plan.name, "Stability of planar EKF-SLAM under inflation, by Credence");
+  HtmlPage page(plan.name, "Stability of planar EKF-SLAM under inflation");
+  const ReportAnswer answer = planar_table_answer(analyses);
+  page.answer(answer.tone, answer.text + ".");
   page.section("Boundedness");
   page.table(planar_stability_table(plan, analyses));
   page.section("Settings");
-  page.verbatim(canonical_toml(plan));
+  page.folded("The scenario with its sweep", [&] { page.verbatim(canonical_toml(plan)); });
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

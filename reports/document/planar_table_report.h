@@ -6,6 +6,7 @@
 
 #include "analysis/stability/planar_stability.h"
 #include "montecarlo/scenario/sweep_plan.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
@@ -22,6 +23,7 @@ std::string planar_stability_table_json(const SweepPlan& plan, std::span<const P
 
 /// Writes DIR/index.html; OutputError when it cannot be written.
 void write_planar_stability_table(const std::filesystem::path& directory, const SweepPlan& plan,
-                                  std::span<const PlanarStability> analyses);
+                                  std::span<const PlanarStability> analyses,
+                                  const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -129,6 +129,18 @@ Panel panel_of(const Group& group, const Places& places, Index largest_O, Index 
 
 }  // namespace
 
+ReportAnswer rank_map_answer(std::span<const RankMapCell> cells) {
+  const auto exact =
+      std::ranges::count_if(cells, [](const RankMapCell& c) { return c.predicted != c.bounded; });
+  const auto paper = std::ranges::count_if(cells, [](const RankMapCell& c) { return c.paper != c.bounded; });
+  const std::string exact_text = exact == 0 ? "is right in all" : fmt::format("errs in {} of", exact);
+  return {
+      exact == 0 ? CellTone::good : CellTone::caution,
+      fmt::format(
+          "The exact condition {} {} cells of the map; the paper's eq. (22), rank ΔP ≤ rank O, errs in {}",
+          exact_text, cells.size(), paper)};
+}
+
 ReportTable rank_map_table(std::span<const RankMapCell> cells, double confidence) {
   ReportTable table{.title = "The map of ranks",
                     .columns = {{"observability", ColumnAlign::words},

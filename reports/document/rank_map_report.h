@@ -14,6 +14,9 @@
 
 namespace credence {
 
+/// Which condition says where P stays bounded.
+ReportAnswer rank_map_answer(std::span<const RankMapCell> cells);
+
 /// One row for each observability and range: how many cells, how many bounded, who errs.
 ReportTable rank_map_table(std::span<const RankMapCell> cells, double confidence);
 

@@ -120,12 +120,6 @@ void add_limits(ReplayJudgement& judgement, std::span<const ReportedReplay> repl
 
 }  // namespace
 
-std::string p_value_text(double p) {
-  constexpr double kSmallest = 1e-12;  // no law is known well enough to say less
-  if (!std::isfinite(p)) return "–";
-  return p < kSmallest ? "< 1e−12" : number_text(p, 2);
-}
-
 std::string replay_name(const ReplayResult& result) {
   return result.run.empty() ? result.dataset : result.dataset + ", " + result.run;
 }

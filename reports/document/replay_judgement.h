@@ -33,9 +33,6 @@ struct ReplayJudgement {
 /// std::invalid_argument for gates that differ.
 ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double confidence = 0.95);
 
-/// "0.031", "< 1e−12", or a dash for a test that was not made.
-std::string p_value_text(double p);
-
 /// "carpark", "mrclam, robot 1".
 std::string replay_name(const ReplayResult& result);
 

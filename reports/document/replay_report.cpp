@@ -53,7 +53,7 @@ std::string file_name(const ReplayResult& result) {
 }  // namespace
 
 void write_replay_report(const std::filesystem::path& directory, std::span<const ReportedReplay> replays,
-                         const ReplayJudgement& judgement) {
+                         const ReplayJudgement& judgement, const Provenance& provenance) {
   make_directories(directory / "figures");
   std::vector<Figure> figures{nees_figure(replays, judgement.nees)};
   for (std::size_t i = 0; i < replays.size(); ++i) {
@@ -65,7 +65,9 @@ void write_replay_report(const std::filesystem::path& directory, std::span<const
 
   HtmlPage page(fmt::format("EKF-SLAM on {}", replays.size() == 1 ? replay_name(replays.front().result)
                                                                   : replays.front().result.dataset),
-                "Real data replayed by Credence");
+                "Real data replayed");
+  const ReportAnswer answer = replay_answer(replays, judgement);
+  page.answer(answer.tone, answer.text + ".");
   page.section("What can be said");
   page.table(judgement_table(replays, judgement));
   page.figure(figures.front(), drawings.front(), directory);
@@ -75,12 +77,12 @@ void write_replay_report(const std::filesystem::path& directory, std::span<const
     page.section(replay_name(replay.result));
     page.table(replay_table(replay));
     for (int i = 0; i < 2; ++i, ++next) page.figure(figures[next], drawings[next], directory);
-    page.subsection("Settings");
     std::vector<std::pair<std::string, std::string>> facts;
     for (const ReplaySettingText& s : replay_settings_text(replay.result.settings))
       facts.emplace_back(s.key, s.value);
-    page.facts(facts);
+    page.folded("Settings", [&] { page.facts(facts); });
   }
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "reports/document/provenance.h"
 #include "reports/document/replay_judgement.h"
 
 namespace credence {
@@ -12,6 +13,6 @@ namespace credence {
 /// Writes DIR/index.html with the numbers, the judgement and the figures of each replay, and the figures as
 /// SVG and PDF. Throws OutputError.
 void write_replay_report(const std::filesystem::path& directory, std::span<const ReportedReplay> replays,
-                         const ReplayJudgement& judgement);
+                         const ReplayJudgement& judgement, const Provenance& provenance = make_provenance());
 
 }  // namespace credence

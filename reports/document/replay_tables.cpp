@@ -141,6 +141,20 @@ ReportTable replays_table(std::span<const ReportedReplay> replays) {
   return table;
 }
 
+ReportAnswer replay_answer(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
+  const ConsistencyVerdict& nees = judgement.nees.verdict;
+  const char* what = has_true_heading(replays.front().result) ? "pose" : "position";
+  const std::string name = replays.size() == 1
+                               ? replay_name(replays.front().result)
+                               : fmt::format("{} runs of {}", replays.size(), replays.front().result.dataset);
+  if (nees.verdict == Verdict::undecided) {
+    return {CellTone::caution, fmt::format("{}: undecided, {}", name, nees.reason)};
+  }
+  return {verdict_cell(nees.verdict).tone,
+          fmt::format("EKF-SLAM on {} is {}: NEES of the {} {} where {} is expected", name,
+                      to_string(nees.verdict), what, number_text(nees.mean), number_text(nees.expected))};
+}
+
 ReportTable judgement_table(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
   using enum ColumnAlign;
   ReportTable table{

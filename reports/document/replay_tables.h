@@ -10,6 +10,9 @@
 
 namespace credence {
 
+/// What the verdict on the recorded run is.
+ReportAnswer replay_answer(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement);
+
 /// The numbers of one replay with their counts and what they can be compared with.
 ReportTable replay_table(const ReportedReplay& replay);
 

@@ -25,6 +25,13 @@ struct TableCell {
 
   std::string text;
   CellTone tone = CellTone::plain;
+  std::string link{};  ///< on a page: "#anchor", or an address relative to it; empty: none
+};
+
+/// What a report comes to, in a sentence that can be acted on.
+struct ReportAnswer {
+  CellTone tone = CellTone::plain;
+  std::string text;  ///< without a full stop
 };
 
 /// Words stand left; numbers stand right with their decimal points below each other.

@@ -181,6 +181,8 @@ Figure power_figure(const SelftestResult& result) {
   const std::size_t filters = result.wrong_filters.size();
   const std::size_t tests = filters == 0 ? 0 : result.wrong_filters.front().power.size();
   FigureData x, y;
+  std::vector<FigureText> names;
+  for (const WrongFilterResult& filter : result.wrong_filters) names.emplace_back(filter.name);
   Matrix cells(static_cast<Index>(filters), static_cast<Index>(tests));
   for (std::size_t test = 0; test < tests; ++test) x.push_back(static_cast<double>(test + 1));
   for (std::size_t filter = 0; filter < filters; ++filter) {
@@ -196,8 +198,9 @@ Figure power_figure(const SelftestResult& result) {
                     "tests are numbered as in the tables.",
                 .panels = {}};
   Panel panel{.title = "Power",
-              .x_label = "test",
-              .y_label = "wrong filter",
+              .x_label = "test, in the order of the table of false alarms",
+              .y_label = "",
+              .y_names = names,
               .colour_label = "rejected (%)",
               .colour_range = AxisRange{0.0, 100.0}};
   panel.series.push_back(heat_series(x, y, cells));
@@ -286,18 +289,28 @@ std::vector<std::string> selftest_failures(const SelftestResult& result) {
   return failures;
 }
 
-void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result) {
+ReportAnswer selftest_answer(const SelftestResult& result) {
+  const std::size_t failures = selftest_failures(result).size();
+  if (failures == 0) {
+    return {CellTone::good, "Every test keeps its false-alarm rate, and every wrong filter is found"};
+  }
+  return {
+      CellTone::alarm,
+      fmt::format(
+          "Do not trust the verdicts of this build: {} tests are out of calibration or miss what is wrong",
+          failures)};
+}
+
+void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result,
+                           const Provenance& provenance) {
   make_directories(directory / "figures");
   const std::vector<Figure> figures = selftest_figures(result);
   const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
   HtmlPage page("Can these tests be trusted?", "Calibration of Credence's statistical tests");
-  const std::vector<std::string> failures = selftest_failures(result);
-  if (failures.empty()) {
-    page.callout(CellTone::good, "Every test keeps its false-alarm rate, and every wrong filter is found.");
-  } else {
-    page.callout(CellTone::alarm, "Do not trust the verdicts of this build:");
+  const ReportAnswer answer = selftest_answer(result);
+  page.answer(answer.tone, answer.text + ".");
+  if (const std::vector<std::string> failures = selftest_failures(result); !failures.empty())
     page.bullets(failures);
-  }
   page.section("False alarms");
   page.figure(figures[0], drawings[0], directory);
   const std::vector<ReportTable> tables = selftest_tables(result);
@@ -307,6 +320,7 @@ void write_selftest_report(const std::filesystem::path& directory, const Selftes
   page.table(tables[2]);
   page.figure(figures[1], drawings[1], directory);
   page.table(tables[3]);
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -5,9 +5,13 @@
 #include <vector>
 
 #include "analysis/studies/selftest.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 namespace credence {
+
+/// Whether the tests of this build keep their rates and find what is wrong.
+ReportAnswer selftest_answer(const SelftestResult& result);
 
 /// The document of `credence selftest` (docs/formats.md).
 std::string selftest_json(const SelftestResult& result);
@@ -19,6 +23,7 @@ std::vector<ReportTable> selftest_tables(const SelftestResult& result);
 std::vector<std::string> selftest_failures(const SelftestResult& result);
 
 /// Writes DIR/index.html and the figures as SVG and PDF. Throws OutputError.
-void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result);
+void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result,
+                           const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -234,6 +234,25 @@ Figure stability_figure(const StabilityAnalysis& a) {
 
 }  // namespace
 
+ReportAnswer stability_answer(const StabilityAnalysis& a) {
+  const LongRun seen = a.long_horizon.growth.verdict;
+  const std::size_t steps = a.long_horizon.trace.size();
+  if (seen == LongRun::failed) {
+    return {CellTone::alarm,
+            fmt::format("The filter breaks down: S lost positive definiteness after {} steps", steps)};
+  }
+  const bool bounded = seen == LongRun::bounded;
+  std::string text = bounded ? fmt::format("P stays bounded, measured over {} steps", steps)
+                             : fmt::format("P grows without bound, measured over {} steps", steps);
+  text += bounded == a.predicted_bounded
+              ? " and as the exact condition says"
+              : "; with the Q_t of the last step held constant it would be otherwise";
+  if (bounded && !std::isnan(a.initial_covariance_effect)) {
+    text += a.depends_on_initial ? "; its limit depends on P0" : "; its limit does not depend on P0";
+  }
+  return {bounded ? CellTone::good : CellTone::alarm, text};
+}
+
 ReportTable stability_rank_table(const StabilityAnalysis& a) {
   ReportTable table{
       .title = "Ranks",
@@ -332,24 +351,27 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
 }
 
 void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
-                            const StabilityAnalysis& a) {
+                            const StabilityAnalysis& a, const Provenance& provenance) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const std::vector<Figure> figures = {stability_figure(a)};
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
 
-  HtmlPage page("Stability of " + scenario.name, "Ranks, Riccati equation and boundedness, by Credence");
+  HtmlPage page("Stability of " + scenario.name, "Ranks, Riccati equation and boundedness");
+  const ReportAnswer answer = stability_answer(a);
+  page.answer(answer.tone, answer.text + ".");
   page.section("Verdict");
   page.facts({{"world", world_text(scenario)},
               {"inflation", filter_text(scenario.filter)},
               {"state", fmt::format("{} dimensions", a.state_dim)}});
   page.table(stability_verdict_table(a));
+  page.section("Covariance over time");
+  page.figure(figures.front(), drawings.front(), directory);
   page.section("Ranks");
   page.table(stability_rank_table(a));
-  page.section("Figure");
-  page.figure(figures.front(), drawings.front(), directory);
   page.section("Settings");
-  page.verbatim(canonical_toml(scenario));
+  page.folded("The scenario", [&] { page.verbatim(canonical_toml(scenario)); });
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

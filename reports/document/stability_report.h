@@ -6,12 +6,16 @@
 
 #include "analysis/stability/stability_analysis.h"
 #include "montecarlo/scenario/scenario.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
 /// What `credence stability` shows: tables, JSON and a page.
 
 namespace credence {
+
+/// Whether P stays bounded, and what it depends on.
+ReportAnswer stability_answer(const StabilityAnalysis& analysis);
 
 /// Ranks with their gaps, each integer beside the singular values that it rests on.
 ReportTable stability_rank_table(const StabilityAnalysis& analysis);
@@ -24,6 +28,7 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& an
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError when a file cannot be written.
 void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
-                            const StabilityAnalysis& analysis);
+                            const StabilityAnalysis& analysis,
+                            const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -1,6 +1,7 @@
 #include "reports/document/study_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <set>
 
@@ -56,28 +57,79 @@ void add_failures(HtmlPage& page, const StudyAnalysis& a) {
   page.bullets(items);
 }
 
-void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& name,
-               std::span<const Figure> figures, std::span<const Drawing> drawings,
+/// For who wants the numbers behind the words.
+void add_statistics(HtmlPage& page, const StudyAnalysis& a) {
+  std::vector<std::string> sentences = {verdict_sentence("NEES", a.nees), verdict_sentence("NIS", a.nis)};
+  if (a.vehicle_nees) sentences.push_back(verdict_sentence("NEES of the pose alone", *a.vehicle_nees));
+  page.bullets(sentences);
+  if (!a.judgement) return;
+  page.bullets(statistics_sentences(*a.judgement));
+  page.table(tests_table(*a.judgement));
+}
+
+/// A study's figures as they were drawn.
+struct DrawnFigures {
+  std::span<const Figure> figures;
+  std::span<const Drawing> drawings;
+};
+
+void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& name, const DrawnFigures& drawn,
                const std::filesystem::path& directory) {
   const StudyAnalysis& a = study.analysis;
-  page.section(a.scenario.name);
+  if (!study.description.empty()) page.paragraph(study.description);
   page.facts({{"world", world_text(a.scenario)},
               {"inflation", filter_text(a.scenario.filter)},
-              {"runs", fmt::format("{}{}", a.statistics.runs, a.complete ? "" : " (interrupted)")},
-              {"steps", fmt::format("{}", a.scenario.study.steps)},
-              {"seed", fmt::format("{}", a.scenario.study.seed)},
+              {"runs",
+               fmt::format("{}{} of {} steps, seed {}", a.statistics.runs, a.complete ? "" : " (interrupted)",
+                           a.scenario.study.steps, a.scenario.study.seed)},
               {"state", fmt::format("{} dimensions", a.state_dim)}});
-  page.paragraph(verdict_sentence("NEES", a.nees));
-  page.paragraph(verdict_sentence("NIS", a.nis));
-  if (a.vehicle_nees) page.paragraph(verdict_sentence("NEES of the pose alone", *a.vehicle_nees));
   if (a.stop) page.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
-  if (a.judgement) page.bullets(advice_sentences(*a.judgement));
+  if (a.judgement) {
+    const std::vector<std::string> advice = advice_sentences(*a.judgement);
+    if (!advice.empty()) page.bullets(advice);
+  }
   add_failures(page, a);
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
-  if (a.judgement) page.table(tests_table(*a.judgement));
+  const auto is_evidence = [](const Figure& figure) { return figure.name.ends_with(kEvidenceSuffix); };
+  for (std::size_t i = 0; i < drawn.figures.size(); ++i) {
+    if (!is_evidence(drawn.figures[i])) page.figure(drawn.figures[i], drawn.drawings[i], directory);
+  }
+  page.folded("Statistics", [&] {
+    add_statistics(page, a);
+    for (std::size_t i = 0; i < drawn.figures.size(); ++i) {
+      if (is_evidence(drawn.figures[i])) page.figure(drawn.figures[i], drawn.drawings[i], directory);
+    }
+  });
+  page.folded("Settings", [&] { page.verbatim(canonical_toml(a.scenario)); });
   page.link("every step as CSV", name + ".csv");
-  page.subsection("Settings");
-  page.verbatim(canonical_toml(a.scenario));
+  page.link("run 0 as CSV", name + "-run.csv");
+}
+
+/// What else the heading of a study says, behind its verdict.
+std::string line_of(const StudyAnalysis& a) {
+  if (a.stop || a.word.says.empty()) return {};
+  const std::string clause = word_clause(a.word, a.nees);
+  const std::string verdict(to_string(overall_verdict(a)));
+  return clause.starts_with(verdict + " ") ? clause.substr(verdict.size() + 1) : clause;
+}
+
+/// Which studies are shown unfolded: all of few; of many the first one that cannot be trusted.
+std::vector<bool> unfolded(std::span<const ReportedStudy> studies) {
+  constexpr std::size_t kFew = 2;
+  std::vector<bool> open(studies.size(), studies.size() <= kFew);
+  for (std::size_t i = 0; i < studies.size() && studies.size() > kFew; ++i) {
+    if (verdict_cell(overall_verdict(studies[i].analysis)).tone != CellTone::alarm) continue;
+    open[i] = true;
+    break;
+  }
+  return open;
+}
+
+std::string seeds_of(std::span<const ReportedStudy> studies) {
+  std::set<std::string> seeds;
+  for (const ReportedStudy& study : studies) {
+    seeds.insert(fmt::format("{}", study.analysis.scenario.study.seed));
+  }
+  return fmt::format("{}", fmt::join(seeds, ", "));
 }
 
 }  // namespace
@@ -85,17 +137,17 @@ void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& na
 std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
   if (v.verdict == Verdict::undecided) return fmt::format("{}: undecided, {}.", what, v.reason);
   return fmt::format(
-      "{}: {}. Mean {} over {} values, expected {}, accepted from {} to {} at {:g} % confidence; p = {}, {} "
-      "tests "
-      "made; {} % of the steps lie outside their pointwise bounds where {} % are expected.",
-      what, to_string(v.verdict), number_text(v.mean, 5), v.count, number_text(v.expected, 5),
-      number_text(v.bounds.lower, 5), number_text(v.bounds.upper, 5), 100.0 * v.confidence,
-      number_text(v.p_value, 3), v.tests, number_text(100.0 * v.share_outside, 3),
+      "{}: {}. The mean of {} over {} values would be accepted from {} to {}, around {} ({:g} % confidence, "
+      "p = {}, "
+      "{} tests); {} % of the steps lie outside their own bounds, where {} % are expected.",
+      what, to_string(v.verdict), number_text(v.mean, 4), v.count, number_text(v.bounds.lower, 4),
+      number_text(v.bounds.upper, 4), number_text(v.expected, 4), 100.0 * v.confidence,
+      p_value_text(v.p_value), v.tests, number_text(100.0 * v.share_outside, 3),
       number_text(100.0 * v.expected_share_outside, 3));
 }
 
 void write_study_report(const std::filesystem::path& directory, const std::string& title,
-                        std::span<const ReportedStudy> studies) {
+                        std::span<const ReportedStudy> studies, const Provenance& provenance) {
   const std::vector<std::string> names = file_names(studies);
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
@@ -113,16 +165,32 @@ void write_study_report(const std::filesystem::path& directory, const std::strin
   first_figure.push_back(figures.size());
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
 
-  HtmlPage page(title, "Monte Carlo consistency of simulated filters, by Credence");
+  HtmlPage page(title, "Monte Carlo consistency of simulated filters");
+  const ReportAnswer answer = study_answer(analyses);
+  page.answer(answer.tone, answer.text + ".");
   page.section("Verdicts");
-  page.table(verdict_table(analyses));
+  ReportTable verdicts = verdict_table(analyses);
+  verdicts.title =
+      "One row for each study; of the pose: what a robot drives by, which a sum over a map can hide";
+  std::vector<std::string> anchors;
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    anchors.push_back(page.reserve(analyses[i].scenario.name));
+    verdicts.rows[i].front().link = "#" + anchors.back();
+  }
+  verdicts.notes = explanation_notes(analyses);
+  page.table(verdicts);
+  const std::vector<bool> open = unfolded(studies);
   for (std::size_t i = 0; i < studies.size(); ++i) {
     write_study_csv(directory / (names[i] + ".csv"), studies[i].analysis);
     write_trace_csv(directory / (names[i] + "-run.csv"), studies[i].trace);
     const std::size_t first = first_figure[i], count = first_figure[i + 1] - first;
-    add_study(page, studies[i], names[i], std::span(figures).subspan(first, count),
-              std::span(drawings).subspan(first, count), directory);
+    const DrawnFigures drawn{std::span(figures).subspan(first, count),
+                             std::span(drawings).subspan(first, count)};
+    page.folded_section(
+        analyses[i].scenario.name, verdict_cell(overall_verdict(analyses[i])), line_of(analyses[i]), open[i],
+        [&] { add_study(page, studies[i], names[i], drawn, directory); }, anchors[i]);
   }
+  page.provenance(provenance, {{"seed", seeds_of(studies)}});
   page.write(directory / "index.html");
 }
 

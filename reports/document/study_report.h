@@ -6,6 +6,7 @@
 
 #include "analysis/evidence/study_analysis.h"
 #include "montecarlo/engine/experiment.h"
+#include "reports/document/provenance.h"
 
 namespace credence {
 
@@ -13,6 +14,7 @@ namespace credence {
 struct ReportedStudy {
   StudyAnalysis analysis;
   RunTrace trace;
+  std::string description{};  ///< what the author of the scenario says of it
 };
 
 /// Writes DIR/index.html with all studies and, for each, <name>.csv, <name>-run.csv, and its figures as SVG
@@ -20,7 +22,8 @@ struct ReportedStudy {
 ///
 /// Throws OutputError when a file cannot be written; no file is left half-written.
 void write_study_report(const std::filesystem::path& directory, const std::string& title,
-                        std::span<const ReportedStudy> studies);
+                        std::span<const ReportedStudy> studies,
+                        const Provenance& provenance = make_provenance());
 
 /// A verdict in words: its number, bounds, p-value and how many tests were made.
 std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict);

@@ -10,6 +10,7 @@
 #include "reports/document/rank_map_report.h"
 #include "reports/document/study_json.h"
 #include "reports/document/study_table.h"
+#include "reports/document/sweep_figures.h"
 #include "reports/document/swept_values.h"
 #include "reports/figures/draw_figures.h"
 #include "reports/render/atomic_file.h"
@@ -20,90 +21,10 @@
 namespace credence {
 namespace {
 
-/// The number of a swept value, NaN for a word.
-double number_of(const ScalarValue& value) {
-  if (const auto* i = std::get_if<std::int64_t>(&value)) return static_cast<double>(*i);
-  if (const auto* d = std::get_if<double>(&value)) return *d;
-  return std::nan("");
-}
-
 /// The level of the tests of all configurations together.
 double confidence_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
 
-/// Whether values spread like powers: all positive, and the middle one nearer to the geometric than to the
-/// arithmetic mean of the ends.
-bool is_geometric(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  if (values.size() < 3 || values.front() <= 0.0) return false;
-  const double middle = values[values.size() / 2];
-  return std::abs(middle - std::sqrt(values.front() * values.back())) <
-         std::abs(middle - 0.5 * (values.front() + values.back()));
-}
-
-/// The curve of one setting of the other axes: mean over expected, and the factors on the claimed covariance
-/// that a test at the verdict's confidence would not reject. They include 1 where the verdict is consistent.
-struct RatioCurve {
-  FigureData x, ratio, lower, upper;
-
-  void add(double at, const ConsistencyVerdict& v) {
-    x.push_back(at);
-    ratio.push_back(v.mean / v.expected);
-    lower.push_back(v.mean / v.bounds.upper);
-    upper.push_back(v.mean / v.bounds.lower);
-  }
-};
-
-Panel ratio_panel(const char* what, const SweepAxis& axis, const std::map<std::string, RatioCurve>& curves) {
-  Panel panel{
-      .title = what, .x_label = axis.path, .y_label = fmt::format("mean {} / expected", what), .log_y = true};
-  panel.series.push_back(level_series("expected", ColourRole::neutral, 1.0));
-  Index i = 0;
-  for (const auto& [label, c] : curves) {
-    const ColourRole role = numbered_role(i++);
-    panel.log_x = is_geometric(c.x);
-    panel.series.push_back(line_series("", role, c.x, c.ratio));
-    panel.series.push_back(
-        error_bar_series(label.empty() ? "measured" : label, role, c.x, c.ratio, c.lower, c.upper));
-  }
-  return panel;
-}
-
-/// Mean NEES over expected along the numeric axis with most values, one curve for each setting of the others.
-std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
-  const SweepPlan& plan = sweep.plan;
-  std::size_t axis = plan.axes.size(), longest = 1;
-  for (std::size_t a = 0; a < plan.axes.size(); ++a) {
-    const std::size_t size = plan.axes[a].values.size();
-    if (size > longest && !std::isnan(number_of(plan.axes[a].values.front()))) {
-      axis = a;
-      longest = size;
-    }
-  }
-  if (axis == plan.axes.size()) return {};
-
-  std::map<std::string, RatioCurve> nees, nis;
-  for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
-    const StudyAnalysis& a = sweep.studies[n];
-    const SweepPoint& point = sweep.point(n);
-    std::string label;
-    for (std::size_t i = 0; i < plan.axes.size(); ++i) {
-      if (i != axis) label += (label.empty() ? "" : ", ") + swept_text(point.values[i]);
-    }
-    nees[label].add(number_of(point.values[axis]), a.nees);
-    nis[label].add(number_of(point.values[axis]), a.nis);
-  }
-  constexpr std::size_t kMostCurves = 6;
-  if (nees.size() > kMostCurves) return {};
-  return {{.name = "sweep",
-           .caption = fmt::format(
-               "Mean NEES and NIS over their expected values, logarithmic: 1 is consistent, above "
-               "is optimistic, below pessimistic. Bars: factors on the claimed covariance that "
-               "agree with what was measured, each at {:g} %; a bar without 1 is a verdict.",
-               100.0 * confidence_of(sweep)),
-           .rows = 1,
-           .cols = 2,
-           .panels = {ratio_panel("NEES", plan.axes[axis], nees), ratio_panel("NIS", plan.axes[axis], nis)}}};
-}
+bool has_vehicle_nees(const StudyAnalysis& a) { return a.vehicle_nees.has_value(); }
 
 void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& sweep) {
   std::vector<std::string> columns = {"configuration"};
@@ -118,6 +39,11 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& s
                              "growth_per_step", "predicted_bounded", "paper_condition_holds"}) {
       columns.emplace_back(name);
     }
+  }
+  const bool has_pose = std::ranges::any_of(sweep.studies, has_vehicle_nees);
+  if (has_pose) {
+    for (const char* name : {"pose_nees_mean", "pose_nees_expected", "pose_nees_verdict"})
+      columns.emplace_back(name);
   }
   CsvWriter csv(target, columns);
   const auto number = [](double v) { return std::isfinite(v) ? CsvField(v) : CsvField(""); };
@@ -140,6 +66,12 @@ void write_sweep_csv(const std::filesystem::path& target, const SweepAnalysis& s
       row.insert(row.end(), {c.inflation_rank, c.observability_rank, c.bounded ? 1 : 0, c.growth_exponent,
                              c.growth_per_step, c.predicted ? 1 : 0, c.paper ? 1 : 0});
     }
+    if (has_pose && a.vehicle_nees) {
+      row.insert(row.end(), {number(a.vehicle_nees->mean), number(a.vehicle_nees->expected),
+                             std::string(to_string(a.vehicle_nees->verdict))});
+    } else if (has_pose) {
+      row.insert(row.end(), {CsvField(""), CsvField(""), CsvField("")});
+    }
     csv.add(row);
   }
   csv.commit();
@@ -156,41 +88,90 @@ std::string family_note(const SweepAnalysis& sweep) {
     alone += is_inconsistent(overall_verdict(sweep.studies[i])) ? 1 : 0;
     together += stands(sweep.studies[i], sweep.p_values[i]) ? 1 : 0;
   }
-  const double percent = 100.0 * (1.0 - confidence_of(sweep));
   return fmt::format(
-      "{} of {} configurations are inconsistent when each is judged alone, {} when all are judged together: "
-      "of "
-      "these at most {:g} % are expected to be false (Benjamini-Yekutieli).",
-      alone, sweep.studies.size(), together, percent);
+      "stands: inconsistent also when all configurations are judged together. {} are inconsistent alone, {} "
+      "of them "
+      "stand; at most {:g} % of those are expected to be false (Benjamini-Yekutieli).",
+      alone, together, 100.0 * (1.0 - confidence_of(sweep)));
+}
+
+/// "world.landmarks = 3, filter.inflation = map".
+std::string point_words(const SweepAnalysis& sweep, std::size_t study) {
+  std::string text;
+  const std::vector<ScalarValue>& values = sweep.point(study).values;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    text += fmt::format("{}{} = {}", i == 0 ? "" : ", ", sweep.plan.axes[i].path, swept_text(values[i]));
+  }
+  return text;
+}
+
+/// How far a configuration is from consistent: of NEES and NIS the larger of |log(mean / expected)|.
+double distance(const StudyAnalysis& a) {
+  return std::max(std::abs(std::log(a.nees.mean / a.nees.expected)),
+                  std::abs(std::log(a.nis.mean / a.nis.expected)));
+}
+
+/// The consistent configuration whose NEES and NIS are nearest to what they must be; size() if there is none.
+std::size_t best_study(const SweepAnalysis& sweep) {
+  std::size_t best = sweep.studies.size();
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const StudyAnalysis& a = sweep.studies[i];
+    const bool good = overall_verdict(a) == Verdict::consistent && std::isfinite(distance(a));
+    if (good && (best == sweep.studies.size() || distance(a) < distance(sweep.studies[best]))) best = i;
+  }
+  return best;
+}
+
+ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
+  std::size_t unsafe = 0, pessimistic = 0, consistent = 0;
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const Verdict verdict = overall_verdict(sweep.studies[i]);
+    consistent += verdict == Verdict::consistent ? 1 : 0;
+    if (!stands(sweep.studies[i], sweep.p_values[i])) continue;
+    (verdict_cell(verdict).tone == CellTone::alarm ? unsafe : pessimistic) += 1;
+  }
+  const std::size_t n = sweep.studies.size(), best = best_study(sweep);
+  if (n == 0) return {CellTone::caution, "No configuration has results yet"};
+  const std::string counts =
+      fmt::format("Of {} configurations {} cannot be trusted, {} larger than need be, {} consistent", n,
+                  unsafe, pessimistic, consistent);
+  if (best == n) return {CellTone::alarm, counts};
+  return {unsafe > 0 ? CellTone::caution : CellTone::good,
+          fmt::format("{}; nearest to right: {}", counts, point_words(sweep, best))};
 }
 
 ReportTable configuration_table(const SweepAnalysis& sweep) {
   using enum ColumnAlign;
   const SweepPlan& plan = sweep.plan;
-  ReportTable table{.title = fmt::format("{}: {} configurations", plan.name, plan.points.size()),
-                    .columns = {},
-                    .rows = {},
-                    .notes = {}};
+  ReportTable table{.title = sweep_answer(sweep).text, .columns = {}, .rows = {}, .notes = {}};
+  const bool has_pose = std::ranges::any_of(sweep.studies, has_vehicle_nees);
   for (const SweepAxis& axis : plan.axes) {
-    table.columns.push_back({axis.path, std::isnan(number_of(axis.values.front())) ? words : numbers});
+    table.columns.push_back({axis.path, std::isnan(swept_number(axis.values.front())) ? words : numbers});
   }
-  for (const char* title : {"runs", "mean NEES", "expected"}) table.columns.push_back({title});
-  table.columns.push_back({"NEES says", words});
-  for (const char* title : {"mean NIS", "expected"}) table.columns.push_back({title});
-  table.columns.push_back({"NIS says", words});
-  table.columns.push_back({"together", words});
-  table.columns.push_back({"last tr P"});
-  table.columns.push_back({"failed runs"});
+  table.columns.insert(table.columns.end(),
+                       {{"verdict", words}, {"together", words}, {"mean NEES"}, {"expected"}});
+  if (has_pose)
+    table.columns.insert(table.columns.end(), {{"of the pose"}, {"expected"}, {"pose says", words}});
+  table.columns.insert(
+      table.columns.end(),
+      {{"mean NIS"}, {"expected"}, {"NIS says", words}, {"last tr P"}, {"runs"}, {"failed"}});
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const StudyAnalysis& a = sweep.studies[i];
     std::vector<TableCell> row;
     for (const ScalarValue& value : sweep.point(i).values) row.emplace_back(swept_text(value));
     row.insert(row.end(),
-               {a.statistics.runs, a.nees.mean, a.nees.expected, verdict_cell(a.nees.verdict), a.nis.mean,
-                a.nis.expected, verdict_cell(a.nis.verdict),
-                stands(a, sweep.p_values[i]) ? TableCell("inconsistent", CellTone::alarm) : TableCell(""),
-                a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
-                a.statistics.failures.size()});
+               {verdict_cell(overall_verdict(a)),
+                stands(a, sweep.p_values[i]) ? TableCell("stands") : TableCell("–", CellTone::muted),
+                a.nees.mean, a.nees.expected});
+    if (has_pose && a.vehicle_nees) {
+      row.insert(row.end(),
+                 {a.vehicle_nees->mean, a.vehicle_nees->expected, verdict_cell(a.vehicle_nees->verdict)});
+    } else if (has_pose) {
+      row.insert(row.end(), {"–", "–", "–"});
+    }
+    row.insert(row.end(), {a.nis.mean, a.nis.expected, verdict_cell(a.nis.verdict),
+                           a.covariance.trace.empty() ? std::nan("") : a.covariance.trace.back(),
+                           a.statistics.runs, a.statistics.failures.size()});
     table.add(std::move(row));
   }
   if (!sweep.studies.empty()) table.notes.push_back(family_note(sweep));
@@ -232,7 +213,8 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   return document.dump(1);
 }
 
-void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep) {
+void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep,
+                        const Provenance& provenance) {
   const std::filesystem::path pdf_folder = directory / "figures";
   make_directories(pdf_folder);
   const bool map = !sweep.rank_map.empty();
@@ -241,13 +223,19 @@ void write_sweep_report(const std::filesystem::path& directory, const SweepAnaly
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
   write_sweep_csv(directory / "sweep.csv", sweep);
 
-  HtmlPage page(sweep.plan.name, "A sweep of configurations, by Credence");
-  page.section(map ? "The map of ranks" : "Verdicts");
-  for (const ReportTable& table : sweep_tables(sweep)) page.table(table);
-  page.link("every configuration as CSV", "sweep.csv");
+  HtmlPage page(sweep.plan.name, fmt::format("A sweep of {} configurations", sweep.plan.points.size()));
+  std::vector<ReportTable> tables = sweep_tables(sweep);
+  const ReportAnswer answer = map ? rank_map_answer(sweep.rank_map) : sweep_answer(sweep);
+  page.answer(answer.tone, answer.text + ".");
+  page.section(map ? "The map of ranks" : "Over the settings");
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
+  page.section(map ? "Counts" : "All configurations");
+  if (!map) tables.front().title = "One row for each configuration";
+  for (const ReportTable& table : tables) page.table(table);
+  page.link("every configuration as CSV", "sweep.csv");
   page.section("Settings");
-  page.verbatim(canonical_toml(sweep.plan));
+  page.folded("The scenario with its sweep", [&] { page.verbatim(canonical_toml(sweep.plan)); });
+  page.provenance(provenance);
   page.write(directory / "index.html");
 }
 

@@ -1,6 +1,9 @@
 #include "reports/document/swept_values.h"
 
+#include <cstdint>
 #include <variant>
+
+#include "core/nan.h"
 
 namespace credence {
 namespace {
@@ -18,6 +21,12 @@ struct ScalarJson {
 std::string swept_text(const ScalarValue& value) {
   const auto* text = std::get_if<std::string>(&value);
   return text != nullptr ? *text : value_text(value);
+}
+
+double swept_number(const ScalarValue& value) {
+  if (const auto* i = std::get_if<std::int64_t>(&value)) return static_cast<double>(*i);
+  if (const auto* d = std::get_if<double>(&value)) return *d;
+  return kNaN;
 }
 
 Json swept_json(const SweepPlan& plan, const SweepPoint& point) {

@@ -237,6 +237,36 @@ std::vector<std::pair<std::string, std::string>> machine_facts(const MachineDesc
 
 }  // namespace
 
+ReportAnswer timing_answer(const TimingResult& result) {
+  std::string slopes;
+  for (const TimedFilter filter : {TimedFilter::map, TimedFilter::full}) {
+    for (const GrowthFit& fit : result.growth) {
+      if (fit.filter != filter) continue;
+      slopes += fmt::format("{} the {} filter takes time that grows like N^{}",
+                            slopes.empty() ? "A step of" : ", of", words_of(filter),
+                            number_text(fit.law.exponent, 3));
+      break;
+    }
+  }
+  if (slopes.empty()) slopes = "Too few sizes of the map were timed for a law of growth";
+  for (const Crossover& crossover : result.crossovers) {
+    if (!crossover.landmarks) continue;
+    slopes += fmt::format("; the O(N) filter is the faster one from {} landmarks on ({} observed)",
+                          number_text(*crossover.landmarks, 2), crossover.observed);
+    break;
+  }
+  const double load = result.machine.load;
+  constexpr double kIdle = 0.5;  // tasks that still leave every thread to the measurement
+  if (std::isfinite(load) && load > kIdle) {
+    return {CellTone::caution,
+            fmt::format(
+                "{}. The machine was busy (load {}): times are too long, and threads scale worse than they "
+                "would",
+                slopes, number_text(load, 2))};
+  }
+  return {CellTone::good, slopes};
+}
+
 std::string timing_json(const TimingResult& result) {
   const MachineDescription& machine = result.machine;
   Json j{{"schema", kSchema}, {"complete", result.complete}};
@@ -273,24 +303,28 @@ std::string timing_json(const TimingResult& result) {
 }
 
 std::vector<ReportTable> timing_tables(const TimingResult& result) {
-  return {step_table(result), growth_table(result), monte_carlo_table(result), scaling_table(result)};
+  return {growth_table(result), step_table(result), monte_carlo_table(result), scaling_table(result)};
 }
 
-void write_timing_report(const std::filesystem::path& directory, const TimingResult& result) {
+void write_timing_report(const std::filesystem::path& directory, const TimingResult& result,
+                         const Provenance& provenance) {
   make_directories(directory / "figures");
   const std::vector<Figure> figures{step_figure(result)};
   const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
   HtmlPage page("What does a step cost?", "Time against the size of the map, and the speed of Monte Carlo");
+  const ReportAnswer answer = timing_answer(result);
+  page.answer(answer.tone, answer.text + ".");
   page.facts(machine_facts(result.machine));
   if (!result.complete) page.callout(CellTone::caution, "Interrupted: fewer repetitions than planned.");
   const std::vector<ReportTable> tables = timing_tables(result);
   page.section("Filters");
   page.figure(figures[0], drawings[0], directory);
-  page.table(tables[1]);
   page.table(tables[0]);
+  page.folded("Every size", [&] { page.table(tables[1]); });
   page.section("Monte Carlo");
   page.table(tables[2]);
   page.table(tables[3]);
+  page.provenance(provenance);
   page.write(directory / "index.html");
   write_file(directory / "timing.json", timing_json(result) + "\n");
 }

@@ -5,9 +5,13 @@
 #include <vector>
 
 #include "analysis/studies/filter_timing.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 namespace credence {
+
+/// How the time of a step grows with the map, and from where on the O(N) filter is the faster one.
+ReportAnswer timing_answer(const TimingResult& result);
 
 /// The document of `credence timing --format json` (docs/formats.md).
 std::string timing_json(const TimingResult& result);
@@ -16,6 +20,7 @@ std::string timing_json(const TimingResult& result);
 std::vector<ReportTable> timing_tables(const TimingResult& result);
 
 /// Writes index.html, timing.json and the figures into `directory`. Throws OutputError as AtomicFile does.
-void write_timing_report(const std::filesystem::path& directory, const TimingResult& result);
+void write_timing_report(const std::filesystem::path& directory, const TimingResult& result,
+                         const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "reports/figures/figure.h"
@@ -74,6 +75,11 @@ class Canvas {
   virtual void fill(std::span<const CanvasPath> outlines, const Brush& brush) = 0;
   /// Words whose anchor on the base line is at `at`.
   virtual void write(const FigureText& text, CanvasPoint at, const Lettering& lettering) = 0;
+
+  /// What is drawn until the matching end belongs together, under a name that a page can refer to ("series
+  /// s2"). A format that cannot name things does nothing.
+  virtual void begin_group(std::string_view /*name*/) {}
+  virtual void end_group() {}
 };
 
 }  // namespace credence

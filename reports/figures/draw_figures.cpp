@@ -7,6 +7,7 @@
 #include "core/parallel_tasks.h"
 #include "reports/figures/figure_layout.h"
 #include "reports/figures/figure_painter.h"
+#include "reports/figures/panel_data.h"
 #include "reports/figures/pdf_canvas.h"
 #include "reports/figures/svg_canvas.h"
 #include "reports/render/atomic_file.h"
@@ -46,8 +47,21 @@ void write_panels(const Figure& figure, const std::filesystem::path& folder) {
   }
 }
 
+void draw_panels(const Figure& figure, Drawing& drawing) {
+  const FigureLayout layout = lay_out(figure, page_width(figure));
+  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+    const Panel& panel = figure.panels[i];
+    const CanvasBox& cell = layout.panels[i].cell;
+    SvgCanvas canvas(cell, panel.title.empty() ? figure.caption : panel.title.text);
+    paint_panel(panel, layout.panels[i], canvas);
+    drawing.panels.push_back({std::move(canvas).finish(), panel_data(panel, layout.panels[i])});
+    if (i < static_cast<std::size_t>(figure.cols)) drawing.column_widths.push_back(cell.width());
+  }
+}
+
 Drawing draw(const Figure& figure, const std::filesystem::path& folder) {
   Drawing drawing{.svg = render_svg(figure)};
+  draw_panels(figure, drawing);
   if (folder.empty()) return drawing;
   drawing.svg_file = folder / (figure.name + ".svg");
   drawing.pdf_file = folder / (figure.name + ".pdf");

@@ -19,10 +19,17 @@ std::string render_svg(const Figure& figure);
 /// else as two (7.16 in). Throws like render_svg.
 std::string render_pdf(const Figure& figure);
 
+/// A panel as an <svg> element of its own, with the numbers in it (panel_data.h).
+struct PanelDrawing {
+  std::string svg, data;
+};
+
 /// A figure that was drawn.
 struct Drawing {
   std::string svg;
   std::filesystem::path svg_file{}, pdf_file{};  ///< those written, if a folder was given
+  std::vector<PanelDrawing> panels{};            ///< the same again, for a page to place as its width allows
+  std::vector<double> column_widths{};           ///< of the columns of panels, in pixels
 };
 
 /// Draws all figures, several at a time; with `folder`, which must exist, each also as <name>.svg and

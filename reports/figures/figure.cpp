@@ -79,6 +79,8 @@ void validate_panel(const Panel& panel, const std::string& where) {
   validate_range(panel.x_range, panel.log_x, "x", where);
   validate_range(panel.y_range, panel.log_y, "y", where);
   validate_range(panel.colour_range, panel.log_colour, "colour", where);
+  require((panel.x_names.empty() || !panel.log_x) && (panel.y_names.empty() || !panel.log_y), where,
+          "names stand at 1, 2, …, which a logarithmic axis does not space evenly");
   require(!(panel.equal_aspect && (panel.log_x || panel.log_y)), where,
           "equal aspect and logarithmic axes exclude each other");
   for (std::size_t i = 0; i < panel.series.size(); ++i) {

@@ -1,11 +1,14 @@
 #include "reports/figures/figure_layout.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "reports/figures/figure_axis.h"
 #include "reports/figures/figure_text.h"
+#include "reports/figures/panel_scale.h"
 
 namespace credence {
 namespace {
@@ -26,6 +29,42 @@ Axis make_x_axis(AxisRange range, bool log, double width) {
     const double room = width / static_cast<double>(std::max<std::size_t>(axis.ticks.size(), 1));
     if (wanted <= 1 || widest_label(axis) + 2.0 * kGap <= room) return axis;
   }
+}
+
+// Names instead of numbers at 1, 2, …; of many that do not fit beside each other every other, third, ….
+void name_ticks(const std::vector<FigureText>& names, double room, double needed_for_one, Axis& axis) {
+  if (names.empty()) return;
+  const double most = std::max(1.0, std::floor(room / needed_for_one));
+  const auto every = static_cast<std::size_t>(std::ceil(static_cast<double>(names.size()) / most));
+  axis.ticks.clear();
+  for (std::size_t i = 0; i < names.size(); i += every) {
+    axis.ticks.push_back({static_cast<double>(i + 1), names[i]});
+  }
+}
+
+// The values that were swept, where all of them fit beside each other.
+void centre_ticks(const FigureData& centres, double room, double per_line, Axis& axis) {
+  std::vector<AxisTick> ticks;
+  double needed = 0.0, nearest = room;
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    ticks.push_back({centres[i], FigureText(fmt::format("{:g}", centres[i]))});
+    needed = std::max(needed, per_line > 0.0 ? per_line : text_width(ticks.back().label) + 2.0 * kGap);
+    if (i == 0) continue;
+    const double gap = room * (share_of_axis(axis, centres[i]) - share_of_axis(axis, centres[i - 1]));
+    nearest = std::min(nearest, std::abs(gap));
+  }
+  if (!ticks.empty() && needed <= nearest) axis.ticks = std::move(ticks);
+}
+
+const Series* heat_map_of(const Panel& panel) {
+  const auto found = std::ranges::find(panel.series, SeriesKind::heat_map, &Series::kind);
+  return found == panel.series.end() ? nullptr : &*found;
+}
+
+double widest_name(const std::vector<FigureText>& names) {
+  double widest = 0.0;
+  for (const FigureText& name : names) widest = std::max(widest, text_width(name));
+  return widest;
 }
 
 double left_margin(const Panel& panel, const Axis& y) {
@@ -93,6 +132,7 @@ void start_axes(const Figure& figure, FigureLayout& layout) {
     PanelLayout& out = layout.panels[i];
     out.x = make_axis(x_range_of(panel), panel.log_x, 5);
     out.y = make_axis(y_range_of(panel), panel.log_y, 6);
+    name_ticks(panel.y_names, kLine * static_cast<double>(panel.y_names.size()), kLine, out.y);
     out.has_colour_bar = has_heat_map(panel);
     out.colour_scale = panel.colour_scale;
     if (out.has_colour_bar) out.colour = make_axis(colour_range_of(panel), panel.log_colour, 5);
@@ -137,6 +177,12 @@ void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, s
   if (panel.equal_aspect) equalise(out.x.range, out.y.range, width / (bottom - top));
   out.x = make_x_axis(out.x.range, panel.log_x, width);
   out.y = make_axis(out.y.range, panel.log_y, wanted_y_ticks(bottom - top));
+  if (const Series* heat = heat_map_of(panel); heat != nullptr) {
+    if (panel.x_names.empty()) centre_ticks(heat->x, width, 0.0, out.x);
+    if (panel.y_names.empty()) centre_ticks(heat->y, bottom - top, kLine, out.y);
+  }
+  name_ticks(panel.x_names, width, widest_name(panel.x_names) + 2.0 * kGap, out.x);
+  name_ticks(panel.y_names, bottom - top, kLine, out.y);
   out.y_label_x = left - left_margin(panel, out.y) + 0.5 * kLine + 2.0;
   out.x_label_y = bottom + kTickLabels + 0.5 * kLine;
   out.title_y = top - 0.5 * kLine - 2.0;
@@ -169,7 +215,14 @@ double place_row(const Figure& figure, FigureLayout& layout, const Columns& colu
     place_panel(figure.panels[i], layout.panels[i], columns, i - begin, top, bottom, legend_top);
     legends = std::max(legends, legend_height(layout.panels[i].legend));
   }
-  return legend_top + legends + 2.0;
+  const double below = legend_top + legends + 2.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const std::size_t col = i - begin;
+    const bool last = col + 1 == cols;
+    layout.panels[i].cell = {columns.cell_left[col], last ? layout.width : columns.cell_left[col + 1], depth,
+                             std::ceil(below)};
+  }
+  return below;
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ struct LegendEntry {
 };
 
 struct PanelLayout {
-  CanvasBox box;  ///< of the axes
+  CanvasBox box;   ///< of the axes
+  CanvasBox cell;  ///< of everything: axes, labels, legend
   Axis x, y;
   Axis colour;  ///< of a heat map, else without ticks
   ColourScale colour_scale = ColourScale::sequential;

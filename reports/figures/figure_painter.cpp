@@ -1,7 +1,8 @@
 #include "reports/figures/figure_painter.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 
 #include "reports/figures/colour_scale.h"
 #include "reports/figures/figure_marker.h"
@@ -23,17 +24,31 @@ class PanelPainter {
       : panel_(panel), layout_(layout), canvas_(canvas), scale_(layout), series_(layout, canvas) {}
 
   void paint() {
-    if (!layout_.has_colour_bar) grid();
-    for (const Series& series : panel_.series) series_.paint(series);
+    if (!layout_.has_colour_bar) group("grid", [&] { grid(); });
+    group("plot", [&] {
+      for (std::size_t i = 0; i < panel_.series.size(); ++i) {
+        group(fmt::format("series s{}", i), [&] { series_.paint(panel_.series[i]); });
+      }
+    });
     if (!series_.has_painted()) nothing();
     frame();
-    tick_labels();
+    group("ticks", [&] {
+      ticks();
+      tick_labels();
+    });
     if (layout_.has_colour_bar) colour_bar();
     titles();
     legend();
   }
 
  private:
+  template <class Draw>
+  void group(std::string_view name, Draw draw) {
+    canvas_.begin_group(name);
+    draw();
+    canvas_.end_group();
+  }
+
   void grid() {
     std::vector<CanvasPath> lines;
     for (const AxisTick& tick : layout_.x.ticks) {
@@ -45,7 +60,7 @@ class PanelPainter {
     if (!lines.empty()) canvas_.stroke(lines, {.rgb = kGridColour, .width = 0.7});
   }
 
-  // Axes to the left and below, all around for a heat map; ticks outwards.
+  // Axes to the left and below, all around for a heat map.
   void frame() {
     std::vector<CanvasPath> lines;
     if (layout_.has_colour_bar) {
@@ -55,6 +70,12 @@ class PanelPainter {
     } else {
       lines.push_back({{box_.left, box_.top}, {box_.left, box_.bottom}, {box_.right, box_.bottom}});
     }
+    canvas_.stroke(lines, kAxisPen);
+  }
+
+  // Outwards.
+  void ticks() {
+    std::vector<CanvasPath> lines;
     for (const AxisTick& tick : layout_.x.ticks) {
       const double x = scale_.x(tick.value);
       lines.push_back({{x, box_.bottom}, {x, box_.bottom + kTick}});
@@ -63,7 +84,7 @@ class PanelPainter {
       const double y = scale_.y(tick.value);
       lines.push_back({{box_.left, y}, {box_.left - kTick, y}});
     }
-    canvas_.stroke(lines, kAxisPen);
+    if (!lines.empty()) canvas_.stroke(lines, kAxisPen);
   }
 
   void tick_labels() {
@@ -119,8 +140,10 @@ class PanelPainter {
   void legend() {
     for (const LegendEntry& entry : layout_.legend) {
       const Series& series = panel_.series[entry.series];
-      series_.paint_sample(series, entry);
-      canvas_.write(series.label, {entry.x + entry.sample_width + kSampleGap, entry.y + kHalfLetter}, {});
+      group(fmt::format("key s{}", entry.series), [&] {
+        series_.paint_sample(series, entry);
+        canvas_.write(series.label, {entry.x + entry.sample_width + kSampleGap, entry.y + kHalfLetter}, {});
+      });
     }
   }
 
@@ -141,9 +164,13 @@ class PanelPainter {
 
 }  // namespace
 
+void paint_panel(const Panel& panel, const PanelLayout& layout, Canvas& canvas) {
+  PanelPainter(panel, layout, canvas).paint();
+}
+
 void paint_figure(const Figure& figure, const FigureLayout& layout, Canvas& canvas) {
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
-    PanelPainter(figure.panels[i], layout.panels[i], canvas).paint();
+    paint_panel(figure.panels[i], layout.panels[i], canvas);
   }
 }
 

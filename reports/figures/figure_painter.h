@@ -9,4 +9,7 @@ namespace credence {
 /// Draws a valid figure as it was laid out: grid, series, axes, texts, legends, colour bars.
 void paint_figure(const Figure& figure, const FigureLayout& layout, Canvas& canvas);
 
+/// Draws one panel of it alone, at its place.
+void paint_panel(const Panel& panel, const PanelLayout& layout, Canvas& canvas);
+
 }  // namespace credence

@@ -284,7 +284,7 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
 
 std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
                                   const RunTrace& trace) {
-  std::vector<Figure> figures;
+  std::vector<Figure> figures = {consistency_figure(name, analysis)};
   switch (world_of(analysis.scenario).figure) {
     case RunFigure::line_slam:
       figures.push_back(monobot_run_figure(name, trace));
@@ -296,7 +296,6 @@ std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& 
       figures.push_back(states_run_figure(name, trace));
       break;
   }
-  figures.push_back(consistency_figure(name, analysis));
   if (analysis.judgement) {
     Figure evidence = evidence_figure(name, *analysis.judgement);
     if (!evidence.panels.empty())

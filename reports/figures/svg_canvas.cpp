@@ -97,15 +97,23 @@ const char* anchor_of(TextAnchor anchor) {
 
 }  // namespace
 
-SvgCanvas::SvgCanvas(double width, double height, std::string_view description) {
-  const std::string w = decimal(width);
-  const std::string h = decimal(height);
+SvgCanvas::SvgCanvas(double width, double height, std::string_view description)
+    : SvgCanvas(CanvasBox{0.0, width, 0.0, height}, description) {}
+
+SvgCanvas::SvgCanvas(const CanvasBox& part, std::string_view description) {
   svg_ = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
-      "role=\"img\" aria-label=\"{2}\" font-family=\"'Helvetica Neue',Helvetica,Arial,sans-serif\" "
-      "font-size=\"{3}\" fill=\"#{4:06x}\" stroke-linejoin=\"round\">\n",
-      w, h, escape_html(description), decimal(kLabelFont), kInkColour);
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{0} {1} {2} {3}\" width=\"{2}\" height=\"{3}\" "
+      "role=\"img\" aria-label=\"{4}\" font-family=\"'Helvetica Neue',Helvetica,Arial,sans-serif\" "
+      "font-size=\"{5}\" fill=\"#{6:06x}\" stroke-linejoin=\"round\">\n",
+      decimal(part.left), decimal(part.top), decimal(part.width()), decimal(part.height()),
+      escape_html(description), decimal(kLabelFont), kInkColour);
 }
+
+void SvgCanvas::begin_group(std::string_view name) {
+  svg_ += fmt::format("<g class=\"{}\">\n", escape_html(name));
+}
+
+void SvgCanvas::end_group() { svg_ += "</g>\n"; }
 
 void SvgCanvas::stroke(std::span<const CanvasPath> lines, const Pen& pen) {
   svg_ += fmt::format("<path fill=\"none\" stroke=\"#{:06x}\" stroke-width=\"{}\"{}{} d=\"{}\"/>\n", pen.rgb,

@@ -7,8 +7,10 @@
 #include <cstdlib>
 
 #include "reports/render/atomic_file.h"
+#include "reports/render/html_script.h"
 #include "reports/render/html_style.h"
 #include "reports/render/html_text.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -46,27 +48,53 @@ bool is_web_or_relative(std::string_view address) {
   return relative || address.starts_with("https://") || address.starts_with("http://");
 }
 
-// Percent-encodes what may not stand in a path of an address.
-std::string encoded_path(const std::string& path) {
-  constexpr std::string_view kPlain = "-._~/";
-  std::string out;
-  for (const char c : path) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (byte < 0x80 && std::isalnum(byte)) || kPlain.find(c) != std::string_view::npos;
-    out += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+// Names of settings are long and have no blanks: they may break behind a point.
+std::string heading_html(std::string_view title) {
+  std::string html;
+  for (const char c : escape_html(title)) {
+    html += c;
+    if (c == '.' || c == '_') html += "<wbr/>";
   }
-  return out;
+  return html;
 }
 
-std::string cell_html(const ReportTable& table, std::size_t column, std::string_view text, CellTone tone) {
+std::string cell_html(const ReportTable& table, std::size_t column, const TableCell& cell,
+                      std::string_view text) {
   const bool number = table.columns[column].align == ColumnAlign::numbers;
   std::string classes = number ? "number" : "";
-  if (tone != CellTone::plain) {
+  if (cell.tone != CellTone::plain) {
     if (number) classes += ' ';
-    classes += class_of(tone);
+    classes += class_of(cell.tone);
   }
+  constexpr std::size_t kShort = 32;  // columns of text that a cell need not break
+  if (display_width(text) > kShort) classes += classes.empty() ? "long" : " long";
+  const std::string words = escape_html(text);
+  const bool linked = !cell.link.empty() && is_web_or_relative(cell.link);
   return fmt::format("<td{}>{}</td>", classes.empty() ? "" : fmt::format(" class=\"{}\"", classes),
-                     escape_html(text));
+                     linked ? fmt::format("<a href=\"{}\">{}</a>", escape_html(cell.link), words) : words);
+}
+
+// A, B, … Z, AA, …
+std::string letters_of(int number) {
+  std::string letters;
+  for (; number > 0; number = (number - 1) / 26) {
+    letters.insert(letters.begin(), static_cast<char>('A' + (number - 1) % 26));
+  }
+  return letters;
+}
+
+std::string anchor_of(const GlossaryWord& word) {
+  std::string anchor = "word-";
+  for (const char c : word.word) anchor += c == ' ' ? '-' : static_cast<char>(std::tolower(c));
+  return anchor;
+}
+
+std::string facts_html(const std::vector<std::pair<std::string, std::string>>& names_and_values) {
+  std::string html = "<dl class=\"facts\">\n";
+  for (const auto& [name, value] : names_and_values) {
+    html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escape_html(name), escape_html(value));
+  }
+  return html + "</dl>\n";
 }
 
 }  // namespace
@@ -91,36 +119,87 @@ std::string HtmlPage::unique_anchor(std::string_view title) {
   return anchor;
 }
 
-void HtmlPage::section(std::string_view title) {
-  const std::string anchor = unique_anchor(title);
-  const std::string words = escape_html(title);
+std::string HtmlPage::prose(std::string_view text) {
+  std::string html;
+  std::size_t done = 0;
+  for (const GlossaryUse& use : glossary_uses(text)) {
+    if (std::ranges::find(words_, use.word) != words_.end()) continue;
+    words_.push_back(use.word);
+    html += escape_html(text.substr(done, use.begin - done));
+    html += fmt::format("<a class=\"word\" href=\"#{}\" title=\"{}\">{}</a>", anchor_of(*use.word),
+                        escape_html(use.word->short_form), escape_html(use.word->word));
+    done = use.begin + use.length;
+  }
+  return html + escape_html(text.substr(done));
+}
+
+void HtmlPage::enter_contents(std::string_view title, const std::string& anchor) {
   ++sections_;
-  contents_ += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", anchor, words);
-  body_ += fmt::format("<h2 id=\"{}\">{}</h2>\n", anchor, words);
+  figures_ = 0;
+  contents_ += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", anchor, heading_html(title));
+}
+
+void HtmlPage::answer(CellTone tone, std::string_view text) {
+  answer_ = text;
+  answer_html_ =
+      fmt::format("<p class=\"callout answer {}\" id=\"answer\">{}</p>\n", class_of(tone), prose(text));
+}
+
+void HtmlPage::provenance(const Provenance& from,
+                          const std::vector<std::pair<std::string, std::string>>& more) {
+  from_ = from;
+  provenance_ = provenance_facts(from);
+  provenance_.insert(provenance_.end(), more.begin(), more.end());
+}
+
+std::string HtmlPage::reserve(std::string_view title) { return unique_anchor(title); }
+
+void HtmlPage::section(std::string_view title, std::string anchor) {
+  if (anchor.empty()) anchor = unique_anchor(title);
+  enter_contents(title, anchor);
+  body_ += fmt::format("<h2 id=\"{}\">{}</h2>\n", anchor, escape_html(title));
+}
+
+void HtmlPage::folded_section(std::string_view title, const TableCell& word, std::string_view line, bool open,
+                              const std::function<void()>& inside, std::string anchor) {
+  if (anchor.empty()) anchor = unique_anchor(title);
+  enter_contents(title, anchor);
+  body_ += fmt::format("<details class=\"section\" id=\"{}\"{}>\n<summary><h2>{}</h2>", anchor,
+                       open ? " open=\"\"" : "", escape_html(title));
+  if (!word.text.empty()) {
+    body_ += fmt::format(" <span class=\"teaser {}\">{}</span>", class_of(word.tone), escape_html(word.text));
+  }
+  if (!line.empty()) body_ += fmt::format(" <span class=\"line\">{}</span>", escape_html(line));
+  body_ += "</summary>\n";
+  inside();
+  body_ += "</details>\n";
+}
+
+void HtmlPage::folded(std::string_view title, const std::function<void()>& inside) {
+  body_ += fmt::format("<details id=\"{}\">\n<summary><h3>{}</h3></summary>\n", unique_anchor(title),
+                       escape_html(title));
+  inside();
+  body_ += "</details>\n";
 }
 
 void HtmlPage::subsection(std::string_view title) {
   body_ += fmt::format("<h3 id=\"{}\">{}</h3>\n", unique_anchor(title), escape_html(title));
 }
 
-void HtmlPage::paragraph(std::string_view text) { body_ += fmt::format("<p>{}</p>\n", escape_html(text)); }
+void HtmlPage::paragraph(std::string_view text) { body_ += fmt::format("<p>{}</p>\n", prose(text)); }
 
 void HtmlPage::bullets(const std::vector<std::string>& items) {
   body_ += "<ul>\n";
-  for (const std::string& item : items) body_ += fmt::format("<li>{}</li>\n", escape_html(item));
+  for (const std::string& item : items) body_ += fmt::format("<li>{}</li>\n", prose(item));
   body_ += "</ul>\n";
 }
 
 void HtmlPage::callout(CellTone tone, std::string_view text) {
-  body_ += fmt::format("<p class=\"callout {}\">{}</p>\n", class_of(tone), escape_html(text));
+  body_ += fmt::format("<p class=\"callout {}\">{}</p>\n", class_of(tone), prose(text));
 }
 
 void HtmlPage::facts(const std::vector<std::pair<std::string, std::string>>& names_and_values) {
-  body_ += "<dl class=\"facts\">\n";
-  for (const auto& [name, value] : names_and_values) {
-    body_ += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escape_html(name), escape_html(value));
-  }
-  body_ += "</dl>\n";
+  body_ += facts_html(names_and_values);
 }
 
 void HtmlPage::verbatim(std::string_view text) {
@@ -134,13 +213,18 @@ void HtmlPage::verbatim(std::string_view text) {
 }
 
 void HtmlPage::table(const ReportTable& table) {
-  body_ += fmt::format("<div class=\"table\" id=\"table-{}\"><div class=\"scroll\"><table>\n", ++tables_);
-  body_ +=
-      fmt::format("<caption><b>Table {}.</b> {}</caption>\n<thead><tr>", tables_, escape_html(table.title));
+  body_ += fmt::format("<div class=\"table\" id=\"table-{}\">", ++tables_);
+  // The caption does not scroll away; what scrolls must be reached by the keyboard.
+  body_ += fmt::format("<p class=\"caption\" id=\"caption-{0}\"><b>Table {0}.</b> {1}</p>\n", tables_,
+                       prose(table.title));
+  body_ += fmt::format(
+      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+      "aria-labelledby=\"caption-{}\"><table>\n<thead><tr>",
+      tables_);
   for (const TableColumn& column : table.columns) {
-    body_ += fmt::format("<th scope=\"col\"{}>{}</th>",
+    body_ += fmt::format("<{0}{1}>{2}</{3}>", column.title.empty() ? "td" : "th scope=\"col\"",
                          column.align == ColumnAlign::numbers ? " class=\"number\"" : "",
-                         escape_html(column.title));
+                         heading_html(column.title), column.title.empty() ? "td" : "th");
   }
   body_ += "</tr></thead>\n<tbody>\n";
   std::vector<std::vector<std::string>> aligned(table.columns.size());
@@ -153,24 +237,40 @@ void HtmlPage::table(const ReportTable& table) {
     body_ += "<tr>";
     for (std::size_t i = 0; i < table.columns.size(); ++i) {
       const TableCell& cell = table.rows[row][i];
-      body_ += cell_html(table, i, aligned[i].empty() ? cell.text : aligned[i][row], cell.tone);
+      body_ += cell_html(table, i, cell, aligned[i].empty() ? cell.text : aligned[i][row]);
     }
     body_ += "</tr>\n";
   }
   body_ += "</tbody></table></div>\n";
   for (const std::string& note : table.notes)
-    body_ += fmt::format("<p class=\"notes\">{}</p>\n", escape_html(note));
+    body_ += fmt::format("<p class=\"notes\">{}</p>\n", prose(note));
   body_ += "</div>\n";
 }
 
 void HtmlPage::figure(const Figure& figure, const Drawing& drawing, const std::filesystem::path& link_base) {
   body_ += fmt::format("<figure id=\"{}\">\n", unique_anchor("figure-" + figure.name));
-  const double width = drawn_width(drawing.svg);
-  constexpr double kReadable = 0.75;
-  body_ += fmt::format(
-      "<div class=\"scroll\"><div style=\"max-width:{:.0f}px;min-width:{:.0f}px\">{}</div></div>\n", width,
-      kReadable * width, drawing.svg);
-  body_ += fmt::format("<figcaption><b>Figure {}.</b> {}", ++figures_, escape_html(figure.caption));
+  if (drawing.panels.empty()) {
+    const double width = drawn_width(drawing.svg);
+    constexpr double kReadable = 0.75;
+    body_ += fmt::format(
+        "<div class=\"scroll\"><div style=\"max-width:{:.0f}px;min-width:{:.0f}px\">{}</div></div>\n", width,
+        kReadable * width, drawing.svg);
+  } else {
+    std::string columns;
+    double width = 0.0;
+    for (const double w : drawing.column_widths) {
+      columns += fmt::format("{}{:.0f}fr", columns.empty() ? "" : " ", w);
+      width += w;
+    }
+    body_ +=
+        fmt::format("<div class=\"panels\" style=\"--columns:{};max-width:{:.0f}px\">\n", columns, width);
+    for (const PanelDrawing& panel : drawing.panels) {
+      body_ += fmt::format("<div class=\"panel\">{}<script type=\"application/json\">{}</script></div>\n",
+                           panel.svg, panel.data);
+    }
+    body_ += "</div>\n";
+  }
+  body_ += fmt::format("<figcaption><b>Figure {}.</b> {}", letters_of(++figures_), prose(figure.caption));
   for (const auto& [words, file] : {std::pair{"PDF", &drawing.pdf_file}, {"SVG", &drawing.svg_file}}) {
     if (file->empty()) continue;
     const auto relative = link_base.empty() ? file->filename() : file->lexically_relative(link_base);
@@ -186,15 +286,47 @@ void HtmlPage::link(std::string_view words, std::string_view address) {
   body_ += fmt::format("<p><a href=\"{}\">{}</a></p>\n", escape_html(address), escape_html(words));
 }
 
+// The words that the page uses, in the order of the alphabet.
+std::string HtmlPage::words_html() const {
+  if (words_.empty()) return {};
+  std::string html =
+      "<details class=\"section\" id=\"words\">\n<summary><h2>Words</h2> <span class=\"line\">what NEES "
+      "and its like mean</span></summary>\n<dl class=\"glossary\">\n";
+  for (const GlossaryWord& entry : glossary()) {
+    if (std::ranges::find(words_, &entry) == words_.end()) continue;
+    html += fmt::format("<dt id=\"{}\">{}</dt><dd>{}. {}</dd>\n", anchor_of(entry), escape_html(entry.word),
+                        escape_html(entry.short_form), escape_html(entry.says));
+  }
+  return html + "</dl>\n</details>\n";
+}
+
+std::string HtmlPage::head_html() const {
+  std::string head = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+  head += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
+  head += "<meta name=\"color-scheme\" content=\"light dark\">\n";
+  const auto say = [&](const char* name, const std::string& content) {
+    if (!content.empty())
+      head += fmt::format("<meta name=\"{}\" content=\"{}\">\n", name, escape_html(content));
+  };
+  say("generator", from_.version.empty() ? "Credence" : "Credence " + from_.version);
+  say("credence-answer", answer_);
+  say("credence-date", from_.date);
+  say("credence-command", from_.command);
+  head += fmt::format("<title>{}</title>\n<style>{}</style>\n<script>{}</script>\n</head>\n",
+                      escape_html(title_), kPageStyle, kPageScript);
+  return head;
+}
+
 std::string HtmlPage::str() const {
-  const std::string title = escape_html(title_);
-  std::string page = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
-  page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-  page += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", title, kPageStyle);
-  page += fmt::format("<h1>{}</h1>\n", title);
+  std::string contents = contents_;
+  if (!words_.empty()) contents += "<li><a href=\"#words\">Words</a></li>\n";
+  std::string page = head_html() + "<body>\n<a class=\"skip\" href=\"#main\">To the text</a>\n";
+  if (sections_ > 1) page += fmt::format("<nav aria-label=\"Contents\"><ol>\n{}</ol></nav>\n", contents);
+  page += fmt::format("<main id=\"main\">\n<h1>{}</h1>\n", escape_html(title_));
   if (!subtitle_.empty()) page += fmt::format("<p class=\"subtitle\">{}</p>\n", escape_html(subtitle_));
-  if (sections_ > 1) page += fmt::format("<nav aria-label=\"Contents\"><ol>\n{}</ol></nav>\n", contents_);
-  return page + body_ + "</main>\n</body>\n</html>\n";
+  page += answer_html_ + body_ + words_html();
+  if (!provenance_.empty()) page += "<footer>\n" + facts_html(provenance_) + "</footer>\n";
+  return page + "</main>\n</body>\n</html>\n";
 }
 
 void HtmlPage::write(const std::filesystem::path& target) const { write_file(target, str()); }

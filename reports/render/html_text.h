@@ -9,4 +9,7 @@ namespace credence {
 /// and as the value of an attribute, in HTML and in XML.
 std::string escape_html(std::string_view text);
 
+/// Percent-encodes what may not stand in the path of an address.
+std::string encoded_path(std::string_view path);
+
 }  // namespace credence

@@ -41,6 +41,12 @@ std::string number_text(double value, int significant) {
   return value < 0.0 ? std::string(kMinus) + text : text;
 }
 
+std::string p_value_text(double p) {
+  constexpr double kSmallest = 1e-12;  // no law is known well enough to say less
+  if (std::isnan(p)) return "–";
+  return p < kSmallest ? "< 1e−12" : number_text(p, 3);
+}
+
 std::string duration_text(double seconds, int significant) {
   if (seconds == 0.0) return "0 s";
   if (seconds < 1e-6) return number_text(1e9 * seconds, significant) + " ns";

@@ -11,6 +11,10 @@ namespace credence {
 /// part are never cut. Very small and very large magnitudes take an exponent; "∞", "−∞" and "nan" are words.
 std::string number_text(double value, int significant = 4);
 
+/// A p-value: three digits, and "< 1e−12" below what any approximation in a test can vouch for; a dash for
+/// NaN.
+std::string p_value_text(double p);
+
 /// A time in the unit that suits it, from ns to h, rounded likewise: "1.64 µs", "3.2 min".
 std::string duration_text(double seconds, int significant = 3);
 

@@ -1,0 +1,218 @@
+#include "reports/document/glossary.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string>
+
+#include "montecarlo/scenario/scenario_value.h"
+
+namespace credence {
+namespace {
+
+constexpr std::array kWords = std::to_array<GlossaryWord>({
+    {"ANEES", "average NEES", "NEES averaged over many runs at the same step",
+     "For a consistent filter it lies near the number of states, within a band that narrows with the number "
+     "of "
+     "runs. Above the band the filter is optimistic, below it pessimistic."},
+    {"adjusted", "adjusted p-value|Holm", "a p-value that accounts for how many tests were made",
+     "Of many tests a few fail by chance. Holm's method raises the p-values so that a consistent filter has "
+     "any "
+     "of them below 0.05 with a probability of at most 5 %."},
+    {"anchor", "anchors|anchored", "a landmark whose position is known from the start",
+     "It ties the map to the world: without one the map can move and turn as a whole and no measurement sees "
+     "it. "
+     "One anchor makes the line world fully observable; in the plane the turn about it remains."},
+    {"consistent", "consistency", "the errors are as large as the covariance says",
+     "Nothing in the runs speaks against the covariance. It is no proof: fewer runs see only larger "
+     "mistakes. "
+     "Where a report says “right within 8 %”, that much is proved."},
+    {"covariance", "P", "the matrix P of the filter: how large and how related it believes its errors to be",
+     "Its diagonal holds the variances; the square root of one is the standard deviation σ of that state. "
+     "The "
+     "question of every report is whether the true errors agree with it."},
+    {"coverage", "", "how often the truth lies within kσ of the estimate",
+     "For a consistent filter the share is that of a χ² law with as many degrees of freedom as states; with "
+     "many "
+     "states it is tiny, and the NEES tells more."},
+    {"dof", "degrees of freedom", "how many independent numbers a squared sum is made of",
+     "NEES has as many as the state, NIS as many as the innovation; each is the mean that a consistent "
+     "filter has."},
+    {"EKF", "extended Kalman filter",
+     "a Kalman filter that replaces curved models by tangents at its estimate",
+     "The tangents are taken at wrong places, so its covariance tends to become too small: in SLAM it "
+     "believes to "
+     "know the heading of the whole map."},
+    {"factor on P", "", "what the covariance would have to be multiplied with",
+     "The true covariance over the claimed one, on average over the steps, with its interval. Above 1 the "
+     "filter "
+     "is optimistic. It mends the mean only: a cause is better mended at its place."},
+    {"gain", "K|Kalman gain", "the weights K with which an innovation corrects the state",
+     "One row for each state, one column for each number measured. A gain of zero means that a measurement "
+     "no "
+     "longer moves that state."},
+    {"inflation", "inflated|covariance inflation", "making the covariance larger on purpose",
+     "Adds a matrix ΔP to P so that correlations may be dropped without P becoming too small. An inflated "
+     "filter "
+     "is pessimistic by design."},
+    {"innovation", "innovations|ν", "measurement minus what the filter expected to measure",
+     "In a consistent filter it has mean zero, the covariance S that the filter computes, and no correlation "
+     "with "
+     "earlier innovations."},
+    {"least trace", "exact|minimal trace|min-trace", "the inflation that adds the smallest possible trace",
+     "Of all ΔP that make the wanted decorrelation legal, the one whose diagonal sums to least; found by an "
+     "exact "
+     "optimiser. The simpler pairwise rule adds more."},
+    {"mixed", "", "optimistic in one part of the state and pessimistic in another",
+     "Do not trust such a filter: its average may look right. The table says which part is which."},
+    {"monobot", "", "a robot on a line that measures how far landmarks are",
+     "The simplest SLAM problem, linear and solvable by hand; Figures 1 to 4 of the paper show it."},
+    {"NEES", "normalised estimation error squared|normalized estimation error squared",
+     "squared error of the estimate, measured in units of the covariance: eᵀ P⁻¹ e",
+     "For a consistent filter its mean is the number of states. Twice that means that the true variances are "
+     "twice the claimed ones. It needs the truth."},
+    {"NIS", "normalised innovation squared|normalized innovation squared",
+     "squared innovation in units of its covariance: νᵀ S⁻¹ ν",
+     "For a consistent filter its mean is the number of values measured. It needs no truth, and cannot see "
+     "errors "
+     "in directions that no sensor measures."},
+    {"not Gaussian", "",
+     "the covariance is right, and large errors are more frequent than a Gaussian law has",
+     "Typical of outliers. Mean and covariance may be used; probabilities of rare errors may not."},
+    {"observable", "observability|partially observable|fully observable|partial",
+     "determined by the measurements",
+     "A direction of the state that no sequence of measurements reveals is not observable, such as the "
+     "position "
+     "of a whole map. Its variance must not shrink; rank O counts the directions that are observable."},
+    {"optimistic", "overconfident", "errors are larger than the covariance says: unsafe",
+     "Whoever relies on the covariance believes to know the state better than is true. Do not trust it."},
+    {"pairwise", "", "a simple rule of inflation that treats correlations two by two",
+     "Each dropped correlation is paid for by both states that it ties together. It is cheap, and inflates "
+     "more "
+     "than the least trace."},
+    {"pessimistic", "conservative|underconfident",
+     "errors are smaller than the covariance says: safe, and wasteful",
+     "In every part of the state that was judged. Information is thrown away, or the covariance was inflated "
+     "on "
+     "purpose."},
+    {"pose", "", "position and heading of the vehicle",
+     "What a robot drives by; its NEES is always shown, since a sum over a map of many landmarks can hide "
+     "it."},
+    {"process noise", "Q", "what the filter assumes of the errors of its motion model",
+     "Too small a Q makes a filter optimistic over time, too large a Q pessimistic."},
+    {"measurement noise", "R", "what the filter assumes of the errors of its sensors",
+     "Too small an R makes NIS and NEES too large, too large an R too small."},
+    {"p-value", "p|p-values", "how probable such an outcome, or a stranger one, is for a consistent filter",
+     "Below 0.05 the verdict is not consistent. It is no size of a mistake: with many runs a harmless "
+     "mistake has a "
+     "tiny p-value; the factor tells the size."},
+    {"rank", "", "how many independent directions a matrix has",
+     "rank O: directions that measurements see; rank ΔP: directions in which inflation adds noise."},
+    {"Riccati", "Riccati equation", "the equation whose solution is the covariance in the long run",
+     "If it has a solution, P stays bounded and tends to it."},
+    {"S", "innovation covariance", "what the filter believes of the size of its innovations: H P Hᵀ + R",
+     "NIS measures innovations in units of S."},
+    {"undecided", "", "the data are too few for a verdict",
+     "The report says how many runs would do. It is no accusation and no acquittal."},
+    {"whiteness", "white", "no correlation of the innovation with its own past",
+     "A correlated innovation means that the filter leaves information unused: a wrong Q or R, a missing "
+     "state, "
+     "or one measurement used twice."},
+});
+
+bool is_letter(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  return byte >= 0x80 || std::isalnum(byte) || c == '_';
+}
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  std::ranges::transform(out, out.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return out;
+}
+
+/// Calls `use` with the word and each of its other spellings.
+template <class Use>
+void for_each_spelling(const GlossaryWord& word, Use use) {
+  use(word.word);
+  for (std::string_view rest = word.also; !rest.empty();) {
+    const std::size_t end = std::min(rest.find('|'), rest.size());
+    use(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+}
+
+}  // namespace
+
+std::span<const GlossaryWord> glossary() {
+  static const auto sorted = [] {
+    auto words = kWords;
+    std::ranges::sort(words, {}, [](const GlossaryWord& w) { return lower(w.word); });
+    return words;
+  }();
+  return sorted;
+}
+
+const GlossaryWord* find_glossary_word(std::string_view word) {
+  const std::string wanted = lower(word);
+  for (const GlossaryWord& entry : glossary()) {
+    bool found = false;
+    for_each_spelling(entry, [&](std::string_view spelling) { found = found || lower(spelling) == wanted; });
+    if (found) return &entry;
+  }
+  return nullptr;
+}
+
+std::vector<std::string_view> near_glossary_words(std::string_view word) {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::string_view> near;
+  const auto add = [&](const GlossaryWord* entry) {
+    if (entry == nullptr || near.size() == kMost || std::ranges::find(near, entry->word) != near.end())
+      return;
+    near.push_back(entry->word);
+  };
+  const std::string wanted = lower(word);
+  std::vector<std::string> spellings;
+  for (const GlossaryWord& entry : glossary()) {
+    for_each_spelling(entry, [&](std::string_view spelling) { spellings.push_back(lower(spelling)); });
+  }
+  const std::vector<std::string_view> candidates(spellings.begin(), spellings.end());
+  if (const std::string_view closest = closest_word(wanted, candidates); !closest.empty()) {
+    add(find_glossary_word(closest));
+  }
+  constexpr std::size_t kTelling = 3;  // shorter words stand in every sentence
+  if (wanted.size() < kTelling) return near;
+  for (const GlossaryWord& entry : glossary()) {
+    bool starts = false;
+    for_each_spelling(entry, [&](std::string_view spelling) {
+      starts = starts || lower(spelling).find(wanted) != std::string::npos;
+    });
+    if (starts) add(&entry);
+  }
+  for (const GlossaryWord& entry : glossary()) {
+    if (lower(entry.short_form).find(wanted) != std::string::npos) add(&entry);
+  }
+  return near;
+}
+
+std::vector<GlossaryUse> glossary_uses(std::string_view text) {
+  constexpr std::size_t kShortest = 3;  // P and K are the text of formulas
+  std::vector<GlossaryUse> uses;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (i > 0 && is_letter(text[i - 1])) continue;
+    GlossaryUse best;
+    for (const GlossaryWord& entry : glossary()) {
+      const std::size_t length = entry.word.size();
+      if (length < kShortest || length <= best.length || !text.substr(i).starts_with(entry.word)) continue;
+      if (i + length < text.size() && is_letter(text[i + length])) continue;
+      best = {i, length, &entry};
+    }
+    if (best.word == nullptr) continue;
+    uses.push_back(best);
+    i += best.length - 1;
+  }
+  return uses;
+}
+
+}  // namespace credence

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "reports/document/provenance.h"
+
+/// @file
+/// A page above the pages: every report of a folder, with its answer.
+
+namespace credence {
+
+/// What a page says of itself in its head (HtmlPage).
+struct IndexedReport {
+  std::filesystem::path page;  ///< relative to the folder
+  std::string title, answer, date, command;
+};
+
+/// The reports in a folder and its subfolders, ordered by path. Pages of others are passed over, as are
+/// hidden folders; links are not followed. Throws OutputError for a folder that cannot be read.
+std::vector<IndexedReport> find_reports(const std::filesystem::path& folder);
+
+/// Writes FOLDER/reports.html and returns how many reports it lists. Throws OutputError.
+std::size_t write_report_index(const std::filesystem::path& folder,
+                               const Provenance& provenance = make_provenance());
+
+}  // namespace credence

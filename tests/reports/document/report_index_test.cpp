@@ -1,0 +1,52 @@
+#include "reports/document/report_index.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "reports/render/atomic_file.h"
+#include "reports/render/html_page.h"
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+using testing::HasSubstr;
+
+void write_report(const std::filesystem::path& folder, const std::string& title, const std::string& answer) {
+  std::filesystem::create_directories(folder);
+  HtmlPage page(title);
+  page.answer(CellTone::good, answer);
+  page.provenance(
+      {.version = "1.0", .commit = "", .command = "credence run", .date = "2026-01-01", .machine = ""});
+  page.write(folder / "index.html");
+}
+
+TEST(ReportIndex, FindsReportsWithTheirAnswers) {
+  const TemporaryFolder folder;
+  write_report(folder / "a & b", "First", "\"a\" < 'b' & all is well.");
+  write_report(folder / "c/d", "Second", "Not so.");
+  write_report(folder / ".hidden", "Hidden", "No.");
+  std::filesystem::create_directories(folder / "other");
+  folder.write("other/index.html", "<html><head><title>Somebody else's</title></head></html>");
+  const auto reports = find_reports(folder.path());
+  ASSERT_EQ(reports.size(), 2u);
+  EXPECT_EQ(reports[0].page, "a & b/index.html");
+  EXPECT_EQ(reports[0].title, "First");
+  EXPECT_EQ(reports[0].answer, "\"a\" < 'b' & all is well.");
+  EXPECT_EQ(reports[1].command, "credence run");
+  EXPECT_EQ(reports[1].date, "2026-01-01");
+}
+
+TEST(ReportIndex, IsAPageThatLeadsToThem) {
+  const TemporaryFolder folder;
+  write_report(folder / "a b", "First", "All is well.");
+  EXPECT_EQ(write_report_index(folder.path()), 1u);
+  EXPECT_THAT(folder.read("reports.html"), HasSubstr("<a href=\"a%20b/index.html\">a b</a>"));
+  EXPECT_THAT(folder.read("reports.html"), HasSubstr("All is well."));
+  EXPECT_EQ(write_report_index(folder.path()), 1u) << "the index itself is no report";
+}
+
+TEST(ReportIndex, NamesAFolderThatIsNotThere) { EXPECT_THROW(find_reports("/no such folder"), OutputError); }
+
+}  // namespace
+}  // namespace credence
