@@ -26,6 +26,7 @@ struct CompareOptions : CommonOptions {
 /// Two results of one name, as of one scenario with other settings, are told apart by where they lie.
 void tell_apart(std::vector<ComparedStudy>& studies, const std::vector<std::string>& places) {
   std::vector<std::string> names;
+  names.reserve(studies.size());
   for (const ComparedStudy& study : studies) names.push_back(study.name);
   for (std::size_t i = 0; i < studies.size(); ++i) {
     if (std::ranges::count(names, names[i]) > 1)

@@ -30,6 +30,7 @@ std::string setting_proposal(const CLI::App& command, std::string_view option) {
 std::string command_proposal(const CLI::App& app, std::string_view word) {
   const std::vector<CommandShape> commands = command_shapes(app);
   std::vector<std::string_view> names;
+  names.reserve(commands.size());
   for (const CommandShape& command : commands) names.push_back(command.name);
   const std::string_view close = closest_word(word, names);
   return close.empty() ? "; credence help lists all" : fmt::format("; did you mean {}?", close);

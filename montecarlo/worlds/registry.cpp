@@ -20,11 +20,7 @@ namespace credence {
 namespace {
 
 constexpr std::array kWorlds = {
-    &kMonobotWorld,
-    &kPlanarWorld,
-    &kLinearWorld,
-    &kTrackingWorld,
-    &kPlanarSlamWorld,
+    &kMonobotWorld, &kPlanarWorld, &kLinearWorld, &kTrackingWorld, &kPlanarSlamWorld,
 };
 
 /// The experiment, the statistics of its steps, and a bit for each chunk.
