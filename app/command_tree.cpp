@@ -52,7 +52,6 @@ std::string group_of(const std::string& command) {
       {"check", "Judge what others wrote"},
       {"replay", "Judge what others wrote"},
       {"world", "Judge what others wrote"},
-      {"index", "Look at results"},
       {"show", "Look at results"},
       {"compare", "Look at results"},
       {"report", "Look at results"},

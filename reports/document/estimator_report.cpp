@@ -195,8 +195,8 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
     const MeanInterval& pose = nees_of(row, EstimatorBlock::pose);
     if (row.runs == 0 || std::isnan(pose.lower)) continue;
     if (pose.lower > 1.0) {
-      optimistic += fmt::format("{}{} ({} times the error it claims)", optimistic.empty() ? "" : ", ",
-                                row.name, number_text(pose.mean, 3));
+      optimistic += fmt::format("{}{} ({} times the squared error that P claims)",
+                                optimistic.empty() ? "" : ", ", row.name, number_text(pose.mean, 3));
     } else {
       consistent += (consistent.empty() ? "" : ", ") + row.name;
     }
