@@ -14,6 +14,7 @@
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/say.h"
+#include "app/standard_input.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
@@ -32,7 +33,7 @@ namespace fs = std::filesystem;
 struct CheckOptions : CommonOptions {
   std::vector<std::string> logs;
   double confidence = 0.95, within = 0.1;
-  bool sensitivity = false, list = false, partial = false;
+  bool sensitivity = false, list = false, partial = false, pool = false;
   std::string input = "auto";
   std::vector<std::string> truths;
   std::string topic, truth_topic;
@@ -148,8 +149,20 @@ LogJudgeResult judge(const CheckOptions& options, const std::vector<fs::path>& f
   return judge_logs(files, read, judging);
 }
 
+/// Runs of two filters have no verdict in common: that several logs are of one filter, the user must say. A
+/// folder says it, too.
+void require_one_filter(const CheckOptions& options) {
+  if (options.logs.size() < 2 || options.pool) return;
+  throw std::invalid_argument(
+      fmt::format("check: {} logs: --pool judges them together, as runs of one filter; those of two filters "
+                  "are judged one by one, "
+                  "and set side by side by credence compare",
+                  options.logs.size()));
+}
+
 int check(const CheckOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
+  require_one_filter(options);
   const std::vector<fs::path> files = log_files(options.logs);
   const std::map<fs::path, const LogFormat*> formats = formats_of(options, files);
   const LogReadOptions reading = read_options(options, files);
@@ -198,12 +211,15 @@ int check(const CheckOptions& options) {
 void add_check_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("check", "verdicts on logs of any filter");
   auto options = std::make_shared<CheckOptions>();
-  command->add_option("logs", options->logs, "log files, or folders of them (docs/logs.md)")->required();
+  command
+      ->add_option("logs", options->logs, "log files, or folders of them (docs/logs.md); -: standard input")
+      ->required();
   std::vector<std::string> inputs = {"auto"};
   for (const LogFormat& format : log_formats()) inputs.emplace_back(format.name);
   command->add_option("--input", options->input, "format of the logs; auto: seen from how each begins")
       ->check(CLI::IsMember(inputs))
       ->capture_default_str();
+  command->add_flag("--pool", options->pool, "several logs are runs of one filter: judge them together");
   command->add_flag("--list", options->list, "say what is in the logs, and judge nothing");
   command->add_option("--topic", options->topic, "bags: the estimate, where several topics could be it");
   command->add_option("--truth-topic", options->truth_topic, "bags: the truth, in the same file");
@@ -246,16 +262,23 @@ void add_check_command(CLI::App& app) {
   add_fail_option(*command, *options);
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
-      "credence run scenarios/figure1_two_landmarks.toml --log out/logs && credence check out/logs",
+      "credence run figure1_two_landmarks --log out/logs --fresh && credence check out/logs",
       "credence check out/logs --out out/check",
-      "credence check out/logs/*.csv --sensitivity --format json",
+      "credence check --pool out/logs/*.csv --sensitivity --format json",
+      "my_filter | credence check -",
       "credence check FLIGHT.ulg --list",
       "credence check FLIGHT.ulg --instance 1",
       "credence check RUN.mcap --topic /odom --truth-topic /gt",
       "credence check RUN.bag --truth TRUTH --align yaw --orientation-error planar",
       "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));
-  command->callback([options] { throw ExitStatus{options->list ? list(*options) : check(*options)}; });
+  command->callback([options] {
+    std::optional<StandardInputFile> input;
+    for (std::string& log : options->logs) {
+      if (log == "-" && !input) log = input.emplace().path().string();
+    }
+    throw ExitStatus{options->list ? list(*options) : check(*options)};
+  });
 }
 
 }  // namespace credence

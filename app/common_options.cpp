@@ -15,7 +15,7 @@ std::vector<std::string> CommonOptions::overrides() const {
 }
 
 void add_output_options(CLI::App& command, CommonOptions& options) {
-  command.add_option("--out", options.out, "folder for report, figures and stored results");
+  command.add_option("--out", options.out, "folder for report, figures and stored results")->type_name("DIR");
   add_print_options(command, options);
 }
 
@@ -58,6 +58,10 @@ std::string examples(std::span<const char* const> lines) {
   std::string text = "Examples:";
   for (const char* line : lines) text += fmt::format("\n  {}", line);
   return text;
+}
+
+std::string scenario_examples(std::span<const char* const> lines) {
+  return examples(lines) + "\n\nAll keys of a scenario, for the file and for --set: credence help scenario";
 }
 
 }  // namespace credence

@@ -50,4 +50,7 @@ void add_fail_option(CLI::App& command, CommonOptions& options);
 /// `Examples:` for the end of a command's help.
 std::string examples(std::span<const char* const> lines);
 
+/// The same of a command on a scenario, with where its keys are told.
+std::string scenario_examples(std::span<const char* const> lines);
+
 }  // namespace credence

@@ -7,11 +7,18 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <span>
 #include <sstream>
+#include <string>
 
+#include "app/command_tree.h"
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/complaint.h"
 #include "app/say.h"
+#include "app/shell_word.h"
+#include "app/suggestion.h"
+#include "core/version.h"
 
 namespace credence {
 namespace {
@@ -37,12 +44,48 @@ int after_output(int code) {
 /// Prints help or the version, or says what is wrong with the arguments.
 int after_parsing(const CLI::App& app, const CLI::ParseError& error) {
   std::ostringstream message;
-  const int code = app.exit(error, std::cout, message);
-  if (code == 0) return after_output(kDone);
-  std::string text = message.str();
-  if (text.ends_with('\n')) text.pop_back();
-  say(text);
+  if (app.exit(error, std::cout, message) == 0) return after_output(kDone);
+  say(complaint(app, error));
   return kBadInput;
+}
+
+/// After an interruption: how to go on.
+void tell_how_to_continue(std::span<char*> arguments) {
+  std::string command;
+  for (const std::string word : arguments) {
+    if (word == "--fresh") continue;  // which would begin anew
+    command += (command.empty() ? "" : " ") + shell_word(word);
+  }
+  say("Interrupted; what is done is stored. This goes on with it:\n  " + command);
+}
+
+/// In the order of the list of commands.
+void add_commands(CLI::App& app) {
+  app.require_subcommand(1);
+  app.footer("Examples:\n  credence run planar_loop\n  credence check my_filter.csv\n  credence help run");
+  add_run_command(app);
+  add_sweep_command(app);
+  add_estimators_command(app);
+  add_tune_command(app);
+  add_check_command(app);
+  add_world_command(app);
+  add_replay_command(app);
+  add_show_command(app);
+  add_compare_command(app);
+  add_report_command(app);
+  add_merge_command(app);
+  add_stability_command(app);
+  add_plan_command(app);
+  add_claims_command(app);
+  add_timing_command(app);
+  add_selftest_command(app);
+  add_init_command(app);
+  add_explain_command(app);
+  add_index_command(app);
+  add_list_command(app);
+  add_completion_command(app);
+  add_help_command(app);
+  dress_commands(app);
 }
 
 }  // namespace
@@ -53,25 +96,26 @@ int main(int argc, char** argv) {
   occupy_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
   CLI::App app{"Credence tells whether a filter's covariance can be trusted.", "credence"};
-  app.set_version_flag("--version", CREDENCE_VERSION);
-  app.require_subcommand(1);
-  app.footer("Examples:\n  credence run scenarios/figure1_two_landmarks.toml\n  credence run --help");
-  add_run_command(app);
-  add_sweep_command(app);
-  add_merge_command(app);
-  add_replay_command(app);
-  add_stability_command(app);
-  add_claims_command(app);
-  add_check_command(app);
-  add_plan_command(app);
-  add_timing_command(app);
-  add_selftest_command(app);
-  add_explain_command(app);
-  add_index_command(app);
+  add_commands(app);
+  if (argc < 2) {
+    fmt::print("{}", app.help());
+    return after_output(kBadInput);
+  }
+  const std::string first = argv[1];
+  if (first == "version") {
+    fmt::print("{}\n", version_text());
+    return after_output(kDone);
+  }
+  if (!first.starts_with('-') && find_command(app, first) == nullptr) {
+    say(fmt::format("credence: no command is called {}{}", first, command_proposal(app, first)));
+    return kBadInput;
+  }
   try {
     app.parse(argc, argv);
   } catch (const ExitStatus& status) {
-    return after_output(status.code);
+    const int code = after_output(status.code);
+    if (code == kInterrupted && status.resumes) tell_how_to_continue({argv, static_cast<std::size_t>(argc)});
+    return code;
   } catch (const CLI::ParseError& error) {
     return after_parsing(app, error);
   } catch (const std::bad_alloc&) {

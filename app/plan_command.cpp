@@ -10,6 +10,7 @@
 #include "app/common_options.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
+#include "app/scenario_files.h"
 #include "app/terminal_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
@@ -34,7 +35,7 @@ std::vector<const SweepPoint*> pilot_points(const SweepPlan& sweep) {
 
 int plan(PlanCommand& command) {
   command.question.threads = command.threads;
-  const SweepPlan sweep = load_sweep(command.scenario, command.overrides());
+  const SweepPlan sweep = open_sweep(command.scenario, command.overrides());
   const std::vector<const SweepPoint*> points = pilot_points(sweep);
   std::vector<StudyPlan> plans;
   {

@@ -5,8 +5,10 @@
 
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 
 #include "app/say.h"
+#include "app/terminal_text.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence {
@@ -19,6 +21,15 @@ std::string duration_text(double seconds) {
   if (s < 60) return fmt::format("{} s", s);
   if (s < 3600) return fmt::format("{}:{:02} min", s / 60, s % 60);
   return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
+}
+
+/// The longest of these that a line of the terminal takes, which may have been resized.
+std::string longest_that_fits(std::initializer_list<std::string> texts) {
+  const std::size_t columns = terminal_width(STDERR_FILENO);
+  for (const std::string& text : texts) {
+    if (columns == 0 || display_width(text) < columns) return text;
+  }
+  return {};
 }
 
 std::string bar(double share) {
@@ -58,7 +69,10 @@ void ProgressDisplay::show(const StudyProgress& p) {
     numbers += fmt::format(", {} left", duration_text(static_cast<double>(p.runs_total - done) / rate));
   }
   if (terminal_) {
-    std::fputs(fmt::format("\r{} {} {}\x1b[K", what_, bar(share), numbers).c_str(), stderr);
+    const std::string text = longest_that_fits({fmt::format("{} {} {}", what_, bar(share), numbers),
+                                                fmt::format("{} {}", what_, numbers), numbers,
+                                                fmt::format("{:.0f} %", 100.0 * share)});
+    std::fputs(fmt::format("\r{}\x1b[K", text).c_str(), stderr);
   } else {
     say(fmt::format("{}: {:.0f} %, {}", what_, 100.0 * share, numbers));
   }

@@ -11,15 +11,12 @@
 #include "app/interrupt.h"
 #include "app/logged_experiment.h"
 #include "app/naming_file.h"
-#include "app/progress.h"
 #include "app/say.h"
+#include "app/scenario_files.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "app/this_command.h"
-#include "montecarlo/scenario/leading_comment.h"
-#include "montecarlo/scenario/scenario_help.h"
-#include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
@@ -27,7 +24,6 @@
 #include "reports/document/study_report.h"
 #include "reports/document/study_table.h"
 #include "reports/document/trace_json.h"
-#include "reports/render/text_table.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence {
@@ -46,15 +42,22 @@ struct RunOptions : CommonOptions {
 int show_one_run(const RunOptions& options) {
   if (options.scenarios.size() != 1) throw ScenarioError("--only-run: accepts exactly one scenario");
   if (*options.only_run < 0) throw ScenarioError("--only-run: must not be negative");
-  const Scenario scenario = load_scenario(options.scenarios.front(), options.overrides());
+  const Scenario scenario = open_one_scenario(options.scenarios.front(), options.overrides());
   const RunTrace trace = naming_file(options.scenarios.front(),
                                      [&] { return make_experiment(scenario)->trace(*options.only_run); });
   if (options.format == "json") {
     fmt::print("{}\n", trace_json(scenario, trace));
   } else {
-    fmt::print("{}", text_table(trace_table(scenario, trace)));
+    fmt::print("{}", terminal_text(trace_table(scenario, trace)));
   }
   return trace.outcome == Outcome::ok ? kDone : kSomeFailed;
+}
+
+/// `run` is of one configuration: what else the file asks for is said, not left out in silence.
+void tell_of_sweep(const std::string& file, const RunOptions& options) {
+  if (options.quiet || open_scenario(file).sweep.empty()) return;
+  say(fmt::format("{} has a [sweep], which run leaves aside; all of its configurations: credence sweep {}",
+                  file, file));
 }
 
 /// Several scenarios are told apart by their names, in folders of --out and --log.
@@ -101,16 +104,6 @@ ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
   return result;
 }
 
-/// Plays runs again for the tests that explain the verdicts.
-void explain(StudyAnalysis& analysis, const Configuration& configuration, const RunOptions& options) {
-  ProgressDisplay display(configuration.scenario.name + ", further tests", options.quiet);
-  EngineOptions engine;
-  engine.threads = options.threads;
-  engine.stop = &catch_interrupt();
-  engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
-  add_judgement(analysis, *configuration.experiment, engine);
-}
-
 void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& analyses) {
   if (options.format == "json") {
     fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));
@@ -139,7 +132,8 @@ int run(const RunOptions& options) {
   std::vector<Configuration> configurations;
   for (const std::string& file : options.scenarios) {
     configurations.push_back(naming_file(file, [&] {
-      const Scenario scenario = load_scenario(file, options.overrides());
+      const Scenario scenario = open_one_scenario(file, options.overrides());
+      tell_of_sweep(file, options);
       if (!options.out.empty() && options.log.empty()) require_storable(scenario);
       return make_configuration(scenario);
     }));
@@ -169,7 +163,7 @@ int run(const RunOptions& options) {
     std::vector<ReportedStudy> studies;
     for (std::size_t i = 0; i < analyses.size(); ++i) {
       studies.push_back(
-          {analyses[i], configurations[i].experiment->trace(0), leading_comment(options.scenarios[i])});
+          {analyses[i], configurations[i].experiment->trace(0), scenario_comment(options.scenarios[i])});
     }
     write_report(options, studies);
   }
@@ -187,24 +181,30 @@ void add_run_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("run", "Monte Carlo of one configuration: can its covariance be trusted?");
   auto options = std::make_shared<RunOptions>();
-  command->add_option("scenario", options->scenarios, "scenario files (TOML, docs/scenario.md)")->required();
+  command->add_option("scenario", options->scenarios, "scenario files, or names of credence list scenarios")
+      ->required();
   add_common_options(*command, *options);
-  command->add_option("--only-run", options->only_run, "replay this single run (from 0) with its full trace");
+  command->add_option("--only-run", options->only_run, "replay this single run (from 0) with its full trace")
+      ->excludes("--out");
   command
       ->add_option("--log", options->log,
                    "folder for a log of every run, which credence check can judge (docs/formats.md); "
                    "nothing is stored or continued then")
+      ->type_name("DIR")
       ->excludes("--only-run");
   command->add_flag("--fresh", options->fresh,
                     "discard results stored in --out, and logs in --log, instead of continuing them");
   static constexpr const char* kExamples[] = {
-      "credence run scenarios/figure1_two_landmarks.toml",
+      "credence run figure1_two_landmarks    # comes with the program: credence list",
       "credence run scenarios/figure3_two_landmarks.toml --runs 5000 --format json",
-      "credence run scenarios/planar_loop.toml --set world.landmarks=20 --out out/planar",
-      "credence run scenarios/figure1_two_landmarks.toml --only-run 17",
-      "credence run scenarios/figure1_two_landmarks.toml --log out/logs && credence check out/logs"};
-  command->footer(examples(kExamples) + "\n\n" + scenario_help());
-  command->callback([options] { throw ExitStatus{run(*options)}; });
+      "credence run planar_loop --set world.landmarks=20 --out out/planar",
+      "credence run figure1_two_landmarks --only-run 17",
+      "credence run figure1_two_landmarks --log out/logs --fresh && credence check out/logs"};
+  command->footer(scenario_examples(kExamples));
+  command->callback([options] {
+    const int code = run(*options);
+    throw ExitStatus{code, !options->out.empty() && options->log.empty()};
+  });
 }
 
 }  // namespace credence

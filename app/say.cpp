@@ -15,6 +15,7 @@ void say(std::string_view line) {
     text += printable_line(line.substr(begin, end - begin)) + "\n";
     begin = end + 1;
   }
+  std::fflush(stdout);  // where both go to one place, what is said stands behind whole lines of results
   std::fputs(text.c_str(), stderr);
 }
 

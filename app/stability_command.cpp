@@ -12,11 +12,11 @@
 #include "app/common_options.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
+#include "app/scenario_files.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "app/this_command.h"
 #include "core/parallel_tasks.h"
-#include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/planar_stability_report.h"
@@ -129,7 +129,7 @@ int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
 }
 
 int stability(const StabilityOptions& options) {
-  const SweepPlan plan = load_sweep(options.scenario, options.overrides());
+  const SweepPlan plan = open_sweep(options.scenario, options.overrides());
   if (!plan.axes.empty()) return stability_of_sweep(plan, options);
   const Scenario& scenario = plan.points.front().scenario;
   const std::optional<LinearProblem> linear = linear_problem(scenario);
@@ -157,7 +157,11 @@ void add_stability_command(CLI::App& app) {
       "stability", "does P stay bounded? ranks, eigenvalues, Riccati equation, predicted and measured");
   auto options = std::make_shared<StabilityOptions>();
   command->add_option("scenario", options->scenario, "scenario file")->required();
-  add_common_options(*command, *options);
+  add_setting_option(*command, *options);
+  command->add_option("--steps", options->steps, "steps of the study, instead of study.steps");
+  command->add_option("--seed", options->seed, "of the noisy run of a planar world, instead of study.seed");
+  add_threads_option(*command, options->threads);
+  add_output_options(*command, *options);
   command
       ->add_option("--horizon", options->horizon,
                    "linear worlds: steps of the long run; no fewer than those of the study are made")
@@ -172,7 +176,7 @@ void add_stability_command(CLI::App& app) {
       "credence stability scenarios/figure3_two_landmarks.toml --set world.landmarks=6 --out out/stability",
       "credence stability scenarios/planar_stability.toml --set filter.inflation=full",
       "credence stability scenarios/planar_table.toml --out out/planar_table"};
-  command->footer(examples(kExamples) + "\n\n" + scenario_help());
+  command->footer(scenario_examples(kExamples));
   command->callback([options] { throw ExitStatus{stability(*options)}; });
 }
 

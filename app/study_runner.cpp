@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
 #include <stdexcept>
 
 #include "analysis/evidence/sequential_study.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "core/version.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 
@@ -20,6 +22,42 @@ void require_storable(const Scenario& scenario) {
       fmt::format("study.steps = {}: at most {} can be stored", scenario.study.steps, most));
 }
 
+namespace {
+
+void refuse_stop_rules(std::span<const Configuration> configurations) {
+  for (const Configuration& c : configurations) {
+    if (!c.scenario.stop.asked()) continue;
+    throw ScenarioError("--shard: not with study.stop, which must see the runs in their order");
+  }
+}
+
+/// What the engine makes of configurations, with the looks of their stop rules.
+std::vector<ConfigurationResult> collect(std::span<const Configuration> configurations,
+                                         const EngineOptions& engine) {
+  std::vector<StudyTask> tasks;
+  std::vector<SequentialStudy> watches;
+  watches.reserve(configurations.size());
+  for (const Configuration& c : configurations) {
+    StudyTask& task = tasks.emplace_back(
+        StudyTask{.id = c.id, .experiment = c.experiment.get(), .runs = c.scenario.most_runs()});
+    task.max_seconds = c.scenario.stop.max_seconds;
+    SequentialStudy& watch = watches.emplace_back(c.scenario);
+    if (!c.scenario.stop.asked()) continue;
+    task.enough = [&watch](const StudyStatistics& chunk, const StudyStatistics& prefix) {
+      return watch.look(chunk, prefix);
+    };
+  }
+  std::vector<StudyResult> results = run_studies(tasks, engine);
+  std::vector<ConfigurationResult> all;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    all.push_back({std::move(results[i]), std::nullopt});
+    if (configurations[i].scenario.stop.asked()) all.back().stop = watches[i].decision();
+  }
+  return all;
+}
+
+}  // namespace
+
 Configuration make_configuration(const Scenario& scenario) {
   return {configuration_id(scenario), scenario, make_experiment(scenario)};
 }
@@ -29,31 +67,28 @@ StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult re
                        result.stop);
 }
 
+void explain(StudyAnalysis& analysis, const Configuration& configuration, const CommonOptions& options) {
+  ProgressDisplay display(configuration.scenario.name + ", further tests", options.quiet);
+  EngineOptions engine;
+  engine.threads = options.threads;
+  engine.stop = &catch_interrupt();
+  engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
+  add_judgement(analysis, *configuration.experiment, engine);
+}
+
 std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,
                                                     const std::string& canonical,
                                                     const std::filesystem::path& store_directory,
                                                     const std::string& what, const CommonOptions& options,
                                                     Shard shard) {
+  if (shard.of > 1) refuse_stop_rules(configurations);
   std::optional<ResultStore> store;
   if (!store_directory.empty()) {
-    store.emplace(ResultStore::open_to_write(store_directory, CREDENCE_VERSION));
+    store.emplace(ResultStore::open_to_write(store_directory, version()));
     store->require_same_scenario(canonical);
-  }
-  std::vector<StudyTask> tasks;
-  std::vector<SequentialStudy> watches;
-  watches.reserve(configurations.size());
-  for (const Configuration& c : configurations) {
-    if (store) store->put_configuration(c.id, configuration_toml(c.scenario));
-    StudyTask& task = tasks.emplace_back(
-        StudyTask{.id = c.id, .experiment = c.experiment.get(), .runs = c.scenario.most_runs()});
-    task.max_seconds = c.scenario.stop.max_seconds;
-    SequentialStudy& watch = watches.emplace_back(c.scenario);
-    if (!c.scenario.stop.asked()) continue;
-    if (shard.of > 1)
-      throw ScenarioError("--shard: not with study.stop, which must see the runs in their order");
-    task.enough = [&watch](const StudyStatistics& chunk, const StudyStatistics& prefix) {
-      return watch.look(chunk, prefix);
-    };
+    store->set_name(what);
+    for (const Configuration& c : configurations)
+      store->put_configuration(c.id, configuration_toml(c.scenario));
   }
   ProgressDisplay display(what, options.quiet);
   EngineOptions engine;
@@ -63,13 +98,13 @@ std::vector<ConfigurationResult> run_configurations(std::span<const Configuratio
   engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
   engine.shard = shard.number;
   engine.shards = shard.of;
-  std::vector<StudyResult> results = run_studies(tasks, engine);
-  std::vector<ConfigurationResult> all;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    all.push_back({std::move(results[i]), std::nullopt});
-    if (configurations[i].scenario.stop.asked()) all.back().stop = watches[i].decision();
-  }
-  return all;
+  return collect(configurations, engine);
+}
+
+std::vector<ConfigurationResult> stored_results(std::span<const Configuration> configurations,
+                                                ResultStore& store) {
+  static constexpr std::atomic<bool> kNothingNew{true};
+  return collect(configurations, {.threads = 1, .stop = &kNothingNew, .store = &store});
 }
 
 int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const CommonOptions& options) {

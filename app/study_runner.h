@@ -42,6 +42,10 @@ struct ConfigurationResult {
 /// Judges it; see analyse_study.
 StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result);
 
+/// Plays the first runs again for the tests that explain the verdicts, and for the verdict over all blocks;
+/// adds nothing if it is interrupted.
+void explain(StudyAnalysis& analysis, const Configuration& configuration, const CommonOptions& options);
+
 /// Runs configurations with progress, interrupt and, if `store_directory` is not empty, a store that belongs
 /// to the canonical text. One result for each.
 std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,
@@ -49,6 +53,10 @@ std::vector<ConfigurationResult> run_configurations(std::span<const Configuratio
                                                     const std::filesystem::path& store_directory,
                                                     const std::string& what, const CommonOptions& options,
                                                     Shard shard = {});
+
+/// What a store holds of these configurations so far: one result for each, and nothing is run.
+std::vector<ConfigurationResult> stored_results(std::span<const Configuration> configurations,
+                                                ResultStore& store);
 
 /// The exit code of finished studies: interrupted, failed runs, inconsistent verdicts, in this order.
 int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const CommonOptions& options);

@@ -12,13 +12,14 @@
 #include "app/interrupt.h"
 #include "app/naming_file.h"
 #include "app/say.h"
+#include "app/scenario_files.h"
 #include "app/study_runner.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "app/this_command.h"
 #include "core/memory_need.h"
+#include "core/version.h"
 #include "montecarlo/scenario/scenario_hash.h"
-#include "montecarlo/scenario/scenario_help.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/sweep_report.h"
@@ -53,7 +54,7 @@ fs::path default_directory(const SweepPlan& plan, const std::string& canonical) 
 
 int sweep(SweepOptions& options) {
   const Shard shard = parse_shard(options.shard);
-  const SweepPlan plan = load_sweep(options.scenario, options.overrides());
+  const SweepPlan plan = open_sweep(options.scenario, options.overrides());
   const std::string canonical = canonical_toml(plan);
   if (options.out.empty()) options.out = default_directory(plan, canonical).string();
 
@@ -107,10 +108,11 @@ struct MergeOptions {
 int merge(const MergeOptions& options) {
   // Whatever is wrong with one of them is said before anything is made.
   for (const std::string& directory : options.directories) ResultStore::open_to_read(directory);
-  ResultStore target = ResultStore::open_to_write(options.out, CREDENCE_VERSION);
+  ResultStore target = ResultStore::open_to_write(options.out, version());
   for (const std::string& directory : options.directories) {
     const ResultStore source = ResultStore::open_to_read(directory);
     target.require_same_scenario(source.scenario());
+    target.set_name(source.name());
     const auto count = target.merge_from(source);
     fmt::print("{}: {} chunks added, {} there already\n", printable_line(directory), count.added,
                count.already_there);
@@ -124,8 +126,13 @@ int merge(const MergeOptions& options) {
 void add_sweep_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("sweep", "all configurations of a [sweep] table; resumes by itself");
   auto options = std::make_shared<SweepOptions>();
-  command->add_option("scenario", options->scenario, "scenario file with a [sweep] table")->required();
+  command
+      ->add_option("scenario", options->scenario,
+                   "scenario file with a [sweep] table, or a name of credence list")
+      ->required();
   add_common_options(*command, *options);
+  command->get_option("--out")->description(
+      "folder for report, figures and stored results; without it out/NAME-HASH of the file and its settings");
   command->add_option("--shard", options->shard, "run only part i of n, to be merged")
       ->type_name("i/n")
       ->capture_default_str();
@@ -134,8 +141,8 @@ void add_sweep_command(CLI::App& app) {
       "credence sweep scenarios/mistuned_sweep.toml --set sweep.world.landmarks=1:4 --out out/landmarks",
       "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
       "credence sweep scenarios/rank_map.toml    # when does inflation keep P bounded?"};
-  command->footer(examples(kExamples) + "\n\n" + scenario_help());
-  command->callback([options] { throw ExitStatus{sweep(*options)}; });
+  command->footer(scenario_examples(kExamples));
+  command->callback([options] { throw ExitStatus{sweep(*options), true}; });
 }
 
 void add_merge_command(CLI::App& app) {
@@ -147,7 +154,7 @@ void add_merge_command(CLI::App& app) {
       "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
       "credence sweep scenarios/mistuned_sweep.toml --shard 2/2 --out out/part2",
       "credence merge out/part1 out/part2 --out out/joined",
-      "credence sweep scenarios/mistuned_sweep.toml --out out/joined    # reports what was joined"};
+      "credence report out/joined    # and credence show out/joined"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{merge(*options)}; });
 }

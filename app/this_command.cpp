@@ -4,22 +4,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <string_view>
+
+#include "app/shell_word.h"
 
 namespace credence {
-namespace {
-
-/// A word of a shell; quoted where it holds more than what stands for itself.
-std::string shell_word(const std::string& word) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789%+,-./:=@_";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  return quoted + "'";
-}
-
-}  // namespace
 
 std::string this_command() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);

@@ -6,11 +6,15 @@ set_target_properties(credence_options PROPERTIES EXPORT_NAME options)
 target_compile_features(credence_options INTERFACE cxx_std_20)
 # Contraction would make the bits of a result depend on the instruction set and the optimiser.
 target_compile_options(credence_options INTERFACE $<$<CXX_COMPILER_ID:GNU,Clang>:-ffp-contract=off>)
-target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE)
+# Alignment is the same for every instruction set, so that a program with -march=native can link the library
+# (core/eigen_alignment.h).
+target_compile_definitions(credence_options INTERFACE EIGEN_DONT_PARALLELIZE EIGEN_MAX_ALIGN_BYTES=64
+                                                      EIGEN_MAX_STATIC_ALIGN_BYTES=16 EIGEN_MALLOC_ALREADY_ALIGNED=0)
 
 set(CREDENCE_WARNINGS -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
 
 include(${CMAKE_CURRENT_LIST_DIR}/CredenceCompileTime.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/CredenceEmbed.cmake)
 
 # credence_library(core DEPENDS ...): the static target of one folder, from all its sources.
 function(credence_library folder)

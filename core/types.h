@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include "core/eigen_alignment.h"
 
 /// @file
 /// Names that every folder shares.

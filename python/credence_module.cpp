@@ -178,6 +178,7 @@ PYBIND11_MODULE(_credence, m) {
       .def_readonly("complete", &Told::complete)
       .def("text", [](const Told& told) { return told.text(); })
       .def("json", [](const Told& told) { return told.json(); })
+      .def("tuned", [](const Told& told) { return told.tuned(); })
       .def(
           "write_report",
           [](const Told& told, const std::filesystem::path& folder) { told.write_report(folder); },
@@ -218,6 +219,12 @@ PYBIND11_MODULE(_credence, m) {
     const ScenarioDocument document =
         text ? read_scenario_text(*text, file, overrides) : read_scenario(file, overrides);
     return interruptible([&](const std::atomic<bool>& stop) { return run_sweep(document, threads, stop); });
+  });
+  m.def("tune", [](const std::string& file, const std::optional<std::string>& text,
+                   const std::vector<std::string>& overrides, const std::string& free, int threads) {
+    const Scenario scenario =
+        text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides);
+    return interruptible([&](const std::atomic<bool>& stop) { return tune(scenario, free, threads, stop); });
   });
   m.def("run", [](const std::string& file, const std::optional<std::string>& text,
                   const std::vector<std::string>& overrides, int threads) {

@@ -11,6 +11,7 @@
 #include "analysis/evidence/sequential_study.h"
 #include "analysis/evidence/study_analysis.h"
 #include "analysis/evidence/sweep_analysis.h"
+#include "analysis/tuning/tune_scenario.h"
 #include "core/nan.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/experiment.h"
@@ -21,6 +22,7 @@
 #include "reports/document/study_report.h"
 #include "reports/document/study_table.h"
 #include "reports/document/sweep_report.h"
+#include "reports/document/tune_report.h"
 #include "reports/render/text_table.h"
 
 namespace credence {
@@ -64,6 +66,16 @@ std::vector<StudyAnalysis> studies(std::span<const Scenario> scenarios,
 std::string sweep_text(const SweepAnalysis& analysis) {
   std::string text;
   for (const ReportTable& table : sweep_tables(analysis)) text += text_table(table);
+  return text;
+}
+
+std::string tune_text(const ScenarioTuning& tuning) {
+  std::string text;
+  for (const ReportTable& table :
+       {tune_forecast_table(tuning.tuning.forecast), tune_table(tuning), tune_gain_table(tuning)}) {
+    text += text_table(table) + "\n";
+  }
+  for (const std::string& sentence : tune_sentences(tuning)) text += sentence + "\n";
   return text;
 }
 
@@ -121,6 +133,25 @@ Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<
           .text = [a] { return sweep_text(*a); },
           .json = [a] { return sweep_json(*a); },
           .write_report = [a](const std::filesystem::path& folder) { write_sweep_report(folder, *a); }};
+}
+
+Told tune(const Scenario& scenario, const std::string& free, int threads, const std::atomic<bool>& stop) {
+  TuneRequest request;
+  request.free = parse_free_noise(free);
+  request.threads = threads;
+  request.stop = &stop;
+  std::optional<ScenarioTuning> tuned = tune_scenario(scenario, request);
+  if (!tuned) throw std::runtime_error("interrupted before the tuning was done");
+  const auto t = std::make_shared<const ScenarioTuning>(std::move(*tuned));
+  const StudyAnalysis* const after = t->held_out ? &t->held_out->after : nullptr;
+  return {.verdict = after == nullptr ? "" : std::string(to_string(overall_verdict(*after))),
+          .says = after == nullptr ? "" : after->word.says,
+          .p_value = after == nullptr ? kNaN : after->word.p_value,
+          .complete = true,
+          .text = [t] { return tune_text(*t); },
+          .json = [t] { return tune_json(*t); },
+          .tuned = [t] { return t->tuning.anything_known() ? tuned_toml(*t) : std::string(); },
+          .write_report = [t](const std::filesystem::path& folder) { write_tune_report(folder, *t); }};
 }
 
 }  // namespace credence

@@ -17,6 +17,8 @@ struct Told {
   double p_value = 0.0;
   bool complete = true;
   std::function<std::string()> text, json;
+  std::function<std::string()> tuned =
+      {};  ///< of a tuning: the tuned scenario as TOML, "" where there is none
   std::function<void(const std::filesystem::path&)> write_report;
 };
 
@@ -27,5 +29,9 @@ Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>
 
 /// Runs all configurations of a sweep as `credence sweep` does. It has no single verdict.
 Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<bool>& stop);
+
+/// Tunes a scenario as `credence tune` does; free: as its --free. The verdict is that on fresh noise, empty
+/// where nothing could be told.
+Told tune(const Scenario& scenario, const std::string& free, int threads, const std::atomic<bool>& stop);
 
 }  // namespace credence

@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/eigen_alignment.h"
+
 /// @file
 /// Eigen's Cholesky factorisation of matrices of any size, compiled once (decompositions.cpp); see
 /// decompositions.h.

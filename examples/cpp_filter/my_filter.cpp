@@ -1,7 +1,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "reports/document/judge_filter.h"
+#include "credence/credence.h"
 
 using credence::FunctionModel, credence::Matrix, credence::Vector;
 

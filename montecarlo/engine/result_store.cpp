@@ -91,8 +91,8 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
 }
 
 void ResultStore::discard(const std::filesystem::path& directory) {
+  if (!exists(directory)) return;
   std::error_code error;
-  if (!std::filesystem::exists(directory / kFileName, error)) return;
   const ResultStoreLock lock(lock_file(directory));
   for (const char* suffix : {"", "-wal", "-shm"}) {
     const std::filesystem::path file = directory / (std::string(kFileName) + suffix);
@@ -101,9 +101,17 @@ void ResultStore::discard(const std::filesystem::path& directory) {
   }
 }
 
-ResultStore ResultStore::open_to_read(const std::filesystem::path& directory) {
+bool ResultStore::exists(const std::filesystem::path& directory) {
   std::error_code error;
-  if (!std::filesystem::exists(directory / kFileName, error)) {
+  return std::filesystem::exists(directory / kFileName, error);
+}
+
+std::optional<std::int64_t> ResultStore::writer(const std::filesystem::path& directory) {
+  return lock_holder(lock_file(directory));
+}
+
+ResultStore ResultStore::open_to_read(const std::filesystem::path& directory) {
+  if (!exists(directory)) {
     throw StoreError(fmt::format("{}: holds no results (there is no {})", directory.string(), kFileName));
   }
   ResultStore store(directory,
@@ -154,6 +162,14 @@ std::string ResultStore::meta(std::string_view name) const {
 
 void ResultStore::set_meta(std::string_view name, std::string_view value) {
   SqliteStatement(*database_, "INSERT OR REPLACE INTO meta VALUES(?, ?)").bind(1, name).bind(2, value).run();
+}
+
+std::string ResultStore::name() const { return meta("name"); }
+
+void ResultStore::set_name(std::string_view name) {
+  if (name == this->name()) return;
+  write([&] { set_meta("name", name); });
+  commit();
 }
 
 std::string ResultStore::scenario() const { return meta("scenario"); }

@@ -53,6 +53,17 @@ class ResultStore {
   ResultStore& operator=(ResultStore&&) = delete;
   ~ResultStore();  ///< commits; call commit() to learn whether that succeeds
 
+  /// Whether there is a store in a directory.
+  static bool exists(const std::filesystem::path& directory);
+
+  /// The process that writes to the store of a directory now, as far as the system tells.
+  static std::optional<std::int64_t> writer(const std::filesystem::path& directory);
+
+  /// What the study is called in reports; empty before the first set_name, and in stores of versions without
+  /// it.
+  std::string name() const;
+  void set_name(std::string_view name);
+
   /// The canonical text whose results these are; empty before the first require_same_scenario.
   std::string scenario() const;
 

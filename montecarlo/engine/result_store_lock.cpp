@@ -3,10 +3,13 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <sstream>
 #include <string>
 
 #include "montecarlo/engine/result_store_error.h"
@@ -30,6 +33,22 @@ void write_own_number(int descriptor) {
 }
 
 }  // namespace
+
+std::optional<std::int64_t> lock_holder(const std::filesystem::path& file) {
+  struct stat status {};
+  if (stat(file.c_str(), &status) != 0) return std::nullopt;
+  const std::string inode = fmt::format(":{}", status.st_ino);
+  std::ifstream locks("/proc/locks");
+  // "1: FLOCK ADVISORY WRITE 4711 fe:01:123456 0 EOF"
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream words(line);
+    std::string number, kind, advisory, access, place;
+    std::int64_t process = 0;
+    if (!(words >> number >> kind >> advisory >> access >> process >> place)) continue;
+    if (kind == "FLOCK" && access == "WRITE" && place.ends_with(inode)) return process;
+  }
+  return std::nullopt;
+}
 
 ResultStoreLock::ResultStoreLock(const std::filesystem::path& file)
     : descriptor_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {

@@ -1,8 +1,14 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 
 namespace credence {
+
+/// The process that holds the lock of this file now, as far as the system tells (/proc/locks). Takes no lock
+/// itself.
+std::optional<std::int64_t> lock_holder(const std::filesystem::path& file);
 
 /// The right to write to a result store, held by one process at a time through a lock file beside it.
 ///

@@ -1,14 +1,11 @@
 #include "montecarlo/scenario/leading_comment.h"
 
-#include <fstream>
-
 namespace credence {
 
-std::string leading_comment(const std::filesystem::path& file) {
+std::string leading_comment(std::istream& scenario) {
   constexpr std::size_t kLongest = 2000;  // of what a page should quote
-  std::ifstream lines(file);
   std::string text;
-  for (std::string line; text.size() < kLongest && std::getline(lines, line) && line.starts_with('#');) {
+  for (std::string line; text.size() < kLongest && std::getline(scenario, line) && line.starts_with('#');) {
     const std::size_t begin = line.find_first_not_of("# \t\r");
     if (begin == std::string::npos) break;  // an empty line of comment ends the first paragraph
     const std::size_t end = line.find_last_not_of(" \t\r");

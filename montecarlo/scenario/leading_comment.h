@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
+#include <istream>
 #include <string>
 
 namespace credence {
 
-/// What the author of a scenario file says of it: the lines of comment before its first setting, as one line
-/// of text without their marks. Empty where there is none, or no file to read.
-std::string leading_comment(const std::filesystem::path& file);
+/// What the author of a scenario says of it: the lines of comment before its first setting, as one line of
+/// text without their marks. Empty where there is none, or nothing to read.
+std::string leading_comment(std::istream& scenario);
 
 }  // namespace credence

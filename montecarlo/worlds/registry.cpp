@@ -13,16 +13,14 @@
 #include "montecarlo/worlds/linear/linear_world.h"
 #include "montecarlo/worlds/monobot/monobot_world.h"
 #include "montecarlo/worlds/planar/planar_registration.h"
+#include "montecarlo/worlds/planar_slam/planar_slam_world.h"
 #include "montecarlo/worlds/tracking/tracking_world.h"
 
 namespace credence {
 namespace {
 
 constexpr std::array kWorlds = {
-    &kMonobotWorld,
-    &kPlanarWorld,
-    &kLinearWorld,
-    &kTrackingWorld,
+    &kMonobotWorld, &kPlanarWorld, &kLinearWorld, &kTrackingWorld, &kPlanarSlamWorld,
 };
 
 /// The experiment, the statistics of its steps, and a bit for each chunk.

@@ -1,7 +1,8 @@
 """Can this covariance be trusted?
 
 ``check`` judges arrays of errors and covariances, ``run`` a scenario, ``study`` a world and a filter written in
-Python. Each returns a ``Result``: its verdict, the tests and the causes behind it, and its report.
+Python. Each returns a ``Result``: its verdict, the tests and the causes behind it, and its report. ``tune`` returns the
+noise that the innovations ask for.
 """
 
 from ._check import check
@@ -10,6 +11,7 @@ from ._play import Noise, PlugError
 from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
 from ._run import Sweep, noise_group, run, sweep
 from ._study import study
+from ._tune import Parameter, Tuning, tune
 
 __all__ = [
     "Block",
@@ -17,16 +19,19 @@ __all__ = [
     "Factor",
     "Noise",
     "OutputError",
+    "Parameter",
     "PlugError",
     "Result",
     "ScenarioError",
     "Sensor",
     "Sweep",
     "Test",
+    "Tuning",
     "Verdict",
     "check",
     "noise_group",
     "run",
     "study",
     "sweep",
+    "tune",
 ]

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "analysis/studies/machine.h"
-#include "reports/document/build_version.h"
+#include "core/version.h"
 
 namespace credence {
 namespace {
@@ -42,8 +42,8 @@ std::string machine_text() {
 }  // namespace
 
 Provenance make_provenance(std::string command) {
-  return {.version = std::string(build_version()),
-          .commit = std::string(build_commit()),
+  return {.version = std::string(version()),
+          .commit = std::string(credence::commit()),
           .command = std::move(command),
           .date = utc_text(moment()),
           .machine = machine_text()};

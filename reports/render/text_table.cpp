@@ -1,7 +1,10 @@
 #include "reports/render/text_table.h"
 
 #include <algorithm>
+#include <limits>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "reports/render/utf8_text.h"
 
@@ -9,6 +12,7 @@ namespace credence {
 namespace {
 
 constexpr std::string_view kColumnGap = "  ";
+constexpr std::size_t kUnbounded = std::numeric_limits<std::size_t>::max();
 
 std::string_view ansi_of(CellTone tone) {
   switch (tone) {
@@ -26,29 +30,82 @@ std::string_view ansi_of(CellTone tone) {
   return {};
 }
 
-// One column, ready to print: all texts and the width they share.
+std::string coloured(const std::string& text, std::string_view ansi) {
+  return ansi.empty() || text.empty() ? text : std::string(ansi) + text + "\x1b[0m";
+}
+
+/// The text in lines of at most `width` columns, broken between words.
+std::vector<std::string> lines_of(std::string_view text, std::size_t width) {
+  std::vector<std::string> lines;
+  if (display_width(text) <= width) return {std::string(text)};
+  std::string line;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+    if (!line.empty() && display_width(line) + 1 + display_width(word) > width) {
+      lines.push_back(std::exchange(line, {}));
+    }
+    if (!line.empty()) line += ' ';
+    line += word;
+  }
+  if (!line.empty() || lines.empty()) lines.push_back(line);
+  return lines;
+}
+
+std::size_t longest_word(std::string_view text) {
+  std::size_t longest = 0;
+  for (const std::string& word : lines_of(text, 1)) longest = std::max(longest, display_width(word));
+  return longest;
+}
+
+/// One column, ready to print: all texts and the width they share.
 struct Column {
   std::string title;
   ColumnAlign align;
   std::vector<std::string> texts;
-  std::size_t width;
+  std::size_t width, least_width;
 };
 
 Column lay_out(const ReportTable& table, std::size_t index) {
-  Column column{printable_line(table.columns[index].title), table.columns[index].align, {}, 0};
-  if (column.align == ColumnAlign::numbers) {
+  Column column{printable_line(table.columns[index].title), table.columns[index].align, {}, 0, 0};
+  const bool numbers = column.align == ColumnAlign::numbers;
+  if (numbers) {
     column.texts = align_decimals(table, index, " ", " ");
   } else {
     for (const auto& row : table.rows) column.texts.push_back(printable_line(row[index].text));
   }
   column.width = display_width(column.title);
-  for (const std::string& text : column.texts) column.width = std::max(column.width, display_width(text));
+  column.least_width = longest_word(column.title);
+  for (const std::string& text : column.texts) {
+    const std::size_t width = display_width(text);
+    column.width = std::max(column.width, width);
+    column.least_width = std::max(column.least_width, numbers ? width : longest_word(text));
+  }
   return column;
+}
+
+/// Narrows the widest columns until all fit; false if they cannot.
+bool fit(std::vector<Column>& columns, std::size_t width) {
+  std::size_t total = 0;
+  for (const Column& column : columns) total += column.width + kColumnGap.size();
+  total -= std::min(total, kColumnGap.size());
+  while (total > width) {
+    Column* widest = nullptr;
+    for (Column& column : columns) {
+      if (column.width > column.least_width && (widest == nullptr || column.width > widest->width)) {
+        widest = &column;
+      }
+    }
+    if (widest == nullptr) return false;
+    --widest->width;
+    --total;
+  }
+  return true;
 }
 
 std::string padded(const std::string& text, const Column& column, std::string_view ansi) {
   const std::string space(column.width - std::min(column.width, display_width(text)), ' ');
-  std::string shown = ansi.empty() ? text : std::string(ansi) + text + "\x1b[0m";
+  const std::string shown = coloured(text, ansi);
   return column.align == ColumnAlign::numbers ? space + shown : shown + space;
 }
 
@@ -57,36 +114,93 @@ void end_line(std::string& out) {
   out += '\n';
 }
 
-}  // namespace
-
-std::string text_table(const ReportTable& table, bool colour) {
-  std::vector<Column> columns;
-  for (std::size_t i = 0; i < table.columns.size(); ++i) columns.push_back(lay_out(table, i));
-
-  std::string out;
-  if (!table.title.empty()) out += printable_line(table.title) + "\n\n";
-  for (const Column& column : columns) {
-    out += padded(column.title, column, {});
-    out += kColumnGap;
+/// Cells side by side, each in as many lines as it needs.
+void add_cells(std::string& out, const std::vector<Column>& columns, const std::vector<std::string>& texts,
+               const std::vector<std::string_view>& ansi) {
+  std::vector<std::vector<std::string>> lines;
+  std::size_t height = 1;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    lines.push_back(lines_of(texts[i], columns[i].width));
+    height = std::max(height, lines.back().size());
   }
-  end_line(out);
-  for (const Column& column : columns) {
-    for (std::size_t i = 0; i < column.width; ++i) out += "─";
-    out += kColumnGap;
-  }
-  end_line(out);
-  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+  for (std::size_t line = 0; line < height; ++line) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      out += padded(columns[i].texts[row], columns[i], colour ? ansi_of(table.rows[row][i].tone) : "");
+      out += padded(line < lines[i].size() ? lines[i][line] : "", columns[i], ansi[i]);
       out += kColumnGap;
     }
     end_line(out);
   }
-  for (const std::string& note : table.notes) {
+}
+
+void add_grid(std::string& out, const ReportTable& table, const std::vector<Column>& columns, bool colour) {
+  std::vector<std::string> titles, rules;
+  for (const Column& column : columns) {
+    titles.push_back(column.title);
+    rules.emplace_back();
+    for (std::size_t i = 0; i < column.width; ++i) rules.back() += "─";
+  }
+  const std::vector<std::string_view> plain(columns.size());
+  add_cells(out, columns, titles, plain);
+  add_cells(out, columns, rules, plain);
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    std::vector<std::string> texts;
+    std::vector<std::string_view> ansi;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      texts.push_back(columns[i].texts[row]);
+      ansi.push_back(colour ? ansi_of(table.rows[row][i].tone) : "");
+    }
+    add_cells(out, columns, texts, ansi);
+  }
+}
+
+/// Each row as a paragraph: the first cell, and below it the others behind their titles.
+void add_paragraphs(std::string& out, const ReportTable& table, const std::vector<Column>& columns,
+                    bool colour, std::size_t width) {
+  std::size_t titles = 0;
+  for (std::size_t i = 1; i < columns.size(); ++i) titles = std::max(titles, display_width(columns[i].title));
+  const std::string indent(titles + 2 * kColumnGap.size(), ' ');
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    if (row > 0) out += '\n';
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const std::string_view ansi = colour ? ansi_of(table.rows[row][i].tone) : "";
+      const std::string text = printable_line(table.rows[row][i].text);
+      if (i == 0) {
+        out += coloured(text, ansi) + "\n";
+        continue;
+      }
+      std::string before(kColumnGap);
+      before += columns[i].title;
+      before.append(indent.size() - display_width(before), ' ');
+      for (const std::string& line : lines_of(text, width - std::min(width - 1, indent.size()))) {
+        out += std::exchange(before, indent) + coloured(line, ansi);
+        end_line(out);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::string text_table(const ReportTable& table, bool colour, std::size_t width) {
+  if (width == 0) width = kUnbounded;
+  std::vector<Column> columns;
+  for (std::size_t i = 0; i < table.columns.size(); ++i) columns.push_back(lay_out(table, i));
+
+  std::string out;
+  const auto add_lines = [&](const std::string& text) {
+    for (const std::string& line : lines_of(printable_line(text), width)) out += line + "\n";
+  };
+  if (!table.title.empty()) {
+    add_lines(table.title);
     out += '\n';
-    out += printable_line(note);
+  }
+  if (fit(columns, width)) {
+    add_grid(out, table, columns, colour);
+  } else {
+    add_paragraphs(out, table, columns, colour, width);
   }
   if (!table.notes.empty()) out += '\n';
+  for (const std::string& note : table.notes) add_lines(note);
   return out;
 }
 

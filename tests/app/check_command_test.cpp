@@ -26,7 +26,7 @@ TEST_F(CheckCommand, AFileThatIsNamedTwiceIsRefused) {
   write("logs/a.csv", "innovation.1,S.1.1\n0.5,1\n-0.5,1\n");
   for (const auto& twice : {std::vector<std::string>{"logs/a.csv", "logs/../logs/a.csv"},
                             std::vector<std::string>{"logs", "logs/a.csv"}}) {
-    const Finished f = run({"check", twice[0], twice[1]});
+    const Finished f = run({"check", "--pool", twice[0], twice[1]});
     EXPECT_EQ(f.code, 2);
     EXPECT_NE(f.err.find("a.csv: is named twice"), std::string::npos) << f.err;
   }
@@ -205,13 +205,28 @@ TEST_F(CheckCommand, InnovationsAloneSayWhatTheyCannotTell) {
   EXPECT_NE(f.out.find("cannot be known from them"), std::string::npos) << f.out;
 }
 
+TEST_F(CheckCommand, StandardInputIsALogToo) {
+  write("a.toml", "[world]\nmodel = \"monobot\"\n[study]\nruns = 1\nsteps = 50\n");
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs"}).code, 0);
+  const Json file = json({"check", "logs/run-000000.csv", "--format", "json", "--quiet"});
+  const std::string command = "cd " + folder_.path().string() + " && TMPDIR=. " + credence_binary().string() +
+                              " check - --format json --quiet < logs/run-000000.csv > piped";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(Json::parse(read("piped")), file);
+  for (const auto& entry : fs::directory_iterator(folder_.path())) {
+    EXPECT_NE(entry.path().filename().string().substr(0, 9), "credence-") << "what was kept is removed";
+  }
+}
+
 TEST_F(CheckCommand, BadInputIsOneErrorWithFileAndLine) {
   write("good.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n");
   write("bad.csv", "estimate.x,truth.x,P.1.1\n1,0,1\n1,zero,1\n");
   write("pose.txt", "1 0 0 0 0 0 0 1\n");
   fs::create_directory(folder_ / "empty");
   const std::pair<std::vector<std::string>, std::string> cases[] = {
-      {{"check", "good.csv", "bad.csv"}, "bad.csv:3: column truth.x: 'zero' is not a finite number"},
+      {{"check", "good.csv", "bad.csv"}, "--pool"},
+      {{"check", "--pool", "good.csv", "bad.csv"},
+       "bad.csv:3: column truth.x: 'zero' is not a finite number"},
       {{"check", "absent.csv"}, "absent.csv: there is no such file"},
       {{"check", "empty"}, "the folder holds no logs: no file with one of .mcap"},
       {{"check", "pose.txt", "--input", "openvins"}, "name the truth by --truth"},

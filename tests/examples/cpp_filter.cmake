@@ -1,5 +1,6 @@
-# Installs the package into a prefix of its own, builds the example against it, and runs it.
-# BUILD, SOURCE: of the project; WORK: a folder for all of that; CXX: the compiler
+# Installs the package into a prefix of its own, and builds the example against it and runs it, with every compiler and
+# for every instruction set that the machine has: the verdict is the same, whatever the program is compiled for.
+# BUILD, SOURCE: of the project; WORK: a folder for all of that; CXX: the compilers, separated by ";"
 file(REMOVE_RECURSE ${WORK})
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -14,14 +15,47 @@ function(must_run)
   endif()
 endfunction()
 
+function(configure folder compiler flags)
+  must_run(${CMAKE_COMMAND} -S ${SOURCE}/examples/cpp_filter -B ${folder} -G Ninja -DCMAKE_PREFIX_PATH=${WORK}/prefix
+           -DCMAKE_CXX_COMPILER=${compiler} -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS=${flags}")
+endfunction()
+
 must_run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
-must_run(${CMAKE_COMMAND} -S ${SOURCE}/examples/cpp_filter -B ${WORK}/build -G Ninja
-         -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=Release)
-must_run(${CMAKE_COMMAND} --build ${WORK}/build)
-execute_process(COMMAND ${WORK}/build/my_filter WORKING_DIRECTORY ${WORK} RESULT_VARIABLE code OUTPUT_VARIABLE output)
-if(NOT code EQUAL 1 OR NOT output MATCHES "Can this covariance be trusted. optimistic")
-  message(FATAL_ERROR "my_filter ended with ${code}:\n${output}")
-endif()
-if(NOT EXISTS ${WORK}/out/index.html)
-  message(FATAL_ERROR "my_filter wrote no report")
+
+set(flag_sets "plain")
+foreach(feature avx avx2)
+  if(EXISTS /proc/cpuinfo)
+    file(STRINGS /proc/cpuinfo has REGEX "^flags.* ${feature} " LIMIT_COUNT 1)
+    if(has)
+      list(APPEND flag_sets "-m${feature}")
+    endif()
+  endif()
+endforeach()
+list(APPEND flag_sets "-march=native")
+
+set(number 0)
+foreach(compiler ${CXX})
+  foreach(flags ${flag_sets})
+    math(EXPR number "${number} + 1")
+    set(folder ${WORK}/build${number})
+    string(REPLACE "plain" "" given "${flags}")
+    configure(${folder} ${compiler} "${given}")
+    must_run(${CMAKE_COMMAND} --build ${folder})
+    execute_process(COMMAND ${folder}/my_filter WORKING_DIRECTORY ${folder} RESULT_VARIABLE code OUTPUT_VARIABLE output)
+    if(NOT code EQUAL 1 OR NOT output MATCHES "Can this covariance be trusted. optimistic")
+      message(FATAL_ERROR "my_filter (${compiler} ${flags}) ended with ${code}:\n${output}")
+    endif()
+    if(NOT EXISTS ${folder}/out/index.html)
+      message(FATAL_ERROR "my_filter (${compiler} ${flags}) wrote no report")
+    endif()
+    message(STATUS "${compiler} ${flags}: optimistic, as it is")
+  endforeach()
+endforeach()
+
+# What would crash is refused when it is compiled.
+list(GET CXX 0 compiler)
+configure(${WORK}/refused ${compiler} "-UEIGEN_MAX_ALIGN_BYTES -DEIGEN_MAX_ALIGN_BYTES=32")
+run(${CMAKE_COMMAND} --build ${WORK}/refused)
+if(code EQUAL 0 OR NOT output MATCHES "Credence needs EIGEN_MAX_ALIGN_BYTES=64")
+  message(FATAL_ERROR "Another alignment of Eigen was not refused: ${code}\n${output}")
 endif()

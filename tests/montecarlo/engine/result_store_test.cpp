@@ -572,5 +572,31 @@ TEST(ResultStore, MergesAllOfAShardOrNothing) {
   EXPECT_THAT(said_by([&] { whole.merge_from(foreign); }), HasSubstr("- study.seed = 1\n+ study.seed = 2"));
 }
 
+TEST(ResultStore, ANameIsKeptAndReadByOthers) {
+  const ScratchDirectory scratch;
+  EXPECT_FALSE(ResultStore::exists(scratch / "a"));
+  ResultStore store = ResultStore::open_to_write(scratch / "a", kVersion);
+  EXPECT_TRUE(ResultStore::exists(scratch / "a"));
+  EXPECT_EQ(store.name(), "") << "as in stores of versions without it";
+  store.set_name("loop");
+  store.set_name("planar loop");
+  const ResultStore reader = ResultStore::open_to_read(scratch / "a");
+  EXPECT_EQ(reader.name(), "planar loop");
+}
+
+TEST(ResultStore, TheWriterIsToldAsLongAsThereIsOne) {
+  if (!std::filesystem::exists("/proc/locks")) GTEST_SKIP() << "the system does not tell";
+  const ScratchDirectory scratch;
+  EXPECT_EQ(ResultStore::writer(scratch / "a"), std::nullopt);
+  {
+    const ResultStore store = ResultStore::open_to_write(scratch / "a", kVersion);
+    EXPECT_EQ(ResultStore::writer(scratch / "a"), getpid());
+    const ResultStore reader = ResultStore::open_to_read(scratch / "a");
+    EXPECT_EQ(ResultStore::writer(scratch / "a"), getpid());
+  }
+  EXPECT_EQ(ResultStore::writer(scratch / "a"), std::nullopt)
+      << "the file stays, and means nothing by itself";
+}
+
 }  // namespace
 }  // namespace credence

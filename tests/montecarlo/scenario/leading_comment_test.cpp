@@ -2,22 +2,23 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/temporary_folder.h"
+#include <sstream>
 
 namespace credence {
 namespace {
 
+std::string comment_of(const std::string& scenario) {
+  std::istringstream text(scenario);
+  return leading_comment(text);
+}
+
 TEST(LeadingComment, IsTheFirstParagraphOfComment) {
-  const TemporaryFolder folder;
-  folder.write("a.toml", "# Figure 2:\n#   P grows.\n#\n# More.\n[world]\n# not this\n");
-  EXPECT_EQ(leading_comment(folder / "a.toml"), "Figure 2: P grows.");
+  EXPECT_EQ(comment_of("# Figure 2:\n#   P grows.\n#\n# More.\n[world]\n# not this\n"), "Figure 2: P grows.");
 }
 
 TEST(LeadingComment, IsEmptyWhereThereIsNone) {
-  const TemporaryFolder folder;
-  folder.write("a.toml", "[world]\n# late\n");
-  EXPECT_EQ(leading_comment(folder / "a.toml"), "");
-  EXPECT_EQ(leading_comment(folder / "no such file"), "");
+  EXPECT_EQ(comment_of("[world]\n# late\n"), "");
+  EXPECT_EQ(comment_of(""), "");
 }
 
 }  // namespace

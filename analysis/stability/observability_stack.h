@@ -1,0 +1,34 @@
+#pragma once
+
+#include "analysis/stability/ranks.h"
+#include "core/filters/estimators/slam_estimator.h"
+
+namespace credence {
+
+/// The local observability matrix of a planar SLAM estimator along a run at the Jacobians that it used, the
+/// stack of H_k Φ_k with Φ_k = F_k … F_1 ([Huang 2010]), kept as its triangular factor: O(n²) of
+/// memory, and of time per measured number.
+///
+/// A landmark's first sight at z gives the rows [−J_r, I] Φ_k of its placement.
+class ObservabilityStack {
+ public:
+  /// `states`: n of the complete state.
+  explicit ObservabilityStack(Index states);
+
+  /// Takes what the last step of `filter` used; `corrected` is false where it saw nothing known.
+  void add(const SlamEstimator& filter, bool corrected);
+
+  /// The rank; the directions that no measurement tells are the states less this.
+  RankDecision rank(double tolerance = kRankTolerance);
+
+ private:
+  void add_row(const VectorRef& row);
+  void reduce();
+
+  Index states_, rows_ = 0;
+  Eigen::Matrix3d transition_ = Eigen::Matrix3d::Identity();  ///< the pose block of Φ_k; the rest is I
+  Matrix stack_;                                              ///< the triangular factor over new rows
+  Vector row_;
+};
+
+}  // namespace credence

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "analysis/laws/student.h"
+#include "core/filters/estimators/slam_estimator.h"
+#include "montecarlo/engine/study_statistics.h"
+#include "montecarlo/scenario/scenario.h"
+
+/// @file
+/// Several estimators of planar SLAM in one world, run by run with the same odometry and measurements: who is
+/// consistent, who is accurate, at what cost.
+///
+/// NEES of a run is Σ_k eᵀP⁻¹e / Σ_k dof over its steps; runs are independent, so intervals are over runs
+/// (run_mean.h). Pose and map are judged in the chart of the estimator's own P, where the filter claims them
+/// Gaussian; of the pose also what comes of P when it is transported to x̂ − x to first order at the estimate,
+/// as published tables do for invariant filters. A run that fails is counted, named, and in no average.
+
+namespace credence {
+
+/// What is judged.
+enum class EstimatorBlock : std::size_t {
+  pose,            ///< in the estimator's chart
+  heading,         ///< the same in every chart
+  position,        ///< in the plane: x̂ − x with P transported
+  map,             ///< in the estimator's chart, at every kMapStride-th step
+  plane_pose,      ///< pose, in the plane
+  chart_position,  ///< position, in the estimator's chart
+  count_,
+};
+inline constexpr std::size_t kEstimatorBlocks = static_cast<std::size_t>(EstimatorBlock::count_);
+
+/// The NEES of the map costs as much as the filter: it is taken at every so many steps.
+inline constexpr Index kMapStride = 10;
+
+/// One estimator in one run that ended well.
+struct EstimatorRunValues {
+  std::array<double, kEstimatorBlocks> nees{};  ///< over dof
+  double heading_squared = 0.0;                 ///< rad², mean over the steps
+  double position_squared = 0.0;                ///< m², mean over the steps
+};
+
+/// Levels of the bands over the runs.
+inline constexpr std::array kBandLevels = {0.05, 0.25, 0.5, 0.75, 0.95};
+using Band = std::array<double, kBandLevels.size()>;
+
+/// One estimator over all runs.
+struct EstimatorRow {
+  std::string name;
+  ErrorChart chart = ErrorChart::plane;
+  std::int64_t runs = 0;             ///< that ended well
+  std::vector<RunFailure> failures;  ///< of the others
+  std::array<MeanInterval, kEstimatorBlocks> nees{};
+  std::array<Band, kEstimatorBlocks> bands{};  ///< quantiles over the runs
+  MeanInterval heading_rmse_rad, position_rmse_m;
+  std::vector<double> pose_nees;  ///< mean over the runs, of each window of steps
+  std::vector<Band> pose_bands;   ///< the same as quantiles over the runs
+  Index unobservable = 0;         ///< n − rank of the observability matrix at its own Jacobians, in run 0
+  double rank_gap = 0.0;          ///< of that decision
+  double seconds_per_step = 0.0;  ///< of predict and update alone
+};
+
+/// E[first − second] over the runs that both ended well.
+struct PairedDifference {
+  std::string first, second;
+  bool of_position = false;  ///< of the squared position error, m²; else of the pose NEES over dof
+  MeanInterval difference;
+  double p_value = 1.0;
+  /// Variance that the difference would have with noise of its own for each, over that with common noise.
+  double gain = 1.0;
+};
+
+struct EstimatorStudy {
+  Scenario scenario;
+  std::vector<EstimatorRow> rows;
+  std::vector<PairedDifference> paired;
+  std::vector<double> window_ends;  ///< last step of each window of pose_nees
+  std::int64_t runs = 0;            ///< asked for
+  bool complete = true;             ///< false: interrupted; the rows mean nothing
+};
+
+struct EstimatorStudyOptions {
+  std::vector<std::string> estimators{};  ///< empty: all there are
+  int threads = 0;
+  const std::atomic<bool>* stop = nullptr;
+  std::function<void(std::int64_t done, std::int64_t total)> progress{};  ///< runs; called under a lock
+};
+
+/// Runs study.runs runs of the scenario with every estimator. Throws std::invalid_argument for a world that
+/// is not "planar_slam", and for an estimator that there is not.
+EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options);
+
+}  // namespace credence

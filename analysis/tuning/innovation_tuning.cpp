@@ -1,0 +1,177 @@
+#include "analysis/tuning/innovation_tuning.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+
+#include "analysis/laws/chi_square.h"
+#include "analysis/laws/multiple_tests.h"
+
+namespace credence {
+namespace {
+
+constexpr std::size_t kFewestRunsLeftOut = 3;  // that are left out one by one
+constexpr std::size_t kStretchesOfRun = 5;     // of fewer runs
+
+struct NisPart {
+  double sum = 0.0, count = 0.0;
+};
+
+std::vector<NisPart> parts_of(const SensorRecord& record) {
+  std::vector<NisPart> parts;
+  const std::size_t stretches = record.runs.size() < kFewestRunsLeftOut ? kStretchesOfRun : 1;
+  for (const RecordedInnovations& run : record.runs) {
+    for (std::size_t i = 0; i < stretches; ++i) {
+      const std::size_t first = i * run.nis.size() / stretches, last = (i + 1) * run.nis.size() / stretches;
+      if (last == first) continue;
+      const auto begin = run.nis.begin();
+      parts.push_back({std::accumulate(begin + static_cast<std::ptrdiff_t>(first),
+                                       begin + static_cast<std::ptrdiff_t>(last), 0.0),
+                       static_cast<double>(last - first)});
+    }
+  }
+  return parts;
+}
+
+/// Two-sided, of the ratio of two independent means of χ².
+double ratio_p_value(double ratio, double dof, double other_dof) {
+  const boost::math::fisher_f law(dof, other_dof);
+  const double above = boost::math::cdf(boost::math::complement(law, ratio));
+  return std::min(1.0, 2.0 * std::min(above, boost::math::cdf(law, ratio)));
+}
+
+LeftOut leave_out(const SensorRecord& record, double dof, double confidence) {
+  const std::vector<NisPart> parts = parts_of(record);
+  LeftOut result;
+  result.of_runs = record.runs.size() >= kFewestRunsLeftOut;
+  result.parts = std::ssize(parts);
+  if (parts.size() < 2) return result;
+  NisPart all;
+  for (const NisPart& part : parts) {
+    all.sum += part.sum;
+    all.count += part.count;
+  }
+  std::vector<double> p_values;
+  std::vector<bool> above;
+  double mean = 0.0;
+  for (const NisPart& part : parts) {
+    const double scale = (all.sum - part.sum) / (dof * (all.count - part.count));
+    const double expected = dof * part.count;
+    p_values.push_back(ratio_p_value(part.sum / (scale * expected), expected, dof * all.count - expected));
+    above.push_back(part.sum / scale > expected);
+    mean += part.sum / scale;
+  }
+  result.mean_nis = mean / all.count;
+  const std::vector<double> adjusted = holm(p_values);
+  bool optimistic = false, pessimistic = false;
+  for (std::size_t i = 0; i < adjusted.size(); ++i) {
+    if (adjusted[i] > 1.0 - confidence) continue;
+    ++result.rejected;
+    (above[i] ? optimistic : pessimistic) = true;
+  }
+  result.verdict = direction_of(optimistic, pessimistic);
+  return result;
+}
+
+GainError gain_error(const WhitenessTest& whiteness) {
+  if (whiteness.white || std::isnan(whiteness.p_value)) return GainError::none_seen;
+  const double lag_one = whiteness.autocorrelation.front();
+  if (std::abs(lag_one) <= whiteness.band.front()) return GainError::other;
+  return lag_one > 0.0 ? GainError::too_small : GainError::too_large;
+}
+
+void add_notes(InnovationTuning& t) {
+  auto& notes = t.notes;
+  notes.emplace_back(
+      "A log of innovations and S does not hold F and H: Q and R cannot be separated. What can be told is "
+      "the "
+      "scale of S and to which side the gain is wrong.");
+  switch (t.gain) {
+    case GainError::none_seen:
+      notes.emplace_back(
+          "The innovations look white: the gain is not seen to be wrong, and the scale is one of P0, Q and R "
+          "together.");
+      break;
+    case GainError::too_small:
+      notes.emplace_back(
+          "The innovations are positively correlated: the gain is too small, Q over R should be larger. A "
+          "scale alone mends the mean of NIS and not this.");
+      break;
+    case GainError::too_large:
+      notes.emplace_back(
+          "The innovations alternate: the gain is too large, Q over R should be smaller. A scale alone mends "
+          "the mean of NIS and not this.");
+      break;
+    case GainError::other:
+      notes.emplace_back(
+          "The innovations are correlated, but not from one to the next: neither Q nor R explains that.");
+      break;
+  }
+  if (t.gain != GainError::none_seen) {
+    notes.emplace_back("The likelihood ratio needs white innovations: it has no p-value here.");
+  }
+  if (!t.scale.reason.empty()) notes.push_back(fmt::format("The scale has no interval: {}.", t.scale.reason));
+  if (t.left_out > 0) notes.push_back(fmt::format("{} innovations could not be used.", t.left_out));
+}
+
+}  // namespace
+
+std::string_view to_string(GainError error) {
+  switch (error) {
+    case GainError::none_seen:
+      return "none seen";
+    case GainError::too_small:
+      return "too small";
+    case GainError::too_large:
+      return "too large";
+    case GainError::other:
+      break;
+  }
+  return "other";
+}
+
+InnovationTuning tune_innovations(const SensorRecord& record, double confidence) {
+  InnovationTuning t;
+  t.name = record.name;
+  t.left_out = record.left_out;
+  double sum = 0.0;
+  for (const RecordedInnovations& run : record.runs) {
+    t.dof = run.dof;
+    t.values += std::ssize(run.nis);
+    sum = std::accumulate(run.nis.begin(), run.nis.end(), sum);
+  }
+  if (t.values == 0) throw std::invalid_argument("there are no innovations with a covariance");
+  const InnovationTests tests = test_recorded_innovations(record.runs, confidence);
+  t.scale = tests.noise_scale;
+  if (t.scale.lower > 0.0) {
+    const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * confidence);
+    const double relative = std::log(t.scale.upper / t.scale.lower) / (2.0 * z);
+    t.steps_for_10_percent = static_cast<double>(t.values) * relative * relative / 0.01;
+  }
+  t.whiteness_p_value = tests.whiteness.p_value;
+  if (!tests.whiteness.autocorrelation.empty()) {
+    t.lag_one = tests.whiteness.autocorrelation.front();
+    t.band = tests.whiteness.band.front();
+  }
+  t.gain = gain_error(tests.whiteness);
+  const auto count = static_cast<double>(t.values);
+  const double constant = t.dof * std::log(2.0 * std::numbers::pi) + record.log_determinant / count;
+  const double mean = sum / count, scale = mean / t.dof;
+  t.score_before = -0.5 * (constant + mean);
+  t.score_after = -0.5 * (constant + t.dof * std::log(scale) + t.dof);
+  if (t.gain == GainError::none_seen) {
+    t.likelihood_ratio_p_value =
+        chi_square_survival(2.0 * count * std::max(0.0, t.score_after - t.score_before), 1.0);
+  }
+  t.left_out_parts = leave_out(record, t.dof, confidence);
+  add_notes(t);
+  return t;
+}
+
+}  // namespace credence

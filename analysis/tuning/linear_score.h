@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+#include "analysis/tuning/innovation_sensitivities.h"
+#include "analysis/tuning/noise_parameters.h"
+#include "analysis/tuning/score_model.h"
+
+namespace credence {
+
+/// One run as a linear filter meets it.
+struct MeasuredRun {
+  Vector start;  ///< x̂_0, n
+  Matrix z;      ///< a column for each step, m×T
+};
+
+/// The log score of measured runs under a linear filter, with its exact gradient.
+///
+/// Each run is a unit, or, where there are fewer than kFewestUnits runs, so many stretches of each that there
+/// are as many units: scores of different stretches are uncorrelated if the filter is right.
+class LinearScore final : public ScoreModel {
+ public:
+  static constexpr Index kFewestUnits = 30;
+
+  /// Throws std::invalid_argument for no run, runs of different length or of none, or z and x̂_0 of another
+  /// dimension than the model's.
+  LinearScore(NoiseParameters parameters, std::vector<MeasuredRun> runs, int threads = 0);
+
+  Index parameters() const override { return parameters_.size(); }
+  std::vector<std::string> names() const override { return parameters_.names(); }
+  std::vector<NoiseValue> values(const Vector& phi) const override { return parameters_.values(phi); }
+  Index units() const override { return std::ssize(runs_) * stretches_; }
+  bool has_gradient() const override { return true; }
+  UnitScores scores(const Vector& phi, bool gradient) const override;
+  Matrix expected_information(const Vector& phi) const override;
+
+  const NoiseParameters& noise() const { return parameters_; }
+  Index runs() const { return std::ssize(runs_); }
+  Index steps() const { return runs_.front().z.cols(); }
+
+ private:
+  void score_run(const InnovationSensitivities& filter, Index run, UnitScores& scores) const;
+
+  NoiseParameters parameters_;
+  std::vector<MeasuredRun> runs_;
+  int threads_;
+  Index stretches_;
+};
+
+}  // namespace credence

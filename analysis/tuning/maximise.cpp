@@ -1,0 +1,112 @@
+#include "analysis/tuning/maximise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlopt.hpp>
+#include <stdexcept>
+
+namespace credence {
+namespace {
+
+constexpr int kMostEvaluations = 500;
+constexpr double kTolerance = 1e-3;        // of the scales
+constexpr double kLongestFirstStep = 1.0;  // in φ
+constexpr double kRefused = -1e300;        // NLopt wants a number
+
+/// The search in the free coordinates over their scales, with the best point so far.
+class Search {
+ public:
+  Search(const ScoreModel& model, const Vector& start, const SearchBox& box, const std::vector<bool>& free,
+         const Vector& scale)
+      : model_(model), best_{.phi = start}, scale_(scale) {
+    if ((start.array() < box.lower.array()).any() || (start.array() > box.upper.array()).any()) {
+      throw std::invalid_argument("the search begins outside its bounds");
+    }
+    for (Index i = 0; i < start.size(); ++i) {
+      if (!free[static_cast<std::size_t>(i)]) continue;
+      free_.push_back(i);
+      lower_.push_back(box.lower[i] / scale[i]);
+      upper_.push_back(box.upper[i] / scale[i]);
+    }
+  }
+
+  Maximum run() {
+    const UnitScores first = model_.scores(best_.phi, false);
+    best_.ok = first.ok;
+    best_.evaluations = 1;
+    if (!first.ok) return best_;
+    best_.value = first.sum();
+    if (free_.empty()) return best_;
+    std::vector<double> x;
+    for (const Index i : free_) x.push_back(best_.phi[i] / scale_[i]);
+    nlopt::opt search(model_.has_gradient() ? nlopt::LD_SLSQP : nlopt::LN_BOBYQA,
+                      static_cast<unsigned>(free_.size()));
+    search.set_max_objective(&Search::objective, this);
+    search.set_lower_bounds(lower_);
+    search.set_upper_bounds(upper_);
+    search.set_xtol_abs(kTolerance);
+    search.set_maxeval(kMostEvaluations);
+    if (model_.has_gradient()) {
+      soften();
+    } else {
+      search.set_initial_step(1.0);
+    }
+    double value = 0.0;
+    try {
+      search.optimize(x, value);
+    } catch (const std::runtime_error&) {
+      // A line search that rounding ends: the best point is kept all the same.
+    }
+    return best_;
+  }
+
+ private:
+  /// The first step is as long as the gradient: from far away it would jump over everything.
+  void soften() {
+    const Vector gradient = model_.scores(best_.phi, true).gradient.rowwise().sum();
+    ++best_.evaluations;
+    double longest = 0.0;
+    for (const Index i : free_) longest = std::max(longest, std::abs(gradient[i]) * scale_[i] * scale_[i]);
+    if (longest > kLongestFirstStep) softening_ = kLongestFirstStep / longest;
+  }
+
+  static double objective(const std::vector<double>& x, std::vector<double>& gradient, void* search) {
+    return static_cast<Search*>(search)->evaluate(x, gradient);
+  }
+
+  double evaluate(const std::vector<double>& x, std::vector<double>& gradient) {
+    Vector phi = best_.phi;
+    for (std::size_t i = 0; i < free_.size(); ++i) phi[free_[i]] = x[i] * scale_[free_[i]];
+    const UnitScores scores = model_.scores(phi, !gradient.empty());
+    ++best_.evaluations;
+    if (!scores.ok) {
+      for (double& g : gradient) g = 0.0;
+      return kRefused;
+    }
+    for (std::size_t i = 0; i < gradient.size(); ++i) {
+      gradient[i] = scores.gradient.row(free_[i]).sum() * scale_[free_[i]] * softening_;
+    }
+    const double value = scores.sum();
+    if (value > best_.value) {
+      best_.value = value;
+      best_.phi = phi;
+    }
+    return value * softening_;
+  }
+
+  const ScoreModel& model_;
+  Maximum best_;
+  const Vector& scale_;
+  std::vector<Index> free_;
+  std::vector<double> lower_, upper_;
+  double softening_ = 1.0;  ///< of the objective
+};
+
+}  // namespace
+
+Maximum maximise(const ScoreModel& model, const Vector& start, const SearchBox& box,
+                 const std::vector<bool>& free, const Vector& scale) {
+  return Search(model, start, box, free, scale).run();
+}
+
+}  // namespace credence

@@ -1,0 +1,120 @@
+#include "analysis/tuning/score_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/mirror.h"
+
+namespace credence {
+namespace {
+
+constexpr double kDifference = 1e-2;  // of the scales: the cubic term is 1e-4 of the curvature
+constexpr int kMostSteps = 8;
+constexpr double kGain = 1e-6;
+
+std::vector<Index> numbers_of(const std::vector<bool>& free) {
+  std::vector<Index> of;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    if (free[i]) of.push_back(static_cast<Index>(i));
+  }
+  return of;
+}
+
+/// Gradient, curvature and covariance at estimate.phi; false where there are no scores.
+bool measure_curve(const ScoreModel& model, const Vector& scale, ScoreEstimate& estimate) {
+  const auto& free = estimate.free;
+  const auto p = std::ssize(free);
+  const UnitScores here = model.scores(estimate.phi, true);
+  if (!here.ok) return false;
+  estimate.value = here.sum();
+  estimate.unit_scores = here.gradient(free, Eigen::all);
+  estimate.information.resize(p, p);
+  for (Index i = 0; i < p; ++i) {
+    const Index coordinate = free[static_cast<std::size_t>(i)];
+    const double h = kDifference * scale[coordinate];
+    Vector phi = estimate.phi;
+    Vector change = Vector::Zero(p);
+    for (const double side : {1.0, -1.0}) {
+      phi[coordinate] = estimate.phi[coordinate] + side * h;
+      const UnitScores there = model.scores(phi, true);
+      if (!there.ok) return false;
+      const Vector sum = there.gradient.rowwise().sum();
+      change += side * sum(free);
+    }
+    estimate.information.col(i) = -change / (2.0 * h);
+  }
+  symmetrise(estimate.information);
+  const Eigen::LLT<Matrix> llt(estimate.information);
+  estimate.covariance.resize(0, 0);
+  if (p > 0 && llt.info() == Eigen::Success) {
+    estimate.covariance = llt.solve(Matrix::Identity(p, p));
+  }
+  return true;
+}
+
+}  // namespace
+
+Matrix ScoreEstimate::sandwich() const {
+  return covariance * (unit_scores * unit_scores.transpose()) * covariance;
+}
+
+ScoreEstimate estimate_score(const ScoreModel& model, const Vector& start, const SearchBox& box,
+                             const std::vector<bool>& free, const Vector& scale) {
+  const Maximum maximum = maximise(model, start, box, free, scale);
+  ScoreEstimate estimate{.phi = maximum.phi, .value = maximum.value, .free = numbers_of(free)};
+  estimate.ok = maximum.ok && measure_curve(model, scale, estimate);
+  for (int step = 0; estimate.ok && step < kMostSteps; ++step) {
+    if (estimate.covariance.size() == 0) return estimate;
+    const Vector gradient = estimate.unit_scores.rowwise().sum();
+    const Vector move = estimate.covariance * gradient;
+    estimate.decrement = gradient.dot(move);
+    if (estimate.decrement < kGain) return estimate;
+    ScoreEstimate next = estimate;
+    for (std::size_t i = 0; i < next.free.size(); ++i) {
+      const Index c = next.free[i];
+      next.phi[c] = std::clamp(next.phi[c] + move[static_cast<Index>(i)], box.lower[c], box.upper[c]);
+    }
+    if (!measure_curve(model, scale, next) || next.value <= estimate.value) return estimate;
+    estimate = std::move(next);
+  }
+  return estimate;
+}
+
+Maximum profile_score(const ScoreModel& model, Vector start, const SearchBox& box, std::vector<bool> free,
+                      const Vector& scale, Index coordinate, double value) {
+  start[coordinate] = value;
+  free[static_cast<std::size_t>(coordinate)] = false;
+  return maximise(model, start, box, free, scale);
+}
+
+ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estimate, const SearchBox& box,
+                             const std::vector<bool>& free, const Vector& scale, Index coordinate,
+                             double drop) {
+  constexpr int kHalvings = 12;
+  constexpr double kStep = 0.5;
+  const auto fallen = [&](double value) {
+    const Maximum there = profile_score(model, estimate.phi, box, free, scale, coordinate, value);
+    return !there.ok || there.value < estimate.value - drop;
+  };
+  /// The nearest value that way at which the profile has fallen.
+  const auto limit = [&](double end) {
+    const double side = end > estimate.phi[coordinate] ? 1.0 : -1.0;
+    double inside = estimate.phi[coordinate], step = kStep, outside = inside;
+    while (true) {
+      if (side * inside >= side * end) return side * std::numeric_limits<double>::infinity();
+      outside = side > 0.0 ? std::min(inside + step, end) : std::max(inside - step, end);
+      if (fallen(outside)) break;
+      inside = outside;
+      step *= 1.5;
+    }
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = 0.5 * (inside + outside);
+      (fallen(middle) ? outside : inside) = middle;
+    }
+    return 0.5 * (inside + outside);
+  };
+  return {limit(box.lower[coordinate]), limit(box.upper[coordinate])};
+}
+
+}  // namespace credence

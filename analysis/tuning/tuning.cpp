@@ -1,0 +1,292 @@
+#include "analysis/tuning/tuning.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <random>
+#include <set>
+#include <stdexcept>
+
+#include "analysis/laws/chi_square.h"
+#include "core/linear_algebra/cholesky.h"
+
+namespace credence {
+namespace {
+
+constexpr double kReach = 1e6;          // factor from the present value within which one is sought
+constexpr double kWidestScale = 1.0;    // of the first steps of a search, in φ
+constexpr double kContradiction = 4.0;  // standard errors
+constexpr double kBetter = 1e-3;        // of the sum of the scores
+constexpr int kResamples = 1000;
+
+double normal_quantile(double confidence) {
+  return boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * confidence);
+}
+
+class Tuner {
+ public:
+  Tuner(const ScoreModel& model, const Vector& start, double confidence) : model_(model) {
+    tuning_.start = tuning_.phi = start;
+    tuning_.confidence = confidence;
+    const double reach = std::log(kReach);
+    box_ = {start.array() - reach, start.array() + reach};
+    before_ = model.scores(start, false);
+    if (!before_.ok) {
+      throw std::invalid_argument("the present filter has an S that is not positive definite");
+    }
+    tuning_.steps = before_.steps;
+    tuning_.units = model.units();
+    tuning_.forecast = forecast_tuning(model, start, before_.steps);
+    const Matrix& I = tuning_.forecast.information;
+    scale_ = Vector::Constant(start.size(), kWidestScale);
+    for (Index i = 0; i < I.rows(); ++i) {
+      if (I(i, i) > 0.0) scale_[i] = std::min(scale_[i], 1.0 / std::sqrt(I(i, i)));
+    }
+    for (const auto& parameter : tuning_.forecast.parameters) free_.push_back(parameter.identifiable);
+    reasons_.resize(free_.size());
+    limits_.resize(free_.size());
+    for (std::size_t i = 0; i < free_.size(); ++i) reasons_[i] = tuning_.forecast.parameters[i].reason;
+  }
+
+  Tuning run() {
+    find();
+    add_gain();
+    add_values();
+    add_notes();
+    return std::move(tuning_);
+  }
+
+ private:
+  /// Standard deviations of φ at most for an interval of kWidestRatio.
+  double widest() const { return 0.5 * std::log(kWidestRatio) / normal_quantile(tuning_.confidence); }
+
+  /// Seeks all free coordinates, and holds one after the other that the data do not determine.
+  void find() {
+    while (std::ranges::find(free_, true) != free_.end()) {
+      tuning_.estimate = estimate_score(model_, tuning_.phi, box_, free_, scale_);
+      if (!tuning_.estimate.ok) throw std::invalid_argument("the search left the filters that have scores");
+      const Index unknown = least_known();
+      if (unknown < 0) break;
+      if (!improve(unknown)) hold(unknown);
+    }
+    if (std::ranges::find(free_, true) == free_.end()) {
+      tuning_.phi = tuning_.start;
+      tuning_.estimate = {};
+      return;
+    }
+    tuning_.phi = tuning_.estimate.phi;
+    choose_covariance();
+  }
+
+  /// The coordinate that the data determine least, if they do not; else −1.
+  Index least_known() const {
+    const ScoreEstimate& e = tuning_.estimate;
+    Index worst = -1;
+    double least = 0.0;
+    for (std::size_t i = 0; i < e.free.size(); ++i) {
+      const auto at = static_cast<Index>(i);
+      // Without a positive definite curvature the flattest direction's own.
+      const double variance =
+          e.covariance.size() > 0 ? e.covariance(at, at) : 1.0 / std::max(e.information(at, at), 1e-300);
+      if (worst >= 0 && variance <= least) continue;
+      worst = e.free[i];
+      least = variance;
+    }
+    const bool known = e.covariance.size() > 0 && std::sqrt(least) <= widest();
+    return known ? -1 : worst;
+  }
+
+  /// Where a factor has gone to 0 or ∞ the score is flat, also where another value were better: seeks again
+  /// from other values of it. True where a better maximum was found.
+  bool improve(Index coordinate) {
+    if (!improved_.insert(coordinate).second) return false;
+    const ScoreEstimate& e = tuning_.estimate;
+    const double value = e.value;
+    for (const double shift : {0.0, 2.5, -2.5, 5.0, -5.0}) {
+      Vector start = e.phi;
+      start[coordinate] = tuning_.start[coordinate] + shift;
+      const Maximum other = maximise(model_, start, box_, free_, scale_);
+      if (!other.ok || other.value < value + kBetter) continue;
+      tuning_.phi = other.phi;
+      return true;
+    }
+    return false;
+  }
+
+  void hold(Index coordinate) {
+    const auto i = static_cast<std::size_t>(coordinate);
+    const double drop = 0.5 * chi_square_quantile(tuning_.confidence, 1.0);
+    limits_[i] = profile_limits(model_, tuning_.estimate, box_, free_, scale_, coordinate, drop);
+    reasons_[i] = "these data do not determine it";
+    free_[i] = false;
+    tuning_.phi = tuning_.estimate.phi;
+    tuning_.phi[coordinate] = std::clamp(tuning_.start[coordinate], limits_[i].lower, limits_[i].upper);
+  }
+
+  /// Information or sandwich: which the unit scores ask for.
+  void choose_covariance() {
+    const ScoreEstimate& e = tuning_.estimate;
+    covariance_ = e.covariance;
+    const auto units = static_cast<double>(e.unit_scores.cols());
+    if (units < 2.0) return;
+    const Matrix root = Eigen::LLT<Matrix>(e.covariance).matrixL();  // Lᵀ A L = I
+    const Matrix whitened = root.transpose() * e.unit_scores;
+    const Vector ratio = whitened.rowwise().squaredNorm();
+    Index worst = 0;
+    (ratio.array() - 1.0).abs().maxCoeff(&worst);
+    tuning_.information_ratio = ratio[worst];
+    tuning_.misspecified = std::abs(ratio[worst] - 1.0) > kContradiction * std::sqrt(2.0 / units);
+    if (tuning_.misspecified) covariance_ = e.sandwich();
+  }
+
+  void add_gain() {
+    tuning_.score_before = before_.sum() / before_.steps;
+    tuning_.dof = before_.dof / before_.steps;
+    tuning_.nis_before = before_.mean_nis();
+    tuning_.lag_one_before = before_.lag_one_correlation();
+    if (tuning_.estimate.free.empty()) return;
+    const UnitScores after = model_.scores(tuning_.phi, false);
+    tuning_.score_after = after.sum() / after.steps;
+    tuning_.nis_after = after.mean_nis();
+    tuning_.lag_one_after = after.lag_one_correlation();
+    tuning_.likelihood_ratio = 2.0 * std::max(0.0, after.sum() - before_.sum());
+    const auto dof = static_cast<double>(tuning_.estimate.free.size());
+    tuning_.likelihood_ratio_p_value = chi_square_survival(tuning_.likelihood_ratio, dof);
+    const std::vector<std::string> names = model_.names();
+    for (const Index i : tuning_.estimate.free) {
+      tuning_.coordinates.push_back(names[static_cast<std::size_t>(i)]);
+    }
+    const Vector deviation = covariance_.diagonal().cwiseSqrt();
+    tuning_.correlation = covariance_.cwiseQuotient(deviation * deviation.transpose());
+  }
+
+  void add_values() {
+    const std::vector<NoiseValue> before = model_.values(tuning_.start);
+    const std::vector<NoiseValue> values = model_.values(tuning_.phi);
+    const Matrix resampled = resample();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      TunedParameter& parameter = tuning_.parameters.emplace_back();
+      parameter.name = values[i].name;
+      parameter.before = before[i].value;
+      const Index unknown = unknown_of(values[i]);
+      if (unknown >= 0) {
+        set_limits(before[i], unknown, parameter);
+      } else {
+        set_interval(values[i], resampled, parameter);
+      }
+    }
+  }
+
+  /// A coordinate on which the value depends and that was held; −1: none.
+  Index unknown_of(const NoiseValue& value) const {
+    for (Index i = 0; i < value.gradient.size(); ++i) {
+      if (value.gradient[i] != 0.0 && !free_[static_cast<std::size_t>(i)]) return i;
+    }
+    return -1;
+  }
+
+  /// A value that is the exponential of one coordinate has the limits of that.
+  void set_limits(const NoiseValue& before, Index coordinate, TunedParameter& parameter) const {
+    const auto i = static_cast<std::size_t>(coordinate);
+    parameter.reason = reasons_[i];
+    const bool alone = before.positive && (before.gradient.array() != 0.0).count() == 1;
+    if (!alone || !tuning_.forecast.parameters[i].identifiable) return;
+    const double start = tuning_.start[coordinate];
+    parameter.lower = before.value * std::exp(limits_[i].lower - start);
+    parameter.upper = before.value * std::exp(limits_[i].upper - start);
+  }
+
+  void set_interval(const NoiseValue& value, const Matrix& resampled, TunedParameter& parameter) const {
+    const Vector gradient = value.gradient(tuning_.estimate.free);
+    const double deviation = std::sqrt(gradient.dot(covariance_ * gradient));
+    const double relative = deviation / std::abs(value.value);
+    const double z = normal_quantile(tuning_.confidence);
+    parameter.identifiable = true;
+    parameter.value = value.value;
+    parameter.steps_for_10_percent = tuning_.steps * relative * relative / 0.01;
+    std::vector<double> shifts(static_cast<std::size_t>(resampled.cols()));
+    Vector::Map(shifts.data(), std::ssize(shifts)) = resampled.transpose() * gradient;
+    std::ranges::sort(shifts);
+    const auto place = [&](double share) {
+      return shifts[static_cast<std::size_t>(std::lround(share * static_cast<double>(shifts.size() - 1)))];
+    };
+    const double tail = 0.5 * (1.0 - tuning_.confidence);
+    const double low = shifts.empty() ? kNaN : place(tail), high = shifts.empty() ? kNaN : place(1.0 - tail);
+    const auto moved = [&](double shift) {
+      return value.positive ? value.value * std::exp(shift / value.value) : value.value + shift;
+    };
+    parameter.lower = moved(-z * deviation);
+    parameter.upper = moved(z * deviation);
+    parameter.bootstrap_lower = moved(low);
+    parameter.bootstrap_upper = moved(high);
+  }
+
+  /// Errors of the estimate by drawing as many units as there are, with replacement, and one Newton step
+  /// each: a column for each resample.
+  Matrix resample() const {
+    const ScoreEstimate& e = tuning_.estimate;
+    const Index units = e.unit_scores.cols(), p = e.unit_scores.rows();
+    if (units < 2 || e.covariance.size() == 0) return Matrix(p, 0);
+    constexpr std::uint64_t kSeed = 20250101;
+    std::mt19937_64 random(kSeed);
+    Matrix moves(p, kResamples);
+    for (int r = 0; r < kResamples; ++r) {
+      Vector sum = Vector::Zero(p);
+      for (Index i = 0; i < units; ++i) {
+        sum += e.unit_scores.col(static_cast<Index>(random() % static_cast<std::uint64_t>(units)));
+      }
+      moves.col(r) = e.covariance * sum;
+    }
+    return moves;
+  }
+
+  void add_notes() {
+    auto& notes = tuning_.notes;
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      if (free_[i]) continue;
+      notes.push_back(fmt::format("{} is held: {}.", tuning_.forecast.parameters[i].name, reasons_[i]));
+    }
+    if (!tuning_.anything_known()) {
+      notes.emplace_back("Nothing that was asked for can be told from these data: no value is given.");
+      return;
+    }
+    for (Index i = 0; i < tuning_.correlation.rows(); ++i) {
+      for (Index j = 0; j < i; ++j) {
+        const double r = tuning_.correlation(i, j);
+        if (std::abs(r) < kRidgeCorrelation) continue;
+        notes.push_back(
+            fmt::format("Ridge: the estimates of {} and {} have correlation {:.3f}; only a combination of "
+                        "them is well known.",
+                        tuning_.coordinates[static_cast<std::size_t>(j)],
+                        tuning_.coordinates[static_cast<std::size_t>(i)], r));
+      }
+    }
+    if (tuning_.misspecified) {
+      notes.push_back(fmt::format(
+          "The scores vary {:.2f} times as much as they would if the tuned filter were right: intervals are "
+          "by the sandwich, and no noise of this form makes the filter right.",
+          tuning_.information_ratio));
+    }
+  }
+
+  const ScoreModel& model_;
+  Tuning tuning_;
+  SearchBox box_;
+  Vector scale_;
+  UnitScores before_;
+  Matrix covariance_;
+  std::vector<bool> free_;
+  std::vector<std::string> reasons_;
+  std::vector<ProfileLimits> limits_;
+  std::set<Index> improved_;  ///< coordinates for which other starts were tried
+};
+
+}  // namespace
+
+Tuning tune(const ScoreModel& model, const Vector& start, double confidence) {
+  return Tuner(model, start, confidence).run();
+}
+
+}  // namespace credence

@@ -1,0 +1,181 @@
+#include "app/command_tree.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <string_view>
+
+#include "app/terminal_text.h"
+#include "core/version.h"
+#include "reports/render/utf8_text.h"
+
+namespace credence {
+namespace {
+
+constexpr std::size_t kOptionColumn = 26, kWidestHelp = 100;
+
+/// "INT in [0 - 4096]" as "from 0 to 4096"; what else a validator says is in the words already.
+std::string range_text(std::string_view validators) {
+  const std::size_t open = validators.find("in ["), middle = validators.find(" - "),
+                    close = validators.find(']');
+  if (open == std::string_view::npos || middle == std::string_view::npos || close == std::string_view::npos)
+    return {};
+  return fmt::format("from {} to {}", validators.substr(open + 4, middle - open - 4),
+                     validators.substr(middle + 3, close - middle - 3));
+}
+
+/// "{text,json}" as words.
+std::vector<std::string> words_of(std::string_view validators) {
+  if (!validators.starts_with('{') || !validators.ends_with('}')) return {};
+  return CLI::detail::split(std::string(validators.substr(1, validators.size() - 2)), ',');
+}
+
+/// CLI11's name of a type, as people write it.
+std::string value_name(const std::string& type) {
+  static const std::map<std::string, std::string, std::less<>> kNames = {
+      {"INT", "N"}, {"UINT", "N"}, {"FLOAT", "X"}, {"TEXT", "TEXT"}};
+  const auto found = kNames.find(type);
+  return found == kNames.end() ? type : found->second;
+}
+
+/// The heading under which a command stands in the list.
+std::string group_of(const std::string& command) {
+  static const std::map<std::string, std::string, std::less<>> kGroups = {
+      {"run", "Simulate and judge"},
+      {"sweep", "Simulate and judge"},
+      {"estimators", "Simulate and judge"},
+      {"tune", "Simulate and judge"},
+      {"check", "Judge what others wrote"},
+      {"replay", "Judge what others wrote"},
+      {"world", "Judge what others wrote"},
+      {"index", "Look at results"},
+      {"show", "Look at results"},
+      {"compare", "Look at results"},
+      {"report", "Look at results"},
+      {"merge", "Look at results"},
+      {"index", "Look at results"},
+      {"init", "Begin"},
+      {"list", "Begin"},
+      {"help", "Begin"},
+      {"explain", "Begin"},
+      {"completion", "Begin"}};
+  const auto found = kGroups.find(command);
+  return found == kGroups.end() ? "Theory and calibration" : found->second;
+}
+
+std::size_t help_width() {
+  const std::size_t columns = terminal_width(STDOUT_FILENO);
+  return columns == 0 ? kWidestHelp : std::clamp<std::size_t>(columns, 40, kWidestHelp);
+}
+
+/// A name and what it is, the second beginning in one column and broken between words.
+std::string entry(const std::string& name, std::string_view about) {
+  std::string text = "  " + name;
+  if (text.size() + 2 > kOptionColumn) text += '\n';
+  std::string line(text.ends_with('\n') ? kOptionColumn : kOptionColumn - text.size(), ' ');
+  std::size_t column = kOptionColumn;
+  const std::size_t width = help_width();
+  while (!about.empty()) {
+    const std::string_view word = about.substr(0, about.find(' '));
+    about.remove_prefix(std::min(word.size() + 1, about.size()));
+    if (column > kOptionColumn && column + 1 + display_width(word) > width) {
+      line += "\n" + std::string(kOptionColumn, ' ');
+      column = kOptionColumn;
+    }
+    if (column > kOptionColumn) line += ' ', ++column;
+    line += word;
+    column += display_width(word);
+  }
+  return text + line + "\n";
+}
+
+/// Our help: what a value is in words, not in CLI11's signs.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  HelpFormatter() {
+    label("OPTIONS", "OPTIONS");
+    label("SUBCOMMAND", "COMMAND");
+    column_width(kOptionColumn);
+  }
+
+  std::string make_option(const CLI::Option* option, bool positional) const override {
+    const OptionShape shape = shape_of(*option);
+    std::string name = fmt::format("{}", fmt::join(shape.names, ", "));
+    if (!positional && !shape.value.empty()) name += " " + shape.value;
+    return entry(name, shape.about);
+  }
+
+  std::string make_subcommand(const CLI::App* command) const override {
+    return entry(command->get_name(), command->get_description());
+  }
+};
+
+}  // namespace
+
+const CLI::App* find_command(const CLI::App& app, std::string_view name) {
+  const auto found =
+      app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
+  return found.empty() ? nullptr : found.front();
+}
+
+OptionShape shape_of(const CLI::Option& option) {
+  OptionShape shape;
+  shape.about = option.get_description();
+  shape.positional = option.get_positional();
+  shape.required = option.get_required();
+  shape.repeatable = option.get_expected_max() > 1;
+  if (shape.positional) {
+    shape.names = {option.get_name(true, false)};
+  } else {
+    for (const std::string& name : option.get_snames()) shape.names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) shape.names.push_back("--" + name);
+  }
+  if (option.get_type_size() == 0) return shape;
+  const std::string type = option.get_type_name();
+  const std::size_t colon = std::min(type.find(':'), type.size());
+  const std::string validators = type.substr(std::min(colon + 1, type.size()));
+  shape.choices = words_of(validators);
+  shape.value = shape.choices.empty() ? value_name(type.substr(0, colon))
+                                      : fmt::format("{}", fmt::join(shape.choices, "|"));
+  if (shape.value.size() > 24) {
+    shape.value = value_name(type.substr(0, colon));
+    shape.about += fmt::format("; one of {}", fmt::join(shape.choices, ", "));
+  }
+  if (const std::string range = range_text(validators); !range.empty()) shape.about += "; " + range;
+  if (const std::string given = option.get_default_str(); !given.empty())
+    shape.about += fmt::format(" (default {})", given);
+  return shape;
+}
+
+std::vector<CommandShape> command_shapes(const CLI::App& app) {
+  std::vector<CommandShape> commands;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    CommandShape& shape = commands.emplace_back(CommandShape{
+        command->get_name(), command->get_description(), command->get_group(), command->get_footer(), {}});
+    for (const bool positional : {true, false}) {
+      for (const CLI::Option* option : command->get_options()) {
+        if (option->get_positional() == positional) shape.options.push_back(shape_of(*option));
+      }
+    }
+  }
+  return commands;
+}
+
+void dress_commands(CLI::App& app) {
+  const auto formatter = std::make_shared<HelpFormatter>();
+  app.formatter(formatter);
+  app.set_help_flag("-h,--help", "this help");
+  app.set_version_flag("--version", version_text(), "version and commit");
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    command->formatter(formatter);
+    command->set_help_flag("-h,--help", "this help");
+    command->set_version_flag("--version", version_text(), "version and commit");
+    command->group(group_of(command->get_name()));
+  }
+}
+
+}  // namespace credence

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+/// @file
+/// The commands and their options as data, from which help, completion and the man page are made.
+
+namespace credence {
+
+/// An option, or a word that a command takes.
+struct OptionShape {
+  std::vector<std::string> names;    ///< "-h", "--help"; of a positional one its name
+  std::string value;                 ///< "N", "text|json"; empty for a flag
+  std::string about;                 ///< in words, with what is accepted and the default
+  std::vector<std::string> choices;  ///< all accepted values, where they are few
+  bool positional = false, required = false, repeatable = false;
+};
+
+struct CommandShape {
+  std::string name, about, group, footer;
+  std::vector<OptionShape> options;  ///< positional ones first
+};
+
+/// The command of this name, or null.
+const CLI::App* find_command(const CLI::App& app, std::string_view name);
+
+OptionShape shape_of(const CLI::Option& option);
+
+/// All commands of the program, in the order in which they were added.
+std::vector<CommandShape> command_shapes(const CLI::App& app);
+
+/// Gives every command the look of our help, --version, and its group in the list.
+void dress_commands(CLI::App& app);
+
+}  // namespace credence

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+
+#include "app/commands.h"
+#include "app/common_options.h"
+#include "app/stored_study.h"
+#include "app/terminal_text.h"
+#include "reports/document/comparison_report.h"
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CompareOptions : CommonOptions {
+  std::vector<std::string> results;
+  double confidence = 0.95;
+};
+
+/// Two results of one name, as of one scenario with other settings, are told apart by where they lie.
+void tell_apart(std::vector<ComparedStudy>& studies, const std::vector<std::string>& places) {
+  std::vector<std::string> names;
+  names.reserve(studies.size());
+  for (const ComparedStudy& study : studies) names.push_back(study.name);
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    if (std::ranges::count(names, names[i]) > 1)
+      studies[i].name = fmt::format("{} ({})", names[i], places[i]);
+  }
+}
+
+std::vector<ComparedStudy> read_document(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw std::invalid_argument(fmt::format("{}: no such folder or document", file));
+  return compared_documents(file, std::string(std::istreambuf_iterator<char>(stream), {}));
+}
+
+std::vector<ComparedStudy> read_folder(const std::string& folder, const CompareOptions& options,
+                                       std::vector<std::string>& places) {
+  std::vector<ComparedStudy> studies;
+  for (const fs::path& directory : study_directories(folder)) {
+    StoredStudy study = read_study(directory);
+    if (study.is_sweep()) {
+      throw std::invalid_argument(fmt::format(
+          "{}: is a sweep, whose configurations credence show sets side by side", directory.string()));
+    }
+    if (study.runs() == 0)
+      throw std::invalid_argument(fmt::format("{}: no runs are stored yet", directory.string()));
+    const std::optional<StudyAnalysis> analysis = judge(study, options);
+    if (!analysis) throw ExitStatus{kInterrupted};
+    studies.push_back(compared(*analysis));
+    places.push_back(directory.string());
+  }
+  return studies;
+}
+
+int compare(const CompareOptions& options) {
+  std::vector<ComparedStudy> studies;
+  std::vector<std::string> places;
+  for (const std::string& result : options.results) {
+    std::vector<ComparedStudy> these =
+        fs::is_directory(result) ? read_folder(result, options, places) : read_document(result);
+    places.resize(studies.size() + these.size(), result);
+    std::ranges::move(these, std::back_inserter(studies));
+  }
+  if (studies.size() < 2) throw std::invalid_argument("compare: takes two results or more");
+  tell_apart(studies, places);
+  if (options.format == "json") {
+    fmt::print("{}\n", comparison_json(studies, options.confidence));
+  } else {
+    fmt::print("{}", terminal_text(comparison_table(studies, options.confidence)));
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("compare", "results side by side: verdicts, factors on P, paired differences");
+  auto options = std::make_shared<CompareOptions>();
+  command
+      ->add_option(
+          "results", options->results,
+          "folders of run --out, and documents of run or check --format json; the first is the reference")
+      ->required();
+  command->add_option("--confidence", options->confidence, "of the interval of a paired difference")
+      ->check(CLI::Range(0.5, 0.999999))
+      ->capture_default_str();
+  add_threads_option(*command, options->threads);
+  add_print_options(*command, *options);
+  static constexpr const char* kExamples[] = {
+      "credence run planar_loop --out out/a && credence run planar_loop --set filter.process_scale=2.0 --out "
+      "out/b",
+      "credence compare out/a out/b", "credence check a.csv --format json > a.json    # and b.json; then",
+      "credence compare a.json b.json"};
+  command->footer(examples(kExamples));
+  command->callback([options] { throw ExitStatus{compare(*options)}; });
+}
+
+}  // namespace credence

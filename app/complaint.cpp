@@ -1,0 +1,53 @@
+#include "app/complaint.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include "app/command_tree.h"
+#include "app/suggestion.h"
+
+namespace credence {
+namespace {
+
+/// The command that was called, or the program itself.
+const CLI::App& called(const CLI::App& app) {
+  const std::vector<CLI::App*> commands = app.get_subcommands();
+  return commands.empty() ? app : *commands.front();
+}
+
+/// Of words that the command does not take: the first option among them, else the first.
+std::string about_extras(const CLI::App& app, const CLI::App& command) {
+  const std::vector<std::string> extras = app.remaining(true);
+  const auto is_option = [](const std::string& word) { return word.starts_with('-'); };
+  const auto option = std::ranges::find_if(extras, is_option);
+  const std::string word = option != extras.end() ? *option : extras.empty() ? "" : extras.front();
+  return fmt::format("{} is not expected{}", word, option_proposal(command, word));
+}
+
+/// Of "--runs = 1e4", which could not be converted.
+std::string about_number(const CLI::App& command, const std::string& given) {
+  const CLI::Option* const option = command.get_option_no_throw(given.substr(0, given.find(' ')));
+  const bool whole = option != nullptr && shape_of(*option).value == "N";
+  return fmt::format("{} is no {}number", given, whole ? "whole " : "");
+}
+
+}  // namespace
+
+std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  constexpr std::string_view kConversion = "Could not convert: ";
+  const CLI::App& command = called(app);
+  std::string what = error.what();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    what = about_extras(app, command);
+  } else if (what.starts_with(kConversion)) {
+    what = about_number(command, what.substr(kConversion.size()));
+  }
+  if (&command == &app) return fmt::format("credence: {} (credence help)", what);
+  return fmt::format("credence: {0}: {1} (credence help {0})", command.get_name(), what);
+}
+
+}  // namespace credence

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace credence {
+
+/// A file of the project that the program carries with it, so that it works wherever it is installed.
+struct EmbeddedFile {
+  std::string_view path;  ///< within the project
+  std::string_view text;
+};
+
+/// All of them: the scenarios, and the examples of own filters.
+std::span<const EmbeddedFile> embedded_files();
+
+}  // namespace credence

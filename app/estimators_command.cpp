@@ -1,0 +1,89 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+
+#include "analysis/studies/estimator_study.h"
+#include "app/commands.h"
+#include "app/common_options.h"
+#include "app/interrupt.h"
+#include "app/naming_file.h"
+#include "app/progress.h"
+#include "app/say.h"
+#include "app/scenario_files.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
+#include "app/this_command.h"
+#include "core/filters/estimators/estimators.h"
+#include "reports/document/estimator_report.h"
+#include "reports/render/utf8_text.h"
+
+namespace credence {
+namespace {
+
+struct EstimatorsCommand : CommonOptions {
+  std::string scenario;
+  EstimatorStudyOptions study;
+};
+
+bool any_optimistic(const EstimatorStudy& study) {
+  return std::ranges::any_of(study.rows, [](const EstimatorRow& row) {
+    return row.nees[static_cast<std::size_t>(EstimatorBlock::pose)].lower > 1.0;
+  });
+}
+
+int estimators(EstimatorsCommand& command) {
+  const Scenario scenario = open_one_scenario(command.scenario, command.overrides());
+  ProgressDisplay display("estimators", command.quiet);
+  command.study.threads = command.threads;
+  command.study.stop = &catch_interrupt();
+  command.study.progress = [&](std::int64_t done, std::int64_t total) {
+    display.show({.runs_done = done, .runs_stored = 0, .runs_total = total});
+  };
+  const EstimatorStudy study =
+      naming_file(command.scenario, [&] { return study_estimators(scenario, command.study); });
+  if (!study.complete) {
+    say("credence: estimators interrupted, nothing is compared");
+    return kInterrupted;
+  }
+  if (command.format == "json") {
+    fmt::print("{}\n", estimator_json(study));
+  } else {
+    fmt::print("{}.\n\n{}\n{}", printable_line(estimator_answer(study).text),
+               terminal_text(estimator_table(study)),
+               study.rows.size() > 1 ? terminal_text(estimator_difference_table(study)) : "");
+  }
+  if (!command.out.empty()) {
+    write_estimator_report(command.out, study, make_provenance(this_command()));
+    tell_report(command);
+  }
+  const bool failed =
+      std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); });
+  if (failed) return kSomeFailed;
+  return command.fail_on_inconsistent && any_optimistic(study) ? kInconsistent : kDone;
+}
+
+}  // namespace
+
+void add_estimators_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "estimators", "several estimators on one world with common noise: the consistency table");
+  auto options = std::make_shared<EstimatorsCommand>();
+  std::vector<std::string> names;
+  for (const EstimatorKind& kind : estimator_kinds()) names.emplace_back(kind.name);
+  command->add_option("scenario", options->scenario, "scenario file of world.model = \"planar_slam\"")
+      ->required();
+  command->add_option("--estimators", options->study.estimators, "those to compare; default: all")
+      ->delimiter(',')
+      ->check(CLI::IsMember(names));
+  add_common_options(*command, *options);
+  static constexpr const char* kExamples[] = {
+      "credence estimators scenarios/ukfm_slam2d.toml --out out/estimators",
+      "credence estimators scenarios/huang_ring.toml --estimators ekf,ideal,fej --runs 1000",
+      "credence estimators scenarios/huang_annulus.toml --set world.map=7 --format json"};
+  command->footer(examples(kExamples));
+  command->callback([options] { throw ExitStatus{estimators(*options)}; });
+}
+
+}  // namespace credence

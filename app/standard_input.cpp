@@ -1,0 +1,59 @@
+#include "app/standard_input.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path new_folder() {
+  std::string pattern = (fs::temp_directory_path() / "credence-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr) {
+    throw std::runtime_error(fmt::format("{}: cannot be made ({})", pattern, std::strerror(errno)));
+  }
+  return pattern;
+}
+
+void copy_input(const fs::path& target) {
+  std::ofstream file(target, std::ios::binary);
+  std::array<char, 1 << 16> buffer{};
+  while (true) {
+    const ssize_t size = read(STDIN_FILENO, buffer.data(), buffer.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0)
+      throw std::runtime_error(fmt::format("standard input cannot be read ({})", std::strerror(errno)));
+    if (size == 0) break;
+    file.write(buffer.data(), size);
+  }
+  file.close();
+  if (!file) throw std::runtime_error(fmt::format("{}: cannot be written", target.string()));
+}
+
+}  // namespace
+
+StandardInputFile::StandardInputFile() : folder_(new_folder()) {
+  try {
+    copy_input(path());
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+    throw;
+  }
+}
+
+StandardInputFile::~StandardInputFile() {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+}  // namespace credence

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace credence {
+
+/// What comes on standard input as a file, for as long as this lives: formats of logs are seen from how a
+/// file begins, and some are read twice.
+class StandardInputFile {
+ public:
+  StandardInputFile();   ///< reads to the end; throws std::runtime_error where it cannot be kept
+  ~StandardInputFile();  ///< removes the file
+  StandardInputFile(const StandardInputFile&) = delete;
+  StandardInputFile& operator=(const StandardInputFile&) = delete;
+
+  std::filesystem::path path() const { return folder_ / "stdin"; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace credence

@@ -1,0 +1,74 @@
+#include "app/stored_study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "montecarlo/engine/result_store_error.h"
+#include "montecarlo/scenario/scenario_io.h"
+
+namespace credence {
+
+namespace fs = std::filesystem;
+
+std::int64_t StoredStudy::runs() const {
+  std::int64_t sum = 0;
+  for (const ConfigurationResult& result : results) sum += result.result.statistics.runs;
+  return sum;
+}
+
+std::int64_t StoredStudy::runs_asked() const {
+  std::int64_t sum = 0;
+  for (const Configuration& c : configurations) sum += c.scenario.most_runs();
+  return sum;
+}
+
+std::vector<fs::path> study_directories(const fs::path& path) {
+  if (ResultStore::exists(path)) return {path};
+  std::vector<fs::path> directories;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
+    if (ResultStore::exists(entry.path())) directories.push_back(entry.path());
+  }
+  if (directories.empty()) {
+    throw StoreError(fmt::format("{}: holds no stored results; run and sweep make such folders, with --out",
+                                 path.string()));
+  }
+  std::ranges::sort(directories);
+  return directories;
+}
+
+StoredStudy read_study(const fs::path& directory) {
+  ResultStore store = ResultStore::open_to_read(directory);
+  StoredStudy study;
+  study.directory = directory;
+  study.tool_version = store.tool_version();
+  study.plan = plan_sweep(read_scenario_text(store.scenario(), directory.string()));
+  if (const std::string name = store.name(); !name.empty()) study.plan.name = name;
+  for (SweepPoint& point : study.plan.points) {
+    point.scenario.name = study.plan.name;
+    study.configurations.push_back(make_configuration(point.scenario));
+  }
+  study.results = stored_results(study.configurations, store);
+  study.writer = ResultStore::writer(directory);
+  return study;
+}
+
+std::vector<StudyAnalysis> analyse(StoredStudy& study) {
+  std::vector<StudyAnalysis> analyses;
+  for (std::size_t i = 0; i < study.results.size(); ++i) {
+    if (study.results[i].result.statistics.runs == 0) continue;
+    analyses.push_back(analyse(study.configurations[i], study.results[i]));
+  }
+  return analyses;
+}
+
+std::optional<StudyAnalysis> judge(StoredStudy& study, const CommonOptions& options) {
+  std::vector<StudyAnalysis> analyses = analyse(study);
+  if (analyses.empty()) return std::nullopt;
+  explain(analyses.front(), study.configurations.front(), options);
+  if (!analyses.front().judgement) return std::nullopt;
+  return std::move(analyses.front());
+}
+
+}  // namespace credence

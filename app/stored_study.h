@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/study_runner.h"
+#include "montecarlo/scenario/sweep_plan.h"
+
+namespace credence {
+
+/// What a folder holds of a study so far, read without disturbing the process that may be writing there.
+struct StoredStudy {
+  std::filesystem::path directory;
+  SweepPlan plan;  ///< of a study without [sweep] its one point
+  std::vector<Configuration> configurations;
+  std::vector<ConfigurationResult>
+      results;  ///< one for each configuration; without runs where none are stored
+  std::string tool_version;
+  std::optional<std::int64_t> writer;  ///< the process that goes on with it now
+
+  bool is_sweep() const { return !plan.axes.empty(); }
+  std::int64_t runs() const;        ///< stored, without a gap from the first on
+  std::int64_t runs_asked() const;  ///< of all configurations
+};
+
+/// The folders of studies that a path means: itself, or those in it, in the order of their names.
+///
+/// Throws StoreError where there is none.
+std::vector<std::filesystem::path> study_directories(const std::filesystem::path& path);
+
+/// Reads one. Throws StoreError and ScenarioError.
+StoredStudy read_study(const std::filesystem::path& directory);
+
+/// Judges those of its configurations that have runs; as `sweep` does, by NEES, NIS and the pose.
+std::vector<StudyAnalysis> analyse(StoredStudy& study);
+
+/// Judges a study of one configuration as `run` does: the first runs are played again, and the verdict joins
+/// all blocks. Nothing where there are no runs yet, or the user ended it.
+std::optional<StudyAnalysis> judge(StoredStudy& study, const CommonOptions& options);
+
+}  // namespace credence

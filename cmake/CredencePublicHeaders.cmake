@@ -1,0 +1,21 @@
+cmake_policy(VERSION 3.25)
+
+# credence_public_headers(SOURCE variable): the headers, by their paths within SOURCE, that credence/credence.h includes,
+# and what they include in turn. All others are internal.
+function(credence_public_headers source variable)
+  set(waiting credence/credence.h)
+  set(found)
+  while(waiting)
+    list(POP_FRONT waiting header)
+    list(APPEND found ${header})
+    file(STRINGS ${source}/${header} lines REGEX "^#include \"")
+    foreach(line ${lines})
+      string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" included "${line}")
+      if(NOT included IN_LIST found AND NOT included IN_LIST waiting)
+        list(APPEND waiting ${included})
+      endif()
+    endforeach()
+  endwhile()
+  list(SORT found)
+  set(${variable} ${found} PARENT_SCOPE)
+endfunction()

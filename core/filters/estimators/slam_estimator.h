@@ -1,0 +1,157 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "core/filters/ekf_slam.h"
+#include "core/linear_algebra/matrix_buffer.h"
+#include "core/models/landmark_sensor.h"
+#include "core/models/slam_model.h"
+#include "core/types.h"
+
+namespace credence {
+
+/// What an estimator of planar SLAM is told before it starts.
+struct EstimatorSettings {
+  PlanarModel model;  ///< how the vehicle moves by the control that the odometry reads
+  LandmarkSensor sensor;
+  Eigen::Matrix2d Q = Eigen::Matrix2d::Zero();  ///< covariance of the noise on the control
+  Eigen::Matrix2d R = Eigen::Matrix2d::Zero();  ///< of one landmark's measurement, positive definite
+  Index landmarks = 0;                          ///< most that can be seen; they are numbered from 0
+  double sigma_spread = 1e-3;                   ///< α of the sigma points, in (0, 1]
+};
+
+/// Where vehicle and landmarks really are. Only the ideal filter looks.
+struct PlanarTruth {
+  Pose before = Pose::Zero();  ///< at the step before
+  Pose now = Pose::Zero();
+  std::span<const Point> landmarks{};  ///< by number
+};
+
+/// The chart in which an estimator's error is Gaussian, and P is its covariance there.
+enum class ErrorChart {
+  plane,            ///< x̂ − x, the heading wrapped
+  right_invariant,  ///< log(X̂ X⁻¹) in SE_{1+N}(2)
+};
+
+/// A filter for SLAM in the plane whose step is: predict with a control, correct with all known landmarks in
+/// one batch, place those seen for the first time. What distinguishes estimators, where they linearise and
+/// how a correction moves the state, are its private virtual functions.
+///
+/// x = [x m, y m, θ rad; landmarks in the order of first sight]. Of P only the lower triangle is kept. With m
+/// measured numbers a prediction costs O(n) (O(n²) where noise enters the landmarks), a correction O(n² m);
+/// neither allocates.
+class SlamEstimator {
+ public:
+  using PoseMatrix = Eigen::Matrix3d;
+  using Batch = std::span<const Observation<PlanarModel>>;
+
+  /// Throws std::invalid_argument for a negative number of landmarks, or a spread outside (0, 1].
+  explicit SlamEstimator(const EstimatorSettings& settings);
+  virtual ~SlamEstimator() = default;
+
+  /// Starts with a pose and an empty map; P is the covariance of x̂ − x.
+  void reset(const Pose& pose, const PoseMatrix& P);
+
+  /// Time update by the control that was read.
+  void predict(const Control& u, const PlanarTruth& truth);
+
+  /// Measurement update and first sights. `ok` is false when S was not positive definite, and nothing was
+  /// changed. A landmark must not appear twice; throws std::invalid_argument for a number out of range.
+  UpdateResult update(Batch observations, const PlanarTruth& truth);
+
+  Index size() const { return n_; }  ///< n
+  VectorRef state() const { return x_.head(n_); }
+  MatrixRef covariance() const { return P_.topLeftCorner(n_, n_); }  ///< in its chart; lower triangle
+  std::span<const int> landmarks() const { return ids_; }            ///< in the order of the state
+  VectorRef innovation() const { return nu_.vector(); }              ///< ν of the last correction
+  MatrixRef innovation_covariance() const { return S_.matrix(); }    ///< its S
+  /// K of the last correction, n×dim ν, of the state as it was then; allocates.
+  Matrix gain() const;
+
+  virtual ErrorChart chart() const { return ErrorChart::plane; }
+  /// The error of the estimate in its chart; `error` is n.
+  virtual void error(const PlanarTruth& truth, Eigen::Ref<Vector> error) const;
+  /// The pose block of P in the chart x̂ − x; exact to first order in the error.
+  virtual PoseMatrix plane_pose_covariance() const;
+
+  /// The Jacobians as the filter used them last, in its chart: the motion of the pose, and H of the last
+  /// correction over the states `seen()`.
+  const PoseMatrix& motion_jacobian() const { return F_; }
+  MatrixRef measurement_jacobian() const { return H_.matrix(); }
+  std::span<const Index> seen() const { return seen_; }
+  /// Of the landmarks that the last update placed, in their order: δl = J_r δx_r + …
+  std::span<const Eigen::Matrix<double, 2, 3>> placements() const { return placements_; }
+
+ protected:
+  using Jacobian = Eigen::Matrix<double, 2, 3>;
+
+  const EstimatorSettings& settings() const { return settings_; }
+  Pose pose() const { return x_.head<3>(); }
+  Point landmark(Index offset) const { return x_.segment<2>(offset); }
+  /// The world's number of the landmark that starts at this state.
+  int number_at(Index offset) const { return ids_[static_cast<std::size_t>((offset - 3) / 2)]; }
+  Vector& x() { return x_; }
+  const Vector& x() const { return x_; }
+  Matrix& P() { return P_; }
+  const Matrix& P() const { return P_; }
+  PoseMatrix pose_covariance() const;
+  /// P over the states seen(), full.
+  Eigen::Map<Matrix> seen_covariance();
+
+  /// P_rr ← F P_rr Fᵀ + Q_r, P_fr ← P_fr Fᵀ.
+  void propagate_pose(const PoseMatrix& F, const PoseMatrix& Q_r);
+
+  /// Sets the rows of landmark i of the batch (from 0): ν and the blocks of H on the pose and the landmark.
+  void set_rows(Index i, const Eigen::Vector2d& nu, const Jacobian& H_r, const Eigen::Matrix2d& H_l);
+  void set_motion_jacobian(const PoseMatrix& F) { F_ = F; }
+  Eigen::Map<Matrix> H() { return H_.matrix(); }
+  Eigen::Map<Vector> nu() { return nu_.vector(); }
+  /// Added to S beside R; zero unless a linearisation sets it.
+  Eigen::Map<Matrix> extra_S() { return extra_S_.matrix(); }
+  std::span<const Eigen::Vector2d> seen_z() const { return z_; }  ///< of the known landmarks of the batch
+
+  /// F of a motion between two places, [I, J(p⁺ − p); 0, 1]: whatever the vehicle, its motion is a constant
+  /// of the control turned by the heading.
+  static PoseMatrix plane_motion(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+  /// H of one landmark at a pose and a place: D Rᵀ [−I, −J(l − p), I].
+  void plane_jacobian(const Pose& pose, const Point& landmark, Jacobian& H_r, Eigen::Matrix2d& H_l) const;
+  /// ẑ of one landmark at a pose and a place.
+  Eigen::Vector2d predicted(const Pose& pose, const Point& landmark) const;
+  Eigen::Vector2d innovation_of(std::size_t i, const Pose& pose, const Point& landmark) const {
+    return settings_.sensor.innovation(z_[i], predicted(pose, landmark));
+  }
+
+ private:
+  virtual void started() {}  ///< after reset; x and P are those of x̂ − x
+  /// The estimated pose has moved by `motion` from `before`; moves P.
+  virtual void propagate(const Pose& before, const Motion& motion, const Control& u,
+                         const PlanarTruth& truth) = 0;
+  /// Sets the rows of every known landmark that is seen.
+  virtual void linearise(const PlanarTruth& truth) = 0;
+  /// x ← x ⊞ δ.
+  virtual void retract(const VectorRef& delta);
+  /// δl = J_r δx_r + J_z w of a landmark just placed at z; the state holds it already, at its end.
+  virtual void place(const Eigen::Vector2d& z, const PlanarTruth& truth, Jacobian& J_r, Eigen::Matrix2d& J_z);
+
+  void collect(Batch observations);
+  bool correct(UpdateResult& result);
+  void append(const Observation<PlanarModel>& observation, const PlanarTruth& truth);
+
+  EstimatorSettings settings_;
+  Index n_ = 3;
+  Vector x_;
+  Matrix P_;
+  std::vector<int> ids_;
+  std::vector<Index> offsets_;  ///< by number; −1: not in the state
+
+  std::vector<Index> seen_;  ///< the states that the batch touches, the pose first
+  std::vector<Eigen::Vector2d> z_;
+  PoseMatrix F_ = PoseMatrix::Identity();
+  std::vector<Jacobian> placements_;
+  MatrixBuffer nu_, H_, S_, extra_S_, L_, W_, columns_, seen_P_, whitened_, delta_;
+};
+
+}  // namespace credence

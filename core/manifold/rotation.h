@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cmath>
+
+#include "core/types.h"
+
+/// @file
+/// Rotations in the plane and the group SE_{1+N}(2) of a pose and N landmarks, on which the invariant filters
+/// live ([Barrau 2015]).
+
+namespace credence {
+
+/// R(φ).
+inline Eigen::Matrix2d rotation(double angle_rad) {
+  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
+  Eigen::Matrix2d R;
+  R << c, -s, s, c;
+  return R;
+}
+
+/// J v, J = dR/dφ at 0: v turned by a right angle to the left.
+inline Eigen::Vector2d quarter_turn(const Eigen::Vector2d& v) { return {-v[1], v[0]}; }
+
+/// V(φ) = ∫₀¹ R(tφ) dt: exp of (φ, ξ) in SE(2) has the translation V(φ) ξ, of SE_{1+N}(2) each of its 1 + N.
+inline Eigen::Matrix2d exponential_factor(double angle_rad) {
+  // (sin φ)/φ and (1 − cos φ)/φ, by their series where the quotients lose digits.
+  const double q = angle_rad * angle_rad;
+  const bool small = q < 1e-8;
+  const double a = small ? 1.0 - q / 6.0 : std::sin(angle_rad) / angle_rad;
+  const double b = small ? 0.5 * angle_rad : 2.0 * std::pow(std::sin(0.5 * angle_rad), 2) / angle_rad;
+  Eigen::Matrix2d V;
+  V << a, -b, b, a;
+  return V;
+}
+
+/// V(φ)⁻¹, for |φ| ≤ π.
+inline Eigen::Matrix2d logarithm_factor(double angle_rad) {
+  const Eigen::Matrix2d V = exponential_factor(angle_rad);
+  return V.transpose() / (V(0, 0) * V(0, 0) + V(1, 0) * V(1, 0));  // a multiple of a rotation
+}
+
+}  // namespace credence

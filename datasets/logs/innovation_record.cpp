@@ -1,0 +1,80 @@
+#include "datasets/logs/innovation_record.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/linear_algebra/cholesky.h"
+#include "core/stop_point.h"
+
+namespace credence {
+namespace {
+
+class InnovationSink final : public LogSink {
+ public:
+  void begin_run(const RunLayout& layout) override {
+    of_layout_.clear();
+    for (const Sensor& sensor : layout.sensors) {
+      auto found = std::ranges::find(records_, sensor.name, &SensorRecord::name);
+      if (found == records_.end()) {
+        records_.push_back({.name = sensor.name, .runs = {}});
+        found = records_.end() - 1;
+      }
+      found->runs.emplace_back().dof = 0.0;
+      of_layout_.push_back(static_cast<std::size_t>(found - records_.begin()));
+    }
+  }
+
+  void add(const Step& step) override {
+    stop_point();
+    if (!step.problem.empty()) return;
+    for (std::size_t s = 0; s < std::min(step.innovations.size(), of_layout_.size()); ++s) {
+      if (step.innovations[s].nu.size() > 0) add(step.innovations[s], records_[of_layout_[s]]);
+    }
+  }
+
+  void end_run(Outcome, std::int64_t) override {}
+  void remark(std::string) override {}
+  void unmatched(std::int64_t) override {}
+  void advance(std::int64_t) override {}
+
+  /// Without empty runs and silent sensors.
+  std::vector<SensorRecord> take() {
+    for (SensorRecord& record : records_) {
+      std::erase_if(record.runs, [](const RecordedInnovations& run) { return run.nis.empty(); });
+    }
+    std::erase_if(records_, [](const SensorRecord& record) { return record.runs.empty(); });
+    return std::move(records_);
+  }
+
+ private:
+  static void add(const Innovation& innovation, SensorRecord& record) {
+    const auto dof = static_cast<double>(innovation.nu.size());
+    const double first = record.runs.front().dof;
+    const Eigen::LLT<Matrix> llt(innovation.S);
+    if ((first > 0.0 && first != dof) || !innovation.nu.allFinite() || !innovation.S.allFinite() ||
+        llt.info() != Eigen::Success) {
+      ++record.left_out;
+      return;
+    }
+    for (RecordedInnovations& run : record.runs) run.dof = dof;
+    const Vector whitened = llt.matrixL().solve(innovation.nu);
+    record.runs.back().nis.push_back(whitened.squaredNorm());
+    record.runs.back().whitened.push_back(whitened);
+    record.log_determinant += 2.0 * llt.matrixLLT().diagonal().array().log().sum();
+  }
+
+  std::vector<SensorRecord> records_;
+  std::vector<std::size_t> of_layout_;  ///< record of each sensor of the run
+};
+
+}  // namespace
+
+std::vector<SensorRecord> read_innovations(std::span<const std::filesystem::path> files,
+                                           const LogFileReader& read) {
+  InnovationSink sink;
+  for (const std::filesystem::path& file : files) read(file, sink);
+  return sink.take();
+}
+
+}  // namespace credence

@@ -1,0 +1,55 @@
+#include "montecarlo/worlds/planar_slam/estimator_run.h"
+
+#include "core/linear_algebra/psd_root.h"
+#include "core/manifold/angle.h"
+#include "core/stop_point.h"
+
+namespace credence {
+
+NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P) {
+  constexpr double kLeastPivot = 1e-12;  // of a squared pivot, relative to its variance
+  if (!P.diagonal().allFinite() || (P.diagonal().array() < 0.0).any()) return {0.0, -1};
+  llt_.compute(P);
+  const auto pivots = llt_.matrixLLT().diagonal();
+  if (llt_.info() == Eigen::Success && (pivots.array().square() > kLeastPivot * P.diagonal().array()).all()) {
+    whitened_ = error;
+    llt_.matrixL().solveInPlace(whitened_);
+    return {whitened_.squaredNorm(), error.size()};
+  }
+  const Matrix full = P.selfadjointView<Eigen::Lower>();
+  const Matrix whitening = psd_whitening(full, kLeastPivot);
+  return {(whitening * error).squaredNorm(), whitening.rows()};
+}
+
+EstimatorRun::EstimatorRun(const OdometryWorld& world, std::unique_ptr<SlamEstimator> filter)
+    : world_(world), filter_(std::move(filter)) {
+  error_.resize(3 + 2 * world.plane.states());
+}
+
+void EstimatorRun::start(const Pose& estimate) {
+  filter_->reset(estimate, world_.initial_covariance());
+  step_ = 0;
+  update_ = {};
+  filter_->error(truth(), error_.head(3));
+}
+
+Outcome EstimatorRun::step(std::size_t k, const Control& read,
+                           std::span<const Observation<PlanarModel>> seen) {
+  stop_point();
+  step_ = k;
+  const PlanarTruth truth = world_.truth(k);
+  filter_->predict(read, truth);
+  update_ = filter_->update(seen, truth);
+  if (!filter_->state().allFinite()) return Outcome::diverged;
+  if (!update_.ok) return Outcome::not_positive_definite;
+  filter_->error(truth, error_.head(filter_->size()));
+  return plane_error().head<2>().norm() > world_.width_m ? Outcome::diverged : Outcome::ok;
+}
+
+Pose EstimatorRun::plane_error() const {
+  Pose error = filter_->state().head<3>() - world_.path[step_];
+  error[2] = wrap_angle(error[2]);
+  return error;
+}
+
+}  // namespace credence

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+
+#include "core/linear_algebra/cholesky.h"
+#include "montecarlo/engine/study_statistics.h"
+#include "montecarlo/worlds/planar/covariance_statistics.h"
+#include "montecarlo/worlds/planar_slam/odometry_drive.h"
+
+namespace credence {
+
+/// eᵀ P⁻¹ e over the directions of non-zero variance, for a P that may be singular; reads the lower triangle.
+/// Cheap where P has a Cholesky factor whose pivots are not rounding. dof −1: P is not psd or not finite.
+class SingularNees {
+ public:
+  NeesValue solve(const VectorRef& error, const MatrixRef& P);
+
+ private:
+  Eigen::LLT<Matrix> llt_;
+  Vector whitened_;
+};
+
+/// One estimator in one run after the other of a world; what it hears comes from an OdometryDrive, which
+/// several may share.
+class EstimatorRun {
+ public:
+  /// `world` must live as long.
+  EstimatorRun(const OdometryWorld& world, std::unique_ptr<SlamEstimator> filter);
+
+  /// Starts a run where the filter believes to be.
+  void start(const Pose& estimate);
+  /// Step k, from 1 on. `diverged` for an estimate that is not finite or farther off than the world is wide.
+  Outcome step(std::size_t k, const Control& read, std::span<const Observation<PlanarModel>> seen);
+
+  const SlamEstimator& filter() const { return *filter_; }
+  const UpdateResult& update() const { return update_; }
+  PlanarTruth truth() const { return world_.truth(step_); }
+  /// The error of the estimate in the chart of its P.
+  VectorRef error() const { return error_.head(filter_->size()); }
+  /// x̂ − x of the pose, the heading wrapped.
+  Pose plane_error() const;
+
+ private:
+  const OdometryWorld& world_;
+  std::unique_ptr<SlamEstimator> filter_;
+  std::size_t step_ = 0;
+  UpdateResult update_;
+  Vector error_;
+};
+
+}  // namespace credence

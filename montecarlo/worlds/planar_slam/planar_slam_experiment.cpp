@@ -1,0 +1,143 @@
+#include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
+
+#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_step.h"
+#include "montecarlo/worlds/planar/state_error.h"
+#include "montecarlo/worlds/slam_layout.h"
+
+namespace credence {
+namespace {
+
+RunLayout layout_of(const OdometryWorld& world) {
+  RunLayout layout = planar_layout(world.plane);
+  layout.sensors.front().angles = {false, world.sensor.kind == LandmarkSensorKind::range_bearing};
+  return layout;
+}
+
+}  // namespace
+
+/// One run, with what the statistics take of each step.
+class PlanarSlamExperiment::Run {
+ public:
+  explicit Run(const PlanarSlamExperiment& e)
+      : drive_(e.world_, e.source_),
+        run_(e.world_, scenario_estimator(e.scenario_, e.world_)),
+        world_(e.world_) {}
+
+  void start(std::int64_t run) {
+    run_.start(drive_.start(run));
+    step_ = {};
+  }
+
+  Outcome step(std::size_t k) {
+    const Outcome outcome = run_.step(k, drive_.read(k), drive_.observe(k));
+    step_.update = run_.update();
+    if (outcome != Outcome::ok) return outcome;
+    const SlamEstimator& filter = run_.filter();
+    const Index n = filter.size();
+    const MatrixRef P = filter.covariance();
+    const NeesValue whole = solver_.solve(run_.error(), P);
+    const NeesValue pose = pose_solver_.solve(run_.error().head(3), P.topLeftCorner(3, 3));
+    if (whole.dof < 0 || pose.dof < 0) return Outcome::not_positive_definite;
+    step_.nees = whole.value;
+    step_.nees_dof = whole.dof;
+    step_.vehicle_nees = pose.value;
+    vehicle_dof_ = pose.dof;
+    step_.traces.position = filter.plane_pose_covariance().topLeftCorner<2, 2>().trace();
+    step_.traces.landmarks = P.diagonal().tail(n - 3).sum();
+    step_.traces.all = P.diagonal().sum();
+    const Pose error = run_.plane_error();
+    step_.position_error_squared = error.head<2>().squaredNorm();
+    step_.heading_error_squared = error[2] * error[2];
+    step_.map_error_squared = 0.0;
+    step_.landmarks = (n - 3) / 2;
+    for (std::size_t i = 0; i < filter.landmarks().size(); ++i) {
+      const Point& l = world_.plane.landmarks[static_cast<std::size_t>(filter.landmarks()[i])];
+      step_.map_error_squared += (filter.state().segment<2>(3 + 2 * static_cast<Index>(i)) - l).squaredNorm();
+    }
+    return Outcome::ok;
+  }
+
+  const PlanarStep& result() const { return step_; }
+  Index vehicle_dof() const { return vehicle_dof_; }
+
+  TraceStep trace_step() const {
+    const SlamEstimator& filter = run_.filter();
+    TraceStep step;
+    step.landmarks.assign(filter.landmarks().begin(), filter.landmarks().end());
+    step.estimate = filter.state();
+    step.truth = true_state(run_.truth().now, world_.plane.landmarks, step.landmarks);
+    slam_states({.vehicle = 3, .landmark = 2, .landmarks = world_.plane.states()}, step.landmarks,
+                step.states);
+    step.error = run_.error();
+    step.P = filter.covariance().selfadjointView<Eigen::Lower>();
+    step.nees = step_.nees;
+    step.nees_dof = step_.nees_dof;
+    step.nis = step_.update.nis;
+    step.nis_dof = step_.update.dof;
+    if (step_.update.dof > 0) {
+      step.innovations.front() = {filter.innovation(), filter.innovation_covariance()};
+      step.K = Matrix::Zero(filter.size(), step_.update.dof);  // of landmarks just placed: none
+      const Matrix K = filter.gain();
+      step.K.topRows(K.rows()) = K;
+    }
+    return step;
+  }
+
+ private:
+  OdometryDrive drive_;
+  EstimatorRun run_;
+  const OdometryWorld& world_;
+  PlanarStep step_;
+  Index vehicle_dof_ = 0;
+  SingularNees solver_, pose_solver_;
+};
+
+PlanarSlamExperiment::PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source)
+    : Experiment(layout_of(make_odometry_world(scenario))),
+      scenario_(scenario),
+      world_(make_odometry_world(scenario)),
+      source_(source) {
+  const auto R = estimator_settings(scenario_, world_).R;
+  assume_measurement_variances({R(0, 0), R(1, 1)});
+}
+
+StudyStatistics PlanarSlamExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+  const std::size_t steps = world_.plane.controls.size();
+  StudyStatistics statistics;
+  statistics.steps.resize(steps);
+  statistics.runs = runs;
+  statistics.reserve_runs(runs);
+  Run run(*this);
+  for (std::int64_t r = first_run; r < first_run + runs; ++r) {
+    run.start(r);
+    RunSum whole, vehicle;
+    std::size_t k = 1;
+    for (; k <= steps; ++k) {
+      const Outcome outcome = run.step(k);
+      if (outcome != Outcome::ok) {
+        statistics.failures.push_back({r, static_cast<std::int64_t>(k), outcome});
+        break;
+      }
+      run.result().add_to(statistics.steps[k - 1]);
+      whole.add(run.result().nees, run.result().nees_dof);
+      vehicle.add(run.result().vehicle_nees, run.vehicle_dof());
+    }
+    if (k <= steps) continue;
+    whole.add_to(statistics.nees_of_runs);
+    vehicle.add_to(statistics.vehicle_nees_of_runs);
+  }
+  return statistics;
+}
+
+Outcome PlanarSlamExperiment::visit(std::int64_t run_number, const StepVisitor& take) const {
+  Run run(*this);
+  run.start(run_number);
+  return visit_steps(
+      std::ssize(world_.plane.controls), take, [&](Index k) { return run.step(static_cast<std::size_t>(k)); },
+      [&] { return run.trace_step(); });
+}
+
+RunTrace PlanarSlamExperiment::describe_world() const { return describe_planar_world(world_.plane); }
+
+}  // namespace credence

@@ -1,0 +1,160 @@
+#include "montecarlo/worlds/planar_slam/planar_slam_world.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/filters/estimators/estimators.h"
+#include "core/memory_need.h"
+#include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/planar/planar_keys.h"
+#include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
+#include "montecarlo/worlds/slam_settings.h"
+
+namespace credence {
+namespace {
+
+bool has_annulus(const Scenario& s) { return !has_landmark_ring(s); }
+bool measures_bearing(const Scenario& s) { return !measures_relative_position(s); }
+bool has_sigma_points(const Scenario& s) { return word_value(s, "filter.estimator") == "ukf"; }
+
+/// A row of the planar world, in this world on a condition of its own.
+KeyRow planar_row(std::string_view section, std::string_view name,
+                  bool (*accepted)(const Scenario&) = nullptr, std::string_view accepted_when = {}) {
+  const std::vector<KeyRow> rows = planar_keys();
+  KeyRow row =
+      *std::ranges::find_if(rows, [&](const KeyRow& r) { return r.section == section && r.name == name; });
+  row.accepted = accepted;
+  row.accepted_when = accepted_when;
+  return row;
+}
+
+std::vector<std::string_view> estimator_names() {
+  std::vector<std::string_view> names;
+  for (const EstimatorKind& kind : estimator_kinds()) names.push_back(kind.name);
+  return names;
+}
+
+std::string_view estimator_meanings() {
+  static const std::string text = [] {
+    std::string all;
+    for (const EstimatorKind& kind : estimator_kinds()) {
+      all += fmt::format("{}{}: {}", all.empty() ? "" : "; ", kind.name, kind.meaning);
+    }
+    return all;
+  }();
+  return text;
+}
+
+std::vector<KeyRow> planar_slam_keys() {
+  constexpr std::string_view kRing =
+      "with world.model = \"planar_slam\" and world.landmark_layout = \"ring\"";
+  constexpr std::string_view kAnnulus =
+      "with world.model = \"planar_slam\" and world.landmark_layout = \"annulus\"";
+  constexpr std::string_view kPosition =
+      "with world.model = \"planar_slam\" and world.landmark_sensor = \"relative_position\"";
+  constexpr std::string_view kRange =
+      "with world.model = \"planar_slam\" and world.landmark_sensor = \"range_bearing\"";
+  std::vector<KeyRow> keys;
+  for (const char* name :
+       {"landmarks", "path_radius", "speed", "dt", "sensor_min_range", "sensor_range", "field_of_view_deg"}) {
+    keys.push_back(planar_row("world", name));
+  }
+  keys.insert(
+      keys.end(),
+      {{"world", "landmark_layout", "",
+        "ring: at equal angles on a circle about the path's centre; annulus: drawn evenly over an annulus "
+        "around the path",
+        own_choice("world.landmark_layout", {"ring", "annulus"})},
+       {"world", "ring_offset", "m", "radius of the ring of landmarks beyond that of the path",
+        own_real("world.ring_offset", 3.0, Interval::kNotNegative), has_landmark_ring, kRing},
+       {"world", "annulus_half_width", "m", "landmarks lie so far inside and outside the path at most",
+        own_real("world.annulus_half_width", 5.0, Interval::kPositive), has_annulus, kAnnulus},
+       {"world", "map", "", "number of the map that is drawn; the same whatever the seed",
+        own_integer("world.map", 1, 1, 1'000'000'000), has_annulus, kAnnulus},
+       {"world", "landmark_sensor", "",
+        "what is measured of a landmark: its place in the frame of the vehicle, or range and bearing",
+        own_choice("world.landmark_sensor", {"relative_position", "range_bearing"})},
+       planar_row("noise", "speed_std"),
+       planar_row("noise", "turn_rate_std"),
+       {"noise", "relative_position_std", "m", "standard deviation of each coordinate of a relative position",
+        own_real("noise.relative_position_std", 0.1, Interval::kPositive), measures_relative_position,
+        kPosition},
+       planar_row("noise", "range_std", measures_bearing, kRange),
+       planar_row("noise", "bearing_std_deg", measures_bearing, kRange),
+       planar_row("initial", "position_std"),
+       planar_row("initial", "heading_std_deg"),
+       {"filter", "estimator", "", estimator_meanings(), own_choice("filter.estimator", estimator_names())},
+       {.section = "filter",
+        .name = "sigma_spread",
+        .unit = "",
+        .meaning = "α of the sigma points of \"ukf\", of no effect elsewhere",
+        .field = own_real("filter.sigma_spread", 1e-3, {0.0, 1.0, true, false}),
+        .in_effect = has_sigma_points},
+       process_scale_key(),
+       measurement_scale_key()});
+  return keys;
+}
+
+void set_planar_slam_defaults(Scenario& scenario) {
+  scenario.world.landmarks = 20;
+  scenario.world.speed = 0.25;
+  scenario.world.sensor_range = 5.0;
+  scenario.noise.speed_std = 0.01;
+  scenario.noise.turn_rate_std = 0.03;
+}
+
+void check_planar_slam(const Scenario& scenario, const Refusal& refuse) {
+  const WorldSettings& world = scenario.world;
+  if (world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
+  if (world.sensor_min_range >= world.sensor_range) {
+    refuse.impossible("world", "sensor_min_range",
+                      fmt::format("must be < world.sensor_range = {}", world.sensor_range));
+  }
+}
+
+BlockLayout planar_slam_blocks(const Scenario& scenario) {
+  return {.vehicle = 3, .landmark = 2, .landmarks = scenario.world.landmarks};
+}
+
+/// A dense P, and a pose and a control a step.
+double least_planar_slam_doubles(const Scenario& scenario) {
+  const double n = 3.0 + 2.0 * static_cast<double>(scenario.world.landmarks);
+  return n * n + 5.0 * static_cast<double>(scenario.study.steps);
+}
+
+std::string planar_slam_size_text(const Scenario& scenario) {
+  return fmt::format("world.landmarks = {}", scenario.world.landmarks);
+}
+
+std::string planar_slam_text(const Scenario& scenario) {
+  const double seen = scenario.noise.detection_probability;
+  return fmt::format("vehicle on a circle, its odometry noisy, {} landmarks {}, {} measured{}",
+                     scenario.world.landmarks, has_landmark_ring(scenario) ? "on a ring" : "in an annulus",
+                     measures_relative_position(scenario) ? "relative position" : "range and bearing",
+                     seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "");
+}
+
+std::unique_ptr<Experiment> planar_slam_experiment(const Scenario& scenario) {
+  return std::make_unique<PlanarSlamExperiment>(scenario,
+                                                NoiseSource(scenario.study.seed, noise_group(scenario)));
+}
+
+}  // namespace
+
+constinit const World kPlanarSlamWorld = {
+    .schema = {.name = "planar_slam",
+               .meaning = "vehicle on a circle, any of several estimators",
+               .keys = planar_slam_keys,
+               .set_defaults = set_planar_slam_defaults,
+               .check = check_planar_slam,
+               .blocks = planar_slam_blocks},
+    .linear_problem = nullptr,
+    .experiment = planar_slam_experiment,
+    .least_doubles = least_planar_slam_doubles,
+    .size_text = planar_slam_size_text,
+    .text = planar_slam_text,
+    .figure = RunFigure::plane_slam};
+
+}  // namespace credence

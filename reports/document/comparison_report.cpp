@@ -1,0 +1,183 @@
+#include "reports/document/comparison_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "montecarlo/scenario/scenario_text.h"
+#include "reports/document/study_table.h"
+#include "reports/document/verdict_json.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+ComparedMean mean_of(const ConsistencyVerdict& v) {
+  return v.count == 0 ? ComparedMean{kUnknown, kUnknown} : ComparedMean{v.mean, v.expected};
+}
+
+/// The number under a key, NaN where there is none.
+double number(const Json& j, const char* key) {
+  const auto found = j.find(key);
+  return found != j.end() && found->is_number() ? found->get<double>() : kUnknown;
+}
+
+ComparedMean mean_of(const Json& document, const char* key) {
+  const auto found = document.find(key);
+  if (found == document.end() || !found->is_object()) return {kUnknown, kUnknown};
+  return {number(*found, "mean"), number(*found, "expected")};
+}
+
+ComparedStudy compared_document(const std::string& name, const Json& j) {
+  if (!j.is_object() || !j.contains("verdict") || !j.contains("nees") || !j.contains("runs")) {
+    throw std::invalid_argument(fmt::format(
+        "{}: is no document of `credence run --format json` or `credence check --format json`", name));
+  }
+  ComparedStudy study{.name = name,
+                      .runs = j["runs"].get<std::int64_t>(),
+                      .verdict = j["verdict"].get<std::string>(),
+                      .nees = mean_of(j, "nees"),
+                      .nis = mean_of(j, "nis")};
+  if (j.contains("vehicle_nees")) study.pose = mean_of(j, "vehicle_nees");
+  const Json factor = j["nees"].value("factor", Json::object());
+  study.factor.mean = number(factor, "value");
+  study.factor.lower = number(factor, "lower");
+  study.factor.upper = number(factor, "upper");
+  if (j.contains("scenario") && j["scenario"].contains("name"))
+    study.name = j["scenario"]["name"].get<std::string>();
+  return study;
+}
+
+std::string mean_text(const ComparedMean& m) {
+  if (!std::isfinite(m.mean)) return "–";
+  return fmt::format("{} of {}", number_text(m.mean, 4), number_text(m.expected, 4));
+}
+
+std::string interval_text(const MeanInterval& i) {
+  if (!std::isfinite(i.mean)) return "–";
+  return fmt::format("{} ({} … {})", number_text(i.mean, 3), number_text(i.lower, 3),
+                     number_text(i.upper, 3));
+}
+
+CellTone tone_of(const std::string& verdict) {
+  for (const Verdict v : {Verdict::consistent, Verdict::optimistic, Verdict::pessimistic, Verdict::mixed,
+                          Verdict::not_gaussian, Verdict::undecided}) {
+    if (to_string(v) == verdict) return verdict_cell(v).tone;
+  }
+  return CellTone::plain;
+}
+
+Json interval_json(const MeanInterval& i) {
+  return {{"value", json_number(i.mean)}, {"lower", json_number(i.lower)}, {"upper", json_number(i.upper)}};
+}
+
+Json mean_json(const ComparedMean& m) {
+  return {{"mean", json_number(m.mean)}, {"expected", json_number(m.expected)}};
+}
+
+}  // namespace
+
+ComparedStudy compared(const StudyAnalysis& a) {
+  ComparedStudy study{.name = a.scenario.name,
+                      .runs = a.statistics.runs,
+                      .verdict = std::string(to_string(overall_verdict(a))),
+                      .factor = a.nees.factor,
+                      .nees = mean_of(a.nees),
+                      .nis = mean_of(a.nis)};
+  if (a.vehicle_nees) study.pose = mean_of(*a.vehicle_nees);
+  study.noise = fmt::format("{:016x}, seed {}, {} steps", noise_group(a.scenario), a.scenario.study.seed,
+                            a.scenario.study.steps);
+  if (a.statistics.failures.empty()) study.nees_of_runs = a.statistics.nees_of_runs.first;
+  return study;
+}
+
+std::vector<ComparedStudy> compared_documents(const std::string& name, std::string_view json) {
+  const Json document = Json::parse(json, nullptr, false);
+  if (document.is_discarded()) throw std::invalid_argument(fmt::format("{}: is no JSON", name));
+  std::vector<ComparedStudy> studies;
+  if (document.contains("studies") && document["studies"].is_array()) {
+    for (const Json& study : document["studies"]) studies.push_back(compared_document(name, study));
+  } else {
+    studies.push_back(compared_document(name, document));
+  }
+  return studies;
+}
+
+std::optional<MeanInterval> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
+                                              double confidence) {
+  const std::size_t runs = std::min(study.nees_of_runs.size(), reference.nees_of_runs.size());
+  if (study.noise.empty() || study.noise != reference.noise || runs < 2) return std::nullopt;
+  Moments differences;
+  for (std::size_t i = 0; i < runs; ++i) differences.add(study.nees_of_runs[i] - reference.nees_of_runs[i]);
+  return student_interval(differences, confidence);
+}
+
+ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence) {
+  using enum ColumnAlign;
+  ReportTable table{.title = {},
+                    .columns = {{"study", words},
+                                {"runs"},
+                                {"verdict", words},
+                                {"factor on P", words},
+                                {"NEES", words},
+                                {"of the pose", words},
+                                {"NIS", words},
+                                {"against the first", words}},
+                    .rows = {},
+                    .notes = {}};
+  bool paired = false, unpaired = false;
+  for (const ComparedStudy& s : studies) {
+    std::string difference = "–";
+    if (&s != studies.data()) {
+      const std::optional<MeanInterval> d = paired_difference(s, studies.front(), confidence);
+      if (d) difference = interval_text(*d);
+      (d ? paired : unpaired) = true;
+    }
+    table.add({s.name, s.runs, TableCell(s.verdict, tone_of(s.verdict)), interval_text(s.factor),
+               mean_text(s.nees), s.pose ? mean_text(*s.pose) : "–", mean_text(s.nis), difference});
+  }
+  table.notes.push_back(
+      "factor on P: the true covariance over the claimed one, on average over steps, with its interval.");
+  if (paired) {
+    table.notes.push_back(
+        fmt::format("against the first: NEES over dof, this study minus the first, run by run under the same "
+                    "noise, with its "
+                    "interval at {:g} %; an interval without 0 is a difference.",
+                    100.0 * confidence));
+  }
+  if (unpaired) {
+    table.notes.push_back(
+        "–: cannot be paired run by run: that takes results stored by run --out of the same world, noise, "
+        "seed and steps, "
+        "in which no run failed.");
+  }
+  return table;
+}
+
+std::string comparison_json(std::span<const ComparedStudy> studies, double confidence) {
+  Json all = Json::array();
+  for (const ComparedStudy& s : studies) {
+    Json j = {{"name", s.name},
+              {"runs", s.runs},
+              {"verdict", s.verdict},
+              {"factor", interval_json(s.factor)},
+              {"nees", mean_json(s.nees)},
+              {"vehicle_nees", s.pose ? mean_json(*s.pose) : Json(nullptr)},
+              {"nis", mean_json(s.nis)},
+              {"paired_difference", nullptr}};
+    if (&s != studies.data()) {
+      if (const auto d = paired_difference(s, studies.front(), confidence))
+        j["paired_difference"] = interval_json(*d);
+    }
+    all.push_back(std::move(j));
+  }
+  return Json{{"schema", kSchema}, {"confidence", confidence}, {"studies", std::move(all)}}.dump(1);
+}
+
+}  // namespace credence

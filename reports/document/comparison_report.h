@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/evidence/study_analysis.h"
+#include "reports/document/report_table.h"
+
+/// @file
+/// What `credence compare` says: several judged studies side by side.
+
+namespace credence {
+
+/// A mean and what it should be; not finite where it is not known.
+struct ComparedMean {
+  double mean = 0.0, expected = 0.0;
+};
+
+/// A study, or the logs of one filter, as far as it can be set beside others.
+struct ComparedStudy {
+  std::string name;
+  std::int64_t runs = 0;
+  std::string verdict;
+  MeanInterval factor{};  ///< on P; mean NaN where not known
+  ComparedMean nees{};
+  std::optional<ComparedMean> pose{};
+  ComparedMean nis{};
+
+  /// What pairs its runs with those of another study: the same noise. Empty where that is not known.
+  std::string noise{};
+  std::vector<double>
+      nees_of_runs{};  ///< NEES over its dof, run by run; empty where not known, or a run failed
+};
+
+/// From sums that are at hand.
+ComparedStudy compared(const StudyAnalysis& analysis);
+
+/// From a document of `run`, `check`, or of several studies. Throws std::invalid_argument for another one.
+std::vector<ComparedStudy> compared_documents(const std::string& name, std::string_view json);
+
+/// NEES over dof of `study` minus that of `reference`, the mean over their common runs, with its interval:
+/// both met the same noise, so that what they share cancels. Nothing where they did not, or fewer than two
+/// runs can be paired.
+std::optional<MeanInterval> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
+                                              double confidence);
+
+/// One row for each; differences are to the first.
+ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence);
+
+/// {"schema", "studies": [{"name", "runs", "verdict", "factor", "nees", "vehicle_nees", "nis",
+/// "paired_difference"}]}.
+std::string comparison_json(std::span<const ComparedStudy> studies, double confidence);
+
+}  // namespace credence

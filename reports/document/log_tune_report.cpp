@@ -1,0 +1,122 @@
+#include "reports/document/log_tune_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "reports/document/study_table.h"
+#include "reports/render/json_numbers.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+std::string scale_name(const InnovationTuning& t) {
+  return t.name.empty() ? "factor on S" : fmt::format("factor on S of {}", t.name);
+}
+
+bool identified(const InnovationTuning& t) { return t.scale.reason.empty(); }
+
+Json sensor_scale_json(const InnovationTuning& t) {
+  Json j{{"name", scale_name(t)},
+         {"value", identified(t) ? json_number(t.scale.scale) : Json(nullptr)},
+         {"lower", json_number(t.scale.lower)},
+         {"upper", json_number(t.scale.upper)},
+         {"identifiable", identified(t)},
+         {"steps_for_10_percent", json_number(t.steps_for_10_percent)},
+         {"before", 1.0}};
+  if (!identified(t)) j["null_reason"] = t.scale.reason;
+  return j;
+}
+
+Json tuned_sensor_json(const InnovationTuning& t) {
+  Json j;
+  j["name"] = t.name;
+  j["values"] = t.values;
+  j["left_out"] = t.left_out;
+  j["dof"] = t.dof;
+  j["lag_one_correlation"] = json_number(t.lag_one);
+  j["lag_one_band"] = json_number(t.band);
+  j["whiteness_p_value"] = json_number(t.whiteness_p_value);
+  j["gain"] = to_string(t.gain);
+  j["log_score"] = {{"before", json_number(t.score_before)},
+                    {"after", json_number(t.score_after)},
+                    {"likelihood_ratio_p_value", json_number(t.likelihood_ratio_p_value)}};
+  j["held_out"] = {{"verdict", to_string(t.left_out_parts.verdict)},
+                   {"nis", {{"mean", json_number(t.left_out_parts.mean_nis)}, {"expected", t.dof}}},
+                   {"runs", t.left_out_parts.parts},
+                   {"parts_are", t.left_out_parts.of_runs ? "runs" : "stretches"},
+                   {"rejected", t.left_out_parts.rejected}};
+  return j;
+}
+
+}  // namespace
+
+ReportTable log_tune_table(const std::string& name, std::span<const InnovationTuning> sensors) {
+  using enum ColumnAlign;
+  ReportTable table{.title = fmt::format("{}: what innovations alone can tell", name),
+                    .columns = {{"sensor", words},
+                                {"innovations"},
+                                {"factor on S", words},
+                                {"lag-one correlation", words},
+                                {"gain", words},
+                                {"left out one by one", words}},
+                    .rows = {},
+                    .notes = {}};
+  for (const InnovationTuning& t : sensors) {
+    const LeftOut& parts = t.left_out_parts;
+    table.add({t.name.empty() ? "–" : t.name,
+               t.values,
+               identified(t) ? fmt::format("{} ({} … {})", number_text(t.scale.scale, 3),
+                                           number_text(t.scale.lower, 3), number_text(t.scale.upper, 3))
+                             : "not identifiable",
+               std::isnan(t.lag_one)
+                   ? "–"
+                   : fmt::format("{} (white: within ±{})", number_text(t.lag_one, 2), number_text(t.band, 2)),
+               {std::string(to_string(t.gain)),
+                t.gain == GainError::none_seen ? CellTone::plain : CellTone::caution},
+               fmt::format("{} of {} {} rejected", parts.rejected, parts.parts,
+                           parts.of_runs ? "runs" : "stretches")});
+  }
+  table.notes.emplace_back(
+      "Left out: the mean NIS of each part over that of the others, by the F law, adjusted by Holm; it takes "
+      "the "
+      "innovations for white.");
+  return table;
+}
+
+std::vector<std::string> log_tune_sentences(std::span<const InnovationTuning> sensors) {
+  std::vector<std::string> sentences;
+  for (const InnovationTuning& t : sensors) {
+    for (const std::string& note : t.notes) {
+      const bool named = sensors.size() > 1 && &note != &t.notes.front();
+      std::string sentence = named ? fmt::format("{}: {}", t.name, note) : note;
+      if (std::ranges::find(sentences, sentence) == sentences.end()) sentences.push_back(std::move(sentence));
+    }
+  }
+  return sentences;
+}
+
+std::string log_tune_json(const std::string& name, std::span<const InnovationTuning> sensors) {
+  Json j;
+  j["schema"] = kSchema;
+  j["name"] = name;
+  j["engine"] = "innovations and S alone";
+  j["parameters"] = Json::array();
+  j["sensors"] = Json::array();
+  for (const InnovationTuning& t : sensors) {
+    j["parameters"].push_back(sensor_scale_json(t));
+    j["sensors"].push_back(tuned_sensor_json(t));
+  }
+  j["correlation"] = Json::array();
+  // Of one sensor the members of a scenario's document too.
+  const bool one = sensors.size() == 1;
+  j["log_score"] = one ? j["sensors"][0]["log_score"] : Json(nullptr);
+  j["held_out"] = one ? j["sensors"][0]["held_out"] : Json(nullptr);
+  j["notes"] = log_tune_sentences(sensors);
+  return j.dump(1);
+}
+
+}  // namespace credence

@@ -1,0 +1,101 @@
+#include "reports/figures/estimator_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace credence {
+namespace {
+
+constexpr std::size_t kPose = static_cast<std::size_t>(EstimatorBlock::pose);
+
+/// The yardstick has a colour of its own; the others go by their number.
+ColourRole role_of(const EstimatorStudy& study, std::size_t i) {
+  if (study.rows[i].name == "ideal") return ColourRole::truth;
+  Index number = 0;
+  for (std::size_t j = 0; j < i; ++j) number += study.rows[j].name == "ideal" ? 0 : 1;
+  return numbered_role(number);
+}
+
+bool has_runs(const EstimatorRow& row) { return row.runs > 1; }
+
+double finite_upper(const MeanInterval& interval) {
+  return std::isfinite(interval.upper) ? interval.upper : interval.mean;
+}
+double finite_lower(const MeanInterval& interval) {
+  return std::isfinite(interval.lower) ? interval.lower : interval.mean;
+}
+
+/// NEES with its interval against a number of each estimator.
+Panel against(const EstimatorStudy& study, Panel panel, double (*abscissa)(const EstimatorRow&)) {
+  panel.y_label = "pose NEES over dof";
+  panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
+  for (std::size_t i = 0; i < study.rows.size(); ++i) {
+    const EstimatorRow& row = study.rows[i];
+    if (!has_runs(row)) continue;
+    const MeanInterval& nees = row.nees[kPose];
+    panel.series.push_back(error_bar_series(row.name, role_of(study, i), {abscissa(row)}, {nees.mean},
+                                            {finite_lower(nees)}, {finite_upper(nees)}));
+  }
+  return panel;
+}
+
+Panel over_time(const EstimatorStudy& study) {
+  Panel panel{.title = "Over time", .x_label = "step", .y_label = "pose NEES over dof", .log_y = true};
+  panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
+  for (std::size_t i = 0; i < study.rows.size(); ++i) {
+    if (!has_runs(study.rows[i])) continue;
+    panel.series.push_back(
+        line_series(study.rows[i].name, role_of(study, i), study.window_ends, study.rows[i].pose_nees));
+  }
+  return panel;
+}
+
+/// Median, quartiles and the middle nine tenths of the runs, one estimator beside the other.
+Panel over_runs(const EstimatorStudy& study) {
+  Panel panel{.title = "Over the runs",
+              .x_label = "estimator",
+              .y_label = "pose NEES over dof of a run",
+              .x_range = AxisRange{0.0, static_cast<double>(study.rows.size()) + 1.0},
+              .log_y = true};
+  panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
+  for (std::size_t i = 0; i < study.rows.size(); ++i) {
+    if (!has_runs(study.rows[i])) continue;
+    const Band& band = study.rows[i].bands[kPose];
+    const double x = static_cast<double>(i) + 1.0;
+    Series quartiles = line_series("", role_of(study, i), {x, x}, {band[1], band[3]});
+    quartiles.weight = 4.0;
+    quartiles.stroke = StrokeStyle::solid;
+    panel.series.push_back(std::move(quartiles));
+    panel.series.push_back(error_bar_series(fmt::format("{}: {}", i + 1, study.rows[i].name),
+                                            role_of(study, i), {x}, {band[2]}, {band[0]}, {band[4]}));
+  }
+  return panel;
+}
+
+}  // namespace
+
+std::vector<Figure> estimator_figures(const EstimatorStudy& study) {
+  if (std::ranges::none_of(study.rows, has_runs)) return {};
+  Figure figure{
+      .name = "estimators",
+      .caption = fmt::format(
+          "NEES of the pose over its dof, in the chart of each estimator's own P. Above: its mean over the "
+          "runs with its {:g} % interval, against accuracy and against cost; left and low is better, on "
+          "the line is consistent. Below: the mean over the runs, in windows of steps; and median, "
+          "quartiles (thick) and the middle 90 % (thin) of the averages of single runs.",
+          100.0 * study.scenario.study.confidence),
+      .rows = 2,
+      .cols = 2};
+  figure.panels.push_back(against(study,
+                                  {.title = "Consistency and accuracy", .x_label = "RMSE of position (m)"},
+                                  [](const EstimatorRow& row) { return row.position_rmse_m.mean; }));
+  figure.panels.push_back(against(study, {.title = "Consistency and cost", .x_label = "time per step (µs)"},
+                                  [](const EstimatorRow& row) { return 1e6 * row.seconds_per_step; }));
+  figure.panels.push_back(over_time(study));
+  figure.panels.push_back(over_runs(study));
+  return {figure};
+}
+
+}  // namespace credence

@@ -1,0 +1,119 @@
+#include "reports/figures/tune_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "analysis/laws/chi_square.h"
+#include "analysis/tuning/score_shape.h"
+
+namespace credence {
+namespace {
+
+/// What a coordinate is on an axis: that of its own parameter if it is the logarithm of one, else itself.
+struct TuneAxis {
+  std::string label;
+  double unit = 1.0;
+  bool logarithm = false;
+
+  double operator()(double phi) const { return logarithm ? unit * std::exp(phi) : phi; }
+};
+
+TuneAxis axis_of(const ScenarioTuning& t, Index coordinate) {
+  const ScoreModel& model = t.score->model();
+  const std::string name = model.names()[static_cast<std::size_t>(coordinate)];
+  for (const NoiseValue& value : model.values(t.tuning.phi)) {
+    if (value.name != name || !value.positive) continue;
+    const ScenarioScore::Key key = t.score->key(name);
+    return {key.name, key.unit * value.value * std::exp(-t.tuning.phi[coordinate]), true};
+  }
+  return {t.score->key(name).name + " (log or scaled)"};
+}
+
+FigureData mapped(const TuneAxis& axis, const std::vector<double>& phi) {
+  FigureData data;
+  for (const double x : phi) data.push_back(axis(x));
+  return data;
+}
+
+Panel profile_panel(const ScenarioTuning& t, Index coordinate, double level) {
+  const ScoreProfile profile = score_profile(t.score->model(), t.tuning, coordinate);
+  const TuneAxis axis = axis_of(t, coordinate);
+  FigureData score;
+  for (const double drop : profile.drop) score.push_back(-drop);
+  const FigureData x = mapped(axis, profile.phi);
+  Panel panel{.x_label = axis.label, .y_label = "log likelihood"};
+  panel.series = {
+      line_series("profile", ColourRole::estimate, x, score),
+      level_series(fmt::format("{:g} % interval", 100.0 * t.tuning.confidence), ColourRole::bound, -level),
+      upright_series("tuned", ColourRole::exact, axis(t.tuning.phi[coordinate]))};
+  const double present = axis(t.tuning.start[coordinate]);
+  if (present >= x.front() && present <= x.back()) {
+    panel.series.push_back(upright_series("present", ColourRole::neutral, present));
+  }
+  return panel;
+}
+
+}  // namespace
+
+Figure tune_profile_figure(const ScenarioTuning& t) {
+  const auto& free = t.tuning.estimate.free;
+  Figure figure{.name = "profiles",
+                .caption =
+                    "The log likelihood of the innovations over each parameter, the others sought "
+                    "again at every point. Where it lies above the line the data accept the value."};
+  const auto count = static_cast<int>(free.size());
+  figure.cols = std::min(count, 2);
+  figure.rows = (count + figure.cols - 1) / figure.cols;
+  const double level = 0.5 * chi_square_quantile(t.tuning.confidence, 1.0);
+  for (const Index coordinate : free) figure.panels.push_back(profile_panel(t, coordinate, level));
+  return figure;
+}
+
+Figure tune_surface_figure(const ScenarioTuning& t) {
+  constexpr int kRidgePoints = 41;
+  const auto [first, second] = *t.ridge_of;
+  const double reach = std::log(30.0);
+  const ScoreSurface surface = score_surface(t.score->model(), t.tuning, first, second, reach);
+  std::vector<double> shifts;
+  for (int i = 0; i < kRidgePoints; ++i) shifts.push_back(reach * (2.0 * i / (kRidgePoints - 1) - 1.0));
+  const TuneAxis x = axis_of(t, first), y = axis_of(t, second);
+  FigureData ridge_x, ridge_y;
+  for (const RidgePoint& point : nis_ridge(t.score->model(), t.tuning, first, second, shifts)) {
+    if (std::abs(point.phi[second] - t.tuning.phi[second]) > reach) continue;
+    ridge_x.push_back(x(point.phi[first]));
+    ridge_y.push_back(y(point.phi[second]));
+  }
+  // Nats below what can be told apart by eye are one colour.
+  const Matrix drop = surface.drop.cwiseMax(1e-4);
+  Panel panel{.x_label = x.label, .y_label = y.label, .log_x = x.logarithm, .log_y = y.logarithm};
+  panel.colour_label = "log score lost, a step";
+  panel.log_colour = true;
+  panel.series = {
+      heat_series(mapped(x, surface.first_phi), mapped(y, surface.second_phi), drop),
+      line_series("mean NIS as expected", ColourRole::alarm, ridge_x, ridge_y),
+      point_series("tuned", ColourRole::truth, {x(t.tuning.phi[first])}, {y(t.tuning.phi[second])})};
+  const double present_x = x(t.tuning.start[first]), present_y = y(t.tuning.start[second]);
+  if (std::abs(t.tuning.start[first] - t.tuning.phi[first]) < reach &&
+      std::abs(t.tuning.start[second] - t.tuning.phi[second]) < reach) {
+    panel.series.push_back(point_series("present", ColourRole::neutral, {present_x}, {present_y}));
+  }
+  return {.name = "surface",
+          .caption =
+              "The mean log score of the innovations has one maximum. On the line the mean NIS is "
+              "the expected one: whoever tunes by NIS alone may end anywhere on it.",
+          .panels = {std::move(panel)},
+          .row_height = 30.0};
+}
+
+std::vector<Figure> tune_figures(const ScenarioTuning& t) {
+  std::vector<Figure> figures;
+  if (!t.tuning.anything_known()) return figures;
+  figures.push_back(tune_profile_figure(t));
+  if (t.ridge_of) figures.push_back(tune_surface_figure(t));
+  return figures;
+}
+
+}  // namespace credence

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "analysis/tuning/tune_scenario.h"
+#include "reports/figures/figure.h"
+
+/// @file
+/// The figures of `credence tune`.
+
+namespace credence {
+
+/// The profile of every parameter that was found: how far the score falls with it held, with the level of the
+/// likelihood-ratio interval, the tuned value and, where it is near, the present one.
+Figure tune_profile_figure(const ScenarioTuning& tuning);
+
+/// The score over process and measurement noise, with the ridge on which the mean NIS is the expected one.
+/// Only where both were found.
+Figure tune_surface_figure(const ScenarioTuning& tuning);
+
+/// All that there are.
+std::vector<Figure> tune_figures(const ScenarioTuning& tuning);
+
+}  // namespace credence

@@ -1,0 +1,113 @@
+#include "analysis/studies/estimator_study.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "montecarlo/scenario/scenario_io.h"
+#include "tests/paths.h"
+
+namespace credence {
+namespace {
+
+Scenario load(const char* name, const std::vector<std::string>& overrides = {}) {
+  return load_scenario(source_folder() / "scenarios" / (std::string(name) + ".toml"), overrides);
+}
+
+const MeanInterval& nees(const EstimatorRow& row, EstimatorBlock block) {
+  return row.nees[static_cast<std::size_t>(block)];
+}
+
+// Table A of docs/estimators.md with few runs. The ideal filter's NEES is 1 but for the curvature of the
+// world, less than the 0.05 allowed beside five standard errors.
+TEST(EstimatorStudy, TheBenchmarkHasItsNumbers) {
+  const EstimatorStudy study = study_estimators(load("ukfm_slam2d", {"study.runs=64", "study.steps=1200"}),
+                                                {.estimators = {"ideal", "fej", "oc", "invariant"}});
+  ASSERT_EQ(study.rows.size(), 4U);
+  for (const EstimatorRow& row : study.rows) {
+    EXPECT_EQ(row.runs, 64) << row.name;
+    EXPECT_EQ(row.unobservable, 3) << row.name;
+    for (const EstimatorBlock block :
+         {EstimatorBlock::heading, EstimatorBlock::position, EstimatorBlock::pose}) {
+      const MeanInterval& n = nees(row, block);
+      EXPECT_NEAR(n.mean, 1.0, 5 * n.standard_error + 0.05) << row.name;
+      EXPECT_LE(n.lower, n.mean);
+      EXPECT_GE(n.upper, n.mean);
+    }
+    EXPECT_GT(row.seconds_per_step, 0.0);
+    ASSERT_EQ(row.pose_nees.size(), 100U);
+    const Band& band = row.bands[0];
+    EXPECT_TRUE(std::ranges::is_sorted(band));
+  }
+  EXPECT_EQ(study.window_ends.back(), 1200.0);
+}
+
+// Table C (i): on a map drawn at random the EKF is far from consistent, the invariant filter is not.
+TEST(EstimatorStudy, TheEkfIsFoundOptimistic) {
+  const EstimatorStudy study =
+      study_estimators(load("huang_annulus", {"study.runs=128"}), {.estimators = {"ekf", "invariant"}});
+  const EstimatorRow &ekf = study.rows[0], &invariant = study.rows[1];
+  EXPECT_EQ(ekf.unobservable, 2);
+  EXPECT_EQ(invariant.unobservable, 3);
+  const MeanInterval& n = nees(ekf, EstimatorBlock::heading);
+  EXPECT_GT(n.mean - 5 * n.standard_error, 2.0);
+  EXPECT_LT(nees(invariant, EstimatorBlock::heading).mean, 2.0);
+  ASSERT_EQ(study.paired.size(), 2U);
+  EXPECT_FALSE(study.paired[0].of_position);
+  EXPECT_GT(study.paired[0].difference.lower, 1.0);
+  EXPECT_LT(study.paired[0].p_value, 1e-5);
+  EXPECT_TRUE(study.paired[1].of_position);
+  EXPECT_GT(study.paired[1].difference.lower, 0.0);
+}
+
+TEST(EstimatorStudy, ThreadsChangeNoBit) {
+  const Scenario s = load("huang_ring", {"study.runs=30", "study.steps=120"});
+  const EstimatorStudy one = study_estimators(s, {.threads = 1}), three = study_estimators(s, {.threads = 3});
+  ASSERT_EQ(one.rows.size(), 7U);
+  for (std::size_t i = 0; i < one.rows.size(); ++i) {
+    const EstimatorRow &a = one.rows[i], &b = three.rows[i];
+    EXPECT_EQ(a.pose_nees, b.pose_nees);
+    EXPECT_EQ(a.pose_bands, b.pose_bands);
+    EXPECT_EQ(a.bands, b.bands);
+    EXPECT_EQ(a.position_rmse_m.mean, b.position_rmse_m.mean);
+    for (std::size_t block = 0; block < kEstimatorBlocks; ++block) {
+      EXPECT_EQ(a.nees[block].upper, b.nees[block].upper);
+    }
+  }
+}
+
+// Common noise: an estimator less itself is nothing.
+TEST(EstimatorStudy, NoiseIsCommon) {
+  const EstimatorStudy study = study_estimators(load("huang_ring", {"study.runs=20", "study.steps=50"}),
+                                                {.estimators = {"fej", "fej"}});
+  ASSERT_EQ(study.paired.size(), 2U);
+  for (const PairedDifference& paired : study.paired) {
+    EXPECT_EQ(paired.difference.mean, 0.0);
+    EXPECT_EQ(paired.p_value, 1.0);
+  }
+}
+
+// Runs that fail are counted and named, and in no average.
+TEST(EstimatorStudy, FailedRunsAreNamed) {
+  const EstimatorStudy study = study_estimators(
+      load("huang_annulus",
+           {"study.runs=20", "study.steps=500", "noise.turn_rate_std=1.0", "noise.speed_std=2.0"}),
+      {.estimators = {"ekf"}});
+  const EstimatorRow& row = study.rows.front();
+  ASSERT_FALSE(row.failures.empty());
+  EXPECT_EQ(row.runs + std::ssize(row.failures), 20);
+  EXPECT_TRUE(std::ranges::is_sorted(row.failures, {}, &RunFailure::run));
+  for (const RunFailure& failure : row.failures) EXPECT_NE(failure.outcome, Outcome::ok);
+  EXPECT_EQ(nees(row, EstimatorBlock::pose).count, row.runs);
+}
+
+TEST(EstimatorStudy, WhatItCannotCompareIsRefused) {
+  const Scenario planar = load_scenario_text("[world]\nmodel = \"planar\"\n", "t.toml");
+  EXPECT_THROW(study_estimators(planar, {}), std::invalid_argument);
+  EXPECT_THROW(study_estimators(load("huang_ring"), {.estimators = {"magic"}}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence

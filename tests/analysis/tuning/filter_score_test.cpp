@@ -1,0 +1,111 @@
+#include "analysis/tuning/filter_score.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "analysis/tuning/scenario_noise.h"
+#include "analysis/tuning/tune_scenario.h"
+#include "core/stop_point.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/worlds/registry.h"
+
+namespace credence {
+namespace {
+
+constexpr const char* kTracking = R"(
+[world]
+model = "tracking"
+[filter]
+process_scale = 0.25
+[study]
+runs = 60
+steps = 40
+)";
+
+FilterScore tracking_score(const Scenario& scenario, const std::atomic<bool>* stop = nullptr) {
+  return {{{"process_scale", scenario.filter.process_scale}, {"measurement_scale", 1.0}},
+          [scenario](const std::vector<double>& values) {
+            Scenario scaled = scenario;
+            scaled.filter.process_scale = values[0];
+            scaled.filter.measurement_scale = values[1];
+            return make_experiment(scaled);
+          },
+          scenario.study.runs,
+          2,
+          stop};
+}
+
+/// The black box of a linear filter against its exact score and gradient.
+TEST(FilterScore, IsTheScoreOfTheLinearFilter) {
+  const Scenario scenario = load_scenario_text(kTracking, "tracking");
+  const auto exact = make_scenario_score(scenario, parse_free_noise("Q,R"), 1);
+  const FilterScore played = tracking_score(scenario);
+  const Vector phi{{0.4, -0.3}};
+  const UnitScores wanted = exact->model().scores(phi, true), got = played.scores(phi, true);
+  ASSERT_TRUE(got.ok);
+  EXPECT_EQ(got.steps, wanted.steps);
+  EXPECT_LT((got.value - wanted.value).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LT((got.nis - wanted.nis).cwiseAbs().maxCoeff(), 1e-8);
+  // Differences over ±0.02 are off by the third derivative, which is of the size of the first.
+  EXPECT_LT((got.gradient - wanted.gradient).cwiseAbs().maxCoeff(),
+            1e-3 * wanted.gradient.cwiseAbs().maxCoeff());
+}
+
+TEST(FilterScore, TunesToTheSameNoise) {
+  const Scenario scenario = load_scenario_text(kTracking, "tracking");
+  const auto exact = make_scenario_score(scenario, parse_free_noise("Q,R"), 1);
+  const Tuning wanted = tune(exact->model(), Vector::Zero(2)),
+               got = tune(tracking_score(scenario), Vector::Zero(2));
+  for (Index i = 0; i < 2; ++i) {
+    const double deviation = std::sqrt(wanted.estimate.covariance(i, i));
+    EXPECT_NEAR(got.phi[i], wanted.phi[i], 0.02 * deviation) << i;
+    EXPECT_NEAR(std::sqrt(got.estimate.covariance(i, i)), deviation, 0.02 * deviation) << i;
+  }
+}
+
+TEST(FilterScore, ABadFilterLeavesNoScore) {
+  const Scenario scenario = load_scenario_text(kTracking, "tracking");
+  const FilterScore played = tracking_score(scenario);
+  EXPECT_FALSE(played.scores(Vector{{0.0, 800.0}}, false).ok) << "R = ∞";
+}
+
+TEST(FilterScore, CanBeStopped) {
+  const std::atomic<bool> stop = true;
+  const Scenario scenario = load_scenario_text(kTracking, "tracking");
+  EXPECT_THROW(tracking_score(scenario, &stop).scores(Vector::Zero(2), false), Stopped);
+}
+
+/// An extended Kalman filter with wrong noise: the tuned one is near the truth and named by its keys.
+TEST(TuneScenario, TunesANonlinearFilter) {
+  const Scenario scenario = load_scenario_text(
+      "[world]\nmodel = \"planar\"\nlandmarks = 4\nanchors = 2\nobservability = \"full\"\n"
+      "[filter]\nprocess_scale = 4.0\nmeasurement_scale = 0.5\n[study]\nruns = 12\nsteps = 60\n",
+      "planar");
+  const auto tuning = tune_scenario(scenario, {});
+  ASSERT_TRUE(tuning);
+  const auto& parameters = tuning->tuning.parameters;
+  EXPECT_EQ(parameters[0].name, "filter.process_scale");
+  EXPECT_EQ(parameters[0].before, 4.0);
+  for (const TunedParameter& p : parameters) {
+    const double deviation = std::log(p.upper / p.lower) / (2.0 * 1.96);
+    EXPECT_LT(deviation, 0.3) << p.name;
+    EXPECT_NEAR(std::log(p.value), 0.0, 5.0 * deviation) << p.name << " = " << p.value;
+  }
+  EXPECT_EQ(tuning->tuned.filter.process_scale, parameters[0].value);
+  ASSERT_TRUE(tuning->held_out);
+  EXPECT_NE(tuning->held_out->after.scenario.study.seed, scenario.study.seed);
+  EXPECT_EQ(tuning->held_out->before.word.verdict, Verdict::optimistic);
+}
+
+TEST(TuneScenario, RefusesWhatTheFilterHasNotOfItsOwn) {
+  const Scenario scenario = load_scenario_text(kTracking, "tracking");
+  TuneRequest request;
+  for (const char* free : {"P0", "diag(Q)", "full(R)"}) {
+    request.free = parse_free_noise(free);
+    EXPECT_THROW(tune_scenario(scenario, request), std::invalid_argument) << free;
+  }
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,72 @@
+#include "analysis/tuning/innovation_tuning.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <random>
+
+namespace credence {
+namespace {
+
+/// Scalar innovations of a filter with S = 1: an autoregression of this variance and lag-one correlation.
+SensorRecord record(Index runs, Index steps, double variance, double lag_one, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  SensorRecord all;
+  for (Index i = 0; i < runs; ++i) {
+    RecordedInnovations& run = all.runs.emplace_back();
+    run.dof = 1.0;
+    double nu = std::sqrt(variance) * normal(random);
+    for (Index k = 0; k < steps; ++k) {
+      run.nis.push_back(nu * nu);
+      run.whitened.emplace_back(Vector::Constant(1, nu));
+      nu = lag_one * nu + std::sqrt(variance * (1.0 - lag_one * lag_one)) * normal(random);
+    }
+  }
+  return all;
+}
+
+TEST(InnovationTuning, FindsTheScaleOfS) {
+  const InnovationTuning t = tune_innovations(record(10, 400, 2.0, 0.0, 3), 0.95);
+  EXPECT_NEAR(t.scale.scale, 2.0, 5.0 * 2.0 * std::sqrt(2.0 / 4000.0));
+  EXPECT_LT(t.scale.lower, 2.0);
+  EXPECT_GT(t.scale.upper, 2.0);
+  EXPECT_EQ(t.gain, GainError::none_seen);
+  EXPECT_LT(t.likelihood_ratio_p_value, 1e-50);
+  // ln of the ratio of densities a step: ½ (s − 1 − ln s).
+  EXPECT_NEAR(t.score_after - t.score_before, 0.5 * (t.scale.scale - 1.0 - std::log(t.scale.scale)), 1e-12);
+  // A variance is known to 10 % by 200 values.
+  EXPECT_NEAR(t.steps_for_10_percent / 200.0, 1.0, 0.5);
+  EXPECT_EQ(t.left_out_parts.verdict, Verdict::consistent);
+  EXPECT_EQ(t.left_out_parts.parts, 10);
+  EXPECT_TRUE(t.left_out_parts.of_runs);
+}
+
+TEST(InnovationTuning, TellsToWhichSideTheGainIsWrong) {
+  const InnovationTuning lingering = tune_innovations(record(10, 400, 1.0, 0.3, 4), 0.95);
+  EXPECT_EQ(lingering.gain, GainError::too_small);
+  EXPECT_NEAR(lingering.lag_one, 0.3, 5.0 / std::sqrt(4000.0));
+  EXPECT_TRUE(std::isnan(lingering.likelihood_ratio_p_value));
+  EXPECT_EQ(tune_innovations(record(10, 400, 1.0, -0.3, 4), 0.95).gain, GainError::too_large);
+}
+
+TEST(InnovationTuning, SaysThatQAndRCannotBeSeparated) {
+  const InnovationTuning t = tune_innovations(record(1, 100, 1.0, 0.0, 5), 0.95);
+  EXPECT_THAT(t.notes, ::testing::Contains(::testing::HasSubstr("Q and R cannot be separated")));
+  EXPECT_FALSE(t.left_out_parts.of_runs);
+}
+
+TEST(InnovationTuning, AnotherScaleInOneRunIsRejected) {
+  SensorRecord runs = record(40, 300, 1.0, 0.0, 6);
+  for (double& nis : runs.runs[3].nis) nis *= 2.0;
+  const InnovationTuning t = tune_innovations(runs, 0.95);
+  EXPECT_EQ(t.left_out_parts.verdict, Verdict::optimistic);
+  EXPECT_EQ(t.left_out_parts.rejected, 1);
+}
+
+TEST(InnovationTuning, RefusesAnEmptyRecord) {
+  EXPECT_THROW(tune_innovations({}, 0.95), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,160 @@
+#include "analysis/tuning/tuning.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/analysis/tuning/local_level.h"
+#include "tests/analysis/tuning/other_methods.h"
+
+namespace credence {
+namespace {
+
+using testing::local_level;
+using testing::simulate;
+using testing::survey_model;
+
+Tuning tune_linear(const LinearModel& present, const char* free, std::vector<MeasuredRun> runs) {
+  const LinearScore score({present, parse_free_noise(free)}, std::move(runs));
+  return tune(score, score.noise().start());
+}
+
+TEST(Tuning, FindsTheNoiseOfALocalLevel) {
+  const auto runs = simulate(local_level(0.1, 1.0), 40, 500, 1);
+  const Tuning tuning = tune_linear(local_level(0.3, 0.78), "diag(Q),diag(R)", runs);
+  ASSERT_EQ(tuning.parameters.size(), 2u);
+  for (const auto& [at, truth] : {std::pair{0, 0.1}, std::pair{1, 1.0}}) {
+    const TunedParameter& p = tuning.parameters[static_cast<std::size_t>(at)];
+    EXPECT_TRUE(p.identifiable);
+    const double deviation = std::log(p.upper / p.lower) / (2.0 * 1.96);
+    EXPECT_NEAR(std::log(p.value / truth), 0.0, 5.0 * deviation) << p.name << " = " << p.value;
+    EXPECT_NEAR(std::log(p.bootstrap_upper / p.bootstrap_lower) / std::log(p.upper / p.lower), 1.0, 0.5);
+  }
+  EXPECT_LT(tuning.estimate.decrement, 1e-6);
+  EXPECT_LT(tuning.likelihood_ratio_p_value, 1e-10);
+  EXPECT_FALSE(tuning.misspecified);
+  EXPECT_NEAR(tuning.parameters[0].steps_for_10_percent / 2762.0, 1.0, 0.25);
+}
+
+TEST(Tuning, FindsTheSameFromEveryStart) {
+  const auto runs = simulate(local_level(0.1, 1.0), 10, 300, 2);
+  const Tuning best = tune_linear(local_level(0.1, 1.0), "diag(Q),diag(R)", runs);
+  for (const double q : {1e-4, 1e-2, 10.0, 1e3}) {
+    for (const double r : {1e-3, 0.1, 100.0}) {
+      const Tuning tuning = tune_linear(local_level(q, r), "diag(Q),diag(R)", runs);
+      for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_NEAR(tuning.parameters[i].value / best.parameters[i].value, 1.0, 2e-3) << q << ", " << r;
+      }
+    }
+  }
+}
+
+TEST(Tuning, SaysThatNothingIsKnownInsteadOfANumber) {
+  // No process noise at all, one sensor, 50 samples: Q can only be bounded from above.
+  const Tuning tuning =
+      tune_linear(local_level(0.01, 1.0), "diag(Q)", simulate(local_level(0.0, 1.0), 1, 50, 4));
+  EXPECT_FALSE(tuning.anything_known());
+  EXPECT_FALSE(tuning.parameters.front().identifiable);
+  EXPECT_TRUE(std::isnan(tuning.parameters.front().value));
+  EXPECT_EQ(tuning.parameters.front().lower, 0.0);
+  EXPECT_EQ(tuning.phi, tuning.start);
+  EXPECT_THAT(tuning.notes, ::testing::Contains(::testing::HasSubstr("Nothing")));
+}
+
+TEST(Tuning, HoldsWhatOnlyACombinationShows) {
+  // Two noises on the same state at every step are one.
+  LinearModel model = local_level(0.5, 1.0);
+  model.G = Matrix::Ones(1, 2);
+  model.Q = 0.25 * Matrix::Identity(2, 2);
+  const Tuning tuning = tune_linear(model, "diag(Q),diag(R)", simulate(model, 20, 200, 6));
+  EXPECT_EQ(std::ranges::count(tuning.parameters, false, &TunedParameter::identifiable), 1);
+  EXPECT_THAT(tuning.notes, ::testing::Contains(::testing::HasSubstr("combination of the others")));
+}
+
+TEST(Tuning, TakesTheSandwichWhereTheLawIsNotGaussian) {
+  // Laplace noise of the right variance: the variance of its variance is 5, not 2.
+  auto runs = simulate(local_level(1e-3, 1e-3), 200, 100, 9);
+  std::mt19937_64 random(10);
+  std::exponential_distribution<double> exponential;
+  for (MeasuredRun& run : runs) {
+    for (Index k = 0; k < run.z.cols(); ++k) {
+      run.z(0, k) += (exponential(random) - exponential(random)) / std::sqrt(2.0);
+    }
+  }
+  const Tuning tuning = tune_linear(local_level(1e-3, 1.0), "diag(R)", runs);
+  EXPECT_TRUE(tuning.misspecified);
+  EXPECT_NEAR(tuning.information_ratio, 2.5, 5.0 * 2.5 * std::sqrt(2.0 / 200.0));
+  EXPECT_FALSE(tune_linear(local_level(1e-3, 1.0), "diag(R)", simulate(local_level(1e-3, 1.0), 200, 100, 9))
+                   .misspecified);
+}
+
+/// Chen's robot [Chen 2018]: a mass on a line driven by a known force, whose position is measured every 0.1 s
+/// for 20 s. The force is known, so that it plays no part; Q is the density of the acceleration, R the
+/// variance of the measurement.
+TEST(Tuning, FindsTheNoiseOfChensRobotFromEveryStart) {
+  const auto robot = [](double q, double r) {
+    LinearModel model = survey_model();
+    constexpr double T = 0.1;
+    model.F << 1.0, T, 0.0, 1.0;
+    model.G = Matrix::Identity(2, 2);
+    model.Q << T * T * T / 3.0, T * T / 2.0, T * T / 2.0, T;
+    model.Q *= q;
+    model.H = Matrix(1, 2);
+    model.H << 1.0, 0.0;
+    model.R = r * Matrix::Identity(1, 1);
+    model.P0 = Matrix::Identity(2, 2);
+    return model;
+  };
+  const auto runs = simulate(robot(1.0, 0.1), 10, 200, 21);
+  for (const double q : {0.1, 0.7, 5.0}) {
+    for (const double r : {0.01, 0.1, 1.0}) {
+      const Tuning tuning = tune_linear(robot(q, r), "Q,R", runs);
+      for (const auto& [at, truth] : {std::pair{0, 1.0 / q}, std::pair{1, 0.1 / r}}) {
+        const TunedParameter& p = tuning.parameters[static_cast<std::size_t>(at)];
+        const double deviation = std::log(p.upper / p.lower) / (2.0 * 1.96);
+        EXPECT_LT(deviation, 0.15);
+        EXPECT_NEAR(std::log(p.value / truth), 0.0, 5.0 * deviation) << q << ", " << r << ": " << p.name;
+      }
+    }
+  }
+}
+
+/// The information that each further step holds has the rank of the autocovariance least squares: what these
+/// cannot tell, only the start of a run can.
+TEST(Tuning, RankIsThatOfAutocovarianceLeastSquares) {
+  // Two states of which one is measured: an ARMA(2, 2) with three numbers, for the four of full(Q) and R.
+  LinearModel model = survey_model();
+  model.F << 0.8, 1.0, 0.0, 0.5;
+  model.H = Matrix(1, 2);
+  model.H << 1.0, 0.0;
+  model.R = Matrix::Identity(1, 1);
+  model.Q = Matrix::Identity(2, 2);
+  for (const auto& [free, rank] : {std::pair{"full(Q),R", 3}, {"diag(Q),R", 3}, {"Q,R", 2}}) {
+    const NoiseParameters noise(model, parse_free_noise(free));
+    const auto derivatives = noise.derivatives(noise.start());
+    const testing::AutocovarianceLeastSquares least_squares(model, derivatives, 20);
+    EXPECT_EQ(Eigen::ColPivHouseholderQR<Matrix>(least_squares.design()).rank(), rank) << free;
+    const InnovationSensitivities filter(model, derivatives, 1000);
+    const Matrix later = filter.expected_information(2000) - filter.expected_information(1000);
+    Eigen::ColPivHouseholderQR<Matrix> qr(later);
+    qr.setThreshold(1e-9);
+    EXPECT_EQ(qr.rank(), rank) << free;
+  }
+}
+
+TEST(Tuning, WarnsOfARidge) {
+  // A level and a slowly fading disturbance, seen only as their sum.
+  LinearModel model = survey_model();
+  model.F = Vector{{1.0, 0.9}}.asDiagonal();
+  model.H = Matrix::Ones(1, 2);
+  model.Q = 0.1 * Matrix::Identity(2, 2);
+  model.R = Matrix::Identity(1, 1);
+  const Tuning tuning = tune_linear(model, "diag(Q)", simulate(model, 30, 1000, 12));
+  EXPECT_EQ(tuning.coordinates.size(), 2u);
+  EXPECT_LT(tuning.correlation(0, 1), -0.3);
+  EXPECT_EQ(std::abs(tuning.correlation(0, 1)) >= kRidgeCorrelation, !tuning.notes.empty());
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,86 @@
+// `credence estimators` as a user types it: the built binary, its document, its page, its exit codes.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/app/command.h"
+#include "tests/paths.h"
+
+namespace credence {
+namespace {
+
+class EstimatorsCommand : public CommandTest {
+ protected:
+  static std::string scenario(const std::string& name) {
+    return source_folder() / "scenarios" / (name + ".toml");
+  }
+};
+
+TEST_F(EstimatorsCommand, GivesTheDocumentOfTheContract) {
+  const Json j = json({"estimators", scenario("ukfm_slam2d"), "--runs", "16", "--steps", "300",
+                       "--estimators", "ekf,invariant,fej", "--format", "json"});
+  EXPECT_EQ(j["schema"], 1);
+  EXPECT_EQ(j["scenario"]["world"]["model"], "planar_slam");
+  EXPECT_EQ(j["runs"], 16);
+  EXPECT_EQ(j["complete"], true);
+  ASSERT_EQ(j["rows"].size(), 3U);
+  EXPECT_EQ(j["rows"][1]["estimator"], "invariant");
+  EXPECT_EQ(j["rows"][1]["chart"], "right_invariant");
+  EXPECT_EQ(j["rows"][0]["unobservable"], 2);
+  for (const Json& row : j["rows"]) {
+    for (const char* block : {"pose", "heading", "position", "map"}) {
+      for (const char* key : {"mean", "lower", "upper"})
+        EXPECT_TRUE(row["nees"][block][key].is_number()) << key;
+      EXPECT_EQ(row["nees"][block]["quantiles"].size(), j["quantile_levels"].size());
+    }
+    EXPECT_TRUE(row["rmse"]["heading_rad"].is_number());
+    EXPECT_TRUE(row["rmse"]["position_m"].is_number());
+    EXPECT_GT(row["seconds_per_step"].get<double>(), 0.0);
+    EXPECT_EQ(row["runs"], 16);
+    EXPECT_EQ(row["failed"], 0);
+    EXPECT_EQ(row["pose_nees_over_time"].size(), j["window_ends"].size());
+  }
+  // In the plane's own chart nothing is transported.
+  EXPECT_EQ(j["rows"][0]["nees"]["pose"]["mean"], j["rows"][0]["nees_other_chart"]["pose"]["mean"]);
+  EXPECT_NE(j["rows"][1]["nees"]["pose"]["mean"], j["rows"][1]["nees_other_chart"]["pose"]["mean"]);
+  ASSERT_EQ(j["paired"].size(), 6U);
+  for (const char* key : {"first", "second", "difference", "lower", "upper", "p_value"}) {
+    EXPECT_TRUE(j["paired"][0].contains(key)) << key;
+  }
+}
+
+TEST_F(EstimatorsCommand, TextAndPage) {
+  const Finished f =
+      run({"estimators", scenario("huang_ring"), "--runs", "8", "--steps", "60", "--out", "page"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  for (const char* word : {"invariant", "unobservable", "gain of pairing"}) {
+    EXPECT_NE(f.out.find(word), std::string::npos) << word;
+  }
+  EXPECT_NE(read("page/index.html").find("<svg"), std::string::npos);
+  EXPECT_NE(read("page/index.html").find("Estimators in huang_ring"), std::string::npos);
+}
+
+TEST_F(EstimatorsCommand, RefusesOtherWorldsAndNames) {
+  const Finished planar = run({"estimators", scenario("planar_loop")});
+  EXPECT_EQ(planar.code, 2);
+  EXPECT_NE(planar.err.find("planar_loop.toml: world.model = \"planar\""), std::string::npos) << planar.err;
+  const Finished magic = run({"estimators", scenario("huang_ring"), "--estimators", "magic"});
+  EXPECT_EQ(magic.code, 2);
+  EXPECT_NE(magic.err.find("magic"), std::string::npos);
+}
+
+// A failed run is exit code 3; an optimistic estimator is 1 where that is asked for.
+TEST_F(EstimatorsCommand, ExitCodesSayWhatWasFound) {
+  const Finished failed =
+      run({"estimators", scenario("huang_annulus"), "--runs", "8", "--steps", "400", "--estimators", "ekf",
+           "--set", "noise.turn_rate_std=1", "--set", "noise.speed_std=2"});
+  EXPECT_EQ(failed.code, 3) << failed.err;
+  EXPECT_NE(failed.out.find("--only-run"), std::string::npos);
+  const Finished optimistic = run({"estimators", scenario("huang_annulus"), "--runs", "32", "--estimators",
+                                   "ekf", "--fail-on-inconsistent"});
+  EXPECT_EQ(optimistic.code, 1);
+}
+
+}  // namespace
+}  // namespace credence

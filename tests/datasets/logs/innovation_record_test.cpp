@@ -1,0 +1,34 @@
+#include "datasets/logs/innovation_record.h"
+
+#include <gmock/gmock.h>
+
+#include <array>
+#include <cmath>
+
+#include "datasets/logs/log_format.h"
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+TEST(InnovationRecord, IsWhitenedRunByRun) {
+  const TemporaryFolder folder;
+  const std::array files = {
+      folder.write("a.csv", "run,step,innovation.1,S.1.1\n1,1,2,4\n1,2,3,9\n2,1,-1,1\n2,2,5,-1\n"),
+      folder.write("b.csv", "run,step,innovation.1,S.1.1\n1,1,0.5,0.25\n")};
+  const std::vector<SensorRecord> records = read_innovations(
+      files,
+      [](const std::filesystem::path& file, LogSink& sink) { log_format_of(file).read(file, {}, sink); });
+  ASSERT_EQ(records.size(), 1U);
+  const SensorRecord& record = records.front();
+  ASSERT_EQ(record.runs.size(), 3U);
+  EXPECT_EQ(record.runs[0].nis, (std::vector<double>{1.0, 1.0}));
+  EXPECT_EQ(record.runs[1].nis, std::vector<double>{1.0});
+  EXPECT_EQ(record.runs[1].whitened.front()[0], -1.0);
+  EXPECT_EQ(record.runs[2].nis, std::vector<double>{1.0});
+  EXPECT_EQ(record.runs[2].dof, 1.0);
+  EXPECT_NEAR(record.log_determinant, std::log(4.0 * 9.0 * 0.25), 1e-12);
+}
+
+}  // namespace
+}  // namespace credence

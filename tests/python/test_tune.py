@@ -1,0 +1,43 @@
+import json
+import math
+import os
+import subprocess
+
+import credence
+import pytest
+
+LEVEL = {
+    "world": {"model": "linear", "F": [[1]], "H": [[1]], "Q": [[0.1]], "R": [[1]], "P0": [[1]]},
+    "filter": {"Q": [[0.3]], "R": [[0.78]]},
+    "study": {"runs": 40, "steps": 200},
+}
+
+
+def test_tuning_has_the_bits_of_the_command(tmp_path):
+    tuning = credence.tune(LEVEL, free="diag(Q),diag(R)")
+    assert tuning.verdict == "consistent"
+    q = tuning.parameters["filter.Q[1,1]"]
+    assert q.identifiable and q.before == 0.3 and q.lower < 0.1 < q.upper
+    assert tuning.correlation.shape == (2, 2)
+    assert credence.run(tuning.scenario, runs=40).verdict == "consistent"
+    assert os.path.exists(tuning.report(tmp_path / "out"))
+    (tmp_path / "scenario.toml").write_text(
+        "[world]\nmodel='linear'\nF=[[1]]\nH=[[1]]\nQ=[[0.1]]\nR=[[1]]\nP0=[[1]]\n"
+        "[filter]\nQ=[[0.3]]\nR=[[0.78]]\n[study]\nruns=40\nsteps=200\n"
+    )
+    command = [os.environ["CREDENCE"], "tune", "scenario.toml", "--free", "diag(Q),diag(R)", "--format", "json"]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True, cwd=tmp_path).stdout
+    assert json.loads(printed) == tuning.to_dict()
+
+
+def test_what_cannot_be_told_is_no_number():
+    tuning = credence.tune(LEVEL, free="diag(Q)", runs=1, steps=50, **{"world.Q": [[0.0]]})
+    q = tuning.parameters["filter.Q[1,1]"]
+    assert not q.identifiable and math.isnan(q.value) and q.reason
+    assert tuning.verdict is None and tuning.scenario is None
+    assert "Nothing" in " ".join(tuning.notes)
+
+
+def test_what_is_not_accepted_is_named():
+    with pytest.raises(ValueError, match="nothing to tune"):
+        credence.tune(LEVEL, free="S")
