@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <set>
 
 #include "montecarlo/scenario/scenario_text.h"
@@ -170,8 +171,10 @@ void write_study_report(const std::filesystem::path& directory, const std::strin
   page.answer(answer.tone, answer.text + ".");
   page.section("Verdicts");
   ReportTable verdicts = verdict_table(analyses);
-  verdicts.title =
-      "One row for each study; of the pose: what a robot drives by, which a sum over a map can hide";
+  const bool has_pose =
+      std::ranges::any_of(analyses, [](const StudyAnalysis& a) { return a.vehicle_nees.has_value(); });
+  verdicts.title = "One row for each study";
+  if (has_pose) verdicts.title += "; of the pose: what a robot drives by, which a sum over a map can hide";
   std::vector<std::string> anchors;
   for (std::size_t i = 0; i < studies.size(); ++i) {
     anchors.push_back(page.reserve(analyses[i].scenario.name));

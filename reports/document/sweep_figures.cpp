@@ -16,7 +16,7 @@ namespace {
 /// One of the two verdicts of a study.
 using VerdictOf = ConsistencyVerdict StudyAnalysis::*;
 
-double confidence_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
+double level_of(const SweepAnalysis& sweep) { return sweep.studies.front().scenario.study.confidence; }
 
 bool is_numeric(const SweepAxis& axis) { return !std::isnan(swept_number(axis.values.front())); }
 
@@ -101,7 +101,7 @@ Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what
               .y_label = fmt::format("mean {} / expected", what),
               .log_x = is_geometric(values),
               .log_y = true};
-  panel.series = {band.series(confidence_of(sweep)), level_series("expected", ColourRole::neutral, 1.0)};
+  panel.series = {band.series(level_of(sweep)), level_series("expected", ColourRole::neutral, 1.0)};
   Index i = 0;
   for (const auto& [label, c] : curves) {
     const ColourRole role = numbered_role(i++);
@@ -118,7 +118,7 @@ std::vector<Figure> curve_figures(const SweepAnalysis& sweep, std::size_t axis) 
                "Mean NEES and NIS over their expected values, logarithmic: 1 is consistent, above "
                "is optimistic, below pessimistic. Bars: factors on the claimed covariance that "
                "agree with what was measured, each at {:g} %; a bar without 1 is a verdict.",
-               100.0 * confidence_of(sweep)),
+               100.0 * level_of(sweep)),
            .rows = 1,
            .cols = 2,
            .panels = {curve_panel(sweep, axis, "NEES", &StudyAnalysis::nees),

@@ -133,8 +133,8 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
   const std::size_t n = sweep.studies.size(), best = best_study(sweep);
   if (n == 0) return {CellTone::caution, "No configuration has results yet"};
   const std::string counts =
-      fmt::format("Of {} configurations {} cannot be trusted, {} larger than need be, {} consistent", n,
-                  unsafe, pessimistic, consistent);
+      fmt::format("Of {} configurations {} cannot be trusted, {} are pessimistic, {} consistent", n, unsafe,
+                  pessimistic, consistent);
   if (best == n) return {CellTone::alarm, counts};
   return {unsafe > 0 ? CellTone::caution : CellTone::good,
           fmt::format("{}; nearest to right: {}", counts, point_words(sweep, best))};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -19,7 +20,7 @@ constexpr std::size_t kMostPoints = 1500;
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.5g}", value) : "null"; }
 
 template <class Values>
-std::string numbers(const Values& values, std::size_t every = 1) {
+std::string number_list(const Values& values, std::size_t every = 1) {
   std::string text = "[";
   for (std::size_t i = 0; i < values.size(); i += every) {
     if (i > 0) text += ',';
@@ -52,7 +53,7 @@ bool has_points(const Series& s) {
 }
 
 bool increases(const FigureData& x) {
-  double last = -INFINITY;
+  double last = -std::numeric_limits<double>::infinity();
   for (const double value : x) {
     if (std::isnan(value)) continue;
     if (value < last) return false;
@@ -69,7 +70,7 @@ const char* mode_of(const Panel& panel) {
 }
 
 /// The abscissae that were met, each written once.
-class Columns {
+class SharedColumns {
  public:
   std::size_t index_of(const FigureData& x, std::size_t every) {
     const auto [place, is_new] = index_.try_emplace({std::vector<double>(x), every}, index_.size());
@@ -81,11 +82,11 @@ class Columns {
 
  private:
   static std::string column(const FigureData& x, std::size_t every) {
-    if (x.size() < 4) return numbers(x, every);
+    if (x.size() < 4) return number_list(x, every);
     const double by = (x.back() - x.front()) / static_cast<double>(x.size() - 1);
     const double least = 1e-9 * std::max(std::abs(x.front()), std::abs(x.back()));
     for (std::size_t i = 0; i < x.size(); ++i) {
-      if (!(std::abs(x[i] - x.front() - by * static_cast<double>(i)) <= least)) return numbers(x, every);
+      if (!(std::abs(x[i] - x.front() - by * static_cast<double>(i)) <= least)) return number_list(x, every);
     }
     return fmt::format("{{\"from\":{:.10g},\"by\":{:.10g},\"n\":{}}}", x.front(),
                        by * static_cast<double>(every), (x.size() - 1) / every + 1);
@@ -95,7 +96,7 @@ class Columns {
   std::string text_;
 };
 
-std::string series_text(const Panel& panel, const std::vector<std::size_t>& leading, Columns& columns) {
+std::string series_text(const Panel& panel, const std::vector<std::size_t>& leading, SharedColumns& columns) {
   std::string text;
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
     const Series& s = panel.series[i];
@@ -107,10 +108,11 @@ std::string series_text(const Panel& panel, const std::vector<std::size_t>& lead
     const std::size_t every = s.x.size() / kMostPoints + 1;
     text += fmt::format("{}{{\"i\":{},\"n\":{},\"c\":\"#{:06x}\",\"x\":{}", text.empty() ? "" : ",", i,
                         json_text(words_of(s.label)), style_of(s.role).rgb, columns.index_of(s.x, every));
-    if (!band) text += ",\"y\":" + numbers(s.y, every);
-    if (pair) text += ",\"l\":" + numbers(s.y, every) + ",\"u\":" + numbers(panel.series[i + 1].y, every);
+    if (!band) text += ",\"y\":" + number_list(s.y, every);
+    if (pair)
+      text += ",\"l\":" + number_list(s.y, every) + ",\"u\":" + number_list(panel.series[i + 1].y, every);
     if (!pair && !s.lower.empty()) {
-      text += ",\"l\":" + numbers(s.lower, every) + ",\"u\":" + numbers(s.upper, every);
+      text += ",\"l\":" + number_list(s.lower, every) + ",\"u\":" + number_list(s.upper, every);
     }
     text += '}';
   }
@@ -145,11 +147,11 @@ std::string cells_text(const Panel& panel) {
     std::string rows;
     for (Index i = 0; i < s.cells.rows(); ++i) {
       if (i > 0) rows += ',';
-      rows += numbers(std::vector<double>(s.cells.row(i).begin(), s.cells.row(i).end()));
+      rows += number_list(std::vector<double>(s.cells.row(i).begin(), s.cells.row(i).end()));
     }
-    std::string text =
-        fmt::format("{{\"x\":{},\"y\":{},\"xe\":{},\"ye\":{},\"v\":[{}]", numbers(s.x), numbers(s.y),
-                    numbers(cell_edges(s.x, panel.log_x)), numbers(cell_edges(s.y, panel.log_y)), rows);
+    std::string text = fmt::format("{{\"x\":{},\"y\":{},\"xe\":{},\"ye\":{},\"v\":[{}]", number_list(s.x),
+                                   number_list(s.y), number_list(cell_edges(s.x, panel.log_x)),
+                                   number_list(cell_edges(s.y, panel.log_y)), rows);
     if (!panel.x_names.empty()) text += ",\"xn\":" + names_text(panel.x_names);
     if (!panel.y_names.empty()) text += ",\"yn\":" + names_text(panel.y_names);
     return text + "}";
@@ -180,7 +182,7 @@ std::vector<std::size_t> leading_series(const Panel& panel) {
 
 std::string panel_data(const Panel& panel, const PanelLayout& layout) {
   const std::vector<std::size_t> leading = leading_series(panel);
-  Columns columns;
+  SharedColumns columns;
   const std::string series = series_text(panel, leading, columns);
   const CanvasBox& box = layout.box;
   return fmt::format(

@@ -19,6 +19,7 @@ inline constexpr std::string_view kPageStyle = R"css(
     --alarm: #ffac85; --alarm-wash: #43200f; --shade: rgba(0,0,0,.7); }
   .panel svg, figure svg { fill: #e3e6ea; }
   figure svg [stroke="#000000"] { stroke: #f2f4f6; } figure svg [fill="#000000"] { fill: #f2f4f6; }
+  figure svg .heat [stroke="#000000"] { stroke: #000; } figure svg .heat [fill="#000000"] { fill: #000; }
   figure svg [stroke="#0072b2"] { stroke: #4aa3e0; } figure svg [fill="#0072b2"] { fill: #4aa3e0; }
   figure svg [stroke="#56b4e9"] { stroke: #a9dcf7; } figure svg [fill="#56b4e9"] { fill: #a9dcf7; }
   figure svg [stroke="#009e73"] { stroke: #2fc79b; } figure svg [fill="#009e73"] { fill: #2fc79b; }

@@ -103,9 +103,11 @@ class Pages(unittest.TestCase):
 
     def hover(self, figure, panel, x):
         """Moves the mouse to the data coordinate x of a panel and gives what is shown."""
-        place = self.browser.run(f"""(() => {{
+        place = self.browser.run(f"""(async () => {{
           const panel = document.querySelectorAll('#{figure} .panel')[{panel}];
           panel.scrollIntoView({{block: 'center', behavior: 'instant'}});
+          // Scrolling, which hides what is shown, is told with the next frame.
+          for (let i = 0; i < 2; ++i) await new Promise(requestAnimationFrame);
           const d = JSON.parse(panel.querySelector('script').textContent), [l, r, t, b] = d.box;
           const share = (v, [low, high, log]) => log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low);
           const svg = panel.querySelector('svg');
@@ -158,9 +160,10 @@ class Pages(unittest.TestCase):
     def test_a_drawn_box_is_zoomed_to_and_escape_leads_back(self):
         self.browser.view(1280)
         self.browser.open(self.pages["check"])
-        box = self.browser.run("""(() => {
+        box = self.browser.run("""(async () => {
           const frame = document.querySelector('#figure-logs-consistency .catch');
           frame.scrollIntoView({block: 'center', behavior: 'instant'});
+          for (let i = 0; i < 2; ++i) await new Promise(requestAnimationFrame);
           const r = frame.getBoundingClientRect();
           return [r.left, r.top, r.width, r.height];
         })()""")
