@@ -131,7 +131,7 @@ ReportTable tune_forecast_table(const TuningForecast& forecast) {
                                 {"", ColumnAlign::words}},
                     .rows = {},
                     .notes = {fmt::format("{} steps. ±: one standard error of the logarithm.",
-                                          number_text(forecast.steps, 7))}};
+                                          fmt::format("{:.0f}", forecast.steps))}};
   for (const TuningForecast::Parameter& p : forecast.parameters) {
     const std::string error =
         std::isnan(p.relative_error) ? "–" : number_text(100.0 * p.relative_error, 3) + " %";
