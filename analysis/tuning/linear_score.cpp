@@ -12,7 +12,7 @@
 namespace credence {
 namespace {
 
-constexpr std::int64_t kRunsOfTask = 16;
+constexpr std::int64_t kRunsOfScoreTask = 16;
 
 }  // namespace
 
@@ -42,10 +42,10 @@ UnitScores LinearScore::scores(const Vector& phi, bool gradient) const {
   scores.gradient = Matrix::Zero(filter.parameters(), units());
   scores.steps = static_cast<double>(runs() * steps());
   scores.dof = scores.steps * static_cast<double>(parameters_.model().measurement_dim());
-  const std::int64_t tasks = (runs() + kRunsOfTask - 1) / kRunsOfTask;
+  const std::int64_t tasks = (runs() + kRunsOfScoreTask - 1) / kRunsOfScoreTask;
   for_each_task(tasks, tasks == 1 ? 1 : threads_, nullptr, [&](std::int64_t task) {
-    const Index end = std::min(runs(), Index{(task + 1) * kRunsOfTask});
-    for (Index run = task * kRunsOfTask; run < end; ++run) score_run(filter, run, scores);
+    const Index end = std::min(runs(), Index{(task + 1) * kRunsOfScoreTask});
+    for (Index run = task * kRunsOfScoreTask; run < end; ++run) score_run(filter, run, scores);
   });
   scores.ok = scores.value.allFinite() && scores.gradient.allFinite();
   return scores;

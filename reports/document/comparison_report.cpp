@@ -73,7 +73,7 @@ CellTone tone_of(const std::string& verdict) {
   return CellTone::plain;
 }
 
-Json interval_json(const MeanInterval& i) {
+Json compared_interval_json(const MeanInterval& i) {
   return {{"value", json_number(i.mean)}, {"lower", json_number(i.lower)}, {"upper", json_number(i.upper)}};
 }
 
@@ -166,14 +166,14 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
     Json j = {{"name", s.name},
               {"runs", s.runs},
               {"verdict", s.verdict},
-              {"factor", interval_json(s.factor)},
+              {"factor", compared_interval_json(s.factor)},
               {"nees", mean_json(s.nees)},
               {"vehicle_nees", s.pose ? mean_json(*s.pose) : Json(nullptr)},
               {"nis", mean_json(s.nis)},
               {"paired_difference", nullptr}};
     if (&s != studies.data()) {
       if (const auto d = paired_difference(s, studies.front(), confidence))
-        j["paired_difference"] = interval_json(*d);
+        j["paired_difference"] = compared_interval_json(*d);
     }
     all.push_back(std::move(j));
   }

@@ -75,7 +75,7 @@ const EstimatorRow& yardstick(const EstimatorStudy& study) {
   return ideal == study.rows.end() ? study.rows.front() : *ideal;
 }
 
-Json interval_json(const MeanInterval& interval) {
+Json nees_interval_json(const MeanInterval& interval) {
   return {{"mean", interval.count == 0 ? Json(nullptr) : json_number(interval.mean)},
           {"lower", json_number(interval.lower)},
           {"upper", json_number(interval.upper)}};
@@ -85,7 +85,7 @@ Json blocks_json(const EstimatorRow& row,
                  std::initializer_list<std::pair<const char*, EstimatorBlock>> blocks) {
   Json json;
   for (const auto& [name, block] : blocks) {
-    json[name] = interval_json(nees_of(row, block));
+    json[name] = nees_interval_json(nees_of(row, block));
     const Band& band = row.bands[static_cast<std::size_t>(block)];
     json[name]["quantiles"] = row.runs > 0 ? json_numbers({band.begin(), band.end()}) : Json(nullptr);
   }
