@@ -92,6 +92,7 @@ int tune_logs(const TuneOptions& options) {
       files, [&](const fs::path& file, LogSink& sink) { log_format_of(file).read(file, reading, sink); });
   if (records.empty()) throw std::invalid_argument("the logs hold no innovations with their covariance");
   std::vector<InnovationTuning> sensors;
+  sensors.reserve(records.size());
   for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kLogConfidence));
   const std::string name = fs::path(options.inputs.front()).stem().string();
   if (options.format == "json") {

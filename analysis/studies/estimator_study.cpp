@@ -116,8 +116,8 @@ class RunSums {
 };
 
 /// What all runs have in common.
-struct Setting {
-  Setting(const Scenario& s, std::vector<std::string> estimators)
+struct StudySetting {
+  StudySetting(const Scenario& s, std::vector<std::string> estimators)
       : scenario(s),
         world(make_odometry_world(s)),
         source(s.study.seed, noise_group(s)),
@@ -140,7 +140,7 @@ struct Setting {
 };
 
 /// Runs `first` … `last` − 1 with all estimators.
-void play(const Setting& setting, std::int64_t first, std::int64_t last, std::vector<Kept>& kept) {
+void play(const StudySetting& setting, std::int64_t first, std::int64_t last, std::vector<Kept>& kept) {
   OdometryDrive drive(setting.world, setting.source);
   std::vector<EstimatorRun> runs;
   for (const std::string& name : setting.names) runs.push_back(setting.start(name));
@@ -199,7 +199,7 @@ MeanInterval root_of(MeanInterval squared) {
   return squared;
 }
 
-void summarise(const Setting& setting, const Kept& kept, EstimatorRow& row) {
+void summarise(const StudySetting& setting, const Kept& kept, EstimatorRow& row) {
   const double confidence = setting.scenario.study.confidence;
   std::array<SkewedMoments, kEstimatorBlocks> nees;
   std::array<std::vector<double>, kEstimatorBlocks> sorted;
@@ -237,8 +237,8 @@ void summarise(const Setting& setting, const Kept& kept, EstimatorRow& row) {
   }
 }
 
-PairedDifference compare(const Setting& setting, std::size_t a, std::size_t b, const std::vector<Kept>& kept,
-                         bool of_position) {
+PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t b,
+                         const std::vector<Kept>& kept, bool of_position) {
   const auto value = [&](const EstimatorRunValues& v) {
     return of_position ? v.position_squared : v.nees[at(EstimatorBlock::pose)];
   };
@@ -266,7 +266,7 @@ PairedDifference compare(const Setting& setting, std::size_t a, std::size_t b, c
 }
 
 /// The rank along run 0, and the time of a step: the best of a few runs, with what is heard at hand.
-void measure_filter(const Setting& setting, EstimatorRow& row) {
+void measure_filter(const StudySetting& setting, EstimatorRow& row) {
   constexpr int kRepeats = 3;
   OdometryDrive drive(setting.world, setting.source);
   const Pose estimate = drive.start(0);
@@ -315,7 +315,7 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
     throw std::invalid_argument(fmt::format(
         "world.model = \"{}\": estimators are compared in \"planar_slam\"", scenario.world.model));
   }
-  const Setting setting(scenario, wanted_names(options));
+  const StudySetting setting(scenario, wanted_names(options));
   const std::int64_t runs = scenario.study.runs;
   EstimatorStudy study;
   study.scenario = scenario;

@@ -153,7 +153,7 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
     plan.correlation = CorrelationSource::pilot;
     plan.nees.design.effective_steps = *measured;
   }
-  constexpr int kSimulatedStudies = 4000;  // a standard error of 0.6 points at a power of 0.8
+  constexpr int kSimulatedStudies = 1000;  // a standard error of 1.3 points at a power of 0.8
   constexpr std::int64_t kRunsForSkewness = 1000;
   plan.nees.design.simulated_studies = kSimulatedStudies;
   const SkewedMoments& runs = pilot.statistics.nees_of_runs.moments;

@@ -44,7 +44,7 @@ struct RatioCurve {
 };
 
 /// Where the ratio of a consistent filter lies, at each x the widest of all curves.
-struct Band {
+struct ConsistencyBand {
   std::map<double, AxisRange> at;
 
   void add(double x, const ConsistencyVerdict& v) {
@@ -87,7 +87,7 @@ std::string label_of(const SweepPoint& point, std::size_t axis) {
 
 Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what, VerdictOf verdict) {
   std::map<std::string, RatioCurve> curves;
-  Band band;
+  ConsistencyBand band;
   std::vector<double> values;
   for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
     const SweepPoint& point = sweep.point(n);

@@ -123,7 +123,7 @@ TEST_F(HelpCommand, BashCompletesCommandsOptionsValuesKeysAndScenarios) {
   EXPECT_TRUE(has(completed("credence sw"), "sweep"));
   EXPECT_TRUE(has(completed("credence run --fo"), "--format"));
   EXPECT_EQ(completed("credence run --format j"), "json\n");
-  EXPECT_EQ(completed("credence run --set world.landm"), "world.landmarks=\n");
+  EXPECT_EQ(completed("credence run --set world.landmarks"), "world.landmarks=\n");
   EXPECT_TRUE(has(completed("credence run planar_l"), "planar_loop"));
   EXPECT_EQ(completed("credence completion f"), "fish\n");
   for (const char* shell : {"zsh", "fish"}) {

@@ -88,7 +88,7 @@ void SlamEstimator::collect(Batch observations) {
   const Index m = 2 * std::ssize(z_);
   nu_.resize(m);
   H_.resize(m, std::ssize(seen_)).setZero();
-  extra_S_.resize(m, m).setZero();
+  added_covariance_.resize(m, m).setZero();
 }
 
 void SlamEstimator::set_rows(Index i, const Eigen::Vector2d& nu, const Jacobian& H_r,
@@ -143,7 +143,7 @@ bool SlamEstimator::correct(UpdateResult& result) {
     }
   }
   auto S = S_.resize(m, m);
-  S = extra_S_.matrix();
+  S = added_covariance_.matrix();
   for (Index r = 0; r < m; ++r) {
     for (Index j = 0; j < s; ++j) {
       if (H(r, j) != 0.0) S.row(r) += H(r, j) * Y.row(seen_[static_cast<std::size_t>(j)]);

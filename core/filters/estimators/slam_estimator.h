@@ -110,7 +110,7 @@ class SlamEstimator {
   Eigen::Map<Matrix> H() { return H_.matrix(); }
   Eigen::Map<Vector> nu() { return nu_.vector(); }
   /// Added to S beside R; zero unless a linearisation sets it.
-  Eigen::Map<Matrix> extra_S() { return extra_S_.matrix(); }
+  Eigen::Map<Matrix> added_covariance() { return added_covariance_.matrix(); }
   std::span<const Eigen::Vector2d> seen_z() const { return z_; }  ///< of the known landmarks of the batch
 
   /// F of a motion between two places, [I, J(p⁺ − p); 0, 1]: whatever the vehicle, its motion is a constant
@@ -151,7 +151,7 @@ class SlamEstimator {
   std::vector<Eigen::Vector2d> z_;
   PoseMatrix F_ = PoseMatrix::Identity();
   std::vector<Jacobian> placements_;
-  MatrixBuffer nu_, H_, S_, extra_S_, L_, W_, columns_, seen_P_, whitened_, delta_;
+  MatrixBuffer nu_, H_, S_, added_covariance_, L_, W_, columns_, seen_P_, whitened_, delta_;
 };
 
 }  // namespace credence

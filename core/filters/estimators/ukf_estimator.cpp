@@ -103,9 +103,9 @@ void UkfEstimator::linearise(const PlanarTruth&) {
   auto shift = shift_.resize(m);
   shift = half_sums.rowwise().sum() / c;
   nu() -= shift.col(0);
-  extra_S().noalias() = half_sums.lazyProduct(half_sums.transpose());
-  extra_S() /= c;
-  extra_S() += centre_weight(alpha) * shift.lazyProduct(shift.transpose());
+  added_covariance().noalias() = half_sums.lazyProduct(half_sums.transpose());
+  added_covariance() /= c;
+  added_covariance() += centre_weight(alpha) * shift.lazyProduct(shift.transpose());
   for (Index i = 0; 2 * i < m; ++i) {  // where nothing is spread
     if ((root.diagonal().array() != 0.0).all()) break;
     Jacobian H_r;
