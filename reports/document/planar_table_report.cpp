@@ -97,8 +97,8 @@ ReportTable planar_stability_table(const SweepPlan& plan, std::span<const Planar
   }
   table.notes = {
       "n: dimension of the state. In brackets: log2 of the last tr P over that at half the loops.",
-      "At the truth: Jacobians along the nominal path. In the EKF: of one noisy run, whose P fluctuates: an "
-      "exponent below 0.1 is no clear growth.",
+      "At the truth: Jacobians along the nominal path. In the EKF: of one noisy run, whose P fluctuates.",
+      "An exponent below 0.1 is no clear growth.",
       "rank O in the EKF: beyond that at the truth it is spurious. pose NEES / 3: above 1 is optimistic.",
       "beyond all bounds: the run ended before, as S could no longer be factorised.",
       "P0 × 100: what a hundredfold initial variance multiplies the last trace by; 1 is independent of P0.",

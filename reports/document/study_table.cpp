@@ -91,6 +91,7 @@ std::string fault_clause(const StudyAnalysis& a) {
 
 std::string names(const std::vector<const StudyAnalysis*>& studies) {
   std::vector<std::string> all;
+  all.reserve(studies.size());
   for (const StudyAnalysis* a : studies) all.push_back(a->scenario.name);
   return fmt::format("{}", fmt::join(all, ", "));
 }
@@ -129,6 +130,7 @@ ReportAnswer study_answer(std::span<const StudyAnalysis> analyses) {
   constexpr std::size_t kExplained = 2;
   if (!unsafe.empty()) {
     std::vector<std::string> faults;
+    faults.reserve(unsafe.size());
     for (const StudyAnalysis* a : unsafe) faults.push_back(fault_clause(*a));
     const std::string whose =
         n == 1 ? "This filter cannot" : fmt::format("{} of {} filters cannot", unsafe.size(), n);
