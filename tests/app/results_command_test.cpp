@@ -64,13 +64,18 @@ TEST_F(ResultsCommand, ShowAndReportOfASweepThatIsRunningLeaveItAlone) {
   ASSERT_EQ(whole.code, 0) << whole.err;
   const pid_t child = running(
       {"sweep", "s.toml", "--runs", "300000", "--out", "out", "--format", "json", "--threads", "1"}, "out");
+  // It stands still while it is looked at, or it could be over before.
   Finished shown;
   wait_for([&] {
+    kill(child, SIGSTOP);
     shown = beside("show out --quiet");
-    return shown.out.find(": 0 of") == std::string::npos;
+    if (shown.out.find(": 0 of") == std::string::npos) return true;
+    kill(child, SIGCONT);
+    return false;
   });
   const Finished reported = beside("report out --out so_far --quiet");
   ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the sweep was over before it could be looked at";
+  kill(child, SIGCONT);
   EXPECT_EQ(shown.code, 0) << shown.err;
   EXPECT_NE(shown.out.find("of 900000 runs are stored"), std::string::npos) << shown.out;
   EXPECT_NE(shown.out.find("; process " + std::to_string(child) + " goes on"), std::string::npos)
