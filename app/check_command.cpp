@@ -169,8 +169,9 @@ int check(const CheckOptions& options) {
   RunErrors first_run;
   LogJudgeResult result = judge(options, files, [&](const fs::path& file, LogSink& sink) {
     FirstRunSink first(sink, first_run);
-    const bool is_first = &file == &files.front();  // read by one thread, like every file
-    formats.at(file)->read(file, reading, is_first ? static_cast<LogSink&>(first) : sink);
+    const bool drawn =
+        !options.out.empty() && &file == &files.front();  // read by one thread, like every file
+    formats.at(file)->read(file, reading, drawn ? static_cast<LogSink&>(first) : sink);
   });
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (result.evidence.rows == 0 && !result.complete) {

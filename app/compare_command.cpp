@@ -49,8 +49,7 @@ std::vector<ComparedStudy> read_folder(const std::string& folder, const CompareO
       throw std::invalid_argument(fmt::format(
           "{}: is a sweep, whose configurations credence show sets side by side", directory.string()));
     }
-    if (study.runs() == 0)
-      throw std::invalid_argument(fmt::format("{}: no runs are stored yet", directory.string()));
+    require_runs(study);
     const std::optional<StudyAnalysis> analysis = judge(study, options);
     if (!analysis) throw ExitStatus{kInterrupted};
     studies.push_back(compared(*analysis));

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
 
@@ -11,6 +10,7 @@
 #include "app/common_options.h"
 #include "app/embedded_files.h"
 #include "app/scenario_files.h"
+#include "reports/render/atomic_file.h"
 
 namespace credence {
 namespace {
@@ -101,10 +101,7 @@ int init(const InitOptions& options) {
   }
   for (const auto& [file, text] : project.files) {
     if (file.has_parent_path()) fs::create_directories(file.parent_path());
-    std::ofstream stream(file, std::ios::binary);
-    stream << text;
-    stream.close();
-    if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written", file.string()));
+    write_file(file, text);
     fmt::print("{}\n", file.string());
   }
   fmt::print("\nNext:\n");

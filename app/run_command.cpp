@@ -121,9 +121,7 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
 }
 
 void write_report(const RunOptions& options, const std::vector<ReportedStudy>& studies) {
-  const std::string title =
-      studies.size() == 1 ? studies.front().analysis.scenario.name : "Can these covariances be trusted?";
-  write_study_report(options.out, title, studies, make_provenance(this_command()));
+  write_study_report(options.out, report_title(studies), studies, make_provenance(this_command()));
   tell_report(options);
 }
 

@@ -118,19 +118,13 @@ std::vector<ReportedStudy> reported(std::vector<StoredStudy>& studies, const Sto
 int report(StoredOptions options) {
   std::vector<StoredStudy> studies = read_all(options.directory);
   if (options.out.empty()) options.out = options.directory;
-  for (const StoredStudy& study : studies) {
-    if (study.runs() == 0)
-      throw std::invalid_argument(fmt::format("{}: no runs are stored yet", study.directory.string()));
-  }
+  for (const StoredStudy& study : studies) require_runs(study);
   if (is_sweep(studies)) {
     write_sweep_report(options.out, analyse_stored_sweep(studies.front()), make_provenance(this_command()));
   } else {
     const std::vector<ReportedStudy> all = reported(studies, options);
     if (catch_interrupt().load()) return kInterrupted;
-    write_study_report(
-        options.out,
-        all.size() == 1 ? all.front().analysis.scenario.name : "Can these covariances be trusted?", all,
-        make_provenance(this_command()));
+    write_study_report(options.out, report_title(all), all, make_provenance(this_command()));
   }
   tell_report(options);
   return kDone;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "montecarlo/engine/result_store_error.h"
 #include "montecarlo/scenario/scenario_io.h"
@@ -52,6 +53,11 @@ StoredStudy read_study(const fs::path& directory) {
   study.results = stored_results(study.configurations, store);
   study.writer = ResultStore::writer(directory);
   return study;
+}
+
+void require_runs(const StoredStudy& study) {
+  if (study.runs() == 0)
+    throw std::invalid_argument(fmt::format("{}: no runs are stored yet", study.directory.string()));
 }
 
 std::vector<StudyAnalysis> analyse(StoredStudy& study) {

@@ -34,6 +34,9 @@ std::vector<std::filesystem::path> study_directories(const std::filesystem::path
 /// Reads one. Throws StoreError and ScenarioError.
 StoredStudy read_study(const std::filesystem::path& directory);
 
+/// Throws std::invalid_argument where no runs are stored yet.
+void require_runs(const StoredStudy& study);
+
 /// Judges those of its configurations that have runs; as `sweep` does, by NEES, NIS and the pose.
 std::vector<StudyAnalysis> analyse(StoredStudy& study);
 

@@ -18,9 +18,10 @@ class InnovationSink final : public LogSink {
       auto found = std::ranges::find(records_, sensor.name, &SensorRecord::name);
       if (found == records_.end()) {
         records_.push_back({.name = sensor.name, .runs = {}});
+        dims_.push_back(0);
         found = records_.end() - 1;
       }
-      found->runs.emplace_back().dof = 0.0;
+      found->runs.emplace_back();
       of_layout_.push_back(static_cast<std::size_t>(found - records_.begin()));
     }
   }
@@ -29,7 +30,8 @@ class InnovationSink final : public LogSink {
     stop_point();
     if (!step.problem.empty()) return;
     for (std::size_t s = 0; s < std::min(step.innovations.size(), of_layout_.size()); ++s) {
-      if (step.innovations[s].nu.size() > 0) add(step.innovations[s], records_[of_layout_[s]]);
+      const std::size_t sensor = of_layout_[s];
+      if (step.innovations[s].nu.size() > 0) add(step.innovations[s], records_[sensor], dims_[sensor]);
     }
   }
 
@@ -40,24 +42,24 @@ class InnovationSink final : public LogSink {
 
   /// Without empty runs and silent sensors.
   std::vector<SensorRecord> take() {
-    for (SensorRecord& record : records_) {
-      std::erase_if(record.runs, [](const RecordedInnovations& run) { return run.nis.empty(); });
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      std::vector<RecordedInnovations>& runs = records_[i].runs;
+      std::erase_if(runs, [](const RecordedInnovations& run) { return run.nis.empty(); });
+      for (RecordedInnovations& run : runs) run.dof = static_cast<double>(dims_[i]);
     }
     std::erase_if(records_, [](const SensorRecord& record) { return record.runs.empty(); });
     return std::move(records_);
   }
 
  private:
-  static void add(const Innovation& innovation, SensorRecord& record) {
-    const auto dof = static_cast<double>(innovation.nu.size());
-    const double first = record.runs.front().dof;
+  static void add(const Innovation& innovation, SensorRecord& record, Index& dim) {
     const Eigen::LLT<Matrix> llt(innovation.S);
-    if ((first > 0.0 && first != dof) || !innovation.nu.allFinite() || !innovation.S.allFinite() ||
+    if ((dim > 0 && dim != innovation.nu.size()) || !innovation.nu.allFinite() || !innovation.S.allFinite() ||
         llt.info() != Eigen::Success) {
       ++record.left_out;
       return;
     }
-    for (RecordedInnovations& run : record.runs) run.dof = dof;
+    dim = innovation.nu.size();
     const Vector whitened = llt.matrixL().solve(innovation.nu);
     record.runs.back().nis.push_back(whitened.squaredNorm());
     record.runs.back().whitened.push_back(whitened);
@@ -65,6 +67,7 @@ class InnovationSink final : public LogSink {
   }
 
   std::vector<SensorRecord> records_;
+  std::vector<Index> dims_;             ///< of each record; 0 before its first innovation
   std::vector<std::size_t> of_layout_;  ///< record of each sensor of the run
 };
 

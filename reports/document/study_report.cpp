@@ -147,6 +147,10 @@ std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
       number_text(100.0 * v.expected_share_outside, 3));
 }
 
+std::string report_title(std::span<const ReportedStudy> studies) {
+  return studies.size() == 1 ? studies.front().analysis.scenario.name : "Can these covariances be trusted?";
+}
+
 void write_study_report(const std::filesystem::path& directory, const std::string& title,
                         std::span<const ReportedStudy> studies, const Provenance& provenance) {
   const std::vector<std::string> names = file_names(studies);

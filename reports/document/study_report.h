@@ -17,6 +17,9 @@ struct ReportedStudy {
   std::string description{};  ///< what the author of the scenario says of it
 };
 
+/// The name of the one study, or the question that several answer.
+std::string report_title(std::span<const ReportedStudy> studies);
+
 /// Writes DIR/index.html with all studies and, for each, <name>.csv, <name>-run.csv, and its figures as SVG
 /// and PDF in DIR/figures.
 ///
