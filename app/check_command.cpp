@@ -79,7 +79,8 @@ LogReadOptions read_options(const CheckOptions& o, const std::vector<fs::path>& 
           .matching = {.max_time_difference_s = o.max_time_difference_s,
                        .truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated,
                        .alignment = alignment_named(o.align)},
-          .truth = TruthFiles(files, o.truths)};
+          .truth = TruthFiles(files, o.truths),
+          .partial = o.partial};
 }
 
 /// "PX4 ULog, …; truth interpolated, …"

@@ -26,6 +26,8 @@ struct LogReadOptions {
   std::optional<OrientationError> orientation_error{};  ///< none: what the format means by itself
   TrajectoryMatching matching{};
   TruthFiles truth{};  ///< --truth
+  /// Of a file that is cut off or corrupted what comes before is read, with a remark, if it is anything.
+  bool partial = false;
 };
 
 /// A format of logs.

@@ -8,6 +8,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/arrays/mat_log.h"
 #include "datasets/logs/arrays/npz.h"
+#include "datasets/logs/autopilot/dataflash_innovations.h"
 #include "datasets/logs/autopilot/ulog_innovations.h"
 #include "datasets/logs/filter_log.h"
 #include "datasets/logs/log_format.h"
@@ -39,8 +40,8 @@ bool has_extension(const std::filesystem::path& file) {
 
 std::span<const LogFormat> log_formats() {
   static const LogFormat formats[] = {
-      mcap_format(),   ros2_sqlite_format(), ros1_bag_format(), ulog_format(),  npz_format(), mat_format(),
-      rtklib_format(), openvins_format(),    tum_format(),      cnspy_format(), own_format(),
+      mcap_format(), ros2_sqlite_format(), ros1_bag_format(), ulog_format(), dataflash_format(), npz_format(),
+      mat_format(),  rtklib_format(),      openvins_format(), tum_format(),  cnspy_format(),     own_format(),
   };
   return formats;
 }

@@ -10,6 +10,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/autopilot/innovation_series.h"
 #include "datasets/logs/autopilot/ulog.h"
+#include "datasets/logs/partial_read.h"
 
 namespace credence {
 namespace {
@@ -145,7 +146,8 @@ struct UlogInnovations {
   double dropped_s = 0.0;
 };
 
-UlogInnovations read_innovations(const std::filesystem::path& file, LogSink& sink) {
+UlogInnovations read_innovations(const std::filesystem::path& file, const LogReadOptions& options,
+                                 LogSink& sink) {
   UlogInnovations result;
   std::map<std::size_t, UlogTopic> topics;
   const UlogVisitor visitor{.topic =
@@ -174,7 +176,7 @@ UlogInnovations read_innovations(const std::filesystem::path& file, LogSink& sin
                                   result.dropped_s += seconds;
                                 },
                             .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
-  read_ulog(file, visitor);
+  read_part(options, sink, [&] { read_ulog(file, visitor); });
   return result;
 }
 
@@ -222,7 +224,7 @@ void tell(int instance, const Estimator& estimator, const UlogInnovations& log, 
 }
 
 void read_flight(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
-  const UlogInnovations log = read_innovations(file, sink);
+  const UlogInnovations log = read_innovations(file, options, sink);
   const std::string names = instances(log);
   if (names.empty()) {
     throw DataError(file, "",

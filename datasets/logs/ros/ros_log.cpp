@@ -10,6 +10,7 @@
 
 #include "datasets/data_error.h"
 #include "datasets/logs/geodesy.h"
+#include "datasets/logs/partial_read.h"
 #include "datasets/logs/ros/covariance_sentinels.h"
 #include "datasets/logs/ros/mcap.h"
 #include "datasets/logs/ros/orientation_comparison.h"
@@ -188,7 +189,7 @@ class RosLog {
                                                       });
                                  },
                              .advance = [&](std::int64_t bytes) { sink_.advance(bytes); }};
-    scan_(file_, visitor);
+    whole_ = read_part(options_, sink_, [&] { scan_(file_, visitor); });
   }
 
   void choose_estimate() {
@@ -259,7 +260,11 @@ class RosLog {
                                    stream.read(estimate(), time_s, message, take);
                                  },
                              .advance = [](std::int64_t) {}};
-    scan_(file_, visitor);
+    try {
+      scan_(file_, visitor);
+    } catch (const DataError&) {
+      if (whole_) throw;  // else it is where the first pass ended
+    }
     return stream;
   }
 
@@ -358,6 +363,7 @@ class RosLog {
   TopicChoice truth_choice_;
   std::vector<TopicSeen> topics_;
   std::size_t estimate_ = 0;
+  bool whole_ = true;  ///< the first pass came to the end of the file
   PoseStream truth_stream_{options_.truth_topic, truth_choice_.child_frame};
   TruthBuilder truth_;
 };

@@ -218,6 +218,14 @@ TEST(Ulog, AnErrorNamesTheByte) {
   fails_with(flagged, "a flag 0x2 that is not known");
 }
 
+TEST(Ulog, WhatComesBeforeACutIsReadIfAskedFor) {
+  const std::string good = flight().bytes();
+  const RecordedSink part = read(good.substr(0, good.size() - 1), {.partial = true});
+  EXPECT_EQ(part.runs.at(0).steps.size(), 20U);  // the last row only repeats
+  EXPECT_THAT(part.said(), HasSubstr("only a part could be read: "));
+  EXPECT_THAT(part.said(), HasSubstr("flight.ulg:byte "));
+}
+
 TEST(Ulog, NoCutOrFlippedByteCrashes) {
   UlogWriter log = with_innovations();
   for (int i = 0; i < 4; ++i) {

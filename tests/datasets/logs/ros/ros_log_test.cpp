@@ -404,6 +404,19 @@ TEST(RosLog, CorruptedContainersAreToldWithTheByte) {
   fails_with(ros2_sqlite_format(), "SQLite format 3", "file is not a database");
 }
 
+TEST(RosLog, WhatComesBeforeACutIsReadIfAskedFor) {
+  const TemporaryFolder folder;
+  const std::string whole = testing::mcap_bytes(bag(Kind::cdr), Packing::outside_chunks);
+  const auto file = folder.write("log", whole.substr(0, whole.size() - 60));
+  LogReadOptions options = with_truth();
+  options.partial = true;
+  RecordedSink sink;
+  mcap_format().read(file, options, sink);
+  EXPECT_GT(sink.runs.at(0).steps.size(), 1U);
+  EXPECT_THAT(sink.said(), HasSubstr("only a part could be read: "));
+  EXPECT_THAT(sink.said(), HasSubstr("log:byte "));
+}
+
 BagContent short_bag(Kind kind) {
   BagContent content = bag(kind);
   content.messages.resize(2);

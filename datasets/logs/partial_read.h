@@ -1,0 +1,27 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include "datasets/data_error.h"
+#include "datasets/logs/log_format.h"
+
+namespace credence {
+
+/// Calls `scan`, which collects what is then judged; with LogReadOptions::partial a DataError ends the
+/// collecting, and a remark says where. Returns whether all was read.
+template <class Scan>
+bool read_part(const LogReadOptions& options, LogSink& sink, Scan scan) {
+  if (!options.partial) {
+    scan();
+    return true;
+  }
+  try {
+    scan();
+    return true;
+  } catch (const DataError& error) {
+    sink.remark(fmt::format("only a part could be read: {}", error.what()));
+    return false;
+  }
+}
+
+}  // namespace credence
