@@ -38,7 +38,7 @@ struct CheckOptions : CommonOptions {
   std::vector<std::string> truths;
   std::string topic, truth_topic;
   std::optional<int> instance;
-  std::string orientation_error, truth_time = "interpolated", align = "none";
+  std::string orientation_error, chart, truth_time = "interpolated", align = "none";
   double max_time_difference_s = 0.02;
 };
 
@@ -49,12 +49,11 @@ TruthAlignment alignment_named(const std::string& name) {
                          : TruthAlignment::none;
 }
 
-std::optional<OrientationError> orientation_named(const std::string& name) {
+std::optional<PoseChart> declared_chart(const CheckOptions& o) {
+  if (!o.chart.empty()) return pose_chart_named(o.chart);
+  const std::string& name = o.orientation_error;
   if (name.empty()) return std::nullopt;
-  return name == "world"    ? OrientationError::world
-         : name == "rpy"    ? OrientationError::rpy
-         : name == "planar" ? OrientationError::planar
-                            : OrientationError::body;
+  return pose_chart_named(name == "world" ? "ros" : name);
 }
 
 /// The format of every file, by name or from how the file begins.
@@ -75,7 +74,7 @@ LogReadOptions read_options(const CheckOptions& o, const std::vector<fs::path>& 
   return {.topic = o.topic,
           .truth_topic = o.truth_topic,
           .instance = o.instance,
-          .orientation_error = orientation_named(o.orientation_error),
+          .chart = declared_chart(o),
           .matching = {.max_time_difference_s = o.max_time_difference_s,
                        .truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated,
                        .alignment = alignment_named(o.align)},
@@ -250,6 +249,14 @@ void add_check_command(CLI::App& app) {
           "what the orientation's part of a covariance speaks of; without it body for tum, world for "
           "bags; planar: x, y and yaw alone")
       ->check(CLI::IsMember({"body", "world", "rpy", "planar"}));
+  std::vector<std::string> charts;
+  for (const PoseChart& chart : pose_charts()) charts.emplace_back(chart.name);
+  command
+      ->add_option("--chart", options->chart,
+                   "how a library writes the covariance of a pose: order, axes and unit of its rows "
+                   "(docs/logs.md); tum, bags")
+      ->check(CLI::IsMember(charts))
+      ->excludes("--orientation-error");
   command->add_option("--confidence", options->confidence, "of each verdict")
       ->check(CLI::Range(0.5, 0.999999))
       ->capture_default_str();
@@ -272,6 +279,7 @@ void add_check_command(CLI::App& app) {
       "credence check FLIGHT.ulg --instance 1",
       "credence check RUN.mcap --topic /odom --truth-topic /gt",
       "credence check RUN.bag --truth TRUTH --align yaw --orientation-error planar",
+      "credence check ESTIMATE.tum --truth TRUTH --chart gtsam",
       "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));
   command->callback([options] {

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "datasets/logs/conventions/pose_chart.h"
 #include "datasets/logs/log_contents.h"
 #include "datasets/logs/log_sink.h"
 #include "datasets/logs/trajectory_errors.h"
@@ -20,10 +21,10 @@ namespace credence {
 
 /// What a user can say about logs; each format takes what concerns it.
 struct LogReadOptions {
-  std::string topic{};                                  ///< of the estimate; "" where only one fits
-  std::string truth_topic{};                            ///< of the truth in the same file; "" for none
-  std::optional<int> instance{};                        ///< of several filters in one log: which one
-  std::optional<OrientationError> orientation_error{};  ///< none: what the format means by itself
+  std::string topic{};               ///< of the estimate; "" where only one fits
+  std::string truth_topic{};         ///< of the truth in the same file; "" for none
+  std::optional<int> instance{};     ///< of several filters in one log: which one
+  std::optional<PoseChart> chart{};  ///< none: what the format means by itself
   TrajectoryMatching matching{};
   TruthFiles truth{};  ///< --truth
   /// Of a file that is cut off or corrupted what comes before is read, with a remark, if it is anything.

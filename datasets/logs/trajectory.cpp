@@ -16,6 +16,7 @@ namespace credence {
 namespace {
 
 constexpr double kUnitTolerance = 0.01;
+constexpr std::size_t kWithoutCovariance = 8;  ///< columns of a pose at a time
 
 std::vector<std::string_view> split(std::string_view line, bool commas) {
   std::vector<std::string_view> fields;
@@ -58,6 +59,12 @@ class PoseRows {
   void add(std::string_view line) {
     fields_ = split(line, columns_.commas);
     if (fields_.size() < columns_.fewest || fields_.size() > columns_.most) {
+      if (has_covariance() && fields_.size() == kWithoutCovariance) {
+        lines_.fail(
+            fmt::format("{} fields where {} are expected: poses without a covariance, as a truth has "
+                        "them; are the log and --truth swapped?",
+                        fields_.size(), columns_.fewest));
+      }
       lines_.fail(
           columns_.fewest == columns_.most
               ? fmt::format("{} fields where {} are expected", fields_.size(), columns_.fewest)
@@ -121,7 +128,7 @@ class PoseRows {
     const std::string_view type = fields_[*columns_.error_type];
     PoseErrorAxes axes;
     if (type == "type1") {
-      axes.position_in_body = true;
+      axes.position = PositionError::body;
     } else if (type == "type6") {
       axes.orientation = OrientationError::world;
     } else if (type != "type5" && type != "none" && !type.empty()) {
@@ -136,10 +143,7 @@ class PoseRows {
                       shown_field(how)));
     }
     const bool first = out_.poses.size() == 1;
-    if (!first &&
-        (axes.position_in_body != out_.axes.position_in_body || axes.orientation != out_.axes.orientation)) {
-      lines_.fail("the error type changes within the file");
-    }
+    if (!first && axes != out_.axes) lines_.fail("the error type changes within the file");
     out_.axes = axes;
   }
 

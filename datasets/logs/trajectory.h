@@ -28,10 +28,28 @@ enum class OrientationError {
   planar,  ///< of the yaw alone; of the position x and y
 };
 
-/// In which axes the errors are that a covariance speaks of.
+/// What the position's part of a covariance speaks of.
+enum class PositionError {
+  world,  ///< p = p̂ + e
+  body,   ///< p = p̂ + R̂ e
+  twist,  ///< with the orientation on SE(3): T = T̂ Exp(e) where that is of the body, T = Exp(e) T̂ of the
+          ///< world
+};
+
+/// In which numbers a rotation e of OrientationError body and world is written.
+enum class RotationUnit {
+  vector,           ///< e itself, rad
+  half_vector,      ///< e / 2
+  quaternion_part,  ///< sin(|e|/2) e/|e|, the vector part of a quaternion
+};
+
+/// Of which errors a covariance speaks: x̂ ⊟ x of a pose, position first.
 struct PoseErrorAxes {
-  bool position_in_body = false;  ///< p = p̂ + R̂ e, else p = p̂ + e
+  PositionError position = PositionError::world;
   OrientationError orientation = OrientationError::body;
+  RotationUnit unit = RotationUnit::vector;
+
+  bool operator==(const PoseErrorAxes&) const = default;
 };
 
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;  ///< position, then orientation; m, rad

@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 
-#include "core/manifold/angle.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/alignment.h"
+#include "datasets/logs/conventions/convention_check.h"
 
 namespace credence {
 namespace {
@@ -76,32 +76,7 @@ RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joi
   return layout;
 }
 
-Eigen::Vector3d orientation_error(const Eigen::Quaterniond& estimate, const Eigen::Quaterniond& truth,
-                                  OrientationError kind) {
-  if (kind == OrientationError::body) return rotation_log(truth.conjugate() * estimate);
-  if (kind == OrientationError::world) return rotation_log(estimate * truth.conjugate());
-  Eigen::Vector3d error = roll_pitch_yaw(estimate) - roll_pitch_yaw(truth);
-  for (double& angle : error) angle = wrap_angle(angle);
-  return error;
-}
-
 }  // namespace
-
-Eigen::Vector3d rotation_log(const Eigen::Quaterniond& R) {
-  const double sign = R.w() < 0.0 ? -1.0 : 1.0;
-  const Eigen::Vector3d v = sign * R.vec();
-  const double sine = v.norm();
-  // Near zero 2 asin(s)/s → 2 (1 + s²/6): the quotient is then 2 to rounding.
-  if (sine < 1e-9) return 2.0 * v;
-  return 2.0 * std::atan2(sine, sign * R.w()) / sine * v;
-}
-
-Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& R) {
-  const Eigen::Matrix3d m = R.toRotationMatrix();
-  // R(2, 0) = −sin(pitch); rounding may take it beyond 1.
-  return {std::atan2(m(2, 1), m(2, 2)), std::asin(std::clamp(-m(2, 0), -1.0, 1.0)),
-          std::atan2(m(1, 0), m(0, 0))};
-}
 
 std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
                                       const TrajectoryMatching& matching) {
@@ -145,16 +120,6 @@ Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::
   return Eigen::Isometry3d::Identity();
 }
 
-Eigen::Matrix<double, 6, 1> pose_error(const SpatialPose& estimate, const SpatialPose& truth,
-                                       PoseErrorAxes axes) {
-  const Eigen::Vector3d position = estimate.position - truth.position;
-  Eigen::Matrix<double, 6, 1> error;
-  error.head<3>() =
-      axes.position_in_body ? Eigen::Vector3d(estimate.orientation.conjugate() * position) : position;
-  error.tail<3>() = orientation_error(estimate.orientation, truth.orientation, axes.orientation);
-  return error;
-}
-
 TruthComparison::TruthComparison(const Trajectory& truth, const TrajectoryMatching& matching,
                                  PoseErrorAxes axes, bool joint_covariance, const Eigen::Isometry3d& motion)
     : truth_(truth),
@@ -173,10 +138,10 @@ std::optional<UncertainPose> TruthComparison::truth_at(double time_s) const {
   if (!truth) return std::nullopt;
   truth->pose = {motion_ * truth->pose.position, turn_ * truth->pose.orientation};
   if (truth_.covariances.empty()) return truth;
-  PoseCovariance turn = PoseCovariance::Identity();
-  turn.topLeftCorner<3, 3>() = motion_.linear();
-  if (axes_.orientation == OrientationError::world) turn.bottomRightCorner<3, 3>() = motion_.linear();
-  truth->covariance = turn * truth->covariance * turn.transpose();
+  PoseCovariance turn = PoseCovariance::Zero();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = motion_.linear();
+  truth->covariance =
+      transported(turn * truth->covariance * turn.transpose(), truth->pose, kFixedAxes, axes_);
   return truth;
 }
 
@@ -206,7 +171,7 @@ DataError no_truth(const std::filesystem::path& estimate, double first_s, double
 }
 
 TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory& truth,
-                                   const TrajectoryMatching& matching) {
+                                   const TrajectoryMatching& matching, ConventionCheck* conventions) {
   static constexpr std::array<Index, 6> kAll = {0, 1, 2, 3, 4, 5};
   TrajectoryErrors result;
   std::vector<SpatialPose> true_poses, estimated;
@@ -230,10 +195,13 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
     Step step;
     step.step = std::ssize(result.rows) + 1;
     const double time = estimate.time_s[i];
-    comparison.compare({time, estimate.lines[i], estimate.poses[i], estimate.covariances[i]},
-                       *comparison.truth_at(time), kAll, step);
+    const PoseEstimate row{time, estimate.lines[i], estimate.poses[i], estimate.covariances[i]};
+    const UncertainPose at = *comparison.truth_at(time);
+    comparison.compare(row, at, kAll, step);
     result.rows.push_back(std::move(step));
+    if (conventions != nullptr && truth.has_orientation) conventions->add(row, at);
   }
+  if (conventions != nullptr) result.remarks = conventions->remarks(comparison);
   return result;
 }
 

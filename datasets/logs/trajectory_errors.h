@@ -9,6 +9,7 @@
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 #include "datasets/data_error.h"
+#include "datasets/logs/conventions/pose_error.h"
 #include "datasets/logs/trajectory.h"
 
 /// @file
@@ -37,12 +38,6 @@ struct TrajectoryMatching {
   TruthAlignment alignment = TruthAlignment::none;
 };
 
-/// The rotation vector of R (rad), R = Exp(·), of length at most π.
-Eigen::Vector3d rotation_log(const Eigen::Quaterniond& R);
-
-/// Roll, pitch and yaw (rad) of R = Rz(yaw) Ry(pitch) Rx(roll).
-Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& R);
-
 /// A pose with its covariance, which is zero where it is not known.
 struct UncertainPose {
   SpatialPose pose;
@@ -58,10 +53,6 @@ std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
 /// ([Umeyama 1991] without scale; heading alone: align_rigidly).
 Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::vector<SpatialPose>& estimate,
                               TruthAlignment alignment);
-
-/// x̂ ⊟ x of two poses: position, then orientation, in these axes; planar: as rpy.
-Eigen::Matrix<double, 6, 1> pose_error(const SpatialPose& estimate, const SpatialPose& truth,
-                                       PoseErrorAxes axes);
 
 /// One estimate of a trajectory.
 struct PoseEstimate {
@@ -110,10 +101,15 @@ struct TrajectoryErrors {
   RunLayout layout;
   std::vector<Step> rows;
   std::int64_t unmatched = 0;  ///< estimates without a truth at their time
+  std::vector<std::string> remarks{};
 };
 
-/// x̂ − x in the axes of the estimate's covariance. Throws DataError when no estimate has a truth at its time.
+class ConventionCheck;
+
+/// x̂ − x in the axes of the estimate's covariance. conventions: is shown every row, and what it says then is
+/// among the remarks. Throws DataError when no estimate has a truth at its time.
 TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory& truth,
-                                   const TrajectoryMatching& matching);
+                                   const TrajectoryMatching& matching,
+                                   ConventionCheck* conventions = nullptr);
 
 }  // namespace credence

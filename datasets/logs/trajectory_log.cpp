@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/number_field.h"
 
 namespace credence {
@@ -36,13 +37,14 @@ std::size_t numbers_in_first_row(std::string_view beginning) {
   return 0;
 }
 
-PoseErrorAxes axes_of(const LogReadOptions& options, TrajectoryFormat format) {
-  if (!options.orientation_error) return {};
-  if (format != TrajectoryFormat::tum && *options.orientation_error != OrientationError::planar) {
-    throw std::invalid_argument(fmt::format(
-        "--orientation-error: files of --input {} say it themselves; accepted is planar", name_of(format)));
+/// What the user declared, or the default.
+PoseChart chart_of(const LogReadOptions& options, TrajectoryFormat format) {
+  if (!options.chart) return pose_chart_of(OrientationError::body);
+  if (format != TrajectoryFormat::tum && options.chart->axes.orientation != OrientationError::planar) {
+    throw std::invalid_argument(
+        fmt::format("--chart: files of --input {} say it themselves; accepted is planar", name_of(format)));
   }
-  return {.orientation = *options.orientation_error};
+  return *options.chart;
 }
 
 void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
@@ -52,10 +54,16 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
         fmt::format("{}: a trajectory ({}) has no truth in it: name the truth by --truth", file.string(),
                     name_of(format)));
   }
-  const PoseErrorAxes axes = axes_of(options, format);
-  Trajectory estimate = read_estimate(file, format, axes);
-  if (axes.orientation == OrientationError::planar) estimate.axes.orientation = axes.orientation;
-  const TrajectoryErrors errors = trajectory_errors(estimate, *options.truth.of(file), options.matching);
+  const PoseChart chart = chart_of(options, format);
+  Trajectory estimate = read_estimate(file, format, chart.axes);
+  if (options.chart) {
+    estimate.axes = chart.axes;
+    for (PoseCovariance& P : estimate.covariances) P = chart.position_first(P);
+  }
+  ConventionCheck conventions(chart, options.chart.has_value());
+  const TrajectoryErrors errors = trajectory_errors(estimate, *options.truth.of(file), options.matching,
+                                                    format == TrajectoryFormat::tum ? &conventions : nullptr);
+  for (const std::string& sentence : errors.remarks) sink.remark(sentence);
   sink.begin_run(errors.layout);
   for (const Step& row : errors.rows) sink.add(row);
   sink.unmatched(errors.unmatched);
@@ -91,7 +99,11 @@ LogFormat format_of(TrajectoryFormat format, std::string_view title, std::string
 
 LogFormat tum_format() {
   return format_of(TrajectoryFormat::tum, "TUM trajectory with covariance", ".tum",
-                   [](std::string_view beginning) { return numbers_in_first_row(beginning) == 29; });
+                   [](std::string_view beginning) {
+                     // Poses alone are read as this, too, for the message that says what is missing.
+                     const std::size_t columns = numbers_in_first_row(beginning);
+                     return columns == 29 || columns == 8;
+                   });
 }
 
 LogFormat openvins_format() {

@@ -9,11 +9,11 @@
 #include <stdexcept>
 
 #include "datasets/data_error.h"
+#include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/geodesy.h"
 #include "datasets/logs/partial_read.h"
 #include "datasets/logs/ros/covariance_sentinels.h"
 #include "datasets/logs/ros/mcap.h"
-#include "datasets/logs/ros/orientation_comparison.h"
 #include "datasets/logs/ros/ros1_bag.h"
 #include "datasets/logs/ros/ros2_sqlite.h"
 #include "datasets/logs/ros/ros_messages.h"
@@ -117,6 +117,7 @@ class TruthBuilder {
   void add(const RosPoseType& type, const RosPose& pose, std::int64_t message) {
     if (trajectory_.time_s.empty()) {
       trajectory_.has_orientation = type.has_orientation;
+      trajectory_.axes = kFixedAxes;
       origin_ = pose.pose.position;
     }
     SpatialPose place = pose.pose;
@@ -161,14 +162,12 @@ class RosLog {
     choose_estimate();
     if (options_.truth_topic.empty() && options_.truth.empty()) return look_at_covariance();
     const Trajectory truth = options_.truth.empty() ? topic_truth() : *options_.truth.of(file_);
-    const TruthComparison comparison(truth, options_.matching, axes(), true, alignment(truth));
+    const TruthComparison comparison(truth, options_.matching, chart().axes, true, alignment(truth));
     compare(truth, comparison);
   }
 
  private:
-  PoseErrorAxes axes() const {
-    return {.orientation = options_.orientation_error.value_or(OrientationError::world)};
-  }
+  PoseChart chart() const { return options_.chart.value_or(pose_chart_of(OrientationError::world)); }
 
   /// Reads topics, and the truth where it is a topic.
   void first_pass() {
@@ -283,7 +282,7 @@ class RosLog {
 
   void compare(const Trajectory& truth, const TruthComparison& comparison) {
     CovarianceSentinels sentinels;
-    OrientationComparison meanings;
+    ConventionCheck conventions(chart(), options_.chart.has_value());
     std::int64_t steps = 0, unmatched = 0, without = 0;
     sink_.begin_run(comparison.layout());
     Step step;
@@ -293,7 +292,7 @@ class RosLog {
         ++unmatched;
         return;
       }
-      const PoseCovariance& P = *pose.covariance;
+      const PoseCovariance P = chart().position_first(*pose.covariance);
       const std::vector<Index> kept = sentinels.kept(P, pose.pose);
       const PoseEstimate estimate{pose.time_s, number, pose.pose, P};
       if (!comparison.compare(estimate, *at, kept, step)) {
@@ -304,25 +303,28 @@ class RosLog {
       step.problem = is_symmetric(P(kept, kept), kLargestAsymmetry) ? "" : "a covariance is not symmetric";
       step.step = ++steps;
       sink_.add(step);
-      if (truth.has_orientation) meanings.add(estimate, *at, kept);
+      if (truth.has_orientation && kept.size() == 6 && step.problem.empty()) {
+        conventions.add(estimate, *at);
+      }
     });
     if (steps == 0 && without == 0) {
       throw no_truth(file_, stream.first_s(), stream.last_s(), truth, options_.matching);
     }
     sink_.unmatched(unmatched);
-    tell(stream, sentinels, meanings, without);
+    if (steps == 0 && !truth.covariances.empty()) {
+      sink_.remark(
+          fmt::format("{} has no covariance in any row, the truth has one: are estimate and truth swapped?",
+                      estimate().topic.name));
+    }
+    for (std::string& sentence : conventions.remarks(comparison)) sink_.remark(std::move(sentence));
+    tell(stream, sentinels, without);
   }
 
-  void tell(const PoseStream& stream, const CovarianceSentinels& sentinels,
-            const OrientationComparison& meanings, std::int64_t without) {
+  void tell(const PoseStream& stream, const CovarianceSentinels& sentinels, std::int64_t without) {
     const std::string& name = estimate().topic.name;
     stream.tell(sink_);
     for (std::string& sentence : sentinels.remarks(name)) sink_.remark(std::move(sentence));
     if (without > 0) sink_.remark(fmt::format("{}: {} rows estimate nothing that is judged.", name, without));
-    if (axes().orientation != OrientationError::planar) {
-      if (std::string text = meanings.remark(axes().orientation); !text.empty())
-        sink_.remark(std::move(text));
-    }
     const std::string& truth_frame = truth_stream_.frame();
     if (!truth_frame.empty() && truth_frame != stream.frame() &&
         options_.matching.alignment == TruthAlignment::none) {
@@ -346,7 +348,7 @@ class RosLog {
       step.line = number;
       sink_.add(step);
     });
-    tell(stream, sentinels, {}, 0);
+    tell(stream, sentinels, 0);
     const std::string others = could_be_truth();
     sink_.remark(fmt::format(
         "Whether the covariance of {} fits its errors cannot be known from this log: that takes a truth, and "

@@ -220,17 +220,17 @@ TEST(RosLog, WithoutATruthItSaysWhatCannotBeKnown) {
 TEST(RosLog, TheOrientationsErrorIsTakenAsNamedAndAllMeaningsAreCompared) {
   const RecordedSink world = read_mcap(bag(Kind::cdr), with_truth());
   LogReadOptions options = with_truth();
-  options.orientation_error = OrientationError::body;
+  options.chart = pose_chart_named("body");
   const RecordedSink body = read_mcap(bag(Kind::cdr), options);
   const Eigen::Vector3d turned = true_pose(5).orientation.conjugate() * kTurn;
   EXPECT_LT((body.runs[0].steps[5].error.tail<3>() - turned).norm(), 1e-12);
-  options.orientation_error = OrientationError::rpy;
+  options.chart = pose_chart_named("rpy");
   const Step rpy = read_mcap(bag(Kind::cdr), options).runs[0].steps[5];
   EXPECT_LT((rpy.error.tail<3>() -
              (roll_pitch_yaw(estimated_pose(5).orientation) - roll_pitch_yaw(true_pose(5).orientation)))
                 .norm(),
             1e-12);
-  options.orientation_error = OrientationError::planar;
+  options.chart = pose_chart_named("planar");
   const RecordedSink planar = read_mcap(bag(Kind::cdr), options);
   EXPECT_EQ(planar.runs[0].layout.states,
             (std::vector<std::string>{"vehicle.x", "vehicle.y", "vehicle.heading"}));
@@ -250,9 +250,24 @@ TEST(RosLog, MeaningsOfTheOrientationThatDifferAreToldWithTheirNees) {
     return P;
   };
   EXPECT_THAT(read_mcap(bag(Kind::cdr, sharp), with_truth()).said(),
-              HasSubstr("mean NEES of the pose (6 expected): world 9"));
+              HasSubstr("if what is written were of the chart: ros 9"));
   const auto round = [](int i) { return PoseCovariance(PoseCovariance::Identity() * (1.0 + i)); };
   EXPECT_THAT(read_mcap(bag(Kind::cdr, round), with_truth()).said(), Not(HasSubstr("mean NEES of the pose")));
+}
+
+TEST(RosLog, EstimateAndTruthThatLookSwappedAreTold) {
+  BagContent content = bag(Kind::cdr);
+  content.topics[1].type = "nav_msgs/Odometry";
+  int row = 0;
+  for (BagContent::Message& message : content.messages) {
+    if (message.topic == 1) message.bytes = odometry(Kind::cdr, row++, PoseCovariance::Zero());
+  }
+  LogReadOptions swapped;
+  swapped.topic = "/truth";
+  swapped.truth_topic = "/odom";
+  const RecordedSink sink = read_mcap(content, swapped);
+  EXPECT_TRUE(sink.runs.at(0).steps.empty());
+  EXPECT_THAT(sink.said(), HasSubstr("are estimate and truth swapped?"));
 }
 
 TEST(RosLog, ATruthMayBePositionsAlone) {

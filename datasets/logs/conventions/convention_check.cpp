@@ -1,0 +1,150 @@
+#include "datasets/logs/conventions/convention_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+constexpr std::size_t kMostSamples = 4096;
+
+/// Mean NEES of the samples; NaN where a P is not positive definite.
+template <class Read>
+double mean_nees(const std::vector<PoseSample>& samples, Read read) {
+  double sum = 0.0;
+  PoseError error;
+  PoseCovariance P;
+  for (const PoseSample& sample : samples) {
+    read(sample, error, P);
+    const Eigen::LLT<PoseCovariance> factor(P);
+    if (factor.info() != Eigen::Success) return kNaN;
+    sum += factor.matrixL().solve(error).squaredNorm();
+  }
+  return sum / static_cast<double>(samples.size());
+}
+
+}  // namespace
+
+void ConventionCheck::add(const PoseEstimate& estimate, const UncertainPose& truth) {
+  if (declared_.axes.orientation == OrientationError::planar) return;
+  if (seen_ == 0) first_s_ = estimate.time_s;
+  last_s_ = estimate.time_s;
+  if (seen_++ % stride_ != 0) return;
+  PoseSample sample{.time_s = estimate.time_s, .estimate = estimate.pose, .truth = truth.pose};
+  sample.written = declared_.position_first(estimate.covariance);  // which is its own inverse
+  if (!truth.covariance.isZero(0.0)) {
+    sample.truth_covariance = transported(truth.covariance, truth.pose, declared_.axes, kFixedAxes);
+  }
+  samples_.push_back(sample);
+  if (samples_.size() < kMostSamples) return;
+  for (std::size_t i = 0; 2 * i < samples_.size(); ++i) samples_[i] = samples_[2 * i];
+  samples_.resize((samples_.size() + 1) / 2);
+  stride_ *= 2;
+}
+
+std::vector<std::string> ConventionCheck::remarks(const TruthComparison& truth) const {
+  std::vector<std::string> texts;
+  if (samples_.empty()) return texts;
+  for (std::string text : {charts(), mistakes(truth)}) {
+    if (!text.empty()) texts.push_back(std::move(text));
+  }
+  return texts;
+}
+
+double ConventionCheck::spacing() const {
+  return (last_s_ - first_s_) / static_cast<double>(std::max<std::size_t>(1, seen_ - 1));
+}
+
+ReadingFit ConventionCheck::fit(const PoseReading& reading) const {
+  PoseError error;
+  PoseCovariance P;
+  return fit_reading(samples_.size(), 6, {{0, 1, 2}, {3, 4, 5}}, [&](std::size_t i, Vector& e, Matrix& C) {
+    if (!reading.read(samples_[i], error, P)) return false;
+    e = error;
+    C = P;
+    return true;
+  });
+}
+
+std::string ConventionCheck::charts() const {
+  constexpr double kDiffer = 1.1;
+  std::string text;
+  double least = HUGE_VAL, most = 0.0, least_carried = HUGE_VAL, most_carried = 0.0;
+  for (const PoseChart& chart : pose_charts()) {
+    if (chart.axes.orientation == OrientationError::planar) continue;
+    const PoseReading reading{"", "", chart};
+    const double nees = mean_nees(
+        samples_, [&](const PoseSample& s, PoseError& e, PoseCovariance& P) { reading.read(s, e, P); });
+    const double carried = mean_nees(samples_, [&](const PoseSample& s, PoseError& e, PoseCovariance& P) {
+      const PoseCovariance J = error_change(s.estimate, s.truth, declared_.axes, chart.axes);
+      e = pose_error(s.estimate, s.truth, chart.axes);
+      P = declared_.position_first(s.written) +
+          transported(s.truth_covariance, s.truth, kFixedAxes, declared_.axes);
+      P = (J * P * J.transpose()).eval();
+    });
+    text += fmt::format("{}{} {:.4g}", text.empty() ? "" : ", ", chart.name, nees);
+    // What an author may have meant without a mistake in order or unit.
+    const PoseErrorAxes& axes = chart.axes;
+    if (std::isfinite(nees) && axes.position == PositionError::world && axes.unit == RotationUnit::vector) {
+      least = std::min(least, nees);
+      most = std::max(most, nees);
+    }
+    if (std::isfinite(carried)) {
+      least_carried = std::min(least_carried, carried);
+      most_carried = std::max(most_carried, carried);
+    }
+  }
+  if (!charts_asked_ && !(most > kDiffer * least)) return "";
+  return fmt::format(
+      "What the covariance speaks of matters here; mean NEES of the pose (6 expected) if what is written "
+      "were "
+      "of the chart: {}. Judged is {} (--chart), a choice to be made before these numbers are looked at. Its "
+      "covariance, carried over exactly into each of these charts, has a mean NEES of {:.4g} to {:.4g}.",
+      text, declared_.name, least_carried, most_carried);
+}
+
+std::string ConventionCheck::mistakes(const TruthComparison& truth) const {
+  constexpr std::size_t kMostNamed = 3, kFewest = 30;
+  // A reading so much less likely than the best is no rival: 3 in the logarithm over all samples.
+  constexpr double kRival = 3.0;
+  if (samples_.size() < kFewest) return "";
+  const ReadingFit declared = fit({"", "", declared_});
+  if (!declared.misfits()) return "";
+  const TruthLookup truth_at = [&](double time_s, SpatialPose& pose) {
+    const std::optional<UncertainPose> at = truth.truth_at(time_s);
+    if (at) pose = at->pose;
+    return at.has_value();
+  };
+  struct Fitting {
+    PoseReading reading;
+    ReadingFit fit;
+  };
+  std::vector<Fitting> fitting;
+  for (PoseReading& reading : mistaken_readings(declared_, spacing(), truth_at)) {
+    const ReadingFit found = fit(reading);
+    if (found.fits()) fitting.push_back({std::move(reading), found});
+  }
+  if (fitting.empty()) return "";
+  std::ranges::stable_sort(fitting, std::greater(), [](const Fitting& f) { return f.fit.log_likelihood; });
+  const double best = fitting.front().fit.log_likelihood;
+  std::erase_if(fitting, [&](const Fitting& f) {
+    return f.fit.log_likelihood < best - kRival / static_cast<double>(samples_.size());
+  });
+  if (fitting.size() > kMostNamed) fitting.resize(kMostNamed);
+  const std::string misfit = std::isfinite(declared.nees)
+                                 ? fmt::format("mean NEES {:.4g} of 6", declared.nees)
+                                 : "no covariance, as it is not positive definite";
+  std::string text = fmt::format("The covariance does not fit as it is read (chart {}, {}). It would fit if ",
+                                 declared_.name, misfit);
+  for (std::size_t i = 0; i < fitting.size(); ++i) {
+    text += fmt::format("{}{} (mean NEES {:.4g}; {})", i == 0 ? "" : ", or if ", fitting[i].reading.cause,
+                        fitting[i].fit.nees, fitting[i].reading.repair);
+  }
+  return text + ". Whether it is so, the log cannot say: look at the program that wrote it.";
+}
+
+}  // namespace credence

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "datasets/logs/conventions/pose_readings.h"
+#include "datasets/logs/conventions/reading_fit.h"
+#include "datasets/logs/trajectory_errors.h"
+
+namespace credence {
+
+/// Looks whether a log of poses that does not fit its covariance would fit if it were read in another way:
+/// in another chart, or with one of the mistakes of pose_readings.h undone.
+///
+/// Keeps at most 4096 of the rows, evenly spread. What is said is a hint and no verdict: a verdict belongs
+/// to the chart that was declared, before the log was looked at.
+class ConventionCheck {
+ public:
+  /// charts_asked: the NEES in every chart is to be told, whether they differ or not.
+  ConventionCheck(const PoseChart& declared, bool charts_asked)
+      : declared_(declared), charts_asked_(charts_asked) {}
+
+  /// Takes an estimate all of whose components are estimated, position first in its covariance, and its truth
+  /// in the axes of the declared chart.
+  void add(const PoseEstimate& estimate, const UncertainPose& truth);
+
+  /// What to say, from the truth that the samples were compared with.
+  std::vector<std::string> remarks(const TruthComparison& truth) const;
+
+ private:
+  std::string charts() const;
+  std::string mistakes(const TruthComparison& truth) const;
+  ReadingFit fit(const PoseReading& reading) const;
+  double spacing() const;
+
+  PoseChart declared_;
+  bool charts_asked_;
+  std::vector<PoseSample> samples_;
+  std::size_t stride_ = 1, seen_ = 0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+};
+
+}  // namespace credence

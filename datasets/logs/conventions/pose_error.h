@@ -1,0 +1,37 @@
+#pragma once
+
+#include "datasets/logs/trajectory.h"
+
+/// @file
+/// The errors of a pose that covariances speak of, and how a covariance of one kind becomes one of another.
+
+namespace credence {
+
+using PoseError = Eigen::Matrix<double, 6, 1>;  ///< position, then orientation; m, rad
+
+/// ROS: position in the world, rotation about the fixed axes.
+inline constexpr PoseErrorAxes kFixedAxes{.orientation = OrientationError::world};
+
+/// The rotation vector of R (rad), R = Exp(·), of length at most π.
+Eigen::Vector3d rotation_log(const Eigen::Quaterniond& R);
+
+/// Roll, pitch and yaw (rad) of R = Rz(yaw) Ry(pitch) Rx(roll).
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& R);
+
+/// x̂ ⊟ x of two poses: position, then orientation, in these axes; planar: as rpy.
+PoseError pose_error(const SpatialPose& estimate, const SpatialPose& truth, PoseErrorAxes axes);
+
+/// D of pose_error(x̂, x ⊕ δ) = pose_error(x̂, x) + D δ to first order in δ, x ⊕ δ = x Exp(δ) on SE(3).
+/// Singular for a pitch of ±90° in rpy.
+PoseCovariance pose_error_jacobian(const SpatialPose& estimate, const SpatialPose& truth, PoseErrorAxes axes);
+
+/// J of e' = e'_0 + J (e − e_0), where e and e' are the errors of the same two poses in the axes `from` and
+/// `to`: the adjoint and the Jacobians of SE(3) at the error ([Sola 2018], section 4). The estimate is held.
+PoseCovariance error_change(const SpatialPose& estimate, const SpatialPose& truth, PoseErrorAxes from,
+                            PoseErrorAxes to);
+
+/// The covariance P of errors about `pose` in other axes, for an error that is not known: error_change at 0.
+PoseCovariance transported(const PoseCovariance& P, const SpatialPose& pose, PoseErrorAxes from,
+                           PoseErrorAxes to);
+
+}  // namespace credence

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/types.h"
+
+namespace credence {
+
+/// Whether errors and covariances, read in some way, are those of a consistent filter.
+struct ReadingFit {
+  static constexpr double kLevel = 0.01;
+
+  double nees = 0.0;     ///< mean, of `dim` expected
+  double p_value = 1.0;  ///< of the worst part, times the number of parts; NaN: nothing could be tested
+  double log_likelihood =
+      0.0;  ///< mean of log N(e; 0, P) without its constant; −∞: a P that is no covariance
+
+  bool fits() const { return p_value >= kLevel; }
+  bool misfits() const { return p_value < kLevel; }
+};
+
+/// Writes the error and covariance of row i in this reading; false where it cannot be read so.
+using ReadingRow = std::function<bool(std::size_t i, Vector& error, Matrix& P)>;
+
+/// Tests the NEES of the whole, of `parts` and of every component: its mean by test_single_run, which decides
+/// nothing where rows are correlated for long, and the largest row by Bonferroni's bound over the rows, which
+/// holds for every dependence. All are joined by Bonferroni's bound. Rows are in order of time; parts hold
+/// components. A row that cannot be read, or whose P is not positive definite, ends it: the reading is not
+/// possible.
+ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
+                       const ReadingRow& read);
+
+}  // namespace credence
