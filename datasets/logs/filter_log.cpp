@@ -8,6 +8,7 @@
 
 #include "core/manifold/angle.h"
 #include "datasets/data_error.h"
+#include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/symmetry.h"
 
@@ -231,9 +232,10 @@ Outcome outcome_named(const std::string& name) {
   return name == to_string(Outcome::diverged) ? Outcome::diverged : Outcome::not_positive_definite;
 }
 
-void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*options*/, LogSink& sink) {
+void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*options*/, LogSink& judged) {
   constexpr std::int64_t kRowsBetween = 4096;
   FilterLogReader reader(file);
+  StepConventions sink(judged);
   Step row;
   std::int64_t rows = 0, told = 0;
   bool open = false;
@@ -256,6 +258,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
     }
   }
   end_failed();
+  sink.finish();
   sink.advance(reader.bytes_read() - told);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <condition_variable>
 #include <exception>
 #include <iterator>
@@ -12,6 +13,7 @@
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
 #include "datasets/data_error.h"
+#include "datasets/logs/conventions/reading_fit.h"
 #include "montecarlo/engine/engine.h"
 
 namespace credence {
@@ -69,6 +71,7 @@ class GroupSink final : public LogSink {
   }
   void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
+  void hint(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence), true}); }
   void unmatched(std::int64_t rows) override { group_.unmatched += rows; }
   void advance(std::int64_t bytes) override { bytes_.advance(bytes); }
 
@@ -104,6 +107,35 @@ Group read_group(std::span<const std::filesystem::path> files, const LogFileRead
   return group;
 }
 
+/// P(X ≥ k), X of n files each with probability p.
+double chance_of_files(std::int64_t k, std::int64_t n, double p) {
+  double below = 0.0, term = std::pow(1.0 - p, static_cast<double>(n));
+  for (std::int64_t i = 0; i < k; ++i) {
+    below += term;
+    term *= p / (1.0 - p) * static_cast<double>(n - i) / static_cast<double>(i + 1);
+  }
+  return 1.0 - below;
+}
+
+void leave_out_chance(LogJudgeResult& result) {
+  const auto is_hint = [](const LogRemark& remark) { return remark.hint; };
+  const std::int64_t hints = std::ranges::count_if(result.remarks, is_hint);
+  if (hints == 0) return;
+  constexpr double kRounding = 1e-12;
+  const bool chance =
+      chance_of_files(hints, result.files, ReadingFit::kLevel) > ReadingFit::kLevel + kRounding;
+  bool told = false;
+  std::erase_if(result.remarks, [&](LogRemark& remark) {
+    if (!remark.hint) return false;
+    const bool drop = chance || std::exchange(told, true);
+    if (!drop && result.files > 1) {
+      remark.sentence +=
+          fmt::format(" (So {}, and likewise {} of {} files.)", remark.file.string(), hints, result.files);
+    }
+    return drop;
+  });
+}
+
 }  // namespace
 
 LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const LogFileReader& read,
@@ -134,6 +166,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     turn.notify_all();
   });
   result.complete = merged == groups;
+  leave_out_chance(result);
   return result;
 }
 

@@ -28,6 +28,7 @@ struct LogJudgeOptions {
 struct LogRemark {
   std::filesystem::path file;
   std::string sentence;
+  bool hint = false;  ///< may be chance: LogSink::hint
 };
 
 /// What was read.
@@ -35,7 +36,8 @@ struct LogJudgeResult {
   Evidence evidence;
   std::int64_t files = 0;
   std::int64_t unmatched_rows = 0;  ///< estimates without a truth at their time
-  std::vector<LogRemark> remarks;   ///< in the order of the files
+  /// In the order of the files. Of hints the first, where more files have one than chance explains.
+  std::vector<LogRemark> remarks;
   bool complete = true;
 };
 

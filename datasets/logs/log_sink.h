@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
@@ -22,6 +23,9 @@ class LogSink {
 
   /// A sentence for the report: what was left out, taken for something, or cannot be known.
   virtual void remark(std::string sentence) = 0;
+  /// The same, of what may be a mistake of the file's author: said of at most one in a hundred of the files
+  /// that have none.
+  virtual void hint(std::string sentence) { remark(std::move(sentence)); }
   /// So many estimates had no truth at their time.
   virtual void unmatched(std::int64_t rows) = 0;
   /// So many bytes more of the file were read.

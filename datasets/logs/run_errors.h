@@ -36,6 +36,7 @@ class FirstRunSink final : public LogSink {
   void add(const Step& step) override;
   void end_run(Outcome outcome, std::int64_t step) override { next_.end_run(outcome, step); }
   void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
+  void hint(std::string sentence) override { next_.hint(std::move(sentence)); }
   void unmatched(std::int64_t rows) override { next_.unmatched(rows); }
   void advance(std::int64_t bytes) override { next_.advance(bytes); }
 

@@ -171,7 +171,8 @@ DataError no_truth(const std::filesystem::path& estimate, double first_s, double
 }
 
 TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory& truth,
-                                   const TrajectoryMatching& matching, ConventionCheck* conventions) {
+                                   const TrajectoryMatching& matching, ConventionCheck* conventions,
+                                   LogSink* sink) {
   static constexpr std::array<Index, 6> kAll = {0, 1, 2, 3, 4, 5};
   TrajectoryErrors result;
   std::vector<SpatialPose> true_poses, estimated;
@@ -201,7 +202,7 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
     result.rows.push_back(std::move(step));
     if (conventions != nullptr && truth.has_orientation) conventions->add(row, at);
   }
-  if (conventions != nullptr) result.remarks = conventions->remarks(comparison);
+  if (conventions != nullptr && sink != nullptr) conventions->tell(comparison, *sink);
   return result;
 }
 

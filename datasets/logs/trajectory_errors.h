@@ -10,6 +10,7 @@
 #include "core/record/step.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/pose_error.h"
+#include "datasets/logs/log_sink.h"
 #include "datasets/logs/trajectory.h"
 
 /// @file
@@ -101,15 +102,14 @@ struct TrajectoryErrors {
   RunLayout layout;
   std::vector<Step> rows;
   std::int64_t unmatched = 0;  ///< estimates without a truth at their time
-  std::vector<std::string> remarks{};
 };
 
 class ConventionCheck;
 
-/// x̂ − x in the axes of the estimate's covariance. conventions: is shown every row, and what it says then is
-/// among the remarks. Throws DataError when no estimate has a truth at its time.
+/// x̂ − x in the axes of the estimate's covariance. Throws DataError when no estimate has a truth at its time.
+/// conventions: is shown every row, and tells what it finds to `sink`.
 TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory& truth,
-                                   const TrajectoryMatching& matching,
-                                   ConventionCheck* conventions = nullptr);
+                                   const TrajectoryMatching& matching, ConventionCheck* conventions = nullptr,
+                                   LogSink* sink = nullptr);
 
 }  // namespace credence

@@ -61,9 +61,9 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
     for (PoseCovariance& P : estimate.covariances) P = chart.position_first(P);
   }
   ConventionCheck conventions(chart, options.chart.has_value());
-  const TrajectoryErrors errors = trajectory_errors(estimate, *options.truth.of(file), options.matching,
-                                                    format == TrajectoryFormat::tum ? &conventions : nullptr);
-  for (const std::string& sentence : errors.remarks) sink.remark(sentence);
+  const TrajectoryErrors errors =
+      trajectory_errors(estimate, *options.truth.of(file), options.matching,
+                        format == TrajectoryFormat::tum ? &conventions : nullptr, &sink);
   sink.begin_run(errors.layout);
   for (const Step& row : errors.rows) sink.add(row);
   sink.unmatched(errors.unmatched);

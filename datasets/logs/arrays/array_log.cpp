@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "datasets/data_error.h"
+#include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/symmetry.h"
 
 namespace credence {
@@ -196,7 +197,8 @@ bool is_log_array(std::string_view name) {
          name.starts_with("innovation_") || name.starts_with("S_");
 }
 
-void read_arrays(ArrayFile& file, LogSink& sink) {
+void read_arrays(ArrayFile& file, LogSink& judged) {
+  StepConventions sink(judged);
   const ArrayRoles roles(file);
   const RunLayout layout = layout_of(roles);
   std::vector<PairReader> sensors;
@@ -220,6 +222,7 @@ void read_arrays(ArrayFile& file, LogSink& sink) {
       sink.add(step);
     }
   }
+  sink.finish();
 }
 
 LogContents list_arrays(const ArrayFile& file) {

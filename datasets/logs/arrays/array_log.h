@@ -43,7 +43,7 @@ bool is_log_array(std::string_view name);
 
 /// Hands over the runs of a file, in memory for one run. Throws DataError for arrays that are not there or
 /// whose dimensions do not agree, naming them.
-void read_arrays(ArrayFile& file, LogSink& sink);
+void read_arrays(ArrayFile& file, LogSink& judged);
 
 LogContents list_arrays(const ArrayFile& file);
 

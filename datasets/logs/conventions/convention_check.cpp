@@ -6,11 +6,10 @@
 #include <cmath>
 
 #include "core/nan.h"
+#include "datasets/logs/conventions/thinned.h"
 
 namespace credence {
 namespace {
-
-constexpr std::size_t kMostSamples = 4096;
 
 /// Mean NEES of the samples; NaN where a P is not positive definite.
 template <class Read>
@@ -33,26 +32,19 @@ void ConventionCheck::add(const PoseEstimate& estimate, const UncertainPose& tru
   if (declared_.axes.orientation == OrientationError::planar) return;
   if (seen_ == 0) first_s_ = estimate.time_s;
   last_s_ = estimate.time_s;
-  if (seen_++ % stride_ != 0) return;
+  if (!keep_thinned(samples_, stride_, seen_)) return;
   PoseSample sample{.time_s = estimate.time_s, .estimate = estimate.pose, .truth = truth.pose};
   sample.written = declared_.position_first(estimate.covariance);  // which is its own inverse
   if (!truth.covariance.isZero(0.0)) {
     sample.truth_covariance = transported(truth.covariance, truth.pose, declared_.axes, kFixedAxes);
   }
   samples_.push_back(sample);
-  if (samples_.size() < kMostSamples) return;
-  for (std::size_t i = 0; 2 * i < samples_.size(); ++i) samples_[i] = samples_[2 * i];
-  samples_.resize((samples_.size() + 1) / 2);
-  stride_ *= 2;
 }
 
-std::vector<std::string> ConventionCheck::remarks(const TruthComparison& truth) const {
-  std::vector<std::string> texts;
-  if (samples_.empty()) return texts;
-  for (std::string text : {charts(), mistakes(truth)}) {
-    if (!text.empty()) texts.push_back(std::move(text));
-  }
-  return texts;
+void ConventionCheck::tell(const TruthComparison& truth, LogSink& sink) const {
+  if (samples_.empty()) return;
+  if (std::string text = charts(); !text.empty()) sink.remark(std::move(text));
+  if (std::string text = mistakes(truth); !text.empty()) sink.hint(std::move(text));
 }
 
 double ConventionCheck::spacing() const {
@@ -108,10 +100,10 @@ std::string ConventionCheck::charts() const {
 }
 
 std::string ConventionCheck::mistakes(const TruthComparison& truth) const {
-  constexpr std::size_t kMostNamed = 3, kFewest = 30;
+  constexpr std::size_t kMostNamed = 3;
   // A reading so much less likely than the best is no rival: 3 in the logarithm over all samples.
   constexpr double kRival = 3.0;
-  if (samples_.size() < kFewest) return "";
+  if (samples_.size() < kFewestForReading) return "";
   const ReadingFit declared = fit({"", "", declared_});
   if (!declared.misfits()) return "";
   const TruthLookup truth_at = [&](double time_s, SpatialPose& pose) {
@@ -135,11 +127,8 @@ std::string ConventionCheck::mistakes(const TruthComparison& truth) const {
     return f.fit.log_likelihood < best - kRival / static_cast<double>(samples_.size());
   });
   if (fitting.size() > kMostNamed) fitting.resize(kMostNamed);
-  const std::string misfit = std::isfinite(declared.nees)
-                                 ? fmt::format("mean NEES {:.4g} of 6", declared.nees)
-                                 : "no covariance, as it is not positive definite";
   std::string text = fmt::format("The covariance does not fit as it is read (chart {}, {}). It would fit if ",
-                                 declared_.name, misfit);
+                                 declared_.name, misfit_text(declared, 6));
   for (std::size_t i = 0; i < fitting.size(); ++i) {
     text += fmt::format("{}{} (mean NEES {:.4g}; {})", i == 0 ? "" : ", or if ", fitting[i].reading.cause,
                         fitting[i].fit.nees, fitting[i].reading.repair);

@@ -5,6 +5,7 @@
 
 #include "datasets/logs/conventions/pose_readings.h"
 #include "datasets/logs/conventions/reading_fit.h"
+#include "datasets/logs/log_sink.h"
 #include "datasets/logs/trajectory_errors.h"
 
 namespace credence {
@@ -24,8 +25,8 @@ class ConventionCheck {
   /// in the axes of the declared chart.
   void add(const PoseEstimate& estimate, const UncertainPose& truth);
 
-  /// What to say, from the truth that the samples were compared with.
-  std::vector<std::string> remarks(const TruthComparison& truth) const;
+  /// Says what there is to say, with the truth that the samples were compared with.
+  void tell(const TruthComparison& truth, LogSink& sink) const;
 
  private:
   std::string charts() const;

@@ -1,5 +1,7 @@
 #include "datasets/logs/conventions/reading_fit.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -43,6 +45,11 @@ struct PartNees {
 };
 
 }  // namespace
+
+std::string misfit_text(const ReadingFit& fit, Index dim) {
+  return std::isfinite(fit.nees) ? fmt::format("mean NEES {:.4g} of {}", fit.nees, dim)
+                                 : "no covariance, as it is not positive definite";
+}
 
 ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
                        const ReadingRow& read) {

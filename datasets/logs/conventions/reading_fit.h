@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "core/types.h"
@@ -19,6 +21,12 @@ struct ReadingFit {
   bool fits() const { return p_value >= kLevel; }
   bool misfits() const { return p_value < kLevel; }
 };
+
+/// Fewer rows tell nothing.
+inline constexpr std::size_t kFewestForReading = 30;
+
+/// "mean NEES 12.1 of 6", or why there is none.
+std::string misfit_text(const ReadingFit& fit, Index dim);
 
 /// Writes the error and covariance of row i in this reading; false where it cannot be read so.
 using ReadingRow = std::function<bool(std::size_t i, Vector& error, Matrix& P)>;

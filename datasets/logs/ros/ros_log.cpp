@@ -316,7 +316,7 @@ class RosLog {
           fmt::format("{} has no covariance in any row, the truth has one: are estimate and truth swapped?",
                       estimate().topic.name));
     }
-    for (std::string& sentence : conventions.remarks(comparison)) sink_.remark(std::move(sentence));
+    conventions.tell(comparison, sink_);
     tell(stream, sentinels, without);
   }
 

@@ -9,6 +9,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/sek3.h"
 #include "datasets/logs/conventions/reading_fit.h"
+#include "tests/datasets/logs/recorded_sink.h"
 
 namespace credence {
 namespace {
@@ -94,7 +95,9 @@ std::string said(PoseLog log, const PoseChart& declared) {
   for (PoseCovariance& P : log.estimate.covariances) P = declared.position_first(P);
   ConventionCheck check(declared, false);
   std::string text;
-  for (const std::string& sentence : trajectory_errors(log.estimate, log.truth, {}, &check).remarks) {
+  testing::RecordedSink sink;
+  trajectory_errors(log.estimate, log.truth, {}, &check, &sink);
+  for (const std::string& sentence : sink.remarks) {
     if (sentence.starts_with("The covariance does not fit")) text += sentence;
   }
   return text;
@@ -268,7 +271,9 @@ TEST(ConventionCheck, ChartsAreToldWhenAskedFor) {
   PoseLog log = consistent_log(13, 300, kFixedAxes);
   log.estimate.axes = kFixedAxes;
   ConventionCheck check(pose_chart_named("ros"), true);
-  const auto remarks = trajectory_errors(log.estimate, log.truth, {}, &check).remarks;
+  testing::RecordedSink sink;
+  trajectory_errors(log.estimate, log.truth, {}, &check, &sink);
+  const std::vector<std::string>& remarks = sink.remarks;
   ASSERT_EQ(remarks.size(), 1U);
   for (const PoseChart& chart : pose_charts()) {
     if (chart.axes.orientation == OrientationError::planar) continue;

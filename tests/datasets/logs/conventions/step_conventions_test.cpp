@@ -1,0 +1,102 @@
+#include "datasets/logs/conventions/step_conventions.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/LU>
+
+#include <functional>
+#include <random>
+
+#include "core/manifold/angle.h"
+#include "datasets/logs/judge_logs.h"
+#include "tests/datasets/logs/recorded_sink.h"
+
+namespace credence {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// Runs of a consistent filter of x, y and a heading, whose P is then written as `write` does.
+void give(LogSink& judged, std::uint64_t seed, int rows, const std::function<void(Step&)>& write) {
+  RunLayout layout;
+  layout.states = {"x", "y", "heading"};
+  layout.angles = {false, false, true};
+  StepConventions sink(judged);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  sink.begin_run(layout);
+  Step step;
+  step.states = {0, 1, 2};
+  for (int i = 0; i < rows; ++i) {
+    Matrix L(3, 3);
+    L << 0.4 + 0.001 * (i % 50), 0, 0, 0.1, 0.2, 0, 0.01, 0.005, 0.02;
+    step.step = i + 1;
+    step.error = L * Vector::NullaryExpr(3, [&] { return normal(random); });
+    step.P = L * L.transpose();
+    write(step);
+    sink.add(step);
+  }
+  sink.finish();
+}
+
+std::string said(std::uint64_t seed, const std::function<void(Step&)>& write, int rows = 400) {
+  testing::RecordedSink sink;
+  give(sink, seed, rows, write);
+  return sink.said();
+}
+
+TEST(StepConventions, AMistakeOfUnitsIsNamed) {
+  EXPECT_THAT(said(1, [](Step& s) { s.P = Matrix(s.P.diagonal().cwiseSqrt().asDiagonal()); }),
+              IsEmpty());  // correlations that are left out are no mistake of units
+  const auto uncorrelated = [](Step& s) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(s.step));
+    std::normal_distribution<double> normal;
+    const Vector sigma = s.P.diagonal().cwiseSqrt();
+    s.error = sigma.cwiseProduct(Vector(Vector::NullaryExpr(3, [&] { return normal(random); })));
+    s.P = sigma.asDiagonal();
+  };
+  EXPECT_THAT(said(1, uncorrelated), HasSubstr("standard deviations"));
+  EXPECT_THAT(said(2, [](Step& s) { s.P = s.P.inverse().eval(); }), HasSubstr("information matrix"));
+  const auto degrees = [](Step& s) {
+    s.P.row(2) /= kRadiansPerDegree;
+    s.P.col(2) /= kRadiansPerDegree;
+  };
+  EXPECT_THAT(said(3, degrees), HasSubstr("P is in degrees in heading"));
+  EXPECT_THAT(said(4, [](Step& s) { s.error[2] /= kRadiansPerDegree; }),
+              HasSubstr("the error is in degrees in heading"));
+}
+
+TEST(StepConventions, NothingIsSaidOfWhatFitsNorOfWhatNoMistakeExplains) {
+  EXPECT_THAT(said(5, [](Step&) {}), IsEmpty());
+  EXPECT_THAT(said(6, [](Step& s) { s.P *= 0.3; }), IsEmpty());
+  EXPECT_THAT(said(
+                  7, [](Step& s) { s.P = s.P.inverse().eval(); }, 29),
+              IsEmpty());  // too few rows
+}
+
+TEST(StepConventions, OfManyFilesAHintThatChanceExplainsIsLeftOut) {
+  const std::vector<std::filesystem::path> files(40, "log");
+  const auto hints_of = [&](int wrong) {
+    int file = 0;
+    const LogFileReader read = [&](const std::filesystem::path&, LogSink& sink) {
+      const bool is_wrong = file < wrong;
+      give(sink, static_cast<std::uint64_t>(20 + file++), 60, [&](Step& s) {
+        if (is_wrong) s.P = s.P.inverse().eval();
+      });
+    };
+    LogJudgeOptions one_thread;
+    one_thread.threads = 1;
+    std::vector<std::string> texts;
+    for (const LogRemark& remark : judge_logs(files, read, one_thread).remarks)
+      texts.push_back(remark.sentence);
+    return texts;
+  };
+  EXPECT_THAT(hints_of(2), IsEmpty());  // P(X ≥ 2) = 6 % of 40 files at 1 %
+  const auto all = hints_of(40);
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_THAT(all[0], HasSubstr("likewise 40 of 40 files"));
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,98 @@
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "datasets/data_error.h"
+#include "datasets/logs/log_format.h"
+
+/// @file
+/// The entry of libFuzzer for the format CREDENCE_FUZZ_FORMAT: any bytes give runs, or one error of the two
+/// kinds that a user may see; everything else is a finding.
+
+namespace credence {
+namespace {
+
+class SilentSink final : public LogSink {
+ public:
+  void begin_run(const RunLayout& layout) override { states_ = layout.states.size(); }
+  void add(const Step& step) override {
+    // What the judging code relies on.
+    for (const Index state : step.states) {
+      if (static_cast<std::size_t>(state) >= states_) std::abort();
+    }
+    if (step.P.rows() != step.P.cols() || step.error.size() != step.P.rows()) std::abort();
+  }
+  void end_run(Outcome, std::int64_t) override {}
+  void remark(std::string) override {}
+  void unmatched(std::int64_t) override {}
+  void advance(std::int64_t) override {}
+
+ private:
+  std::size_t states_ = 0;
+};
+
+/// A file in memory, of this process.
+std::filesystem::path memory_file(const char* name) {
+  return "/dev/shm/credence-fuzz-" + std::to_string(getpid()) + "-" + name;
+}
+
+void write(const std::filesystem::path& file, const char* bytes, std::size_t size) {
+  std::ofstream(file, std::ios::binary).write(bytes, static_cast<std::streamsize>(size));
+}
+
+/// Two truths: poses, and a survey point.
+std::filesystem::path truth_of(std::string_view format) {
+  const std::filesystem::path file = memory_file("truth");
+  std::string text;
+  if (format == "rtklib") {
+    text =
+        "%  GPST  e(m) n(m) u(m) Q ns sde(m) sdn(m) sdu(m) sden(m) sdnu(m) sdue(m) age(s) ratio\n"
+        "2020/01/01 00:00:00.000 1 2 3 1 9 0.01 0.01 0.02 0 0 0 0 9\n";
+  } else {
+    for (int i = 0; i < 40; ++i) text += std::to_string(i) + " 1 2 3 0 0 0 1\n";
+  }
+  write(file, text.data(), text.size());
+  return file;
+}
+
+LogReadOptions options_of(const LogFormat& format, const std::filesystem::path& file) {
+  LogReadOptions options;
+  options.matching.max_time_difference_s = 1.0;
+  if (format.name == "mcap" || format.name == "db3" || format.name == "rosbag") {
+    options.truth_topic = "/truth";
+  } else if (format.takes_truth) {
+    options.truth = TruthFiles(std::span(&file, 1), {truth_of(format.name).string()});
+  }
+  return options;
+}
+
+template <class Read>
+void allowed_to_fail(Read read) {
+  try {
+    read();
+  } catch (const DataError&) {
+  } catch (const std::invalid_argument&) {
+  }
+}
+
+}  // namespace
+}  // namespace credence
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace credence;
+  static const LogFormat& format = log_format_named(CREDENCE_FUZZ_FORMAT);
+  static const std::filesystem::path file = memory_file("input");
+  static const LogReadOptions options = options_of(format, file);
+  write(file, reinterpret_cast<const char*>(data), size);
+  SilentSink sink;
+  allowed_to_fail([&] { log_format_of(file); });
+  allowed_to_fail([&] { format.read(file, options, sink); });
+  allowed_to_fail([&] { format.list(file); });
+  return 0;
+}
