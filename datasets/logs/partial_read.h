@@ -8,17 +8,15 @@
 namespace credence {
 
 /// Calls `scan`, which collects what is then judged; with LogReadOptions::partial a DataError ends the
-/// collecting, and a remark says where. Returns whether all was read.
-template <class Scan>
-bool read_part(const LogReadOptions& options, LogSink& sink, Scan scan) {
-  if (!options.partial) {
-    scan();
-    return true;
-  }
+/// collecting where `anything` says that there is something, and a remark says where. Returns whether all was
+/// read.
+template <class Scan, class Anything>
+bool read_part(const LogReadOptions& options, LogSink& sink, Scan scan, Anything anything) {
   try {
     scan();
     return true;
   } catch (const DataError& error) {
+    if (!options.partial || !anything()) throw;
     sink.remark(fmt::format("only a part could be read: {}", error.what()));
     return false;
   }

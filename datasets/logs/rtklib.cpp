@@ -14,6 +14,7 @@
 #include "datasets/logs/geodesy.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"
+#include "datasets/logs/partial_read.h"
 
 namespace credence {
 namespace {
@@ -39,8 +40,8 @@ class SolutionReader {
  public:
   explicit SolutionReader(const std::filesystem::path& file) : lines_(file) {}
 
-  GnssSolution read() {
-    GnssSolution solution{.file = lines_.file()};
+  void read(GnssSolution& solution) {
+    solution.file = lines_.file();
     std::optional<Coordinates> coordinates;
     std::string_view line;
     while (lines_.next(line)) {
@@ -62,7 +63,6 @@ class SolutionReader {
       solution.fixes.push_back(fix);
     }
     if (solution.fixes.empty()) throw DataError(lines_.file(), "", "holds no solutions");
-    return solution;
   }
 
  private:
@@ -169,7 +169,9 @@ void read_solution(const std::filesystem::path& file, const LogReadOptions& opti
         "point (one row)",
         file.string()));
   }
-  const GnssSolution log = read_rtklib(file);
+  GnssSolution log;
+  read_part(
+      options, sink, [&] { log = read_rtklib(file, &log); }, [&] { return !log.fixes.empty(); });
   const GnssSolution truth = read_rtklib(options.truth.file_of(file));
   if (log.baseline != truth.baseline) {
     throw DataError(truth.file, "", "one of truth and log holds baselines, the other positions on the earth");
@@ -234,7 +236,16 @@ LogContents list_solution(const std::filesystem::path& file) {
 
 }  // namespace
 
-GnssSolution read_rtklib(const std::filesystem::path& file) { return SolutionReader(file).read(); }
+GnssSolution read_rtklib(const std::filesystem::path& file, GnssSolution* part) {
+  GnssSolution solution;
+  try {
+    SolutionReader(file).read(solution);
+  } catch (const DataError&) {
+    if (part != nullptr) *part = std::move(solution);
+    throw;
+  }
+  return solution;
+}
 
 LogFormat rtklib_format() {
   return {.name = "rtklib",

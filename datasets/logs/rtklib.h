@@ -22,8 +22,9 @@ struct GnssSolution {
 };
 
 /// Reads a solution. The columns sdne, sdeu, sdun hold sign(c) √|c| of the covariances c. Throws DataError
-/// with the line: no header that names the columns, a field that is no number, times that do not increase.
-GnssSolution read_rtklib(const std::filesystem::path& file);
+/// with the line: no header that names the columns, a field that is no number, times that do not increase;
+/// the rows before it are then in `part`.
+GnssSolution read_rtklib(const std::filesystem::path& file, GnssSolution* part = nullptr);
 
 /// --input rtklib: a solution against --truth, which is another one: a better solution, whose covariance is
 /// added, or a survey point (a file of one epoch, which then holds for all times). The states are east, north

@@ -191,15 +191,27 @@ PoseColumns named_columns(const LineReader& lines, std::string_view line, bool w
 bool is_comment(std::string_view line) { return line.empty() || line.starts_with('#'); }
 
 /// Reads the rows that follow, `first` before them if it is none of comments.
-Trajectory read_rows(LineReader& lines, const PoseColumns& columns, std::optional<std::string_view> first) {
+Trajectory read_rows(LineReader& lines, const PoseColumns& columns, std::optional<std::string_view> first,
+                     Trajectory* part = nullptr) {
   Trajectory out;
   out.file = lines.file();
   out.joint_covariance = !columns.joint_covariance.empty();
   PoseRows rows(lines, columns, out);
-  if (first && !is_comment(trim_blanks(*first))) rows.add(*first);
-  std::string_view line;
-  while (lines.next(line)) {
-    if (!is_comment(trim_blanks(line))) rows.add(line);
+  try {
+    if (first && !is_comment(trim_blanks(*first))) rows.add(*first);
+    std::string_view line;
+    while (lines.next(line)) {
+      if (!is_comment(trim_blanks(line))) rows.add(line);
+    }
+  } catch (const DataError&) {
+    if (part != nullptr) {
+      // The row that failed may be there in part.
+      out.time_s.resize(out.covariances.size());
+      out.lines.resize(out.covariances.size());
+      out.poses.resize(out.covariances.size());
+      *part = std::move(out);
+    }
+    throw;
   }
   if (out.poses.empty()) throw DataError(lines.file(), "", "holds no poses");
   return out;
@@ -213,10 +225,11 @@ std::string_view first_line(LineReader& lines) {
 
 }  // namespace
 
-Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat format, PoseErrorAxes axes) {
+Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat format, PoseErrorAxes axes,
+                         Trajectory* part) {
   LineReader lines(file);
   const std::string_view line = first_line(lines);
-  if (format == TrajectoryFormat::cnspy) return read_rows(lines, named_columns(lines, line, true), {});
+  if (format == TrajectoryFormat::cnspy) return read_rows(lines, named_columns(lines, line, true), {}, part);
   PoseColumns columns;
   if (format == TrajectoryFormat::openvins) {
     columns.fewest = columns.most = 20;
@@ -226,7 +239,7 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
     columns.fewest = columns.most = 29;
     columns.joint_covariance = column_range(8, 21);
   }
-  Trajectory out = read_rows(lines, columns, line);
+  Trajectory out = read_rows(lines, columns, line, part);
   if (format == TrajectoryFormat::tum) out.axes = axes;
   return out;
 }

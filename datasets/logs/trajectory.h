@@ -75,8 +75,10 @@ enum class TrajectoryFormat {
 
 /// Reads an estimate. tum: `axes` as given; the other formats say it themselves. Throws DataError with file
 /// and line for a row of another length, a field that is no finite number, a quaternion that is not of unit
-/// length (within 1 %; it is then normalised), times that do not increase, or a file without rows.
-Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat format, PoseErrorAxes axes);
+/// length (within 1 %; it is then normalised), times that do not increase, or a file without rows; the rows
+/// before it are then in `part`.
+Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat format, PoseErrorAxes axes,
+                         Trajectory* part = nullptr);
 
 /// Reads a truth, whose kind is seen from its content: columns t x y z qx qy qz qw (TUM; further ones are not
 /// read), EuRoC CSV (nanoseconds, the scalar of the quaternion first), or CSV with named columns t, tx … qw.

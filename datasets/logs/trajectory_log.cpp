@@ -6,6 +6,7 @@
 
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/number_field.h"
+#include "datasets/logs/partial_read.h"
 
 namespace credence {
 namespace {
@@ -55,8 +56,11 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
                     name_of(format)));
   }
   const PoseChart chart = chart_of(options, format);
-  Trajectory estimate = read_estimate(file, format, chart.axes);
-  if (options.chart) {
+  Trajectory estimate;
+  read_part(
+      options, sink, [&] { estimate = read_estimate(file, format, chart.axes, &estimate); },
+      [&] { return !estimate.poses.empty(); });
+  if (options.chart || format == TrajectoryFormat::tum) {
     estimate.axes = chart.axes;
     for (PoseCovariance& P : estimate.covariances) P = chart.position_first(P);
   }

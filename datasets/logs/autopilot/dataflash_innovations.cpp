@@ -151,7 +151,8 @@ void read_flight(const std::filesystem::path& file, const LogReadOptions& option
             ekf2.add(topic->second, body);
           },
       .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
-  read_part(options, sink, [&] { read_dataflash(file, visitor); });
+  read_part(
+      options, sink, [&] { read_dataflash(file, visitor); }, [&] { return !ekf3.empty() || !ekf2.empty(); });
   if (ekf3.empty() && ekf2.empty()) {
     throw DataError(file, "",
                     "holds no innovations with test ratios: read are XKF3 with XKF4 of EKF3, and NKF3 with "

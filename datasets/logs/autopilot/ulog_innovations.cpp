@@ -176,7 +176,8 @@ UlogInnovations read_innovations(const std::filesystem::path& file, const LogRea
                                   result.dropped_s += seconds;
                                 },
                             .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
-  read_part(options, sink, [&] { read_ulog(file, visitor); });
+  read_part(
+      options, sink, [&] { read_ulog(file, visitor); }, [&] { return !result.estimators.empty(); });
   return result;
 }
 

@@ -188,7 +188,8 @@ class RosLog {
                                                       });
                                  },
                              .advance = [&](std::int64_t bytes) { sink_.advance(bytes); }};
-    whole_ = read_part(options_, sink_, [&] { scan_(file_, visitor); });
+    whole_ = read_part(
+        options_, sink_, [&] { scan_(file_, visitor); }, [&] { return !topics_.empty(); });
   }
 
   void choose_estimate() {

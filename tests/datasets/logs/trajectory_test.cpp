@@ -213,7 +213,8 @@ TEST_F(TrajectoryFiles, EveryMalformedInputIsOneErrorWithFileAndLine) {
   const std::pair<std::string, std::string> cases[] = {
       {"", "e.txt: is empty"},
       {"# nothing\n", "e.txt: holds no poses"},
-      {pose + "\n", "e.txt:1: 8 fields where 20 are expected"},
+      {pose + "\n",
+       "e.txt:1: 8 fields where 20 are expected: poses without a covariance, as a truth has them"},
       {pose + covariance + pose + covariance, "e.txt:2: time 1.000000000 s does not increase"},
       {"1 0 0 nan 0 0 0 1" + covariance, "e.txt:1: field 4: 'nan' is not a finite number"},
       {"1 0 0 0 0 0 0 2" + covariance, "e.txt:1: the quaternion has length 2, not 1"},
@@ -231,6 +232,16 @@ TEST_F(TrajectoryFiles, EveryMalformedInputIsOneErrorWithFileAndLine) {
   const Trajectory early = read_estimate(write("e.txt", pose + covariance), TrajectoryFormat::openvins, {});
   const Trajectory late = read_truth(write("t.txt", "9 0 0 0 0 0 0 1\n"));
   EXPECT_THROW(trajectory_errors(early, late, {}), DataError);
+}
+
+TEST_F(TrajectoryFiles, RowsBeforeAnErrorAreAPart) {
+  const std::string row = " 0 0 0 0 0 0 1 1 0 0 1 0 1 1 0 0 1 0 1\n";
+  const auto file = write("e.txt", "1" + row + "2" + row + "3 0 0 0 0 0 0 1 1 0 0 1 0 1 1 0 0 1 0 x\n");
+  Trajectory part;
+  EXPECT_THROW(read_estimate(file, TrajectoryFormat::openvins, {}, &part), DataError);
+  EXPECT_EQ(part.time_s, (std::vector<double>{1.0, 2.0}));
+  EXPECT_EQ(part.poses.size(), 2U);
+  EXPECT_EQ(part.covariances.size(), 2U);
 }
 
 TEST_F(TrajectoryFiles, NoBytesMakeItDoAnythingElseThanReadOrRefuse) {
