@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "analysis/evidence/evidence_recorder.h"
+#include "app/run_arrays.h"
 #include "core/linear_algebra/mirror.h"
 #include "core/manifold/angle.h"
 #include "reports/document/run_log.h"
@@ -19,16 +21,18 @@ namespace credence {
 
 namespace {
 
-constexpr std::string_view kPrefix = "run-", kSuffix = ".csv";
+constexpr std::string_view kPrefix = "run-", kSuffixes[] = {".csv", ".npz"};
 
 /// The logs of runs from `first` on.
 std::vector<std::filesystem::path> logs_in(const std::filesystem::path& directory, std::int64_t first) {
   std::vector<std::filesystem::path> logs;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
     const std::string name = entry.path().filename().string();
-    if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix)) continue;
+    const std::string extension = entry.path().extension().string();
+    if (!name.starts_with(kPrefix) || std::ranges::find(kSuffixes, extension) == std::end(kSuffixes))
+      continue;
     const char* begin = name.data() + kPrefix.size();
-    const char* end = name.data() + name.size() - kSuffix.size();
+    const char* end = name.data() + name.size() - extension.size();
     std::int64_t run = -1;
     const auto [stop, error] = std::from_chars(begin, end, run);
     if (error == std::errc() && stop == end && run >= first) logs.push_back(entry.path());
@@ -56,8 +60,9 @@ void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
   for (const std::filesystem::path& file : logs_in(directory, first)) std::filesystem::remove(file);
 }
 
-LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::path directory, bool fresh)
-    : Experiment(inner.layout()), inner_(inner), directory_(std::move(directory)) {
+LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::path directory,
+                                   RunLogFormat format, bool fresh)
+    : Experiment(inner.layout()), inner_(inner), directory_(std::move(directory)), format_(format) {
   make_directories(directory_);
   if (fresh) discard_logs(directory_, 0);
   if (!logs_in(directory_, 0).empty()) {
@@ -73,16 +78,21 @@ StudyStatistics LoggedExperiment::run_chunk(std::int64_t first_run, std::int64_t
   auto failure = statistics.failures.begin();
   for (std::int64_t run = first_run; run < first_run + runs; ++run) {
     const bool failed = failure != statistics.failures.end() && failure->run == run;
-    const std::filesystem::path file = directory_ / fmt::format("run-{:06}.csv", run);
     const std::size_t end =
         failed ? static_cast<std::size_t>(failure->step) : std::numeric_limits<std::size_t>::max();
     const RunTrace trace = inner_.trace(run);
-    write_run_log(file, trace, end,
-                  failed ? fmt::format("{} at step {}", to_string(failure->outcome), failure->step) : "");
+    std::vector<Step> logged;
+    for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k)
+      logged.push_back(as_logged(layout(), trace.steps[k]));
+    if (format_ == RunLogFormat::csv) {
+      write_run_log(directory_ / fmt::format("run-{:06}.csv", run), trace, end,
+                    failed ? fmt::format("{} at step {}", to_string(failure->outcome), failure->step) : "");
+    } else if (!logged.empty()) {
+      write_file(directory_ / fmt::format("run-{:06}.npz", run), run_arrays(layout(), logged));
+    }
     if (failed) ++failure;
     recorder.begin_run();
-    for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k)
-      recorder.add(as_logged(layout(), trace.steps[k]));
+    for (const Step& step : logged) recorder.add(step);
   }
   StudyStatistics logged = recorder.take().study;
   logged.steps.resize(statistics.steps.size());

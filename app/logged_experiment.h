@@ -7,11 +7,13 @@
 
 namespace credence {
 
-/// Removes the logs DIR/run-NNNNNN.csv of the runs from `first` on.
+enum class RunLogFormat { csv, npz };
+
+/// Removes the logs DIR/run-NNNNNN.csv and .npz of the runs from `first` on.
 void discard_logs(const std::filesystem::path& directory, std::int64_t first);
 
-/// An experiment that writes a log of every run, DIR/run-000000.csv …, and takes NEES and NIS of what is
-/// written, by the code of `credence check`: so both give the same numbers.
+/// An experiment that writes a log of every run, DIR/run-000000.csv … or .npz, and takes NEES and NIS of what
+/// is written, by the code of `credence check`: so both give the same numbers.
 ///
 /// Linear worlds take NEES and NIS from a vectorised kernel otherwise, whose rounding differs in the last
 /// digits.
@@ -19,7 +21,7 @@ class LoggedExperiment final : public Experiment {
  public:
   /// `inner` must outlive this. Makes the folder; throws OutputError when it cannot, or when it holds logs of
   /// runs (which `credence check` would mix with the new ones); with `fresh` these are removed.
-  LoggedExperiment(const Experiment& inner, std::filesystem::path directory, bool fresh);
+  LoggedExperiment(const Experiment& inner, std::filesystem::path directory, RunLogFormat format, bool fresh);
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override { return inner_.visit(run, take); }
@@ -28,6 +30,7 @@ class LoggedExperiment final : public Experiment {
  private:
   const Experiment& inner_;
   std::filesystem::path directory_;
+  RunLogFormat format_;
 };
 
 }  // namespace credence

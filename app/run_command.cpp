@@ -35,7 +35,7 @@ struct RunOptions : CommonOptions {
   std::vector<std::string> scenarios;
   std::optional<std::int64_t> only_run;
   bool fresh = false;
-  std::string log;
+  std::string log, log_format = "csv";
 };
 
 /// One run alone, with everything in it.
@@ -96,8 +96,11 @@ ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
                          .front());
   }
   const fs::path directory = log_directory(options, c.scenario);
-  const Configuration logged{c.id, c.scenario,
-                             std::make_unique<LoggedExperiment>(*c.experiment, directory, options.fresh)};
+  const Configuration logged{
+      c.id, c.scenario,
+      std::make_unique<LoggedExperiment>(*c.experiment, directory,
+                                         options.log_format == "npz" ? RunLogFormat::npz : RunLogFormat::csv,
+                                         options.fresh)};
   ConfigurationResult result =
       std::move(run_configurations(std::span(&logged, 1), "", {}, c.scenario.name, options).front());
   discard_logs(directory, result.result.statistics.runs);  // of runs that the result does not count
@@ -190,6 +193,11 @@ void add_run_command(CLI::App& app) {
                    "nothing is stored or continued then")
       ->type_name("DIR")
       ->excludes("--only-run");
+  command
+      ->add_option("--log-format", options->log_format,
+                   "of --log; npz: the errors with P and the innovations with S as arrays of NumPy")
+      ->check(CLI::IsMember({"csv", "npz"}))
+      ->capture_default_str();
   command->add_flag("--fresh", options->fresh,
                     "discard results stored in --out, and logs in --log, instead of continuing them");
   static constexpr const char* kExamples[] = {

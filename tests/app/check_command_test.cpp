@@ -86,6 +86,21 @@ TEST_F(CheckCommand, GivesTheNumbersOfTheRunThatWroteTheLogsToTheLastDigit) {
   }
 }
 
+TEST_F(CheckCommand, ArraysGiveTheNumbersOfTheRunToTheLastDigit) {
+  write("line.toml", kLine);
+  write("plane.toml", kPlane);
+  for (const std::string world : {"line", "plane"}) {
+    const Json run =
+        json({"run", world + ".toml", "--log", world, "--log-format", "npz", "--format", "json", "--quiet"});
+    const Json check = json({"check", world, "--format", "json", "--quiet"});
+    EXPECT_EQ(check["files"], 150);
+    EXPECT_EQ(check["rows"], 150 * run["steps"].get<int>());
+    for (const char* key : {"nees", "nis", "runs", "steps", "state_dim"}) {
+      EXPECT_EQ(check[key], run[key]) << world << ' ' << key;
+    }
+  }
+}
+
 TEST_F(CheckCommand, SameBitsForAnyNumberOfThreadsAndHoweverRunsLieInFiles) {
   write("a.toml", kLine);
   ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet"}).code, 0);

@@ -1,0 +1,89 @@
+#include "datasets/logs/arrays/npz_writer.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <zlib.h>
+
+#include <bit>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+namespace credence {
+namespace {
+
+/// Appends a number in little endian order.
+template <class T>
+void put(std::string& bytes, T value) {
+  static_assert(std::endian::native == std::endian::little);
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  bytes.append(raw, sizeof(T));
+}
+
+std::string npy_bytes(const NamedArray& array) {
+  constexpr std::size_t kPrefix = 10, kAlignment = 64;
+  const auto count =
+      std::accumulate(array.dims.begin(), array.dims.end(), std::uint64_t{1}, std::multiplies<>());
+  if (count != array.values.size()) {
+    throw std::invalid_argument(fmt::format("{}: {} values for dimensions ({})", array.name,
+                                            array.values.size(), fmt::join(array.dims, ", ")));
+  }
+  std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}",
+                                   fmt::join(array.dims, ", "));
+  header.resize((header.size() + kPrefix + kAlignment) / kAlignment * kAlignment - kPrefix, ' ');
+  header.back() = '\n';
+  std::string bytes("\x93NUMPY\x01\x00", 8);
+  put(bytes, static_cast<std::uint16_t>(header.size()));
+  bytes += header;
+  bytes.append(reinterpret_cast<const char*>(array.values.data()), array.values.size() * sizeof(double));
+  return bytes;
+}
+
+/// What the header of a member and its entry in the directory have in common (APPNOTE.TXT of PKWARE, 4.3.7
+/// and 4.3.12, from "version needed" to the lengths of the name and of what is extra).
+std::string member_head(const std::string& name, const std::string& content) {
+  constexpr std::uint16_t kVersion = 20, kFirstDay = 0x21;
+  std::string head;
+  put(head, kVersion);
+  put(head, std::uint16_t{0});  // flags
+  put(head, std::uint16_t{0});  // not packed
+  put(head, std::uint16_t{0});
+  put(head, kFirstDay);  // 1980-01-01: the same runs give the same bytes
+  put(head,
+      static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size())));
+  put(head, static_cast<std::uint32_t>(content.size()));
+  put(head, static_cast<std::uint32_t>(content.size()));
+  put(head, static_cast<std::uint16_t>(name.size()));
+  put(head, std::uint16_t{0});
+  return head;
+}
+
+}  // namespace
+
+std::string npz_bytes(std::span<const NamedArray> arrays) {
+  std::string file, directory;
+  for (const NamedArray& array : arrays) {
+    const std::string content = npy_bytes(array), name = array.name + ".npy";
+    if (file.size() + content.size() > std::numeric_limits<std::uint32_t>::max() / 2) {
+      throw std::invalid_argument(fmt::format("{}: a file of arrays holds at most 2 GiB", array.name));
+    }
+    const std::string head = member_head(name, content);
+    directory += std::string("PK\x01\x02\x14\x00", 6) + head + std::string(10, '\0');
+    put(directory, static_cast<std::uint32_t>(file.size()));
+    directory += name;
+    file += "PK\x03\x04" + head + name + content;
+  }
+  const std::size_t begin = file.size();
+  file += directory + std::string("PK\x05\x06\x00\x00\x00\x00", 8);
+  put(file, static_cast<std::uint16_t>(arrays.size()));
+  put(file, static_cast<std::uint16_t>(arrays.size()));
+  put(file, static_cast<std::uint32_t>(directory.size()));
+  put(file, static_cast<std::uint32_t>(begin));
+  put(file, std::uint16_t{0});
+  return file;
+}
+
+}  // namespace credence

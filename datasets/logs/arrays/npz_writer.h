@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace credence {
+
+/// An array of float64, the last index running fastest.
+struct NamedArray {
+  std::string name;
+  std::vector<std::uint64_t> dims;
+  std::vector<double> values;
+};
+
+/// The bytes of an .npz file as numpy.savez writes it: not packed, in C order, version 1 of .npy. Throws
+/// std::invalid_argument for values that do not fill the dimensions, and beyond 4 GiB.
+std::string npz_bytes(std::span<const NamedArray> arrays);
+
+}  // namespace credence
