@@ -138,7 +138,7 @@ class DataflashCollector {
   std::map<int, EstimatorCore> cores_;
 };
 
-void read_flight(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+void read_cores(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
   DataflashCollector ekf3('X'), ekf2('N');
   std::map<std::uint8_t, DataflashTopic> topics;
   const DataflashVisitor visitor{
@@ -203,7 +203,7 @@ void read_flight(const std::filesystem::path& file, const LogReadOptions& option
   chosen->series.emit(sink);
 }
 
-LogContents list_flight(const std::filesystem::path& file) {
+LogContents list_messages(const std::filesystem::path& file) {
   struct Seen {
     DataflashTopic topic;
     std::int64_t count = 0;
@@ -246,8 +246,8 @@ LogFormat dataflash_format() {
           .extensions = ".bin .BIN",
           .recognises = [](std::string_view beginning,
                            const std::filesystem::path&) { return begins_as_dataflash(beginning); },
-          .list = list_flight,
-          .read = read_flight};
+          .list = list_messages,
+          .read = read_cores};
 }
 
 }  // namespace credence

@@ -46,7 +46,7 @@ std::vector<StepReading> step_readings(const RunLayout& layout) {
   };
   for (std::size_t i = 0; i < layout.states.size(); ++i) {
     add_degrees(layout.states[i], {static_cast<Index>(i)});
-    if (layout.angles[i]) angles.push_back(static_cast<Index>(i));
+    if (i < layout.angles.size() && layout.angles[i]) angles.push_back(static_cast<Index>(i));
   }
   if (angles.size() > 1) add_degrees("all angles", angles);
   return list;
