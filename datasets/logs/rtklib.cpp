@@ -93,7 +93,14 @@ class SolutionReader {
                       shown_field(first), shown_field(second)));
     }
     namespace ch = std::chrono;
-    const auto whole = [&](std::string_view field) { return static_cast<int>(number(field)); };
+    const auto whole = [&](std::string_view field) {
+      constexpr double kLargest = 9999.0;
+      const double value = number(field);
+      if (!(value >= 0.0 && value <= kLargest) || std::floor(value) != value) {
+        lines_.fail(fmt::format("'{}' is no whole number of a date", shown_field(field)));
+      }
+      return static_cast<int>(value);
+    };
     const ch::year_month_day day{ch::year(whole(first.substr(0, 4))),
                                  ch::month(static_cast<unsigned int>(whole(first.substr(5, 2)))),
                                  ch::day(static_cast<unsigned int>(whole(first.substr(8, 2))))};

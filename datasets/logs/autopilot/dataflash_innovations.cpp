@@ -65,7 +65,8 @@ class DataflashCollector {
     const DataflashTopic::Field* const time = topic.field("TimeUS");
     const DataflashTopic::Field* const number = topic.field("C");
     if (time == nullptr) return;
-    EstimatorCore& core = cores_[number == nullptr ? 0 : static_cast<int>(dataflash_number(body, *number))];
+    EstimatorCore& core =
+        cores_[number == nullptr ? 0 : estimator_number(dataflash_number(body, *number), body)];
     const double time_us = dataflash_number(body, *time);
     if (first) {
       core.time_us = time_us;

@@ -9,6 +9,14 @@
 
 namespace credence {
 
+int estimator_number(double said, const ByteCursor& message) {
+  constexpr double kLargest = 255.0;
+  if (!(said >= 0.0 && said <= kLargest) || std::floor(said) != said) {
+    message.fail(fmt::format("an estimator of number {}: corrupted", said));
+  }
+  return static_cast<int>(said);
+}
+
 std::size_t InnovationSeries::add_sensor(std::string name, Index dim, bool angle) {
   SensorSeries sensor;
   sensor.name = std::move(name);

@@ -5,9 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "datasets/logs/bytes/byte_cursor.h"
 #include "datasets/logs/log_sink.h"
 
 namespace credence {
+
+/// The number of an estimator that a log says, 0 to 255. Throws DataError at `message` for any other.
+int estimator_number(double said, const ByteCursor& message);
 
 /// Innovations of sensors that do not speak at the same times, with variances and no covariances.
 ///

@@ -150,32 +150,32 @@ UlogInnovations read_innovations(const std::filesystem::path& file, const LogRea
                                  LogSink& sink) {
   UlogInnovations result;
   std::map<std::size_t, UlogTopic> topics;
-  const UlogVisitor visitor{.topic =
-                                [&](std::size_t i, const UlogTopic& topic) {
-                                  if (holds_innovations(topic.name)) topics.emplace(i, topic);
-                                },
-                            .message =
-                                [&](std::size_t i, const ByteCursor& message) {
-                                  const auto found = topics.find(i);
-                                  if (found == topics.end()) return;
-                                  const UlogTopic& topic = found->second;
-                                  const UlogField* const field = topic.field("estimator_instance");
-                                  const int instance = field != nullptr
-                                                           ? static_cast<int>(ulog_number(message, *field))
-                                                           : topic.instance;
-                                  Estimator& estimator = result.estimators[instance];
-                                  if (topic.name.starts_with(kAidSource)) {
-                                    estimator.sources.add(topic, message);
-                                  } else {
-                                    estimator.pairs.add(topic, message);
-                                  }
-                                },
-                            .dropout =
-                                [&](double seconds) {
-                                  ++result.dropouts;
-                                  result.dropped_s += seconds;
-                                },
-                            .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
+  const UlogVisitor visitor{
+      .topic =
+          [&](std::size_t i, const UlogTopic& topic) {
+            if (holds_innovations(topic.name)) topics.emplace(i, topic);
+          },
+      .message =
+          [&](std::size_t i, const ByteCursor& message) {
+            const auto found = topics.find(i);
+            if (found == topics.end()) return;
+            const UlogTopic& topic = found->second;
+            const UlogField* const field = topic.field("estimator_instance");
+            const int instance =
+                field != nullptr ? estimator_number(ulog_number(message, *field), message) : topic.instance;
+            Estimator& estimator = result.estimators[instance];
+            if (topic.name.starts_with(kAidSource)) {
+              estimator.sources.add(topic, message);
+            } else {
+              estimator.pairs.add(topic, message);
+            }
+          },
+      .dropout =
+          [&](double seconds) {
+            ++result.dropouts;
+            result.dropped_s += seconds;
+          },
+      .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
   read_part(
       options, sink, [&] { read_ulog(file, visitor); }, [&] { return !result.estimators.empty(); });
   return result;

@@ -122,6 +122,7 @@ TEST_F(RtklibFiles, ErrorsNameTheLine) {
   fails_with(kGeodetic + "1692 1.0 35 139 x 1 9 1 1 1 0 0 0\n", "log.pos:3: 'x' is not a finite number");
   fails_with(kGeodetic + "1692 1.0 35 139 1 9 9 1 1 1 0 0 0\n", "Q = 9: accepted are 0 to 6");
   fails_with(kGeodetic + "2012/13/10 00:00:00.0 35 139 1 1 9 1 1 1 0 0 0\n", "is no day");
+  fails_with(kGeodetic + "1e99/13/10 00:00:00.0 35 139 1 1 9 1 1 1 0 0 0\n", "is no whole number of a date");
   fails_with(kGeodetic + row.substr(0, row.size() - 1), "the last line has no end");
   fails_with("%  GPST  latitude(d'\")\n", "degrees, minutes and seconds are not read");
 }
