@@ -10,6 +10,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/autopilot/innovation_series.h"
 #include "datasets/logs/autopilot/ulog.h"
+#include "datasets/logs/autopilot/ulog_states.h"
 #include "datasets/logs/partial_read.h"
 
 namespace credence {
@@ -225,6 +226,11 @@ void tell(int instance, const Estimator& estimator, const UlogInnovations& log, 
 }
 
 void read_flight(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+  if (options.truth_topic == kUlogTruth) return judge_ulog_states(file, options, sink);
+  if (!options.truth_topic.empty()) {
+    throw std::invalid_argument(fmt::format("{}: --truth-topic {}: of a flight log accepted is {}",
+                                            file.string(), options.truth_topic, kUlogTruth));
+  }
   const UlogInnovations log = read_innovations(file, options, sink);
   const std::string names = instances(log);
   if (names.empty()) {
@@ -268,7 +274,10 @@ LogContents list_flight(const std::filesystem::path& file) {
          .type = fmt::format("instance {}", s.topic.instance),
          .count = s.count,
          .rate_hz = message_rate(s.count, s.first_s, s.last_s),
-         .use = holds_innovations(s.topic.name) ? "innovations" : "",
+         .use = holds_innovations(s.topic.name)      ? "innovations"
+                : s.topic.name == kUlogTruth         ? "truth"
+                : s.topic.name == "estimator_states" ? "estimate"
+                                                     : "",
          .covariance = s.topic.name == kVariances || s.topic.name.starts_with(kAidSource)});
   }
   return contents;

@@ -225,7 +225,7 @@ TEST(Dataflash, AnErrorNamesTheByteAndAPartCanBeRead) {
   DataflashWriter huge;
   huge.describe(4, 3 + 16, "XKF3", "QQ", "TimeUS,C");
   huge.message(4, ByteWriter().add<std::uint64_t>(1).add(std::uint64_t{1} << 60U).bytes());
-  fails_with(huge.bytes(), "an estimator of number 1152921504606846976: corrupted");
+  fails_with(huge.bytes(), "an estimator of number 1.152921504606847e+18: corrupted");
   const RecordedSink part = read(good + "xyz", {.partial = true});
   EXPECT_EQ(part.runs.front().steps.size(), 2U);
   EXPECT_THAT(part.said(), HasSubstr("only a part could be read: "));

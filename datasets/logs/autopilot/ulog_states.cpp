@@ -1,0 +1,197 @@
+#include "datasets/logs/autopilot/ulog_states.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include "core/manifold/angle.h"
+#include "datasets/data_error.h"
+#include "datasets/logs/autopilot/innovation_series.h"
+#include "datasets/logs/autopilot/ulog.h"
+#include "datasets/logs/geodesy.h"
+#include "datasets/logs/partial_read.h"
+
+namespace credence {
+namespace {
+
+constexpr std::string_view kStates = "estimator_states", kLocalPosition = "vehicle_local_position";
+constexpr std::array<const char*, 6> kNames = {"velocity.north", "velocity.east", "velocity.down",
+                                               "position.north", "position.east", "position.down"};
+using Motion = Eigen::Matrix<double, 6, 1>;  ///< velocity, position; m/s, m
+
+/// One row of estimator_states.
+struct EstimatedMotion {
+  double time_s = 0.0;
+  std::int64_t line = 0;
+  Motion value, variance;
+};
+
+double seconds(const UlogTopic& topic, const ByteCursor& message) {
+  for (const char* name : {"timestamp_sample", "timestamp"}) {
+    const UlogField* const field = topic.field(name);
+    if (field == nullptr) continue;
+    if (const double time_us = ulog_number(message, *field); time_us > 0.0) return 1e-6 * time_us;
+  }
+  message.fail(fmt::format("topic {} without a timestamp", topic.name));
+}
+
+/// Where the origin of local positions is: latitude, longitude (rad), height (m); nothing where it is not
+/// told.
+std::optional<Eigen::Vector3d> origin(const UlogTopic& topic, const ByteCursor& message) {
+  Eigen::Vector3d place;
+  const char* const names[] = {"ref_lat", "ref_lon", "ref_alt"};
+  for (Index i = 0; i < 3; ++i) {
+    const UlogField* const field = topic.field(names[i]);
+    place[i] = field == nullptr ? NAN : ulog_number(message, *field);
+  }
+  if (!place.allFinite() || place.head<2>().isZero(0.0)) return std::nullopt;
+  place.head<2>() *= kRadiansPerDegree;
+  return place;
+}
+
+/// What a flight says of its states and of the truth.
+struct MotionLog {
+  Trajectory velocity, position;  ///< of the truth
+  std::map<int, std::vector<EstimatedMotion>> estimates;
+  std::optional<Eigen::Vector3d> true_origin, estimated_origin;
+
+  void add(const UlogTopic& topic, const ByteCursor& message) {
+    if (topic.name == kUlogTruth) return add_truth(topic, message);
+    if (topic.name == kLocalPosition) {
+      if (const auto place = origin(topic, message)) estimated_origin = place;
+      return;
+    }
+    const UlogField* const states = topic.field("states");
+    const UlogField* const variances = topic.field("covariances");
+    constexpr std::uint64_t kFirst = 4, kErrorState = 23;
+    if (states == nullptr || variances == nullptr || states->count < kFirst + 6) return;
+    const std::uint64_t shift = variances->count == kErrorState ? 1 : 0;
+    if (variances->count < kFirst + 6 - shift) return;
+    std::vector<EstimatedMotion>& rows = estimates[topic.instance];
+    EstimatedMotion row{
+        .time_s = seconds(topic, message), .line = std::ssize(rows) + 1, .value = {}, .variance = {}};
+    for (std::uint64_t i = 0; i < 6; ++i) {
+      row.value[static_cast<Index>(i)] = ulog_number(message, *states, kFirst + i);
+      row.variance[static_cast<Index>(i)] = ulog_number(message, *variances, kFirst + i - shift);
+    }
+    rows.push_back(row);
+  }
+
+ private:
+  void add_truth(const UlogTopic& topic, const ByteCursor& message) {
+    if (const auto place = origin(topic, message)) true_origin = place;
+    const double time_s = seconds(topic, message);
+    if (!velocity.time_s.empty() && !(time_s > velocity.time_s.back())) return;
+    add_vector(velocity, time_s, topic, message, {"vx", "vy", "vz"});
+    add_vector(position, time_s, topic, message, {"x", "y", "z"});
+  }
+
+  static void add_vector(Trajectory& to, double time_s, const UlogTopic& topic, const ByteCursor& message,
+                         const std::array<const char*, 3>& names) {
+    SpatialPose pose;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const UlogField* const field = topic.field(names[i]);
+      if (field == nullptr) message.fail(fmt::format("topic {} without a field {}", topic.name, names[i]));
+      pose.position[static_cast<Index>(i)] = ulog_number(message, *field);
+    }
+    to.time_s.push_back(time_s);
+    to.poses.push_back(pose);
+  }
+};
+
+/// The truth's origin in the axes of the estimate: north, east, down.
+Eigen::Vector3d between_origins(const Eigen::Vector3d& truth, const Eigen::Vector3d& estimate) {
+  const Eigen::Vector3d enu = east_north_up(estimate) * (earth_fixed(truth) - earth_fixed(estimate));
+  return {enu.y(), enu.x(), -enu.z()};
+}
+
+const std::vector<EstimatedMotion>& chosen(const MotionLog& log, const std::filesystem::path& file,
+                                           const LogReadOptions& options) {
+  if (log.estimates.empty()) {
+    throw DataError(file, "", "holds no estimator_states (set SDLOG_PROFILE to log them)");
+  }
+  const auto found = options.instance ? log.estimates.find(*options.instance) : log.estimates.begin();
+  if (found != log.estimates.end()) return found->second;
+  std::set<int> instances;
+  for (const auto& [instance, rows] : log.estimates) instances.insert(instance);
+  throw std::invalid_argument(fmt::format("{}: --instance {}: there are {}", file.string(), *options.instance,
+                                          fmt::join(instances, ", ")));
+}
+
+}  // namespace
+
+void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink) {
+  MotionLog log;
+  std::map<std::size_t, UlogTopic> topics;
+  const UlogVisitor visitor{
+      .topic =
+          [&](std::size_t i, const UlogTopic& topic) {
+            if (topic.name == kStates || topic.name == kUlogTruth || topic.name == kLocalPosition)
+              topics.emplace(i, topic);
+          },
+      .message =
+          [&](std::size_t i, const ByteCursor& message) {
+            if (const auto found = topics.find(i); found != topics.end()) log.add(found->second, message);
+          },
+      .dropout = [](double) {},
+      .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
+  read_part(
+      options, sink, [&] { read_ulog(file, visitor); }, [&] { return !log.estimates.empty(); });
+  if (log.velocity.time_s.empty()) {
+    throw DataError(file, "", fmt::format("--truth-topic {}: it holds no messages", kUlogTruth));
+  }
+  const std::vector<EstimatedMotion>& rows = chosen(log, file, options);
+  const bool has_origins = log.true_origin && log.estimated_origin;
+  const Eigen::Vector3d shift = has_origins ? between_origins(*log.true_origin, *log.estimated_origin)
+                                            : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  // A height of exactly 0 is one that nobody has set.
+  const bool has_heights = has_origins && log.true_origin->z() != 0.0 && log.estimated_origin->z() != 0.0;
+  RunLayout layout;
+  layout.joint_covariance = false;
+  for (Index i = 0; i < (has_heights ? 6 : has_origins ? 5 : 3); ++i) {
+    const char* const name = kNames[static_cast<std::size_t>(i)];
+    layout.states.emplace_back(name);
+    layout.angles.push_back(false);
+    layout.blocks.push_back({name, Part::other, {i}});
+  }
+  sink.begin_run(layout);
+  const auto n = std::ssize(layout.states);
+  Step step;
+  for (Index i = 0; i < n; ++i) step.states.push_back(i);
+  std::int64_t unmatched = 0;
+  for (const EstimatedMotion& row : rows) {
+    const auto velocity = truth_at(log.velocity, row.time_s, options.matching);
+    const auto position = truth_at(log.position, row.time_s, options.matching);
+    if (!velocity || !position || !row.value.allFinite() || !row.variance.allFinite()) {
+      ++unmatched;
+      continue;
+    }
+    Motion truth;
+    truth << velocity->pose.position, position->pose.position + shift;
+    ++step.step;
+    step.line = row.line;
+    step.error = (row.value - truth).head(n);
+    step.P = Matrix(row.variance.head(n).asDiagonal());
+    sink.add(step);
+  }
+  if (step.step == 0) {
+    throw DataError(file, "",
+                    fmt::format("no row of {} has a truth at its time, within {} s (--max-time-difference)",
+                                kStates, options.matching.max_time_difference_s));
+  }
+  sink.unmatched(unmatched);
+  sink.remark("The log holds variances and no covariances: every component is judged by itself.");
+  if (!has_heights) {
+    sink.remark(fmt::format("{} not judged: the log does not hold {} of estimate and truth.",
+                            has_origins ? "Heights are" : "Positions are",
+                            has_origins ? "the heights of the origins" : "the origins"));
+  }
+}
+
+}  // namespace credence
