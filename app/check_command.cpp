@@ -223,7 +223,8 @@ void add_check_command(CLI::App& app) {
   command->add_flag("--pool", options->pool, "several logs are runs of one filter: judge them together");
   command->add_flag("--list", options->list, "say what is in the logs, and judge nothing");
   command->add_option("--topic", options->topic, "bags: the estimate, where several topics could be it");
-  command->add_option("--truth-topic", options->truth_topic, "bags, simulated flights: the truth, in the same file");
+  command->add_option("--truth-topic", options->truth_topic,
+                      "bags, simulated flights: the truth, in the same file");
   command->add_option("--instance", options->instance,
                       "of several estimators in one flight log, the one to judge");
   command->add_flag("--partial", options->partial,

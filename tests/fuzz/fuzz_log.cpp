@@ -9,6 +9,7 @@
 #include <string>
 
 #include "datasets/data_error.h"
+#include "datasets/logs/autopilot/ulog_states.h"
 #include "datasets/logs/log_format.h"
 
 /// @file
@@ -93,6 +94,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   SilentSink sink;
   allowed_to_fail([&] { log_format_of(file); });
   allowed_to_fail([&] { format.read(file, options, sink); });
+  if (format.name == "ulog") {
+    LogReadOptions states = options;
+    states.truth_topic = kUlogTruth;
+    allowed_to_fail([&] { format.read(file, states, sink); });
+  }
   allowed_to_fail([&] { format.list(file); });
   return 0;
 }
