@@ -74,7 +74,7 @@ std::string npz_bytes(std::span<const NamedArray> arrays) {
     directory += std::string("PK\x01\x02\x14\x00", 6) + head + std::string(10, '\0');
     put(directory, static_cast<std::uint32_t>(file.size()));
     directory += name;
-    file += "PK\x03\x04" + head + name + content;
+    file.append("PK\x03\x04").append(head).append(name).append(content);
   }
   const std::size_t begin = file.size();
   file += directory + std::string("PK\x05\x06\x00\x00\x00\x00", 8);
