@@ -73,8 +73,8 @@ TEST_F(WorldsCommand, WorldsOnGroupsRunSweepAndLog) {
     EXPECT_NEAR(judged["nis"]["mean"].get<double>(), own["nis"]["mean"].get<double>(), 1e-9) << name;
     EXPECT_EQ(own["rmse"]["position_m"].size(), 20U);
     EXPECT_THAT(read(std::filesystem::path(name) / "index.html"), HasSubstr("error in the "));
-    const Finished sweep =
-        run(with({"sweep", "--set", "sweep.filter.chart=componentwise,right,left", "--out", "swept"}));
+    const Finished sweep = run(with({"sweep", "--set", "sweep.filter.chart=componentwise,right,left", "--out",
+                                     std::string("swept ") + name}));
     EXPECT_EQ(sweep.code, 0) << sweep.err;
   }
 }

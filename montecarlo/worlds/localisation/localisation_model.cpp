@@ -10,7 +10,7 @@ namespace {
 
 /// At equal angles on a circle about that of the path, half as large again. The vehicle starts at the origin,
 /// on its way along the first axis as far as it believes, and turns left.
-std::vector<Eigen::Vector2d> landmarks_of(const Scenario& scenario) {
+std::vector<Eigen::Vector2d> known_landmarks_of(const Scenario& scenario) {
   const double radius = scenario.world.path_radius;
   const Index count = integer_value(scenario, "world.known_landmarks");
   std::vector<Eigen::Vector2d> landmarks;
@@ -30,7 +30,7 @@ LocalisationModel::LocalisationModel(const Scenario& scenario)
       initial_std_(scenario.initial.position_std, scenario.initial.position_std,
                    scenario.initial.heading_std_deg * kRadiansPerDegree),
       aiding_(aiding_settings(scenario)),
-      landmarks_(landmarks_of(scenario)),
+      landmarks_(known_landmarks_of(scenario)),
       process_scale_(scenario.filter.process_scale),
       measurement_scale_(scenario.filter.measurement_scale) {
   const Index rows = aiding_.landmarks ? 2 * std::ssize(landmarks_) : 2;
