@@ -6,6 +6,12 @@
 
 namespace credence {
 
+/// What becomes of P as a correction moves the estimate.
+enum class CovarianceReset {
+  none,  ///< it keeps its numbers, in its chart
+  full,  ///< it is carried along
+};
+
 /// An extended Kalman filter on a Lie group of dimension n, whose error is Gaussian in a chart of its own:
 /// componentwise it is the error-state EKF, in the right chart the left-invariant EKF, in the left chart the
 /// right-invariant EKF ([Barrau 2017]).
@@ -13,15 +19,18 @@ namespace credence {
 /// A model states its Jacobians once, by right perturbations x Exp(ξ), and P is kept so; T_c(x) is the
 /// Jacobian from there to chart c at x. As P_c = T_c P T_cᵀ, F_c = T_c(f(x)) F T_c(x)⁻¹ and H_c = H T_c(x)⁻¹
 /// are the filter of chart c, a prediction is the same in all charts. What sets them apart is the update:
-/// x̂⁺ = x̂ ⊞ K_c ν by chart c, whose P_c holds at x̂⁺ with the numbers it had at x̂. Nothing allocates but the
-/// innovation and its covariance.
+/// x̂⁺ = x̂ ⊞ K_c ν by chart c, whose P_c holds at x̂⁺ with the numbers it had at x̂. Unless P is reset: then it
+/// is carried from x̂ to x̂⁺ by the Jacobian of the coordinates at the correction, and the right and the left
+/// chart, between which all is linear, are the same filter. Nothing allocates but the innovation and its
+/// covariance.
 template <LieGroup G>
 class ChartEkf {
  public:
   using Jacobian = typename G::Jacobian;
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, G::kDim>;
 
-  explicit ChartEkf(Chart chart) : chart_(chart) {}
+  explicit ChartEkf(Chart chart, CovarianceReset reset = CovarianceReset::none)
+      : chart_(chart), reset_(reset) {}
 
   /// Starts at x with the covariance P of an error in chart `of_P`.
   void reset(const G& x, const Jacobian& P, Chart of_P) {
@@ -49,7 +58,8 @@ class ChartEkf {
     const G before = x_;
     const Jacobian T = minus_jacobian(before, before, chart_);
     x_ = plus(before, typename G::Tangent(T * (K * nu)), chart_);
-    const Jacobian M = plus_jacobian(x_, x_, chart_) * T;
+    const G& about = reset_ == CovarianceReset::full ? before : x_;
+    const Jacobian M = plus_jacobian(x_, about, chart_) * T;
     P_ = (M * P_ * M.transpose()).eval();
     symmetrise(P_);
     return true;
@@ -64,6 +74,7 @@ class ChartEkf {
 
  private:
   Chart chart_;
+  CovarianceReset reset_;
   G x_;
   Jacobian P_ = Jacobian::Zero();
   Vector nu_;

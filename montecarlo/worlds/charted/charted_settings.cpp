@@ -47,6 +47,10 @@ std::vector<KeyRow> charted_keys() {
       {"filter", "judged_chart", "",
        "chart in which error and P are judged: the filter's own, or componentwise, P transported",
        own_choice("filter.judged_chart", {"own", "componentwise"})},
+      {"filter", "covariance_reset", "",
+       "full: a correction carries P to where it moves the estimate, which makes right and left one filter; "
+       "none: P keeps its numbers in its chart",
+       own_choice("filter.covariance_reset", {"none", "full"})},
       process_scale_key(),
       measurement_scale_key(),
   };
@@ -63,7 +67,10 @@ AidingSettings aiding_settings(const Scenario& scenario) {
 ChartSettings chart_settings(const Scenario& scenario) {
   const Chart own = filter_chart(scenario);
   const bool judged_own = word_value(scenario, "filter.judged_chart") == "own";
-  return {.filter = own, .judged = judged_own ? own : Chart::componentwise};
+  const bool reset = word_value(scenario, "filter.covariance_reset") == "full";
+  return {.filter = own,
+          .judged = judged_own ? own : Chart::componentwise,
+          .reset = reset ? CovarianceReset::full : CovarianceReset::none};
 }
 
 PlugSettings plug_settings(const Scenario& scenario) {
@@ -74,9 +81,10 @@ std::string charted_text(const Scenario& scenario) {
   const ChartSettings charts = chart_settings(scenario);
   const double seen = scenario.noise.detection_probability;
   return fmt::format(
-      "aided by {} every {} steps{}, error in the {} chart{}", word_value(scenario, "world.aiding"),
+      "aided by {} every {} steps{}, error in the {} chart{}{}", word_value(scenario, "world.aiding"),
       integer_value(scenario, "world.aiding_interval"),
       seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "", chart_name(charts.filter),
+      charts.reset == CovarianceReset::full ? ", P reset" : "",
       charts.judged == charts.filter ? "" : fmt::format(", judged in the {} one", chart_name(charts.judged)));
 }
 

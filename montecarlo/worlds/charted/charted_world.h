@@ -39,6 +39,7 @@ struct ChartedInnovation {
 struct ChartSettings {
   Chart filter = Chart::componentwise;
   Chart judged = Chart::componentwise;
+  CovarianceReset reset = CovarianceReset::none;
 };
 
 /// A model: where the filter starts, the truth's way and what is read of it (the noise handed in), and what
@@ -99,7 +100,7 @@ class ChartedFilter {
   using Group = typename Model::Group;
 
   ChartedFilter(std::shared_ptr<const Model> model, const ChartSettings& charts)
-      : model_(std::move(model)), judged_(charts.judged), ekf_(charts.filter) {}
+      : model_(std::move(model)), judged_(charts.judged), ekf_(charts.filter, charts.reset) {}
 
   void reset(const Group& mean, const Matrix& P) { ekf_.reset(mean, P, Chart::componentwise); }
   void predict(const typename Model::Input& u) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <array>
+#include <cmath>
 #include <random>
 
 #include "core/manifold/se2.h"
@@ -81,6 +82,39 @@ TEST(ChartEkf, IsTheTextbookFilterOfItsChart) {
   }
   EXPECT_GT(minus(ends[0], ends[1], Chart::right).norm(), 1e-4) << "the charts differ by their updates";
   EXPECT_LT(minus(ends[2], ends[3], Chart::right).norm(), 1e-12) << "in the plane both are one";
+}
+
+// With P carried along by each correction the left- and the right-invariant filter are one, without they are
+// not; other charts stay apart.
+TEST(ChartEkf, RightAndLeftAreOneFilterOnceCovariancesAreReset) {
+  const Eigen::Matrix3d P0 = Eigen::Vector3d(0.5, 0.2, 0.4).asDiagonal();
+  const Eigen::Matrix3d Q = Eigen::Vector3d(0.01, 0.02, 0.005).asDiagonal();
+  const Eigen::Matrix2d R = 0.3 * Eigen::Matrix2d::Identity();
+  const SE2 start(SO2(2.0), {3.0, -1.0}), U(SO2(0.3), {1.0, 0.1});
+  const auto end = [&](Chart chart, CovarianceReset reset) {
+    ChartEkf<SE2> ekf(chart, reset);
+    ekf.reset(start, P0, Chart::right);
+    for (int k = 0; k < 20; ++k) {
+      ekf.predict(ekf.state() * U, U.inverse().adjoint(), Q);
+      const Eigen::Vector2d z(3.0 + std::sin(k), 1.0 - std::cos(2.0 * k));
+      ChartEkf<SE2>::Rows H(2, 3);
+      H << ekf.state().rotation().matrix(), Eigen::Vector2d::Zero();
+      EXPECT_TRUE(ekf.update(z - ekf.state().translation(), H, R));
+    }
+    return ekf;
+  };
+  for (const CovarianceReset reset : {CovarianceReset::none, CovarianceReset::full}) {
+    const ChartEkf<SE2> right = end(Chart::right, reset), left = end(Chart::left, reset);
+    const double apart = minus(right.state(), left.state(), Chart::right).norm() +
+                         (right.covariance(Chart::right) - left.covariance(Chart::right)).norm();
+    if (reset == CovarianceReset::full) {
+      EXPECT_LT(apart, 1e-12);
+    } else {
+      EXPECT_GT(apart, 1e-4);
+    }
+  }
+  const SE2 plain = end(Chart::componentwise, CovarianceReset::full).state();
+  EXPECT_GT(minus(plain, end(Chart::right, CovarianceReset::full).state(), Chart::right).norm(), 1e-4);
 }
 
 TEST(ChartEkf, OnVectorsIsTheKalmanFilterInEveryChart) {
