@@ -100,6 +100,7 @@ typename G::Jacobian chart_jacobian(const G& y, const G& x, Chart from, Chart to
 /// known, chart_jacobian(y, x, …) takes the place of chart_jacobian(x, x, …).
 template <LieGroup G>
 typename G::Jacobian transported(const typename G::Jacobian& P, const G& x, Chart from, Chart to) {
+  if (from == to) return P;
   const typename G::Jacobian T = chart_jacobian(x, x, from, to);
   return T * P * T.transpose();
 }
