@@ -10,6 +10,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/launched_ranks.h"
 #include "app/naming_file.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
@@ -71,6 +72,7 @@ int sweep(SweepOptions& options) {
     return run_configurations(configurations, canonical, options.out, plan.name, options, shard);
   });
 
+  if (is_helper(launched_ranks())) return kDone;
   if (shard.of > 1) {
     if (catch_interrupt().load()) return kInterrupted;
     if (!options.quiet) {
