@@ -84,6 +84,7 @@ void add_commands(CLI::App& app) {
   add_compare_command(app);
   add_report_command(app);
   add_merge_command(app);
+  add_submit_command(app);
   add_stability_command(app);
   add_plan_command(app);
   add_claims_command(app);
