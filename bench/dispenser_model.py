@@ -25,7 +25,8 @@ def simulate(ranks, chunks, o, seed=1):
     spread = 0.1
     left, given = chunks, 0
     waiting = [0] * ranks  # chunks that a rank has and has not begun
-    asked = [False] * ranks
+    asked, idle = [True] * ranks, [True] * ranks
+    sent = [0] * ranks  # the range that is on its way to it
     events = [(0.0, i, "ask", i) for i in range(ranks)]
     order = ranks
     free = [0.0] * o.writers  # each writer serves its share of the ranks
@@ -44,8 +45,6 @@ def simulate(ranks, chunks, o, seed=1):
         mean = o.chunk * speed[rank]
         push(time + mean * draw.lognormvariate(-spread * spread / 2, spread), "done", rank)
 
-    idle = [True] * ranks
-    asked = [True] * ranks
     end = 0.0
     while events:
         time, _, what, rank = heapq.heappop(events)
@@ -56,24 +55,24 @@ def simulate(ranks, chunks, o, seed=1):
             size = min(size, left)
             left -= size
             if size:
-                waiting[rank] += size
+                sent[rank] = size
                 push(free[w] + o.latency, "range", rank)
         elif what == "range":
             asked[rank] = False
+            waiting[rank] += sent[rank]
             if idle[rank]:
                 idle[rank] = False
                 begin(time, rank)
-        else:
-            push(time + o.latency, "record", rank) if what == "done" else None
-            if what == "done":
-                if waiting[rank]:
-                    begin(time, rank)
-                else:
-                    idle[rank] = True
+        elif what == "done":
+            push(time + o.latency, "record", rank)
+            if waiting[rank]:
+                begin(time, rank)
             else:
-                free[w] = max(free[w], time) + o.write
-                busy += o.write
-                end = max(end, free[w])
+                idle[rank] = True
+        else:
+            free[w] = max(free[w], time) + o.write
+            busy += o.write
+            end = max(end, free[w])
     return end, busy / o.writers / end
 
 

@@ -99,7 +99,8 @@ struct JobCost {
   double core_seconds() const { return chunk_seconds * static_cast<double>(chunks); }
   /// With so many cores that have nothing else to do, and a writer that is never waited for.
   double seconds_on(std::int64_t cores) const {
-    return chunk_seconds * static_cast<double>((chunks + cores - 1) / cores);
+    const std::int64_t rounds = (chunks + cores - 1) / cores;
+    return chunk_seconds * static_cast<double>(rounds);
   }
 };
 
