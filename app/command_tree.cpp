@@ -56,6 +56,7 @@ std::string group_of(const std::string& command) {
       {"compare", "Look at results"},
       {"report", "Look at results"},
       {"merge", "Look at results"},
+      {"submit", "Simulate and judge"},
       {"index", "Look at results"},
       {"init", "Begin"},
       {"list", "Begin"},

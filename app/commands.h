@@ -18,6 +18,7 @@ struct ExitStatus {
 void add_run_command(CLI::App& app);
 void add_sweep_command(CLI::App& app);
 void add_merge_command(CLI::App& app);
+void add_submit_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_stability_command(CLI::App& app);
 void add_estimators_command(CLI::App& app);

@@ -8,6 +8,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/launched_ranks.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
 #include "app/say.h"
@@ -38,6 +39,7 @@ int estimators(EstimatorsCommand& command) {
   ProgressDisplay display("estimators", command.quiet);
   command.study.threads = command.threads;
   command.study.stop = &catch_interrupt();
+  command.study.ranks = launched_ranks();
   command.study.progress = [&](std::int64_t done, std::int64_t total) {
     display.show({.runs_done = done, .runs_stored = 0, .runs_total = total});
   };

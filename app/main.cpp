@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <set>
 #include <span>
 #include <sstream>
 #include <string>
@@ -15,10 +16,12 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/complaint.h"
+#include "app/launched_ranks.h"
 #include "app/say.h"
 #include "app/shell_word.h"
 #include "app/suggestion.h"
 #include "core/version.h"
+#include "montecarlo/engine/shared_tasks.h"
 
 namespace credence {
 namespace {
@@ -49,6 +52,13 @@ int after_parsing(const CLI::App& app, const CLI::ParseError& error) {
   return kBadInput;
 }
 
+/// Says what is wrong; a helper says it to rank 0.
+int after_failure(const std::string& why) {
+  if (Ranks* ranks = launched_ranks(); is_helper(ranks)) report_failure(*ranks, why);
+  say("credence: " + why);
+  return kBadInput;
+}
+
 /// After an interruption: how to go on.
 void tell_how_to_continue(std::span<char*> arguments) {
   std::string command;
@@ -74,6 +84,7 @@ void add_commands(CLI::App& app) {
   add_compare_command(app);
   add_report_command(app);
   add_merge_command(app);
+  add_submit_command(app);
   add_stability_command(app);
   add_plan_command(app);
   add_claims_command(app);
@@ -88,13 +99,13 @@ void add_commands(CLI::App& app) {
   dress_commands(app);
 }
 
-}  // namespace
-}  // namespace credence
+/// What all ranks work on together; of the others rank 0 does everything.
+bool is_shared(const std::string& command) {
+  static const std::set<std::string> kShared{"run", "sweep", "selftest", "estimators"};
+  return kShared.contains(command);
+}
 
-int main(int argc, char** argv) {
-  using namespace credence;
-  occupy_standard_streams();
-  std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
+int obey(int argc, char** argv) {
   CLI::App app{"Credence tells whether a filter's covariance can be trusted.", "credence"};
   add_commands(app);
   if (argc < 2) {
@@ -102,6 +113,7 @@ int main(int argc, char** argv) {
     return after_output(kBadInput);
   }
   const std::string first = argv[1];
+  if (is_helper(launched_ranks()) && !is_shared(first)) return kDone;
   if (first == "version") {
     fmt::print("{}\n", version_text());
     return after_output(kDone);
@@ -118,13 +130,31 @@ int main(int argc, char** argv) {
     return code;
   } catch (const CLI::ParseError& error) {
     return after_parsing(app, error);
+  } catch (const RanksEnded&) {
+    return kDone;
   } catch (const std::bad_alloc&) {
-    say("credence: there is not enough memory for this; fewer landmarks, steps or points of a sweep need "
-        "less");
-    return kBadInput;
+    return after_failure(
+        "there is not enough memory for this; fewer landmarks, steps or points of a sweep need less");
+  } catch (const std::exception& error) {
+    return after_failure(error.what());
+  }
+  return kDone;
+}
+
+}  // namespace
+}  // namespace credence
+
+int main(int argc, char** argv) {
+  using namespace credence;
+  occupy_standard_streams();
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
+  try {
+    const bool helps = is_helper(launched_ranks());
+    const int code = obey(argc, argv);
+    leave_ranks();
+    return helps ? kDone : code;  // what went wrong is told by rank 0, and by its code
   } catch (const std::exception& error) {
     say(fmt::format("credence: {}", error.what()));
     return kBadInput;
   }
-  return kDone;
 }

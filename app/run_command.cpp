@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/launched_ranks.h"
 #include "app/logged_experiment.h"
 #include "app/naming_file.h"
 #include "app/say.h"
@@ -130,6 +131,8 @@ void write_report(const RunOptions& options, const std::vector<ReportedStudy>& s
 
 int run(const RunOptions& options) {
   if (options.only_run) return show_one_run(options);
+  if (!options.log.empty() && launched_ranks() != nullptr)
+    throw ScenarioError("--log: one process writes the logs; not under mpirun");
   std::vector<Configuration> configurations;
   for (const std::string& file : options.scenarios) {
     configurations.push_back(naming_file(file, [&] {
@@ -144,7 +147,7 @@ int run(const RunOptions& options) {
   for (std::size_t i = 0; i < configurations.size(); ++i) {
     const Configuration& c = configurations[i];
     const fs::path directory = store_directory(options, c.scenario);
-    if (options.fresh && !directory.empty()) ResultStore::discard(directory);
+    if (options.fresh && !directory.empty() && !is_helper(launched_ranks())) ResultStore::discard(directory);
     naming_file(options.scenarios[i], [&] {
       ConfigurationResult result = run_one(options, c);
       if (result.result.statistics.runs == 0) return;

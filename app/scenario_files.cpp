@@ -10,6 +10,7 @@
 
 #include "app/embedded_files.h"
 #include "montecarlo/scenario/leading_comment.h"
+#include "montecarlo/scenario/scenario_hash.h"
 #include "montecarlo/scenario/scenario_value.h"
 
 namespace credence {
@@ -94,6 +95,11 @@ std::string scenario_comment(const std::string& name) {
 
 SweepPlan open_sweep(const std::string& name, std::span<const std::string> overrides) {
   return plan_sweep(open_scenario(name, overrides));
+}
+
+std::filesystem::path default_directory(const SweepPlan& plan) {
+  return std::filesystem::path("out") /
+         fmt::format("{}-{:08x}", plan.name, stable_hash(canonical_toml(plan)) & 0xffffffffU);
 }
 
 }  // namespace credence

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -40,5 +41,9 @@ std::string scenario_comment(const std::string& name);
 
 /// All of its configurations.
 SweepPlan open_sweep(const std::string& name, std::span<const std::string> overrides = {});
+
+/// Where a sweep is stored that nobody named a folder for. Every plan has one of its own, so that one that is
+/// changed begins anew.
+std::filesystem::path default_directory(const SweepPlan& plan);
 
 }  // namespace credence

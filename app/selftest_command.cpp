@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/launched_ranks.h"
 #include "app/progress.h"
 #include "app/say.h"
 #include "app/tell_report.h"
@@ -35,6 +36,7 @@ void print_selftest(const SelftestCommand& command, const SelftestResult& result
 int selftest(SelftestCommand& command) {
   ProgressDisplay display("selftest", command.quiet, "studies");
   command.test.stop = &catch_interrupt();
+  command.test.ranks = launched_ranks();
   command.test.progress = [&](std::int64_t done, std::int64_t total) {
     display.show({.runs_done = done, .runs_stored = 0, .runs_total = total});
   };

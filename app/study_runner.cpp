@@ -7,6 +7,7 @@
 
 #include "analysis/evidence/sequential_study.h"
 #include "app/interrupt.h"
+#include "app/launched_ranks.h"
 #include "app/progress.h"
 #include "core/version.h"
 #include "montecarlo/scenario/scenario_text.h"
@@ -83,7 +84,7 @@ std::vector<ConfigurationResult> run_configurations(std::span<const Configuratio
                                                     Shard shard) {
   if (shard.of > 1) refuse_stop_rules(configurations);
   std::optional<ResultStore> store;
-  if (!store_directory.empty()) {
+  if (!store_directory.empty() && !is_helper(launched_ranks())) {
     store.emplace(ResultStore::open_to_write(store_directory, version()));
     store->require_same_scenario(canonical);
     store->set_name(what);
@@ -98,6 +99,7 @@ std::vector<ConfigurationResult> run_configurations(std::span<const Configuratio
   engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
   engine.shard = shard.number;
   engine.shards = shard.of;
+  engine.ranks = launched_ranks();
   return collect(configurations, engine);
 }
 

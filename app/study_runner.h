@@ -47,7 +47,7 @@ StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult re
 void explain(StudyAnalysis& analysis, const Configuration& configuration, const CommonOptions& options);
 
 /// Runs configurations with progress, interrupt and, if `store_directory` is not empty, a store that belongs
-/// to the canonical text. One result for each.
+/// to the canonical text. One result for each, of a helper of other ranks without runs.
 std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,
                                                     const std::string& canonical,
                                                     const std::filesystem::path& store_directory,

@@ -10,6 +10,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/launched_ranks.h"
 #include "app/naming_file.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
@@ -19,7 +20,6 @@
 #include "app/this_command.h"
 #include "core/memory_need.h"
 #include "core/version.h"
-#include "montecarlo/scenario/scenario_hash.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/sweep_report.h"
@@ -27,8 +27,6 @@
 
 namespace credence {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct SweepOptions : CommonOptions {
   std::string scenario;
@@ -46,17 +44,11 @@ Shard parse_shard(const std::string& text) {
   throw ScenarioError(fmt::format("--shard {}: accepted are i/n with 1 <= i <= n, as in 2/4", text));
 }
 
-/// Every plan has a folder of its own, so that one that is changed begins anew unless the user names the
-/// folder.
-fs::path default_directory(const SweepPlan& plan, const std::string& canonical) {
-  return fs::path("out") / fmt::format("{}-{:08x}", plan.name, stable_hash(canonical) & 0xffffffffU);
-}
-
 int sweep(SweepOptions& options) {
   const Shard shard = parse_shard(options.shard);
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
   const std::string canonical = canonical_toml(plan);
-  if (options.out.empty()) options.out = default_directory(plan, canonical).string();
+  if (options.out.empty()) options.out = default_directory(plan).string();
 
   std::vector<Configuration> configurations;
   std::vector<ConfigurationResult> results = naming_file(options.scenario, [&] {
@@ -71,6 +63,7 @@ int sweep(SweepOptions& options) {
     return run_configurations(configurations, canonical, options.out, plan.name, options, shard);
   });
 
+  if (is_helper(launched_ranks())) return kDone;
   if (shard.of > 1) {
     if (catch_interrupt().load()) return kInterrupted;
     if (!options.quiet) {

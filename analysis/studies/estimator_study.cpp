@@ -14,7 +14,9 @@
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/stability/observability_stack.h"
 #include "core/filters/estimators/estimators.h"
-#include "core/parallel_tasks.h"
+#include "core/version.h"
+#include "montecarlo/engine/byte_stream.h"
+#include "montecarlo/engine/shared_tasks.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 
@@ -177,6 +179,37 @@ void play(const StudySetting& setting, std::int64_t first, std::int64_t last, st
   }
 }
 
+/// What play has kept of runs `first` … `last` − 1, for another rank.
+std::vector<std::byte> kept_bytes(const StudySetting& setting, std::int64_t first, std::int64_t last,
+                                  const std::vector<Kept>& kept) {
+  ByteWriter writer;
+  for (const Kept& of : kept) {
+    for (std::int64_t r = first; r < last; ++r) {
+      writer.put(of.values[static_cast<std::size_t>(r)]);
+      writer.put(of.failures[static_cast<std::size_t>(r)]);
+    }
+    for (std::int64_t w = first * setting.windows; w < last * setting.windows; ++w) {
+      writer.put(of.windows[static_cast<std::size_t>(w)]);
+    }
+  }
+  return writer.take();
+}
+
+void keep_bytes(const StudySetting& setting, std::int64_t first, std::int64_t last,
+                std::span<const std::byte> bytes, std::vector<Kept>& kept) {
+  ByteReader reader(bytes, "what another rank kept of runs");
+  for (Kept& of : kept) {
+    for (std::int64_t r = first; r < last; ++r) {
+      reader.get(of.values[static_cast<std::size_t>(r)]);
+      reader.get(of.failures[static_cast<std::size_t>(r)]);
+    }
+    for (std::int64_t w = first * setting.windows; w < last * setting.windows; ++w) {
+      reader.get(of.windows[static_cast<std::size_t>(w)]);
+    }
+  }
+  reader.require_end();
+}
+
 /// The order statistics at the levels of a band, linear between neighbours; `values` is sorted here.
 template <class Value>
 Band band_of(std::vector<Value>& values) {
@@ -327,19 +360,35 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
     kept[e].failures.resize(count);
     kept[e].windows.resize(count * static_cast<std::size_t>(setting.windows));
     study.rows.emplace_back().name = setting.names[e];
-    measure_filter(setting, study.rows.back());
+    if (!is_helper(options.ranks)) measure_filter(setting, study.rows.back());
   }
   std::mutex mutex;
   std::int64_t done = 0;
-  for_each_task((runs + kRunsOfTask - 1) / kRunsOfTask, options.threads, options.stop,
-                [&](std::int64_t task) {
-                  const std::int64_t first = task * kRunsOfTask, last = std::min(runs, first + kRunsOfTask);
-                  play(setting, first, last, kept);
-                  const std::lock_guard lock(mutex);
-                  done += last - first;
-                  if (options.progress) options.progress(done, runs);
-                });
+  const auto end_of = [&](std::int64_t task) { return std::min(runs, (task + 1) * kRunsOfTask); };
+  const auto tell_progress = [&](std::int64_t task) {
+    const std::lock_guard lock(mutex);
+    done += end_of(task) - task * kRunsOfTask;
+    if (options.progress) options.progress(done, runs);
+  };
+  SharedTasks tasks;
+  tasks.count = (runs + kRunsOfTask - 1) / kRunsOfTask;
+  tasks.identity =
+      fmt::format("{}\n{}\n{}", version_text(), configuration_toml(scenario), fmt::join(setting.names, " "));
+  tasks.here = [&](std::int64_t task) {
+    play(setting, task * kRunsOfTask, end_of(task), kept);
+    tell_progress(task);
+  };
+  tasks.there = [&](std::int64_t task) {
+    play(setting, task * kRunsOfTask, end_of(task), kept);
+    return kept_bytes(setting, task * kRunsOfTask, end_of(task), kept);
+  };
+  tasks.take = [&](std::int64_t task, std::span<const std::byte> bytes) {
+    keep_bytes(setting, task * kRunsOfTask, end_of(task), bytes, kept);
+    tell_progress(task);
+  };
+  for_each_shared_task(tasks, options.threads, options.stop, options.ranks);
   study.complete = done == runs;
+  if (is_helper(options.ranks)) return study;
   for (std::int64_t w = 0; w < setting.windows; ++w) {
     study.window_ends.push_back(static_cast<double>(setting.window_end(w)));
   }

@@ -23,6 +23,8 @@
 
 namespace credence {
 
+class Ranks;
+
 /// What is judged.
 enum class EstimatorBlock : std::size_t {
   pose,            ///< in the estimator's chart
@@ -89,6 +91,7 @@ struct EstimatorStudyOptions {
   int threads = 0;
   const std::atomic<bool>* stop = nullptr;
   std::function<void(std::int64_t done, std::int64_t total)> progress{};  ///< runs; called under a lock
+  Ranks* ranks = nullptr;  ///< share the runs among these; on others than rank 0 the study is not complete
 };
 
 /// Runs study.runs runs of the scenario with every estimator. Throws std::invalid_argument for a world that

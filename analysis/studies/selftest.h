@@ -23,6 +23,8 @@
 
 namespace credence {
 
+class Ranks;
+
 /// What to run.
 struct SelftestOptions {
   std::int64_t studies = 2000;  ///< for each false-alarm rate; a tenth of it for each wrong filter
@@ -31,6 +33,8 @@ struct SelftestOptions {
   const std::atomic<bool>* stop = nullptr;
   /// Called with the parts done and all parts, by one thread at a time.
   std::function<void(std::int64_t done, std::int64_t total)> progress{};
+  Ranks* ranks =
+      nullptr;  ///< share the studies among these; on others than rank 0 the result is not complete
 };
 
 /// A share of studies with its interval.

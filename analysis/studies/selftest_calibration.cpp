@@ -31,16 +31,19 @@ void calibrate_tests(const SelftestOptions& options, SelftestWorkers& workers, S
   const auto studies = static_cast<std::size_t>(options.studies);
   std::vector<std::vector<TestResult>> all(studies);
   std::vector<char> sum_alarm(studies), band_alarm(studies);
-  workers.for_each(options.studies, [&](std::int64_t i) {
-    const Evidence evidence = synthetic_evidence(filter, noise, i, SyntheticFilter::kRuns);
-    const auto at = static_cast<std::size_t>(i);
-    const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
-    all[at] = shipped_tests(evidence, judgement);
-    const auto values = static_cast<double>(judgement.nees.count);
-    const double sum = judgement.nees.mean * values;
-    sum_alarm[at] = is_alarm(two_sided_p_value(sum, judgement.nees.dof), kSelftestPowerLevel) ? 1 : 0;
-    band_alarm[at] = judgement.nis.share_outside > 0 ? 1 : 0;
-  });
+  workers.for_each(
+      options.studies,
+      [&](std::int64_t i) {
+        const Evidence evidence = synthetic_evidence(filter, noise, i, SyntheticFilter::kRuns);
+        const auto at = static_cast<std::size_t>(i);
+        const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
+        all[at] = shipped_tests(evidence, judgement);
+        const auto values = static_cast<double>(judgement.nees.count);
+        const double sum = judgement.nees.mean * values;
+        sum_alarm[at] = is_alarm(two_sided_p_value(sum, judgement.nees.dof), kSelftestPowerLevel) ? 1 : 0;
+        band_alarm[at] = judgement.nis.share_outside > 0 ? 1 : 0;
+      },
+      all, sum_alarm, band_alarm);
   if (workers.stopped()) return;
   for (std::size_t test = 0; test < all.front().size(); ++test) {
     for (const double level : kLevels) {
@@ -84,11 +87,14 @@ void calibrate_word(const SelftestOptions& options, SelftestWorkers& workers, Se
     const std::int64_t studies = options.studies / size.fewer;
     const std::int64_t blocks = (size.runs + SyntheticFilter::kRuns - 1) / SyntheticFilter::kRuns;
     std::vector<double> p_values(static_cast<std::size_t>(studies));
-    workers.for_each(studies, [&](std::int64_t i) {
-      const Evidence evidence = synthetic_evidence(filter, noise, i * blocks, size.runs, size.steps);
-      p_values[static_cast<std::size_t>(i)] =
-          judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel}).word.p_value;
-    });
+    workers.for_each(
+        studies,
+        [&](std::int64_t i) {
+          const Evidence evidence = synthetic_evidence(filter, noise, i * blocks, size.runs, size.steps);
+          p_values[static_cast<std::size_t>(i)] =
+              judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel}).word.p_value;
+        },
+        p_values);
     for (const double level : kLevels) {
       const auto alarms = std::ranges::count_if(p_values, [&](double p) { return is_alarm(p, level); });
       result.calibration.push_back(
@@ -104,11 +110,14 @@ void calibrate_proof(const SelftestOptions& options, SelftestWorkers& workers, S
   const SyntheticFilter filter({.noise_ratio = 1.0, .logged_scale = 1.0 / (1.0 + kMargin)});
   const NoiseSource noise(options.seed, SelftestNoise::kProof);
   std::vector<double> p_values(static_cast<std::size_t>(options.studies));
-  workers.for_each(options.studies, [&](std::int64_t i) {
-    const Evidence evidence = synthetic_evidence(filter, noise, i, SyntheticFilter::kRuns);
-    p_values[static_cast<std::size_t>(i)] =
-        judge_law(evidence, evidence.study, 1.0 - kSelftestPowerLevel, kMargin).equivalence.p_value;
-  });
+  workers.for_each(
+      options.studies,
+      [&](std::int64_t i) {
+        const Evidence evidence = synthetic_evidence(filter, noise, i, SyntheticFilter::kRuns);
+        p_values[static_cast<std::size_t>(i)] =
+            judge_law(evidence, evidence.study, 1.0 - kSelftestPowerLevel, kMargin).equivalence.p_value;
+      },
+      p_values);
   for (const double level : kLevels) {
     const auto proved = std::ranges::count_if(p_values, [&](double p) { return is_alarm(p, level); });
     result.calibration.push_back({"“proved within 10 %” of a P 10 % too small", Exactness::conservative,
@@ -129,32 +138,38 @@ void calibrate_looks(const SelftestOptions& options, SelftestWorkers& workers, S
                                     {.confidence = 0.99},
                                     {.confidence = 0.95, .on_verdict = false, .precision = 0.1},
                                     {.confidence = 0.99, .on_verdict = false, .precision = 0.1}};
-  const std::size_t studies = static_cast<std::size_t>(options.studies);
-  std::vector<std::vector<char>> wrong(rules.size(), std::vector<char>(studies));
-  std::vector<char> naive(studies / 4);
-  workers.for_each(options.studies, [&](std::int64_t i) {
-    const std::size_t at = static_cast<std::size_t>(i);
-    const std::vector<SequentialOutcome> outcomes = sequential_outcomes(filter, rules, noise, i);
-    for (std::size_t rule = 0; rule < rules.size(); ++rule) {
-      const MeanInterval& mean = outcomes[rule].mean_nees;
-      const bool covers =
-          mean.lower <= SyntheticFilter::kStateDof && SyntheticFilter::kStateDof <= mean.upper;
-      const Verdict verdict = outcomes[rule].verdict;
-      wrong[rule][at] = rules[rule].on_verdict ? is_inconsistent(verdict) : !covers;
-    }
-    if (at < naive.size())
-      naive[at] = naive_looks_reject(filter, noise, i, 1.0 - kSelftestPowerLevel) ? 1 : 0;
-  });
+  struct Alarms {
+    std::array<bool, 4> wrong{};  // by rule
+    bool naive = false;           // asked of every fourth study
+  };
+  std::vector<Alarms> all(static_cast<std::size_t>(options.studies));
+  const std::int64_t naive_studies = options.studies / 4;
+  workers.for_each(
+      options.studies,
+      [&](std::int64_t i) {
+        Alarms& alarms = all[static_cast<std::size_t>(i)];
+        const std::vector<SequentialOutcome> outcomes = sequential_outcomes(filter, rules, noise, i);
+        for (std::size_t rule = 0; rule < rules.size(); ++rule) {
+          const MeanInterval& mean = outcomes[rule].mean_nees;
+          const bool covers =
+              mean.lower <= SyntheticFilter::kStateDof && SyntheticFilter::kStateDof <= mean.upper;
+          const Verdict verdict = outcomes[rule].verdict;
+          alarms.wrong[rule] = rules[rule].on_verdict ? is_inconsistent(verdict) : !covers;
+        }
+        if (i < naive_studies) alarms.naive = naive_looks_reject(filter, noise, i, 1.0 - kSelftestPowerLevel);
+      },
+      all);
   for (std::size_t rule = 0; rule < rules.size(); ++rule) {
     const bool verdict = rules[rule].on_verdict;
+    const auto wrong = std::ranges::count_if(all, [&](const Alarms& a) { return a.wrong[rule]; });
     result.calibration.push_back({verdict ? "stop by verdict, a look after every chunk"
                                           : "stop by precision, interval of the mean NEES",
                                   verdict ? Exactness::conservative : Exactness::approximate,
-                                  kLevels[rule % std::size(kLevels)], share_of_true(wrong[rule])});
+                                  kLevels[rule % std::size(kLevels)], share_of(wrong, options.studies)});
   }
   result.naive.push_back({"a fixed-sample verdict after every chunk, stop at the first rejection",
                           "stop by verdict, a look after every chunk", kSelftestPowerLevel,
-                          share_of_true(naive)});
+                          share_of(std::ranges::count_if(all, &Alarms::naive), naive_studies)});
 }
 
 void calibrate_sweep(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
@@ -162,9 +177,9 @@ void calibrate_sweep(const SelftestOptions& options, SelftestWorkers& workers, S
   const NoiseSource noise(options.seed, SelftestNoise::kSweep);
   const std::size_t studies = static_cast<std::size_t>(options.studies);
   std::vector<std::vector<SyntheticSweep::Discoveries>> all(studies);
-  workers.for_each(options.studies, [&](std::int64_t i) {
-    all[static_cast<std::size_t>(i)] = sweep.discoveries(noise, i, kLevels);
-  });
+  workers.for_each(
+      options.studies,
+      [&](std::int64_t i) { all[static_cast<std::size_t>(i)] = sweep.discoveries(noise, i, kLevels); }, all);
   if (workers.stopped()) return;
   for (std::size_t level = 0; level < std::size(kLevels); ++level) {
     std::int64_t any = 0, drawn = 0;
@@ -183,9 +198,10 @@ void calibrate_single_runs(const SelftestOptions& options, SelftestWorkers& work
   const NoiseSource noise(options.seed, SelftestNoise::kSingleRuns);
   const std::int64_t blocks = single_run_blocks(options);
   std::vector<std::array<double, SyntheticFilter::kRuns>> all(static_cast<std::size_t>(blocks));
-  workers.for_each(blocks, [&](std::int64_t block) {
-    all[static_cast<std::size_t>(block)] = single_run_p_values(noise, block);
-  });
+  workers.for_each(
+      blocks,
+      [&](std::int64_t block) { all[static_cast<std::size_t>(block)] = single_run_p_values(noise, block); },
+      all);
   for (const double level : kLevels) {
     std::int64_t alarms = 0;
     for (const auto& block : all) {

@@ -55,15 +55,18 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
   std::vector<std::vector<TestResult>> all(static_cast<std::size_t>(studies));
   std::vector<std::optional<Cause>> causes(static_cast<std::size_t>(studies));
   std::vector<Verdict> words(static_cast<std::size_t>(studies));
-  workers.for_each(studies, [&](std::int64_t i) {
-    const std::size_t at = static_cast<std::size_t>(i);
-    const Evidence evidence =
-        synthetic_evidence(filter, noise, i * kWrongBlocks, kWrongBlocks * SyntheticFilter::kRuns);
-    const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
-    all[at] = shipped_tests(evidence, judgement);
-    words[at] = judgement.word.verdict;
-    if (!judgement.causes.empty()) causes[at] = judgement.causes.front().cause;
-  });
+  workers.for_each(
+      studies,
+      [&](std::int64_t i) {
+        const std::size_t at = static_cast<std::size_t>(i);
+        const Evidence evidence =
+            synthetic_evidence(filter, noise, i * kWrongBlocks, kWrongBlocks * SyntheticFilter::kRuns);
+        const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
+        all[at] = shipped_tests(evidence, judgement);
+        words[at] = judgement.word.verdict;
+        if (!judgement.causes.empty()) causes[at] = judgement.causes.front().cause;
+      },
+      all, causes, words);
   WrongFilterResult result{.name = std::string(to_string(wrong.defect)),
                            .caught_wanted = wrong.covariance_right ? 0.0 : kCaughtWanted,
                            .caught_most = wrong.covariance_right ? kAccusedMost : 1.0,
@@ -97,17 +100,21 @@ SavingResult measure_saving(const SelftestOptions& options, SelftestWorkers& wor
   const NoiseSource noise(options.seed, SelftestNoise::kSavings + static_cast<std::uint64_t>(defect));
   const std::int64_t studies = saving_studies(options);
   const StopRule rule{.confidence = 1.0 - kSelftestPowerLevel};
-  std::vector<SequentialOutcome> outcomes(static_cast<std::size_t>(studies));
-  workers.for_each(studies, [&](std::int64_t i) {
-    outcomes[static_cast<std::size_t>(i)] =
-        sequential_outcomes(filter, std::span(&rule, 1), noise, i).front();
-  });
+  std::vector<std::int64_t> stopped_at(static_cast<std::size_t>(studies));
+  std::vector<Verdict> words(static_cast<std::size_t>(studies));
+  workers.for_each(
+      studies,
+      [&](std::int64_t i) {
+        const std::size_t at = static_cast<std::size_t>(i);
+        const SequentialOutcome outcome = sequential_outcomes(filter, std::span(&rule, 1), noise, i).front();
+        stopped_at[at] = outcome.runs;
+        words[at] = outcome.verdict;
+      },
+      stopped_at, words);
   Moments runs;
   CoverageCount caught;
-  for (const SequentialOutcome& outcome : outcomes) {
-    runs.add(static_cast<double>(outcome.runs));
-    caught.add(is_inconsistent(outcome.verdict));
-  }
+  for (const std::int64_t count : stopped_at) runs.add(static_cast<double>(count));
+  for (const Verdict word : words) caught.add(is_inconsistent(word));
   return {.name = std::string(to_string(defect)),
           .max_runs = kSequentialChunks * SyntheticFilter::kRuns,
           .runs = student_interval(runs, 0.95),

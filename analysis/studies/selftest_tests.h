@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "analysis/evidence/judgement.h"
+#include "montecarlo/engine/byte_stream.h"
 
 namespace credence {
 
@@ -13,6 +14,18 @@ struct TestResult {
   Exactness exactness = Exactness::exact;
   double p_value = 1.0;  ///< NaN where a test has no data
 };
+
+inline void write_value(ByteWriter& w, const TestResult& result) {
+  w.put(result.name);
+  w.put(result.exactness);
+  w.put(result.p_value);
+}
+
+inline void read_value(ByteReader& r, TestResult& result) {
+  r.get(result.name);
+  r.get(result.exactness);
+  r.get(result.p_value);
+}
 
 /// Every test that the product makes of this evidence, always in the same order for evidence of one kind:
 /// those of the judgement, the e-values of the stop rules, all tests together by Holm, and the word.

@@ -3,11 +3,16 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <string>
+#include <vector>
 
 #include "analysis/studies/selftest.h"
+#include "montecarlo/engine/byte_stream.h"
+#include "montecarlo/engine/ranks.h"
 
 /// @file
-/// What the parts of the selftest share: threads with one progress, noise of their own, shares of studies.
+/// What the parts of the selftest share: threads and ranks with one progress, noise of their own, shares of
+/// studies.
 
 namespace credence {
 
@@ -20,17 +25,37 @@ struct SelftestNoise {
                                  kWrong = 100, kSavings = 200, kWord = 300;
 };
 
-/// Work items on some threads, with progress over all of them; the order of execution changes nothing, as
-/// each item writes only what is its own.
+/// Work items on some threads of all ranks, with progress over all of them; the order of execution changes
+/// nothing, as each item writes only what is its own.
 class SelftestWorkers {
  public:
   /// total: items of all calls of for_each. `options` must live as long.
   SelftestWorkers(const SelftestOptions& options, std::int64_t total) : options_(options), total_(total) {}
 
-  void for_each(std::int64_t count, const std::function<void(std::int64_t)>& work);
+  /// Does work(i) for all i < count, which writes the elements i of `results` and nothing else.
+  template <class... Result>
+  void for_each(std::int64_t count, const std::function<void(std::int64_t)>& work,
+                std::vector<Result>&... results) {
+    for_each(
+        {.count = count,
+         .work = work,
+         .write = [&](std::int64_t i, ByteWriter& w) { (w.put(results[static_cast<std::size_t>(i)]), ...); },
+         .read = [&](std::int64_t i, ByteReader& r) { (r.get(results[static_cast<std::size_t>(i)]), ...); }});
+  }
+
+  /// Whether the results are not all there: the user ended it, or this is not rank 0.
   bool stopped() const;
 
  private:
+  struct Items {
+    std::int64_t count = 0;
+    const std::function<void(std::int64_t)>& work;
+    std::function<void(std::int64_t, ByteWriter&)> write;
+    std::function<void(std::int64_t, ByteReader&)> read;
+  };
+  void for_each(const Items& items);
+  void tell_progress();
+
   const SelftestOptions& options_;
   std::mutex mutex_;
   std::int64_t done_ = 0, total_;

@@ -15,7 +15,9 @@
 #include "core/models/model_mismatch.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/engine/engine.h"
+#include "montecarlo/engine/packed_bytes.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -97,6 +99,17 @@ std::optional<double> pilot_effective_steps(const Experiment& experiment, std::i
   return measured_effective_steps(runs);
 }
 
+// Of a chunk, whose sums take as much as those of the pilot, but for the averages of single runs.
+double stored_chunk_bytes(StudyStatistics statistics) {
+  const auto runs = static_cast<double>(std::max<std::size_t>(1, statistics.nees_of_runs.first.size()));
+  double averages = 0.0;
+  for (RunAverages* of : {&statistics.nees_of_runs, &statistics.vehicle_nees_of_runs}) {
+    averages += static_cast<double>(of->first.size() * sizeof(double)) / runs * kChunkRuns;
+    of->first.clear();
+  }
+  return static_cast<double>(packed(to_bytes(statistics)).size()) + averages;
+}
+
 // T and the mean dof of a step with data.
 VerdictDesign observed_design(const StudyStatistics& statistics, Quantity quantity, double confidence) {
   VerdictDesign design{.steps = 0.0, .dof_per_step = 0.0, .confidence = confidence};
@@ -143,6 +156,7 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
   plan.question = question;
   Pilot pilot = run_pilot(experiment, question);
   plan.pilot = pilot.timing;
+  plan.chunk_bytes = stored_chunk_bytes(pilot.statistics);
   plan.nees.design = observed_design(pilot.statistics, Quantity::nees, scenario.study.confidence);
   plan.nis.design = observed_design(pilot.statistics, Quantity::nis, scenario.study.confidence);
   plan.nis.design.white = true;
@@ -185,6 +199,25 @@ SweepCost sweep_cost(std::span<const StudyPlan> plans, std::size_t configuration
   seconds_per_run *= static_cast<double>(configurations) / static_cast<double>(plans.size());
   cost.seconds = seconds_per_run * static_cast<double>(cost.runs);
   cost.scenario_seconds = seconds_per_run * static_cast<double>(cost.scenario_runs);
+  return cost;
+}
+
+JobCost job_cost(std::span<const StudyPlan> plans, std::size_t configurations) {
+  JobCost cost;
+  if (plans.empty()) return cost;
+  for (const StudyPlan& plan : plans) {
+    const std::int64_t most = plan.scenario.most_runs();
+    const std::int64_t chunks = (most + kChunkRuns - 1) / kChunkRuns;
+    cost.chunks += chunks;
+    cost.chunk_seconds += plan.pilot.seconds_for(most) * plan.pilot.threads;
+    cost.disk_bytes += static_cast<double>(chunks) * plan.chunk_bytes;
+    cost.memory_bytes += least_experiment_bytes(plan.scenario);
+  }
+  cost.chunk_seconds /= static_cast<double>(cost.chunks);
+  const double share = static_cast<double>(configurations) / static_cast<double>(plans.size());
+  cost.chunks = std::llround(static_cast<double>(cost.chunks) * share);
+  cost.disk_bytes *= share;
+  cost.memory_bytes *= share;
   return cost;
 }
 

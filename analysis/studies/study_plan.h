@@ -67,6 +67,7 @@ struct StudyPlan {
   VerdictPlan nees, nis;
   std::int64_t runs_for_precision = 0;
   std::int64_t runs_for_all = 0;  ///< the most of all these
+  double chunk_bytes = 0.0;       ///< that a store takes for a chunk of it
 };
 
 /// Plans the study of a scenario for the verdicts that `run` gives (judge_nees, judge_nis) at its confidence.
@@ -87,5 +88,23 @@ struct SweepCost {
 };
 
 SweepCost sweep_cost(std::span<const StudyPlan> plans, std::size_t configurations);
+
+/// What the runs of a scenario cost, on however many cores: the chunk is what cannot be divided.
+struct JobCost {
+  std::int64_t chunks = 0;     ///< of all configurations
+  double chunk_seconds = 0.0;  ///< of one core, the mean
+  double disk_bytes = 0.0;     ///< of stored results
+  double memory_bytes = 0.0;   ///< of each process, at the least
+
+  double core_seconds() const { return chunk_seconds * static_cast<double>(chunks); }
+  /// With so many cores that have nothing else to do, and a writer that is never waited for.
+  double seconds_on(std::int64_t cores) const {
+    const std::int64_t rounds = (chunks + cores - 1) / cores;
+    return chunk_seconds * static_cast<double>(rounds);
+  }
+};
+
+/// Of all configurations, with the mean of those that were planned.
+JobCost job_cost(std::span<const StudyPlan> plans, std::size_t configurations);
 
 }  // namespace credence

@@ -1,13 +1,16 @@
 #include "montecarlo/engine/engine.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <map>
 #include <mutex>
 #include <optional>
 
-#include "core/parallel_tasks.h"
+#include "core/version.h"
 #include "montecarlo/engine/result_store.h"
+#include "montecarlo/engine/shared_tasks.h"
 
 namespace credence {
 namespace {
@@ -127,8 +130,15 @@ class ChunkCollector {
   }
 
   void put(const Chunk& chunk, StudyStatistics statistics) {
+    const std::vector<std::byte> bytes =
+        options_.store == nullptr ? std::vector<std::byte>() : to_bytes(statistics);
+    put(chunk, bytes, std::move(statistics));
+  }
+
+  /// The same of a chunk that is there as bytes, too.
+  void put(const Chunk& chunk, std::span<const std::byte> bytes, StudyStatistics statistics) {
     const std::lock_guard lock(mutex_);
-    if (options_.store != nullptr) options_.store->put_chunk(key_of(chunk), to_bytes(statistics));
+    if (options_.store != nullptr) options_.store->put_chunk(key_of(chunk), bytes);
     add(chunk.task, chunk.index, std::move(statistics));
     progress_.runs_done += chunk.runs;
     if (options_.progress) options_.progress(progress_);
@@ -164,6 +174,16 @@ class ChunkCollector {
   StudyProgress progress_;
 };
 
+/// What all ranks must agree on: the configurations, their runs, and the program.
+std::string identity_of(std::span<const StudyTask> tasks) {
+  std::string text = version_text();
+  for (const StudyTask& task : tasks) text += fmt::format("\n{} {}", task.id, task.runs);
+  return text;
+}
+
+/// Whether a study may end before its last run: chunks far ahead may then be for nothing.
+bool may_end_early(const StudyTask& task) { return task.enough || task.max_seconds > 0.0; }
+
 }  // namespace
 
 std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const EngineOptions& options) {
@@ -172,14 +192,24 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
   ChunkCollector collector(tasks, options);
   collector.load(chunks, done);
 
-  for_each_task(static_cast<std::int64_t>(chunks.count()), options.threads, options.stop,
-                [&](std::int64_t i) {
-                  const auto number = static_cast<std::size_t>(i);
-                  if (done[number] || !in_shard(number, options)) return;
-                  const Chunk chunk = chunks[number];
-                  if (!collector.wants(chunk.task)) return;
-                  collector.put(chunk, tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs));
-                });
+  const auto chunk_of = [&](std::int64_t i) { return chunks[static_cast<std::size_t>(i)]; };
+  const auto run = [&](const Chunk& chunk) {
+    return tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs);
+  };
+  SharedTasks shared;
+  shared.count = static_cast<std::int64_t>(chunks.count());
+  shared.identity = identity_of(tasks);
+  shared.wanted = [&](std::int64_t i) {
+    const auto number = static_cast<std::size_t>(i);
+    return !done[number] && in_shard(number, options) && collector.wants(chunk_of(i).task);
+  };
+  shared.here = [&](std::int64_t i) { collector.put(chunk_of(i), run(chunk_of(i))); };
+  shared.there = [&](std::int64_t i) { return to_bytes(run(chunk_of(i))); };
+  shared.take = [&](std::int64_t i, std::span<const std::byte> bytes) {
+    collector.put(chunk_of(i), bytes, statistics_from_bytes(bytes));
+  };
+  if (std::ranges::any_of(tasks, may_end_early)) shared.most_ahead = 1;
+  for_each_shared_task(shared, options.threads, options.stop, options.ranks);
   if (options.store != nullptr) options.store->commit();
   return collector.take();
 }

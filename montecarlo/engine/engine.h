@@ -12,6 +12,7 @@
 
 namespace credence {
 
+class Ranks;
 class ResultStore;
 
 /// Runs of one chunk: the atom of work, of storage and of merging. Fixed, because it fixes the bits.
@@ -43,6 +44,7 @@ struct EngineOptions {
   ResultStore* store = nullptr;             ///< chunks found there are not run again, new ones are put there
   std::function<void(const StudyProgress&)> progress{};  ///< after every chunk, by one thread at a time
   int shard = 1, shards = 1;  ///< run only every shards-th chunk, beginning with this one
+  Ranks* ranks = nullptr;     ///< share the chunks among these; `store` and `progress` are of rank 0
 };
 
 /// The statistics of the longest unbroken sequence of chunks from run 0 on, so that what is reported is the
@@ -56,7 +58,8 @@ struct StudyResult {
 /// Runs all tasks in parallel, one result for each in their order.
 ///
 /// The bits depend on the tasks alone: chunks are merged in the order of their runs. An exception of an
-/// experiment or of the store ends the call after the chunks begun, and is thrown on.
+/// experiment or of the store ends the call after the chunks begun, and is thrown on. On ranks other than 0
+/// the results have no runs; see for_each_shared_task.
 std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const EngineOptions& options);
 
 }  // namespace credence

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "montecarlo/engine/packed_bytes.h"
 #include "montecarlo/scenario/scenario_difference.h"
 #include "montecarlo/scenario/scenario_hash.h"
 
@@ -14,7 +15,8 @@ namespace credence {
 namespace {
 
 constexpr std::int64_t kApplication = 0x43726564;  // "Cred", tells the file from any other SQLite database
-constexpr std::int64_t kSchema = 1;
+constexpr std::int64_t kSchema = 2;
+constexpr std::int64_t kPackedSince = 2;  // the schema from which on payloads are packed
 constexpr std::chrono::milliseconds kCommitInterval{500};
 constexpr const char* kFileName = "results.sqlite";
 
@@ -139,12 +141,13 @@ void ResultStore::create_tables(std::string_view tool_version) {
   database_->execute("COMMIT");
 }
 
-void ResultStore::check_kind() const {
+void ResultStore::check_kind() {
   const std::string file = (directory_ / kFileName).string();
   if (database_->integer("PRAGMA application_id") != kApplication) {
     throw StoreError(fmt::format("{}: is a database of another program", file));
   }
   const std::int64_t schema = database_->integer("PRAGMA user_version");
+  packs_ = schema >= kPackedSince;
   if (schema > kSchema) {
     throw StoreError(fmt::format("{}: was written by a newer version (layout {}, this one knows up to {})",
                                  file, schema, kSchema));
@@ -236,12 +239,13 @@ bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payl
   if (!configuration(key.configuration)) {
     throw std::invalid_argument(fmt::format("{}: the configuration was not put before", describe(key)));
   }
+  const std::vector<std::byte> frame = packs_ ? packed(payload) : std::vector<std::byte>();
   write([&] {
     SqliteStatement(*database_, "INSERT INTO chunks VALUES(?, ?, ?, ?, ?)")
         .bind(1, key.configuration)
         .bind(2, key.first_run)
         .bind(3, key.runs)
-        .bind(4, payload)
+        .bind(4, packs_ ? std::span<const std::byte>(frame) : payload)
         .bind(5, checksum(key, payload))
         .run();
   });
@@ -260,11 +264,15 @@ std::optional<std::vector<std::byte>> ResultStore::get_chunk(const ChunkKey& key
   statement.bind(1, key.configuration).bind(2, key.first_run).bind(3, key.runs);
   if (!statement.step()) return std::nullopt;
   std::vector<std::byte> payload = statement.blob(0);
-  if (statement.integer(1) != checksum(key, payload)) {
-    throw StoreError(
-        fmt::format("{}: {} are damaged (their checksum does not fit)", directory_.string(), describe(key)));
+  std::string damage;
+  try {
+    if (packs_) payload = unpacked(payload);
+    if (statement.integer(1) != checksum(key, payload)) damage = "their checksum does not fit";
+  } catch (const std::runtime_error& error) {
+    damage = error.what();
   }
-  return payload;
+  if (damage.empty()) return payload;
+  throw StoreError(fmt::format("{}: {} are damaged ({})", directory_.string(), describe(key), damage));
 }
 
 std::vector<ChunkKey> ResultStore::chunks(std::string_view configuration) const {

@@ -27,8 +27,8 @@ struct ChunkKey {
   auto operator<=>(const ChunkKey&) const = default;
 };
 
-/// The results of one scenario or sweep, in DIR/results.sqlite: chunks of runs as opaque bytes, each under
-/// its key and with a checksum, beside the canonical text of what they are results of.
+/// The results of one scenario or sweep, in DIR/results.sqlite: chunks of runs as opaque bytes, each packed,
+/// under its key and with a checksum, beside the canonical text of what they are results of.
 ///
 /// One process writes at a time, any number read meanwhile. A chunk is there as a whole or not at all, and
 /// what was committed survives the end of the process, of whatever kind. Not to be used by two threads at
@@ -110,7 +110,7 @@ class ResultStore {
   ResultStore(std::filesystem::path directory, SqliteDatabase::Mode mode);
 
   void create_tables(std::string_view tool_version);
-  void check_kind() const;
+  void check_kind();
   std::string meta(std::string_view name) const;
   void set_meta(std::string_view name, std::string_view value);
   void require_no_failure() const;
@@ -124,6 +124,7 @@ class ResultStore {
   std::unique_ptr<ResultStoreLock> lock_;  ///< none when reading; outlives the database
   std::unique_ptr<SqliteDatabase> database_;
   std::chrono::steady_clock::time_point last_commit_{};
+  bool packs_ = true;    ///< payloads are packed; not in stores of a version that did not
   std::string failure_;  ///< why a write failed: what was not committed is gone, and nothing more is taken
 };
 

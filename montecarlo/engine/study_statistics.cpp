@@ -1,88 +1,29 @@
 #include "montecarlo/engine/study_statistics.h"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <stdexcept>
-#include <type_traits>
+
+#include "montecarlo/engine/byte_stream.h"
 
 namespace credence {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "stored chunks are little-endian");
 constexpr std::uint32_t kFormat = 2;
-constexpr std::size_t kStepSize = sizeof(Moments) * static_cast<std::size_t>(Quantity::count_) + 16;
+constexpr std::size_t kStepSize = sizeof(StepStatistics);
 constexpr std::size_t kFailureSize = 20;
 
-class Writer {
- public:
-  template <class T>
-  void put(const T& value) {
-    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
-    const auto* first = reinterpret_cast<const std::byte*>(&value);
-    bytes_.insert(bytes_.end(), first, first + sizeof(T));
-  }
-  void put(const Moments& m) {
-    put(m.count);
-    put(m.mean);
-    put(m.m2);
-  }
-  void put(const RunAverages& r) {
-    put(r.moments.count);
-    put(r.moments.mean);
-    put(r.moments.m2);
-    put(r.moments.m3);
-    put(r.least_dof);
-    put(static_cast<std::uint64_t>(r.first.size()));
-    for (const double value : r.first) put(value);
-  }
-  std::vector<std::byte> take() { return std::move(bytes_); }
+void put_averages(ByteWriter& w, const RunAverages& r) {
+  w.put(r.moments);
+  w.put(r.least_dof);
+  w.put(r.first);
+}
 
- private:
-  std::vector<std::byte> bytes_;
-};
-
-class Reader {
- public:
-  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
-
-  template <class T>
-  T get() {
-    if (bytes_.size() < sizeof(T)) throw std::runtime_error("a stored chunk ends too early");
-    T value;
-    std::memcpy(&value, bytes_.data(), sizeof(T));
-    bytes_ = bytes_.subspan(sizeof(T));
-    return value;
-  }
-  Moments get_moments() {
-    Moments m;
-    m.count = get<std::int64_t>();
-    m.mean = get<double>();
-    m.m2 = get<double>();
-    return m;
-  }
-  /// A count of items of which each takes at least `item_size` bytes: a wrong one must not allocate.
-  std::size_t get_count(std::size_t item_size) {
-    const auto n = get<std::uint64_t>();
-    if (n > bytes_.size() / item_size) throw std::runtime_error("a stored chunk is shorter than it says");
-    return static_cast<std::size_t>(n);
-  }
-  RunAverages get_run_averages() {
-    RunAverages r;
-    r.moments.count = get<std::int64_t>();
-    r.moments.mean = get<double>();
-    r.moments.m2 = get<double>();
-    r.moments.m3 = get<double>();
-    r.least_dof = get<std::int64_t>();
-    r.first.resize(get_count(sizeof(double)));
-    for (double& value : r.first) value = get<double>();
-    return r;
-  }
-  bool at_end() const { return bytes_.empty(); }
-
- private:
-  std::span<const std::byte> bytes_;
-};
+void get_averages(ByteReader& r, RunAverages& averages) {
+  r.get(averages.moments);
+  r.get(averages.least_dof);
+  averages.first.resize(r.get_count(sizeof(double)));
+  for (double& value : averages.first) r.get(value);
+}
 
 }  // namespace
 
@@ -150,17 +91,12 @@ double most_stored_bytes(std::int64_t steps, std::int64_t runs) {
 }
 
 std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
-  Writer w;
+  ByteWriter w;
   w.put(kFormat);
   w.put(statistics.runs);
-  w.put(static_cast<std::uint64_t>(statistics.steps.size()));
-  for (const StepStatistics& step : statistics.steps) {
-    for (const Moments& m : step.quantities) w.put(m);
-    w.put(step.nees_dof);
-    w.put(step.nis_dof);
-  }
-  w.put(statistics.nees_of_runs);
-  w.put(statistics.vehicle_nees_of_runs);
+  w.put(statistics.steps);
+  put_averages(w, statistics.nees_of_runs);
+  put_averages(w, statistics.vehicle_nees_of_runs);
   w.put(static_cast<std::uint64_t>(statistics.failures.size()));
   for (const RunFailure& f : statistics.failures) {
     w.put(f.run);
@@ -171,25 +107,21 @@ std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
 }
 
 StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
-  Reader r(bytes);
-  if (r.get<std::uint32_t>() != kFormat) throw std::runtime_error("a stored chunk has another format");
+  ByteReader r(bytes, "a stored chunk");
+  if (r.get<std::uint32_t>() != kFormat) r.refuse("has another format");
   StudyStatistics s;
-  s.runs = r.get<std::int64_t>();
+  r.get(s.runs);
   s.steps.resize(r.get_count(kStepSize));
-  for (StepStatistics& step : s.steps) {
-    for (Moments& m : step.quantities) m = r.get_moments();
-    step.nees_dof = r.get<std::int64_t>();
-    step.nis_dof = r.get<std::int64_t>();
-  }
-  s.nees_of_runs = r.get_run_averages();
-  s.vehicle_nees_of_runs = r.get_run_averages();
+  for (StepStatistics& step : s.steps) r.get(step);
+  get_averages(r, s.nees_of_runs);
+  get_averages(r, s.vehicle_nees_of_runs);
   s.failures.resize(r.get_count(kFailureSize));
   for (RunFailure& f : s.failures) {
-    f.run = r.get<std::int64_t>();
-    f.step = r.get<std::int64_t>();
-    f.outcome = r.get<Outcome>();
+    r.get(f.run);
+    r.get(f.step);
+    r.get(f.outcome);
   }
-  if (!r.at_end()) throw std::runtime_error("a stored chunk is longer than it says");
+  r.require_end();
   return s;
 }
 

@@ -74,12 +74,35 @@ std::string detectable_note(const char* name, const VerdictPlan& plan, const Stu
       number_text(plan.detectable.above, 3), 100.0 * study.question.power);
 }
 
+constexpr std::int64_t kManyCores = 10'000;
+
+Json cost_json(const JobCost& cost) {
+  return {{"chunks", cost.chunks},
+          {"chunk_core_seconds", json_number(cost.chunk_seconds)},
+          {"core_seconds", json_number(cost.core_seconds())},
+          {"disk_bytes", json_number(cost.disk_bytes)},
+          {"memory_bytes", json_number(cost.memory_bytes)},
+          {"seconds_on_10000_cores", json_number(cost.seconds_on(kManyCores))}};
+}
+
+std::string cost_note(const JobCost& cost) {
+  const std::int64_t busy = std::min(cost.chunks, kManyCores);
+  return fmt::format(
+      "The runs of the scenario are {} chunks of {} of one core each: {} core hours, {} MB of disk, at least "
+      "{} MB of "
+      "memory in each process. On {} cores {} would have work, for {} (docs/scale.md).",
+      cost.chunks, duration_text(cost.chunk_seconds, 2), number_text(cost.core_seconds() / 3600.0, 2),
+      number_text(cost.disk_bytes / 1e6, 2), number_text(cost.memory_bytes / 1e6, 2), kManyCores, busy,
+      duration_text(cost.seconds_on(kManyCores), 2));
+}
+
 }  // namespace
 
 std::string plan_json(const SweepPlan& sweep, std::span<const StudyPlan> plans) {
   const PlanQuestion& question = plans.front().question;
   Json j{
       {"schema", kSchema}, {"scenario", sweep.name}, {"factor", question.factor}, {"power", question.power}};
+  j["cost"] = cost_json(job_cost(plans, sweep.points.size()));
   if (sweep.points.size() == 1) {
     j.update(study_plan_json(plans.front()));
     return j.dump(1);
@@ -108,8 +131,11 @@ ReportTable plan_table(const StudyPlan& plan) {
              "", duration_text(plan.pilot.seconds_for(plan.runs_for_precision), 2)});
   table.notes = {
       "factor: true covariance / claimed, P for NEES and S for NIS, at every step. Power: at least this.",
-      detectable_note("NEES", plan.nees, plan), detectable_note("NIS", plan.nis, plan), design_note(plan),
-      pilot_note(plan.pilot)};
+      detectable_note("NEES", plan.nees, plan),
+      detectable_note("NIS", plan.nis, plan),
+      design_note(plan),
+      pilot_note(plan.pilot),
+      cost_note(job_cost(std::span(&plan, 1), 1))};
   return table;
 }
 
@@ -143,7 +169,8 @@ ReportTable plan_table(const SweepPlan& sweep, std::span<const StudyPlan> plans)
           "The sweep of {} configurations with {} runs each: {}. With the {} runs of the scenario: {}.",
           cost.configurations, cost.runs, duration_text(cost.seconds, 2), cost.scenario_runs,
           duration_text(cost.scenario_seconds, 2)),
-      fmt::format("Times are expected ones, from short pilots of {} of the configurations.", cost.planned)};
+      fmt::format("Times are expected ones, from short pilots of {} of the configurations.", cost.planned),
+      cost_note(job_cost(plans, sweep.points.size()))};
   return table;
 }
 

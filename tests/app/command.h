@@ -34,8 +34,12 @@ class CommandTest : public ::testing::Test {
 
   /// Starts the binary with its output in files. No data set is named by the environment.
   pid_t start(std::vector<std::string> arguments) const {
-    const std::string binary = credence_binary();
-    arguments.insert(arguments.begin(), binary);
+    arguments.insert(arguments.begin(), credence_binary());
+    return start_program(std::move(arguments));
+  }
+
+  /// The same of any program, by its path or name.
+  pid_t start_program(std::vector<std::string> arguments) const {
     const pid_t child = fork();
     if (child != 0) return child;
     std::vector<char*> argv;
@@ -44,7 +48,7 @@ class CommandTest : public ::testing::Test {
     unsetenv("CREDENCE_DATA");
     redirect(STDOUT_FILENO, "stdout");
     redirect(STDERR_FILENO, "stderr");
-    if (chdir(folder_.path().c_str()) == 0) execv(binary.c_str(), argv.data());
+    if (chdir(folder_.path().c_str()) == 0) execvp(argv.front(), argv.data());
     _exit(127);
   }
 

@@ -24,7 +24,7 @@ class CommandLine : public CommandTest {
     const auto written = [&] {
       std::error_code none;
       const std::uintmax_t size = fs::file_size(folder / "results.sqlite-wal", none);
-      return !none && size > 200000;
+      return !none && size > 60000;
     };
     for (int i = 0; i < 30000 && !written(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

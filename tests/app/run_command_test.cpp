@@ -31,7 +31,7 @@ class RunCommand : public CommandTest {
     wait_for([&] {
       std::error_code none;
       const std::uintmax_t size = fs::file_size(folder_ / folder / "results.sqlite-wal", none);
-      return !none && size > 200000;
+      return !none && size > 60000;
     });
   }
 };

@@ -8,6 +8,7 @@
 #include "analysis/evidence/consistency.h"
 #include "analysis/laws/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
+#include "montecarlo/engine/packed_bytes.h"
 #include "montecarlo/worlds/registry.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
@@ -126,6 +127,33 @@ TEST(StudyPlan, CostOfASweepIsThatOfAllConfigurations) {
   EXPECT_NEAR(cost.seconds, 10 * 0.02 * 500, 1e-9);
   EXPECT_NEAR(cost.scenario_seconds, 10 * 0.02 * static_cast<double>(scenario.study.runs), 1e-9);
   EXPECT_EQ(sweep_cost({}, 0).runs, 0);
+}
+
+TEST(StudyPlan, CostOfAJobIsThatOfItsChunks) {
+  StudyPlan one;
+  one.scenario = default_scenario("monobot");
+  one.scenario.study.runs = 130;  // three chunks, of which the last has two runs
+  one.pilot = {.runs = 64, .seconds = 1.0, .seconds_per_run = 0.25, .threads = 2};
+  one.chunk_bytes = 1000.0;
+  const StudyPlan plans[] = {one, one};
+  const JobCost cost = job_cost(plans, 10);
+  EXPECT_EQ(cost.chunks, 30);
+  EXPECT_DOUBLE_EQ(cost.core_seconds(), 10 * 130 * 0.5);
+  EXPECT_DOUBLE_EQ(cost.disk_bytes, 30'000.0);
+  EXPECT_DOUBLE_EQ(cost.memory_bytes, 10.0 * least_experiment_bytes(one.scenario));
+  EXPECT_DOUBLE_EQ(cost.seconds_on(16), 2.0 * cost.chunk_seconds);
+  EXPECT_DOUBLE_EQ(cost.seconds_on(10'000), cost.chunk_seconds);
+}
+
+TEST(StudyPlan, AChunkIsAsLargeAsItIsStored) {
+  Scenario scenario = default_scenario("monobot");
+  scenario.world.landmarks = 2;
+  scenario.study.steps = 100;
+  const auto experiment = make_experiment(scenario);
+  const StudyPlan plan = plan_study(scenario, *experiment, {.threads = 1});
+  const auto stored = static_cast<double>(packed(to_bytes(experiment->run_chunk(64, 64))).size());
+  EXPECT_LT(stored, 12'000.0);
+  EXPECT_NEAR(plan.chunk_bytes, stored, 0.1 * stored);
 }
 
 TEST(StudyPlan, RefusesImpossibleQuestions) {

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <functional>
 #include <optional>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -53,12 +54,11 @@ class ScratchDirectory {
   std::filesystem::path path_;
 };
 
-/// Bytes that depend on a number, of any length, with zeros among them.
+/// Bytes that depend on a number, of any length, in which nothing repeats.
 Bytes payload(int number, std::size_t size = 100) {
   Bytes bytes(size);
-  for (std::size_t i = 0; i < size; ++i) {
-    bytes[i] = static_cast<std::byte>((static_cast<std::size_t>(number) * 31 + i * i) % 251);
-  }
+  std::mt19937 generator(static_cast<unsigned>(number) + 1U);
+  for (std::byte& byte : bytes) byte = static_cast<std::byte>(generator() & 0xffU);
   return bytes;
 }
 
@@ -399,6 +399,43 @@ TEST(ResultStore, SaysThatTheDiskIsFull) {
   EXPECT_THAT(said, AllOf(HasSubstr("results.sqlite"), HasSubstr("the disk is full")));
 }
 
+TEST(ResultStore, ChunksArePackedAndThoseOfOlderStoresAreNot) {
+  const ScratchDirectory scratch;
+  const Bytes zeros(100'000);
+  const auto bytes_of = [&](const char* name) {
+    const SqliteDatabase database(scratch.database(name), SqliteDatabase::Mode::read);
+    return database.integer("SELECT length(payload) FROM chunks WHERE first_run = 640");
+  };
+  {
+    ResultStore store = filled(scratch / "old", 0, 1);
+    store.put_chunk(chunk(10), zeros);
+    store.commit();
+  }
+  EXPECT_LT(bytes_of("old"), 1000);
+  {
+    const SqliteDatabase database(scratch.database("old"), SqliteDatabase::Mode::create);
+    for (const int i : {0, 10}) {
+      SqliteStatement(database, "UPDATE chunks SET payload = ? WHERE first_run = ?")
+          .bind(1, i == 0 ? std::span<const std::byte>(payload(0)) : std::span<const std::byte>(zeros))
+          .bind(2, std::int64_t{64} * i)
+          .run();
+    }
+    database.execute("PRAGMA user_version = 1");
+  }
+  {
+    ResultStore old = ResultStore::open_to_write(scratch / "old", kVersion);
+    EXPECT_EQ(old.get_chunk(chunk(0)), payload(0));
+    old.put_chunk(chunk(10), zeros);
+    old.put_chunk(chunk(1), payload(1));
+    EXPECT_EQ(old.get_chunk(chunk(1)), payload(1));
+  }
+  EXPECT_EQ(bytes_of("old"), 100'000);
+  ResultStore joined = filled(scratch / "new", 0, 2);
+  EXPECT_EQ(joined.merge_from(ResultStore::open_to_read(scratch / "old")).already_there, 2);
+  EXPECT_EQ(joined.get_chunk(chunk(10)), zeros);
+  EXPECT_LT(bytes_of("new"), 1000);
+}
+
 // SQLite rolls the whole transaction back, and with it configurations that were put before.
 TEST(ResultStore, EveryLaterWriteTellsWhyTheFirstFailed) {
   const ScratchDirectory scratch;
@@ -488,7 +525,7 @@ TEST(ResultStore, RefusesFilesThatAreNoStoreAndLeavesThem) {
   std::filesystem::create_directories(scratch / "foreign");
   run_sql(scratch.database("foreign"), "CREATE TABLE addresses(name TEXT)");
   { filled(scratch / "newer", 0, 1); }
-  run_sql(scratch.database("newer"), "PRAGMA user_version = 2");
+  run_sql(scratch.database("newer"), "PRAGMA user_version = 3");
   for (const bool writing : {false, true}) {
     const auto open = [&](const char* name) {
       return said_by([&] {
@@ -498,7 +535,7 @@ TEST(ResultStore, RefusesFilesThatAreNoStoreAndLeavesThem) {
     };
     EXPECT_THAT(open("text"), AllOf(HasSubstr("text/results.sqlite"), HasSubstr("no result store")));
     EXPECT_THAT(open("foreign"), HasSubstr("another program"));
-    EXPECT_THAT(open("newer"), HasSubstr("newer version (layout 2"));
+    EXPECT_THAT(open("newer"), HasSubstr("newer version (layout 3"));
   }
   std::string word;
   std::ifstream(scratch.database("text")) >> word;

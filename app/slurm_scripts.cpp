@@ -1,0 +1,101 @@
+#include "app/slurm_scripts.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "app/shell_word.h"
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The lines that Slurm reads; a word there is none of the shell, but between double quotes.
+std::string directives(const SlurmSweep& sweep, const std::vector<std::string>& own) {
+  std::string text;
+  const auto add = [&](const std::string& option) {
+    if (option.find('\n') != std::string::npos) {
+      throw std::invalid_argument(fmt::format("--sbatch: one option a time, and one line: {}", option));
+    }
+    text += fmt::format("#SBATCH {}\n", option);
+  };
+  add(fmt::format("--chdir=\"{}\"", sweep.work.string()));
+  for (const std::string& option : own) add(option);
+  for (const std::string& option : sweep.options) add(option);
+  return text;
+}
+
+/// A command with its words.
+std::string command_line(const SlurmSweep& sweep, const std::vector<std::string>& words) {
+  std::string line = shell_word(sweep.program.string());
+  for (const std::string& word : words) line += fmt::format(" {}", shell_word(word));
+  return line;
+}
+
+std::string log_option(const SlurmSweep& sweep, const char* name) {
+  return fmt::format("--output=\"{}\"", (sweep.out / kScriptFolder / name).string());
+}
+
+std::string array_script(const SlurmSweep& sweep) {
+  std::vector<std::string> words{"sweep"};
+  words.insert(words.end(), sweep.sweep.begin(), sweep.sweep.end());
+  for (const char* word : {"--quiet", "--threads"}) words.emplace_back(word);
+  words.push_back(std::to_string(sweep.threads));
+  const std::string shard = (sweep.out / kShardFolder).string();
+  return fmt::format(
+      R"(#!/bin/sh
+{}
+# Slurm tells this shell, and this tells the program, which stores what it has and ends with 130; then the
+# task is queued again and goes on.
+{} --shard "$SLURM_ARRAY_TASK_ID/{}" --out {}/"$SLURM_ARRAY_TASK_ID" &
+program=$!
+trap 'kill -TERM "$program" 2>/dev/null' TERM
+wait "$program"
+code=$?
+while kill -0 "$program" 2>/dev/null; do
+  wait "$program"
+  code=$?
+done
+if [ "$code" -eq 130 ]; then scontrol requeue "$SLURM_JOB_ID"; fi
+exit "$code"
+)",
+      directives(
+          sweep,
+          {fmt::format("--job-name=\"{}\"", sweep.name), fmt::format("--array=1-{}", sweep.tasks),
+           fmt::format("--cpus-per-task={}", sweep.threads), fmt::format("--time={}", sweep.time_limit),
+           "--signal=B:TERM@30", "--requeue", "--open-mode=append", log_option(sweep, "%A_%a.log")}),
+      command_line(sweep, words), sweep.tasks, shell_word(shard));
+}
+
+std::string merge_script(const SlurmSweep& sweep) {
+  const std::string out = shell_word(sweep.out.string());
+  const std::string program = shell_word(sweep.program.string());
+  return fmt::format("#!/bin/sh\n{}\nset -e\n{} merge {}/{}/* --out {}\n{} report {}\n",
+                     directives(sweep, {fmt::format("--job-name=\"{}-merge\"", sweep.name),
+                                        fmt::format("--time={}", sweep.time_limit), "--requeue",
+                                        "--open-mode=append", log_option(sweep, "%j.log")}),
+                     program, out, kShardFolder, out, program, out);
+}
+
+std::string submit_script(const SlurmSweep& sweep) {
+  const fs::path scripts = sweep.work / sweep.out / kScriptFolder;
+  return fmt::format(
+      R"(#!/bin/sh
+# Sends the array, and the job that joins its shards when all of them are done.
+set -e
+array=$(sbatch --parsable {})
+array=${{array%%;*}}
+merge=$(sbatch --parsable --dependency="afterok:$array" {})
+echo "array job $array ({} tasks), then job ${{merge%%;*}}, which joins them"
+)",
+      shell_word((scripts / "array.sh").string()), shell_word((scripts / "merge.sh").string()), sweep.tasks);
+}
+
+}  // namespace
+
+SlurmScripts slurm_scripts(const SlurmSweep& sweep) {
+  return {array_script(sweep), merge_script(sweep), submit_script(sweep)};
+}
+
+}  // namespace credence
