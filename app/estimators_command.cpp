@@ -50,8 +50,8 @@ int estimators(EstimatorsCommand& command) {
   if (command.format == "json") {
     fmt::print("{}\n", estimator_json(study));
   } else {
-    fmt::print("{}.\n\n{}\n{}", printable_line(estimator_answer(study).text),
-               terminal_text(estimator_table(study)),
+    fmt::print("{}.\n\n{}\n{}\n{}", printable_line(estimator_answer(study).text),
+               terminal_text(estimator_table(study)), terminal_text(estimator_bound_table(study)),
                study.rows.size() > 1 ? terminal_text(estimator_difference_table(study)) : "");
   }
   if (!command.out.empty()) {

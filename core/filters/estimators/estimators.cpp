@@ -8,17 +8,21 @@
 #include "core/filters/estimators/ekf_estimator.h"
 #include "core/filters/estimators/fej_estimator.h"
 #include "core/filters/estimators/ideal_estimator.h"
+#include "core/filters/estimators/intersection_estimator.h"
 #include "core/filters/estimators/invariant_estimator.h"
 #include "core/filters/estimators/iterated_estimator.h"
 #include "core/filters/estimators/oc_estimator.h"
+#include "core/filters/estimators/schmidt_estimator.h"
+#include "core/filters/estimators/smoother_estimator.h"
 #include "core/filters/estimators/ukf_estimator.h"
+#include "core/filters/estimators/ukf_manifold_estimator.h"
 
 namespace credence {
 namespace {
 
-template <class Estimator>
+template <class Estimator, auto... kOptions>
 std::unique_ptr<SlamEstimator> make(const EstimatorSettings& settings) {
-  return std::make_unique<Estimator>(settings);
+  return std::make_unique<Estimator>(settings, kOptions...);
 }
 
 constexpr EstimatorKind kKinds[] = {
@@ -27,8 +31,18 @@ constexpr EstimatorKind kKinds[] = {
     {"fej", "Jacobians at the first estimates", make<FejEstimator>},
     {"oc", "Jacobians at the nearest points that keep what is unobservable", make<OcEstimator>},
     {"invariant", "right-invariant error on SE(2) with the landmarks", make<InvariantEstimator>},
+    {"invariant-left", "left-invariant error", make<InvariantEstimator, InvariantReset::left>},
+    {"invariant-reset", "invariant error, left or right, P moved to the chart of the new estimate",
+     make<InvariantEstimator, InvariantReset::full>},
     {"iterated", "Gauss-Newton correction", make<IteratedEstimator>},
     {"ukf", "sigma points", make<UkfEstimator>},
+    {"ukf-manifold", "sigma points of the right-invariant error", make<UkfManifoldEstimator>},
+    {"ukf-manifold-left", "sigma points of the left-invariant error",
+     make<UkfManifoldEstimator, InvariantReset::left>},
+    {"schmidt", "EKF that only considers landmarks after some sights", make<SchmidtEstimator>},
+    {"intersection", "split covariance intersection, no correlations kept", make<IntersectionEstimator>},
+    {"smoother", "Gauss-Newton over a sliding window, marginalised", make<SmootherEstimator>},
+    {"smoother-fej", "the same with first-estimate Jacobians", make<SmootherEstimator, true>},
 };
 
 }  // namespace
