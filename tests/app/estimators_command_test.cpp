@@ -28,6 +28,7 @@ TEST_F(EstimatorsCommand, GivesTheDocumentOfTheContract) {
   EXPECT_EQ(j["rows"][1]["estimator"], "invariant");
   EXPECT_EQ(j["rows"][1]["chart"], "right_invariant");
   EXPECT_EQ(j["rows"][0]["unobservable"], 2);
+  EXPECT_GT(j["bound"]["position_m"].get<double>(), 0.0);
   for (const Json& row : j["rows"]) {
     for (const char* block : {"pose", "heading", "position", "map"}) {
       for (const char* key : {"mean", "lower", "upper"})
@@ -37,6 +38,9 @@ TEST_F(EstimatorsCommand, GivesTheDocumentOfTheContract) {
     EXPECT_TRUE(row["rmse"]["heading_rad"].is_number());
     EXPECT_TRUE(row["rmse"]["position_m"].is_number());
     EXPECT_GT(row["seconds_per_step"].get<double>(), 0.0);
+    for (const char* of : {"heading", "position"})
+      EXPECT_GT(row["efficiency"][of]["mean"].get<double>(), 0.0) << of;
+    EXPECT_GT(row["claimed_rmse"]["position_m"].get<double>(), 0.0);
     EXPECT_EQ(row["runs"], 16);
     EXPECT_EQ(row["failed"], 0);
     EXPECT_EQ(row["pose_nees_over_time"].size(), j["window_ends"].size());
@@ -54,7 +58,7 @@ TEST_F(EstimatorsCommand, TextAndPage) {
   const Finished f =
       run({"estimators", scenario("huang_ring"), "--runs", "8", "--steps", "60", "--out", "page"});
   ASSERT_EQ(f.code, 0) << f.err;
-  for (const char* word : {"invariant", "unobservable", "gain of pairing"}) {
+  for (const char* word : {"invariant", "unobservable", "gain of pairing", "Cramér-Rao"}) {
     EXPECT_NE(f.out.find(word), std::string::npos) << word;
   }
   EXPECT_NE(read("page/index.html").find("<svg"), std::string::npos);

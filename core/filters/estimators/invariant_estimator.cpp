@@ -121,6 +121,13 @@ void InvariantEstimator::error(const PlanarTruth& truth, Eigen::Ref<Vector> erro
   }
 }
 
+Matrix InvariantEstimator::plane_covariance() const {
+  Matrix T = Matrix::Identity(size(), size());
+  T.topLeftCorner<3, 3>() = to_plane(pose().head<2>());
+  for (Index j = 3; j < size(); j += 2) T.block<2, 1>(j, 2) = quarter_turn(landmark(j));
+  return T * SlamEstimator::plane_covariance() * T.transpose();
+}
+
 Eigen::Matrix3d InvariantEstimator::plane_pose_covariance() const {
   const PoseMatrix T = to_plane(pose().head<2>());
   return T * pose_covariance() * T.transpose();

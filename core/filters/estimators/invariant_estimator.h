@@ -27,6 +27,7 @@ class InvariantEstimator : public SlamEstimator {
 
   ErrorChart chart() const override { return ErrorChart::right_invariant; }
   void error(const PlanarTruth& truth, Eigen::Ref<Vector> error) const override;
+  Matrix plane_covariance() const override;
   PoseMatrix plane_pose_covariance() const override;
 
  protected:

@@ -73,6 +73,16 @@ UpdateResult SlamEstimator::update(Batch observations, const PlanarTruth& truth)
   return result;
 }
 
+UpdateResult SlamEstimator::judge(Batch observations, const PlanarTruth& truth) {
+  UpdateResult result;
+  collect(observations);
+  result.dof = 2 * std::ssize(z_);
+  if (result.dof == 0) return result;
+  linearise(truth);
+  result.ok = correct(result);
+  return result;
+}
+
 void SlamEstimator::collect(Batch observations) {
   seen_.assign({0, 1, 2});
   z_.clear();
@@ -255,6 +265,8 @@ Eigen::Matrix3d SlamEstimator::plane_motion(const Eigen::Vector2d& from, const E
   F.topRightCorner<2, 1>() = quarter_turn(to - from);
   return F;
 }
+
+Matrix SlamEstimator::plane_covariance() const { return covariance().selfadjointView<Eigen::Lower>(); }
 
 Eigen::Matrix3d SlamEstimator::plane_pose_covariance() const { return pose_covariance(); }
 

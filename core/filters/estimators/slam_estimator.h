@@ -65,19 +65,27 @@ class SlamEstimator {
   /// changed. A landmark must not appear twice; throws std::invalid_argument for a number out of range.
   UpdateResult update(Batch observations, const PlanarTruth& truth);
 
+  /// The measurement update alone, without first sights: what a batch would give, by NIS, innovation() and
+  /// innovation_covariance(), asked of a copy that is then thrown away.
+  UpdateResult judge(Batch observations, const PlanarTruth& truth);
+
   Index size() const { return n_; }  ///< n
   VectorRef state() const { return x_.head(n_); }
   MatrixRef covariance() const { return P_.topLeftCorner(n_, n_); }  ///< in its chart; lower triangle
-  std::span<const int> landmarks() const { return ids_; }            ///< in the order of the state
-  VectorRef innovation() const { return nu_.vector(); }              ///< ν of the last correction
-  MatrixRef innovation_covariance() const { return S_.matrix(); }    ///< its S
+  /// Where a landmark starts in the state, −1 if it is not there.
+  Index offset_of(int number) const { return offsets_[static_cast<std::size_t>(number)]; }
+  std::span<const int> landmarks() const { return ids_; }          ///< in the order of the state
+  VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last correction
+  MatrixRef innovation_covariance() const { return S_.matrix(); }  ///< its S
   /// K of the last correction, n×dim ν, of the state as it was then; allocates.
   Matrix gain() const;
 
   virtual ErrorChart chart() const { return ErrorChart::plane; }
   /// The error of the estimate in its chart; `error` is n.
   virtual void error(const PlanarTruth& truth, Eigen::Ref<Vector> error) const;
-  /// The pose block of P in the chart x̂ − x; exact to first order in the error.
+  /// P in the chart x̂ − x, n×n; exact to first order in the error. Allocates.
+  virtual Matrix plane_covariance() const;
+  /// Its pose block, without allocating.
   virtual PoseMatrix plane_pose_covariance() const;
 
   /// The interval of the steps that follow, s.
@@ -99,7 +107,6 @@ class SlamEstimator {
   Point landmark(Index offset) const { return x_.segment<2>(offset); }
   /// The world's number of the landmark that starts at this state.
   int number_at(Index offset) const { return ids_[static_cast<std::size_t>((offset - 3) / 2)]; }
-  Index offset_of(int number) const { return offsets_[static_cast<std::size_t>(number)]; }
   Vector& x() { return x_; }
   const Vector& x() const { return x_; }
   Matrix& P() { return P_; }
