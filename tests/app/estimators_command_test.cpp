@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/app/command.h"
 #include "tests/paths.h"
@@ -63,6 +64,26 @@ TEST_F(EstimatorsCommand, TextAndPage) {
   }
   EXPECT_NE(read("page/index.html").find("<svg"), std::string::npos);
   EXPECT_NE(read("page/index.html").find("Estimators in huang_ring"), std::string::npos);
+}
+
+// A sweep gives the map of what is enough where.
+TEST_F(EstimatorsCommand, MapsASweep) {
+  const std::vector<std::string> common = {
+      "estimators",   scenario("estimator_map"), "--runs", "4", "--steps", "60", "--estimators",
+      "ekf,invariant"};
+  std::vector<std::string> as_json = common, as_page = common;
+  as_json.insert(as_json.end(), {"--format", "json"});
+  const Json j = json(as_json);
+  ASSERT_EQ(j["points"].size(), 16U);
+  ASSERT_EQ(j["estimators"].size(), 2U);
+  EXPECT_EQ(j["estimators"][1]["estimator"], "invariant");
+  EXPECT_TRUE(j["points"][0]["values"].contains("world.landmarks"));
+  EXPECT_EQ(j["points"][0]["study"]["rows"].size(), 2U);
+  as_page.insert(as_page.end(), {"--out", "map"});
+  const Finished f = run(as_page);
+  ASSERT_EQ(f.code, 0) << f.err;
+  EXPECT_NE(f.out.find("cheapest"), std::string::npos);
+  EXPECT_NE(read("map/index.html").find("<svg"), std::string::npos);
 }
 
 TEST_F(EstimatorsCommand, RefusesOtherWorldsAndNames) {
