@@ -63,18 +63,29 @@ void ProgressDisplay::show(const StudyProgress& p) {
   shown_ = true;
   const double rate = static_cast<double>(p.runs_done) / elapsed.count();
   const std::int64_t done = p.runs_done + p.runs_stored;
+  if (p.runs_total == 0) {
+    put({fmt::format("{}: {} {}, {:.1f} {}/s", what_, done, unit_, rate, unit_),
+         fmt::format("{} {}", done, unit_)});
+    return;
+  }
   const double share = static_cast<double>(done) / static_cast<double>(p.runs_total);
   std::string numbers = fmt::format("{} of {} {}, {:.0f} {}/s", done, p.runs_total, unit_, rate, unit_);
   if (p.runs_done > 0) {
     numbers += fmt::format(", {} left", duration_text(static_cast<double>(p.runs_total - done) / rate));
   }
   if (terminal_) {
-    const std::string text = longest_that_fits({fmt::format("{} {} {}", what_, bar(share), numbers),
-                                                fmt::format("{} {}", what_, numbers), numbers,
-                                                fmt::format("{:.0f} %", 100.0 * share)});
-    std::fputs(fmt::format("\r{}\x1b[K", text).c_str(), stderr);
+    put({fmt::format("{} {} {}", what_, bar(share), numbers), fmt::format("{} {}", what_, numbers), numbers,
+         fmt::format("{:.0f} %", 100.0 * share)});
   } else {
-    say(fmt::format("{}: {:.0f} %, {}", what_, 100.0 * share, numbers));
+    put({fmt::format("{}: {:.0f} %, {}", what_, 100.0 * share, numbers)});
+  }
+}
+
+void ProgressDisplay::put(std::initializer_list<std::string> texts) {
+  if (terminal_) {
+    std::fputs(fmt::format("\r{}\x1b[K", longest_that_fits(texts)).c_str(), stderr);
+  } else {
+    say(*texts.begin());
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <initializer_list>
 #include <string>
 
 #include "montecarlo/engine/engine.h"
@@ -17,9 +18,13 @@ class ProgressDisplay {
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
 
+  /// Of an unknown total (0) there is no bar and no time left.
   void show(const StudyProgress& progress);
 
  private:
+  /// The longest of these that fits, or on no terminal the first.
+  void put(std::initializer_list<std::string> texts);
+
   using Clock = std::chrono::steady_clock;
 
   std::string what_, unit_;

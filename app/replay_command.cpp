@@ -35,38 +35,9 @@ struct ReplayOptions : CommonOptions {
   bool variants = false;
 };
 
-std::vector<fs::path> data_folders(const ReplayOptions& options, const char* name) {
-  if (options.data.empty()) {
-    throw std::invalid_argument(
-        "--data: name the folder with the data set, or set CREDENCE_DATA (docs/datasets.md)");
-  }
-  std::vector<fs::path> folders;
-  for (const std::string& data : options.data) folders.push_back(data_set_folder(data, name));
-  return folders;
-}
-
-ReplaySettings with_overrides(ReplaySettings settings, const std::vector<std::string>& overrides) {
-  for (const std::string& text : overrides) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) {
-      throw std::invalid_argument(fmt::format("--set {}: accepted is section.key=value", text));
-    }
-    set_replay_setting(settings, text.substr(0, equals), text.substr(equals + 1));
-  }
-  check_replay_settings(settings);
-  return settings;
-}
-
-fs::path one_folder(const ReplayOptions& options) {
-  const std::vector<fs::path> folders = data_folders(options, "carpark");
-  if (folders.size() > 1)
-    throw std::invalid_argument("--data: the car park was driven once, name one folder");
-  return folders.front();
-}
-
 ReportedReplay replay_carpark_run(const ReplayOptions& options) {
   const ReplaySettings settings = with_overrides(carpark_settings(), options.settings);
-  return {replay_carpark(read_carpark(one_folder(options)), settings), {}};
+  return {replay_carpark(read_carpark(carpark_folder(options.data)), settings), {}};
 }
 
 /// One robot, and once more with Jacobians at the truth unless that is what was asked for.
@@ -87,7 +58,7 @@ ReportedReplay replay_robot(const ReplayOptions& options, const fs::path& folder
 std::vector<ReportedReplay> replay_all(const ReplayOptions& options) {
   if (options.dataset == "carpark") return {replay_carpark_run(options)};
   std::vector<ReportedReplay> replays;
-  const std::vector<fs::path> folders = data_folders(options, "mrclam7");
+  const std::vector<fs::path> folders = data_set_folders(options.data, "mrclam7");
   for (const fs::path& folder : folders) {
     for (const int robot : options.robots) {
       replays.push_back(replay_robot(options, folder, robot));
@@ -112,7 +83,7 @@ void print_replays(const ReplayOptions& options, const std::vector<ReportedRepla
 int study_variants(const ReplayOptions& options) {
   if (options.dataset != "carpark") throw std::invalid_argument("--variants: only of the car park");
   const ReplaySettings settings = with_overrides(carpark_settings(), options.settings);
-  const CarparkLog log = read_carpark(one_folder(options));
+  const CarparkLog log = read_carpark(carpark_folder(options.data));
   CarparkStudyOptions study_options;
   CarparkStudy study;
   {

@@ -19,6 +19,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "python/interruptible.h"
 #include "python/told.h"
+#include "python/tuned_filter.h"
 #include "reports/render/atomic_file.h"
 
 /// @file
@@ -226,6 +227,7 @@ PYBIND11_MODULE(_credence, m) {
         text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides);
     return interruptible([&](const std::atomic<bool>& stop) { return tune(scenario, free, threads, stop); });
   });
+  m.def("tune_filter", &tune_filter);
   m.def("run", [](const std::string& file, const std::optional<std::string>& text,
                   const std::vector<std::string>& overrides, int threads) {
     const Scenario scenario =

@@ -23,6 +23,7 @@
 #include "reports/document/study_table.h"
 #include "reports/document/sweep_report.h"
 #include "reports/document/tune_report.h"
+#include "reports/document/tuning_tables.h"
 #include "reports/render/text_table.h"
 
 namespace credence {

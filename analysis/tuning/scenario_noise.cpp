@@ -126,7 +126,7 @@ class LinearScenarioScore final : public ScenarioScore {
 class PlayedScenarioScore final : public ScenarioScore {
  public:
   PlayedScenarioScore(const Scenario& scenario, const std::vector<FreeNoise>& free, int threads,
-                      const std::atomic<bool>* stop)
+                      const std::atomic<bool>* stop, const BlackBoxScore::Watch& watch)
       : scenario_(scenario), free_(free) {
     std::vector<FilterFactor> factors;
     for (const FreeNoise& noise : free_) {
@@ -142,6 +142,7 @@ class PlayedScenarioScore final : public ScenarioScore {
         std::move(factors),
         [this](const std::vector<double>& values) { return make_experiment(scaled(values)); },
         scenario_.study.runs, threads, stop);
+    score_->watch(watch);
   }
 
   const ScoreModel& model() const override { return *score_; }
@@ -178,14 +179,15 @@ class PlayedScenarioScore final : public ScenarioScore {
 
 std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
                                                    const std::vector<FreeNoise>& free, int threads,
-                                                   const std::atomic<bool>* stop) {
+                                                   const std::atomic<bool>* stop,
+                                                   const BlackBoxScore::Watch& watch) {
   require_keys(scenario, free);
   const std::optional<LinearProblem> linear = linear_problem(scenario);
   if (linear && scenario.noise.detection_probability == 1.0 &&
       scenario.filter.inflation == FilterInflation::none) {
     return std::make_unique<LinearScenarioScore>(scenario, *linear, free, threads);
   }
-  return std::make_unique<PlayedScenarioScore>(scenario, free, threads, stop);
+  return std::make_unique<PlayedScenarioScore>(scenario, free, threads, stop, watch);
 }
 
 }  // namespace credence

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/tuning/black_box_score.h"
 #include "analysis/tuning/noise_parameters.h"
 #include "analysis/tuning/score_model.h"
 #include "montecarlo/scenario/scenario.h"
@@ -36,7 +37,7 @@ class ScenarioScore {
 };
 
 /// Plays the study's runs and measures their log score. `threads`: 0 is one for each processor. Once `stop`
-/// is set, scores may throw Stopped (stop_point.h).
+/// is set, scores may throw Stopped (stop_point.h). `watch` is that of a black box.
 ///
 /// A linear world whose filter misses nothing and inflates nothing has the exact gradient; any other filter
 /// is a black box of which Q and R have a factor each. Throws
@@ -44,7 +45,8 @@ class ScenarioScore {
 /// runs need more memory than kMostDoubles.
 std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
                                                    const std::vector<FreeNoise>& free, int threads,
-                                                   const std::atomic<bool>* stop = nullptr);
+                                                   const std::atomic<bool>* stop = nullptr,
+                                                   const BlackBoxScore::Watch& watch = {});
 
 /// Doubles of measurements that are kept at most: 1.6 GB.
 inline constexpr double kMostDoubles = 2e8;

@@ -32,7 +32,7 @@ bool measure_curve(const ScoreModel& model, const Vector& scale, ScoreEstimate& 
   estimate.information.resize(p, p);
   for (Index i = 0; i < p; ++i) {
     const Index coordinate = free[static_cast<std::size_t>(i)];
-    const double h = kDifference * scale[coordinate];
+    const double h = std::max(kDifference * scale[coordinate], model.resolution());
     Vector phi = estimate.phi;
     Vector change = Vector::Zero(p);
     for (const double side : {1.0, -1.0}) {

@@ -46,6 +46,8 @@ class ScoreModel {
   virtual Index units() const = 0;
   /// Whether the gradient is exact and cheap, or one of differences.
   virtual bool has_gradient() const = 0;
+  /// The change of φ below which differences of the score are its roughness and not its shape.
+  virtual double resolution() const { return 0.0; }
   /// Safe to call from one thread at a time. The bits do not depend on the threads that it may use.
   virtual UnitScores scores(const Vector& phi, bool gradient) const = 0;
   /// The information of data of this size if the filter at φ is right; empty where it is not known.

@@ -77,6 +77,7 @@ HeldOut hold_out(const ScenarioTuning& all, const TuneRequest& request) {
   EngineOptions engine;
   engine.threads = request.threads;
   engine.stop = request.stop;
+  engine.progress = request.progress;
   HeldOut held_out{.before = judge_again(with_fresh_noise(all.scenario), engine),
                    .after = judge_again(with_fresh_noise(all.tuned), engine)};
   const VerdictDesign design{.steps = static_cast<double>(all.scenario.study.steps),
@@ -94,7 +95,7 @@ std::optional<ScenarioTuning> tune_scenario(const Scenario& scenario, const Tune
   const auto stopped = [&] { return request.stop != nullptr && request.stop->load(); };
   ScenarioTuning all{.scenario = scenario, .tuned = scenario};
   try {
-    all.score = make_scenario_score(scenario, request.free, request.threads, request.stop);
+    all.score = make_scenario_score(scenario, request.free, request.threads, request.stop, request.watch);
     all.tuning = tune(all.score->model(), all.score->start(), scenario.study.confidence);
     if (all.tuning.anything_known()) {
       add_ridge(all);

@@ -1,16 +1,19 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "analysis/evidence/study_analysis.h"
 #include "analysis/laws/sample_size.h"
+#include "analysis/tuning/black_box_score.h"
 #include "analysis/tuning/noise_parameters.h"
 #include "analysis/tuning/scenario_noise.h"
 #include "analysis/tuning/score_shape.h"
 #include "analysis/tuning/tuning.h"
+#include "montecarlo/engine/engine.h"
 
 namespace credence {
 
@@ -19,6 +22,8 @@ struct TuneRequest {
   std::vector<FreeNoise> free = {{NoiseMatrix::Q, NoiseForm::factor}, {NoiseMatrix::R, NoiseForm::factor}};
   int threads = 0;
   const std::atomic<bool>* stop = nullptr;
+  BlackBoxScore::Watch watch{};                          ///< of a black box
+  std::function<void(const StudyProgress&)> progress{};  ///< of the studies with fresh noise
 };
 
 /// The same study with fresh noise, of the present and of the tuned filter.

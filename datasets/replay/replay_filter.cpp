@@ -232,7 +232,8 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
   }
   // Whitened together, so that the parts of one batch are uncorrelated too.
   Vector whitened = filter_->innovation();
-  if (outcome.dof > 0) Eigen::LLT<Matrix>(filter_->innovation_covariance()).matrixL().solveInPlace(whitened);
+  Eigen::LLT<Matrix> root;
+  if (outcome.dof > 0) root.compute(filter_->innovation_covariance()).matrixL().solveInPlace(whitened);
   Index row = 0;
   for (const Candidate& candidate : candidates) {
     ReplaySight& sight = result_.sights[candidate.sight];
@@ -245,6 +246,7 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
     sight.S = filter_->innovation_covariance().block<2, 2>(row, row);
     sight.nis = Eigen::LLT<Eigen::Matrix2d>(sight.S).matrixL().solve(sight.innovation).squaredNorm();
     sight.whitened = whitened.segment<2>(row);
+    sight.log_determinant = 2.0 * root.matrixLLT().diagonal().segment<2>(row).array().log().sum();
     sight.first_of_batch = row == 0;
     result_.nis.add(sight.nis);
     row += 2;

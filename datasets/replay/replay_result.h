@@ -45,6 +45,7 @@ struct ReplaySight {
   double nis = 0;  ///< νᵀ S⁻¹ ν of this sight alone, 2 dof
   RangeBearing whitened =
       RangeBearing::Zero();     ///< its part of L⁻¹ν of the whole batch, S = L Lᵀ; if updated
+  double log_determinant = 0;   ///< its part of ln det S of the batch, 2 Σ ln L_ii over its rows; if updated
   bool first_of_batch = false;  ///< of the sights updated together the first: its gate knows no other
 };
 

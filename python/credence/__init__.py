@@ -2,7 +2,7 @@
 
 ``check`` judges arrays of errors and covariances, ``run`` a scenario, ``study`` a world and a filter written in
 Python. Each returns a ``Result``: its verdict, the tests and the causes behind it, and its report. ``tune`` returns the
-noise that the innovations ask for.
+noise that the innovations of a scenario ask for, ``tune_filter`` that of a filter written in Python.
 """
 
 from ._check import check
@@ -12,11 +12,13 @@ from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
 from ._run import Sweep, noise_group, run, sweep
 from ._study import study
 from ._tune import Parameter, Tuning, tune
+from ._tune_filter import FilterTuning, tune_filter
 
 __all__ = [
     "Block",
     "Cause",
     "Factor",
+    "FilterTuning",
     "Noise",
     "OutputError",
     "Parameter",
@@ -34,4 +36,5 @@ __all__ = [
     "study",
     "sweep",
     "tune",
+    "tune_filter",
 ]

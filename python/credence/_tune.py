@@ -36,8 +36,8 @@ def _number(value: Optional[float]) -> float:
     return math.nan if value is None else value
 
 
-class Tuning:
-    """A tuned scenario. ``print(tuning)`` is what ``credence tune`` prints on a terminal."""
+class Told:
+    """What every tuning tells."""
 
     def __init__(self, told: _credence.Told):
         self._told = told
@@ -60,6 +60,22 @@ class Tuning:
         return np.array(self._document["correlation"], dtype=np.float64)
 
     @property
+    def notes(self) -> "list[str]":
+        """What is held, ridges, and what a cost on NIS could not tell apart."""
+        return list(self._document["notes"])
+
+    def to_dict(self) -> "dict[str, Any]":
+        """The document of ``credence tune --format json`` (docs/formats.md)."""
+        return json.loads(self._told.json())
+
+    def __repr__(self) -> str:
+        return self._told.text()
+
+
+class Tuning(Told):
+    """A tuned scenario. ``print(tuning)`` is what ``credence tune`` prints on a terminal."""
+
+    @property
     def verdict(self) -> Optional[Verdict]:
         """On the tuned filter with fresh noise; None where nothing could be told."""
         return Verdict(self._told.verdict) if self._told.verdict else None
@@ -69,22 +85,10 @@ class Tuning:
         """The tuned scenario, TOML text that ``run`` takes; None where nothing could be told."""
         return self._told.tuned() or None
 
-    @property
-    def notes(self) -> "list[str]":
-        """What is held, ridges, and what a cost on NIS could not tell apart."""
-        return list(self._document["notes"])
-
-    def to_dict(self) -> "dict[str, Any]":
-        """The document of ``credence tune --format json`` (docs/formats.md)."""
-        return json.loads(self._told.json())
-
     def report(self, directory: "str | os.PathLike[str]") -> str:
         """Writes the report and returns the path of its page, DIR/index.html."""
         self._told.write_report(os.fspath(directory))
         return os.path.join(os.fspath(directory), "index.html")
-
-    def __repr__(self) -> str:
-        return self._told.text()
 
 
 def tune(

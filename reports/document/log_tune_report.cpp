@@ -7,6 +7,9 @@
 #include <utility>
 
 #include "reports/document/study_table.h"
+#include "reports/document/tuning_tables.h"
+#include "reports/render/atomic_file.h"
+#include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -50,6 +53,24 @@ Json tuned_sensor_json(const InnovationTuning& t) {
                    {"parts_are", t.left_out_parts.of_runs ? "runs" : "stretches"},
                    {"rejected", t.left_out_parts.rejected}};
   return j;
+}
+
+/// "S should be 3.2 times as large (2.9 … 3.5)", of each sensor.
+std::string log_tune_answer(std::span<const InnovationTuning> sensors) {
+  std::string answer;
+  for (const InnovationTuning& t : sensors) {
+    answer += answer.empty() ? "" : "; ";
+    if (!t.name.empty()) answer += t.name + ": ";
+    answer += identified(t)
+                  ? fmt::format("S should be {} times what it is ({})", number_text(t.scale.scale, 3),
+                                tuned_interval_text(t.scale.lower, t.scale.upper))
+                  : "no factor on S can be told";
+    if (t.gain != GainError::none_seen) {
+      answer += t.gain == GainError::other ? ", and the innovations are correlated"
+                                           : fmt::format(", and the gain is {}", to_string(t.gain));
+    }
+  }
+  return answer;
 }
 
 }  // namespace
@@ -117,6 +138,21 @@ std::string log_tune_json(const std::string& name, std::span<const InnovationTun
   j["held_out"] = one ? j["sensors"][0]["held_out"] : Json(nullptr);
   j["notes"] = log_tune_sentences(sensors);
   return j.dump(1);
+}
+
+void write_log_tune_report(const std::filesystem::path& directory, const std::string& name,
+                           std::span<const InnovationTuning> sensors, const Provenance& provenance) {
+  make_directories(directory);
+  HtmlPage page("Tuning " + name, "What innovations alone can tell, by Credence");
+  const bool all_fit = std::ranges::all_of(sensors, [](const InnovationTuning& t) {
+    return t.gain == GainError::none_seen && identified(t) && t.scale.lower <= 1.0 && t.scale.upper >= 1.0;
+  });
+  page.answer(all_fit ? CellTone::good : CellTone::caution, log_tune_answer(sensors) + ".");
+  page.section("Sensors");
+  page.table(log_tune_table(name, sensors));
+  page.bullets(log_tune_sentences(sensors));
+  page.provenance(provenance);
+  page.write(directory / "index.html");
 }
 
 }  // namespace credence

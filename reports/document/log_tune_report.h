@@ -1,9 +1,11 @@
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 
 #include "analysis/tuning/innovation_tuning.h"
+#include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 
 /// @file
@@ -19,5 +21,10 @@ std::vector<std::string> log_tune_sentences(std::span<const InnovationTuning> se
 
 /// The document of docs/formats.md.
 std::string log_tune_json(const std::string& name, std::span<const InnovationTuning> sensors);
+
+/// Writes DIR/index.html. Throws OutputError when it cannot be written.
+void write_log_tune_report(const std::filesystem::path& directory, const std::string& name,
+                           std::span<const InnovationTuning> sensors,
+                           const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -10,6 +10,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/replay_judgement.h"
 #include "reports/document/study_table.h"
+#include "reports/document/tuning_tables.h"
 #include "reports/figures/draw_figures.h"
 #include "reports/figures/tune_figures.h"
 #include "reports/render/atomic_file.h"
@@ -19,29 +20,6 @@
 
 namespace credence {
 namespace {
-
-std::string or_dash(double value, int significant = 4) {
-  return std::isnan(value) ? "–" : number_text(value, significant);
-}
-
-std::string tuned_interval_text(double lower, double upper) {
-  if (std::isnan(lower)) return "–";
-  return fmt::format("{} … {}", number_text(lower, 4), number_text(upper, 4));
-}
-
-Json tuned_parameter_json(const TunedParameter& p) {
-  Json j{
-      {"name", p.name},
-      {"value", json_number(p.value)},
-      {"lower", json_number(p.lower)},
-      {"upper", json_number(p.upper)},
-      {"identifiable", p.identifiable},
-      {"steps_for_10_percent", json_number(p.steps_for_10_percent)},
-      {"before", json_number(p.before)},
-      {"bootstrap", {{"lower", json_number(p.bootstrap_lower)}, {"upper", json_number(p.bootstrap_upper)}}}};
-  if (!p.identifiable) j["null_reason"] = p.reason;
-  return j;
-}
 
 /// ln of the density of the true state under the filter's law, a step; NaN where it is not known.
 double state_score(const StudyAnalysis& analysis) {
@@ -79,18 +57,6 @@ Json fresh_noise_json(const ScenarioTuning& t) {
   return j;
 }
 
-Json tune_forecast_json(const TuningForecast& forecast) {
-  Json all = Json::array();
-  for (const TuningForecast::Parameter& p : forecast.parameters) {
-    Json& j = all.emplace_back(Json{{"name", p.name},
-                                    {"identifiable", p.identifiable},
-                                    {"relative_error", json_number(p.relative_error)},
-                                    {"steps_for_10_percent", json_number(p.steps_for_10_percent)}});
-    if (!p.identifiable) j["null_reason"] = p.reason;
-  }
-  return all;
-}
-
 Json nis_ridge_json(const ScenarioTuning& t) {
   Json ridge = Json::array();
   const ScoreModel& model = t.score->model();
@@ -123,66 +89,13 @@ std::string ridge_sentence(const ScenarioTuning& t, const RidgePoint& point) {
 
 }  // namespace
 
-ReportTable tune_forecast_table(const TuningForecast& forecast) {
-  ReportTable table{.title = "What these data can tell, if the present filter is right",
-                    .columns = {{"parameter", ColumnAlign::words},
-                                {"known to ±", ColumnAlign::numbers},
-                                {"steps for ±10 %", ColumnAlign::numbers},
-                                {"", ColumnAlign::words}},
-                    .rows = {},
-                    .notes = {fmt::format("{} steps. ±: one standard error of the logarithm.",
-                                          fmt::format("{:.0f}", forecast.steps))}};
-  for (const TuningForecast::Parameter& p : forecast.parameters) {
-    const std::string error =
-        std::isnan(p.relative_error) ? "–" : number_text(100.0 * p.relative_error, 3) + " %";
-    table.add({p.name, error,
-               std::isnan(p.steps_for_10_percent) ? TableCell("–")
-                                                  : TableCell(std::llround(p.steps_for_10_percent)),
-               p.identifiable ? TableCell("") : TableCell("held: " + p.reason, CellTone::caution)});
-  }
-  return table;
-}
-
 ReportTable tune_table(const ScenarioTuning& t) {
-  ReportTable table{
-      .title = fmt::format("{}: the noise that the data ask for", t.scenario.name),
-      .columns = {{"parameter", ColumnAlign::words},
-                  {"present"},
-                  {"tuned"},
-                  {fmt::format("{:g} % interval", 100.0 * t.tuning.confidence), ColumnAlign::words},
-                  {"by resampling", ColumnAlign::words},
-                  {"steps for ±10 %"}},
-      .rows = {},
-      .notes = {fmt::format(
-          "{}. Interval: {}. By resampling: {} units of data drawn with replacement, one Newton step each.",
-          t.score->engine(),
-          t.tuning.misspecified ? "the sandwich of observed information and scores" : "observed information",
-          t.tuning.units)}};
-  for (const TunedParameter& p : t.tuning.parameters) {
-    const std::string limits =
-        std::isnan(p.lower) ? p.reason : "only within " + tuned_interval_text(p.lower, p.upper);
-    table.add({p.name, TableCell(p.before),
-               p.identifiable ? TableCell(p.value) : TableCell("not identifiable", CellTone::caution),
-               p.identifiable ? tuned_interval_text(p.lower, p.upper) : limits,
-               tuned_interval_text(p.bootstrap_lower, p.bootstrap_upper),
-               std::isnan(p.steps_for_10_percent) ? TableCell("–")
-                                                  : TableCell(std::llround(p.steps_for_10_percent))});
-  }
-  return table;
+  return tuned_noise_table(t.scenario.name, t.score->engine(), t.tuning);
 }
 
 ReportTable tune_gain_table(const ScenarioTuning& t) {
-  ReportTable table{
-      .title = "Before and after",
-      .columns = {{"", ColumnAlign::words}, {"present", ColumnAlign::words}, {"tuned", ColumnAlign::words}},
-      .rows = {},
-      .notes = {}};
   const Tuning& g = t.tuning;
-  table.add({"log score of the innovations, a step", or_dash(g.score_before, 6), or_dash(g.score_after, 6)});
-  table.add(
-      {"mean NIS (expected " + number_text(g.dof, 4) + ")", or_dash(g.nis_before), or_dash(g.nis_after)});
-  table.add(
-      {"lag-one correlation of the innovations", or_dash(g.lag_one_before, 2), or_dash(g.lag_one_after, 2)});
+  ReportTable table = score_gain_table(g);
   if (!t.held_out) return table;
   const StudyAnalysis &before = t.held_out->before, &after = t.held_out->after;
   table.add(
@@ -195,28 +108,15 @@ ReportTable tune_gain_table(const ScenarioTuning& t) {
   table.add({"fresh noise: log score of the state, a step", or_dash(state_score(before), 6),
              or_dash(state_score(after), 6)});
   table.notes.push_back(fmt::format(
-      "Likelihood ratio {} with {} dof, p {}{}. Fresh noise: {} runs of seed {}, which find a factor below "
-      "{} "
-      "or above {} on S with 80 % power.",
-      number_text(g.likelihood_ratio, 4), g.coordinates.size(),
-      g.likelihood_ratio_p_value < 1e-12 ? "" : "= ", p_value_text(g.likelihood_ratio_p_value),
-      after.statistics.runs, after.scenario.study.seed, number_text(t.held_out->detectable.below, 3),
-      number_text(t.held_out->detectable.above, 3)));
+      "{} Fresh noise: {} runs of seed {}, which find a factor below {} or above {} on S with 80 % power.",
+      likelihood_ratio_text(g), after.statistics.runs, after.scenario.study.seed,
+      number_text(t.held_out->detectable.below, 3), number_text(t.held_out->detectable.above, 3)));
   return table;
 }
 
 ReportAnswer tune_answer(const ScenarioTuning& t) {
-  if (!t.tuning.anything_known()) {
-    std::string why = t.tuning.notes.empty() ? "Nothing could be told" : t.tuning.notes.back();
-    if (why.ends_with('.')) why.pop_back();
-    return {CellTone::caution, why};
-  }
-  std::string found;
-  for (const TunedParameter& p : t.tuning.parameters) {
-    if (!p.identifiable) continue;
-    found += fmt::format("{}{} = {} ({})", found.empty() ? "" : ", ", p.name, number_text(p.value, 3),
-                         tuned_interval_text(p.lower, p.upper));
-  }
+  if (!t.tuning.anything_known()) return nothing_told(t.tuning);
+  const std::string found = found_noise_text(t.tuning);
   if (!t.held_out) return {CellTone::plain, "The innovations ask for " + found};
   const Verdict verdict = overall_verdict(t.held_out->after);
   return {verdict == Verdict::consistent ? CellTone::good : CellTone::caution,
@@ -244,23 +144,7 @@ std::string tune_json(const ScenarioTuning& t) {
   j["engine"] = t.score->engine();
   j["runs"] = t.scenario.study.runs;
   j["steps"] = t.scenario.study.steps;
-  j["confidence"] = g.confidence;
-  j["forecast"] = tune_forecast_json(g.forecast);
-  j["parameters"] = Json::array();
-  for (const TunedParameter& p : g.parameters) j["parameters"].push_back(tuned_parameter_json(p));
-  j["coordinates"] = g.coordinates;
-  j["correlation"] = json_matrix(g.correlation);
-  j["log_score"] = {{"before", json_number(g.score_before)},
-                    {"after", json_number(g.score_after)},
-                    {"likelihood_ratio", json_number(g.likelihood_ratio)},
-                    {"likelihood_ratio_p_value", json_number(g.likelihood_ratio_p_value)}};
-  j["innovations"] = {
-      {"nis",
-       {{"before", json_number(g.nis_before)}, {"after", json_number(g.nis_after)}, {"expected", g.dof}}},
-      {"lag_one_correlation",
-       {{"before", json_number(g.lag_one_before)}, {"after", json_number(g.lag_one_after)}}}};
-  j["intervals"] = g.misspecified ? "sandwich" : "observed information";
-  j["information_ratio"] = json_number(g.information_ratio);
+  j.update(tuning_json(g));
   j["ridge"] = nis_ridge_json(t);
   j["held_out"] = fresh_noise_json(t);
   j["notes"] = tune_sentences(t);

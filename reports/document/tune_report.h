@@ -13,9 +13,6 @@
 
 namespace credence {
 
-/// What can be known, before anything is tuned.
-ReportTable tune_forecast_table(const TuningForecast& forecast);
-
 /// Values, intervals and limits.
 ReportTable tune_table(const ScenarioTuning& tuning);
 

@@ -21,15 +21,19 @@ struct TuneAxis {
   double operator()(double phi) const { return logarithm ? unit * std::exp(phi) : phi; }
 };
 
-TuneAxis axis_of(const ScenarioTuning& t, Index coordinate) {
-  const ScoreModel& model = t.score->model();
+TuneAxis axis_of(const ScoreModel& model, const Tuning& tuning, const KeyOfParameter& key_of,
+                 Index coordinate) {
   const std::string name = model.names()[static_cast<std::size_t>(coordinate)];
-  for (const NoiseValue& value : model.values(t.tuning.phi)) {
+  const ScenarioScore::Key key = key_of(name);
+  for (const NoiseValue& value : model.values(tuning.phi)) {
     if (value.name != name || !value.positive) continue;
-    const ScenarioScore::Key key = t.score->key(name);
-    return {key.name, key.unit * value.value * std::exp(-t.tuning.phi[coordinate]), true};
+    return {key.name, key.unit * value.value * std::exp(-tuning.phi[coordinate]), true};
   }
-  return {t.score->key(name).name + " (log or scaled)"};
+  return {key.name + " (log or scaled)"};
+}
+
+KeyOfParameter keys_of(const ScenarioTuning& t) {
+  return [&t](const std::string& parameter) { return t.score->key(parameter); };
 }
 
 FigureData mapped(const TuneAxis& axis, const std::vector<double>& phi) {
@@ -38,18 +42,19 @@ FigureData mapped(const TuneAxis& axis, const std::vector<double>& phi) {
   return data;
 }
 
-Panel profile_panel(const ScenarioTuning& t, Index coordinate, double level) {
-  const ScoreProfile profile = score_profile(t.score->model(), t.tuning, coordinate);
-  const TuneAxis axis = axis_of(t, coordinate);
+Panel profile_panel(const ScoreModel& model, const Tuning& tuning, const TuneAxis& axis, Index coordinate) {
+  // A black box plays its runs again for every point.
+  const ScoreProfile profile = score_profile(model, tuning, coordinate, model.has_gradient() ? 17 : 9);
+  const double level = 0.5 * chi_square_quantile(tuning.confidence, 1.0);
   FigureData score;
   for (const double drop : profile.drop) score.push_back(-drop);
   const FigureData x = mapped(axis, profile.phi);
   Panel panel{.x_label = axis.label, .y_label = "log likelihood"};
   panel.series = {
       line_series("profile", ColourRole::estimate, x, score),
-      level_series(fmt::format("{:g} % interval", 100.0 * t.tuning.confidence), ColourRole::bound, -level),
-      upright_series("tuned", ColourRole::exact, axis(t.tuning.phi[coordinate]))};
-  const double present = axis(t.tuning.start[coordinate]);
+      level_series(fmt::format("{:g} % interval", 100.0 * tuning.confidence), ColourRole::bound, -level),
+      upright_series("tuned", ColourRole::exact, axis(tuning.phi[coordinate]))};
+  const double present = axis(tuning.start[coordinate]);
   if (present >= x.front() && present <= x.back()) {
     panel.series.push_back(upright_series("present", ColourRole::neutral, present));
   }
@@ -58,8 +63,8 @@ Panel profile_panel(const ScenarioTuning& t, Index coordinate, double level) {
 
 }  // namespace
 
-Figure tune_profile_figure(const ScenarioTuning& t) {
-  const auto& free = t.tuning.estimate.free;
+Figure tune_profile_figure(const ScoreModel& model, const Tuning& tuning, const KeyOfParameter& key_of) {
+  const auto& free = tuning.estimate.free;
   Figure figure{.name = "profiles",
                 .caption =
                     "The log likelihood of the innovations over each parameter, the others sought "
@@ -67,8 +72,10 @@ Figure tune_profile_figure(const ScenarioTuning& t) {
   const auto count = static_cast<int>(free.size());
   figure.cols = std::min(count, 2);
   figure.rows = (count + figure.cols - 1) / figure.cols;
-  const double level = 0.5 * chi_square_quantile(t.tuning.confidence, 1.0);
-  for (const Index coordinate : free) figure.panels.push_back(profile_panel(t, coordinate, level));
+  for (const Index coordinate : free) {
+    figure.panels.push_back(
+        profile_panel(model, tuning, axis_of(model, tuning, key_of, coordinate), coordinate));
+  }
   return figure;
 }
 
@@ -80,9 +87,11 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
   std::vector<double> shifts;
   shifts.reserve(kRidgePoints);
   for (int i = 0; i < kRidgePoints; ++i) shifts.push_back(reach * (2.0 * i / (kRidgePoints - 1) - 1.0));
-  const TuneAxis x = axis_of(t, first), y = axis_of(t, second);
+  const ScoreModel& model = t.score->model();
+  const TuneAxis x = axis_of(model, t.tuning, keys_of(t), first),
+                 y = axis_of(model, t.tuning, keys_of(t), second);
   FigureData ridge_x, ridge_y;
-  for (const RidgePoint& point : nis_ridge(t.score->model(), t.tuning, first, second, shifts)) {
+  for (const RidgePoint& point : nis_ridge(model, t.tuning, first, second, shifts)) {
     if (std::abs(point.phi[second] - t.tuning.phi[second]) > reach) continue;
     ridge_x.push_back(x(point.phi[first]));
     ridge_y.push_back(y(point.phi[second]));
@@ -112,7 +121,7 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
 std::vector<Figure> tune_figures(const ScenarioTuning& t) {
   std::vector<Figure> figures;
   if (!t.tuning.anything_known()) return figures;
-  figures.push_back(tune_profile_figure(t));
+  figures.push_back(tune_profile_figure(t.score->model(), t.tuning, keys_of(t)));
   if (t.ridge_of) figures.push_back(tune_surface_figure(t));
   return figures;
 }

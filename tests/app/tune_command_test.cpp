@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/app/command.h"
+#include "tests/datasets/data_folder.h"
 
 namespace credence {
 namespace {
@@ -106,6 +107,22 @@ TEST_F(TuneCommand, OfALogSaysWhatInnovationsAloneCanTell) {
   EXPECT_EQ(j["sensors"][0]["values"], 6000);
   EXPECT_NE(j["notes"][0].get<std::string>().find("cannot be separated"), std::string::npos);
   EXPECT_EQ(run({"tune", "logs", "--write", "tuned.toml"}).code, 2);
+  ASSERT_EQ(run({"tune", "logs", "--out", "page", "--quiet"}).code, 0);
+  EXPECT_NE(read("page/index.html").find("S should be"), std::string::npos);
+}
+
+TEST_F(TuneCommand, OfADataSetIsJudgedOnWhatWasLeftOut) {
+  CREDENCE_DATA_OR_SKIP(data, "carpark");
+  const Json j = json({"tune", "carpark", "--data", data.string(), "--free", "noise.range_std", "--quiet",
+                       "--format", "json"});
+  EXPECT_EQ(j["parameters"][0]["name"], "noise.range_std");
+  EXPECT_EQ(j["held_out"]["parts"].size(), 5U);
+  EXPECT_EQ(j["held_out"]["before"]["verdict"], "pessimistic");
+  EXPECT_TRUE(j["held_out"]["whiteness_p_value"].is_number());
+  const Finished f = run({"tune", "carpark", "--data", data.string(), "--free", "R"});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_NE(f.err.find("noise.range_std"), std::string::npos) << f.err;
+  EXPECT_EQ(run({"tune", "carpark", "--data", data.string(), "--runs", "3"}).code, 2);
 }
 
 TEST_F(TuneCommand, RefusesWithTheKey) {

@@ -14,7 +14,7 @@
 namespace credence {
 namespace {
 
-// The numbers expected here are those that issue 4 asks for; an independent prototype of the filter, with its
+// The numbers expected here were asked for in advance; an independent prototype of the filter, with its
 // own prediction at each GPS fix, gave NIS 0.138 and 0.137, aligned landmark RMS 0.048 and 0.051 m.
 
 ReplaySettings acfr(double position_std, double heading_std_deg) {

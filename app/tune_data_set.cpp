@@ -1,0 +1,85 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <sstream>
+#include <stdexcept>
+
+#include "app/data_set_folder.h"
+#include "app/interrupt.h"
+#include "app/progress.h"
+#include "app/say.h"
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
+#include "app/this_command.h"
+#include "app/tune_command.h"
+#include "core/stop_point.h"
+#include "datasets/replay/replay_tuning.h"
+#include "reports/document/replay_tune_report.h"
+#include "reports/render/utf8_text.h"
+
+namespace credence {
+namespace {
+
+constexpr double kReplayConfidence = 0.95;
+
+std::vector<ReplayedLog> replayed_logs(const TuneOptions& options) {
+  std::vector<ReplayedLog> logs;
+  if (options.inputs.front() == "carpark") {
+    logs.push_back(replayed_log(read_carpark(carpark_folder(options.data)),
+                                with_overrides(carpark_settings(), options.settings)));
+    return logs;
+  }
+  const auto folders = data_set_folders(options.data, "mrclam7");
+  for (const std::filesystem::path& folder : folders) {
+    for (const int robot : options.robots.empty() ? mrclam_robots(folder) : options.robots) {
+      logs.push_back(
+          replayed_log(read_mrclam(folder, robot), with_overrides(mrclam_settings(robot), options.settings)));
+      if (folders.size() > 1) logs.back().name += " of " + folder.filename().string();
+    }
+  }
+  return logs;
+}
+
+std::vector<std::string> free_keys(const TuneOptions& options, const ReplaySettings& settings) {
+  if (options.free.empty()) return replay_noise_keys(settings);
+  std::vector<std::string> keys;
+  std::istringstream list(options.free);
+  for (std::string key; std::getline(list, key, ',');) keys.push_back(key);
+  return keys;
+}
+
+}  // namespace
+
+int tune_data_set(const TuneOptions& options) {
+  if (!options.write.empty() || options.runs || options.steps || options.seed) {
+    throw std::invalid_argument(
+        "a data set is no scenario: --write, --runs, --steps and --seed have no meaning for it");
+  }
+  const std::atomic<bool>& stop = catch_interrupt();
+  const std::vector<ReplayedLog> logs = replayed_logs(options);
+  if (logs.empty()) throw std::invalid_argument("--data: there is no robot's log in it");
+  ProgressDisplay display("tune", options.quiet, "replays");
+  ReplayScore score(logs, free_keys(options, logs.front().settings), options.threads, &stop);
+  score.watch([&](std::int64_t plays) { display.show({.runs_done = plays}); });
+  try {
+    const ReplayTuning tuning = tune_replays(logs, score, kReplayConfidence);
+    if (options.format == "json") {
+      fmt::print("{}\n", replay_tune_json(tuning));
+    } else {
+      fmt::print("{}.\n\n", printable_line(replay_tune_answer(tuning).text));
+      for (const ReportTable& table : replay_tune_tables(tuning)) fmt::print("{}\n", terminal_text(table));
+      for (const std::string& sentence : replay_tune_sentences(tuning)) fmt::print("{}\n", sentence);
+    }
+    if (!options.out.empty()) {
+      write_replay_tune_report(options.out, tuning, score, make_provenance(this_command()));
+      tell_report(options);
+    }
+    const bool inconsistent = !tuning.left_out.empty() && is_inconsistent(left_out_verdict(tuning));
+    return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
+  } catch (const Stopped&) {
+    say("credence: interrupted; nothing is kept of a tuning that is not done");
+    return kInterrupted;
+  }
+}
+
+}  // namespace credence

@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+#include <vector>
+
+#include "app/tell_report.h"
+#include "app/terminal_text.h"
+#include "app/this_command.h"
+#include "app/tune_command.h"
+#include "datasets/logs/innovation_record.h"
+#include "datasets/logs/log_format.h"
+#include "reports/document/log_tune_report.h"
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLogConfidence = 0.95;
+
+}  // namespace
+
+int tune_logs(const TuneOptions& options) {
+  if (!options.write.empty() || !options.overrides().empty() || !options.free.empty()) {
+    throw std::invalid_argument(
+        "a log is no scenario: --free, --write, --set, --runs, --steps and --seed have no meaning for it");
+  }
+  const std::vector<fs::path> files = log_files(options.inputs);
+  const LogReadOptions reading{.truth = TruthFiles(files, {})};
+  const std::vector<SensorRecord> records = read_innovations(
+      files, [&](const fs::path& file, LogSink& sink) { log_format_of(file).read(file, reading, sink); });
+  if (records.empty()) throw std::invalid_argument("the logs hold no innovations with their covariance");
+  std::vector<InnovationTuning> sensors;
+  sensors.reserve(records.size());
+  for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kLogConfidence));
+  const std::string name = fs::path(options.inputs.front()).stem().string();
+  if (options.format == "json") {
+    fmt::print("{}\n", log_tune_json(name, sensors));
+  } else {
+    fmt::print("{}", terminal_text(log_tune_table(name, sensors)));
+    for (const std::string& sentence : log_tune_sentences(sensors)) fmt::print("{}\n", sentence);
+  }
+  if (!options.out.empty()) {
+    write_log_tune_report(options.out, name, sensors, make_provenance(this_command()));
+    tell_report(options);
+  }
+  const bool inconsistent = std::ranges::any_of(
+      sensors, [](const InnovationTuning& t) { return is_inconsistent(t.left_out_parts.verdict); });
+  return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
+}
+
+}  // namespace credence

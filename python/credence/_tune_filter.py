@@ -1,0 +1,127 @@
+"""The noise that a filter written in Python should believe in."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any, Callable, Mapping, Optional, Sequence
+
+import numpy as np
+
+from . import _credence
+from ._arrays import indices, state_names
+from ._play import CHUNK, Chunk, Plan, play_chunk, require_same_twice
+from ._result import Result
+from ._study import study
+from ._tune import Told
+
+_LARGEST_SEED = 2**63 - 1
+
+
+class FilterTuning(Told):
+    """A tuned filter: ``tuning.parameters``, the ``factors`` to make it with, and its verdict on fresh noise."""
+
+    def __init__(self, told: _credence.Told, start: Mapping[str, float]):
+        super().__init__(told)
+        self.factors: "dict[str, float]" = dict(start)
+        """What to make the filter with; of a factor that is not identifiable its start, or the limit nearest to it."""
+        for name, p in self.parameters.items():
+            self.factors[name] = p.value if p.identifiable else float(np.clip(start[name], *_limits(p.lower, p.upper)))
+        self.held_out: Optional[Result] = None
+        """The study of the tuned filter with the noise of the next seed; None where nothing could be told."""
+        self.before: Optional[Result] = None
+        """The same study of the filter as it was."""
+
+
+def _limits(lower: float, upper: float) -> "tuple[float, float]":
+    return -math.inf if math.isnan(lower) else lower, math.inf if math.isnan(upper) else upper
+
+
+class _Scores:
+    """Sums over the steps of each run."""
+
+    def __init__(self) -> None:
+        self.value: "list[np.ndarray]" = []
+        self.nis: "list[np.ndarray]" = []
+        self.lag_one: "list[np.ndarray]" = []
+        self.steps = self.dof = 0.0
+        self.ok = True
+
+    def add(self, chunk: Chunk) -> None:
+        runs = len(chunk.error)
+        value, nis, lag_one = np.zeros(runs), np.zeros(runs), np.zeros(runs)
+        self.ok = self.ok and not chunk.failures and bool(chunk.innovations)
+        for nu, S in chunk.innovations.values() if self.ok else ():
+            shown = np.isfinite(nu).all(axis=-1)
+            m = nu.shape[-1]
+            try:
+                root = np.linalg.cholesky(np.where(shown[..., None, None], S, np.eye(m)))
+            except np.linalg.LinAlgError:
+                self.ok = False
+                break
+            u = np.linalg.solve(root, np.where(shown[..., None], nu, 0.0)[..., None])[..., 0]
+            logarithms = np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(axis=-1)
+            value -= (shown * (0.5 * m * math.log(2.0 * math.pi) + 0.5 * (u**2).sum(axis=-1) + logarithms)).sum(axis=-1)
+            nis += (u**2).sum(axis=(-2, -1))
+            lag_one += (u[:, 1:] * u[:, :-1]).sum(axis=(-2, -1))
+            self.steps += float(shown.sum())
+            self.dof += float(shown.sum()) * m
+        self.value.append(value)
+        self.nis.append(nis)
+        self.lag_one.append(lag_one)
+
+    def all(self) -> "tuple[np.ndarray, np.ndarray, np.ndarray, float, float, bool]":
+        sums = [np.concatenate(part) for part in (self.value, self.nis, self.lag_one)]
+        return sums[0], sums[1], sums[2], self.steps, self.dof, self.ok
+
+
+def tune_filter(
+    world: Any,
+    filter: Callable[..., Any],
+    start: Mapping[str, float],
+    *,
+    runs: int = 100,
+    steps: int = 100,
+    seed: int = 1,
+    noise_group: int = 0,
+    names: Optional[Sequence[str]] = None,
+    angles: Any = None,
+    confidence: float = 0.95,
+    batch: bool = True,
+) -> FilterTuning:
+    """The factors with which the innovations of a filter written in Python score highest.
+
+    world: as in ``study``.
+    filter(**factors): makes a fresh filter, as in ``study``; it must have innovation and S.
+    start: the present factors by name, each > 0, such as {"Q": 1.0, "R": 1.0}.
+
+    The runs are played again with the same noise for every trial of the factors. Nothing is judged on the runs tuned on:
+    ``held_out`` and ``before`` are studies with as many runs of the next seed.
+
+    Raises ValueError for no factor or one that is not positive, and for a filter that has no scores with its start; PlugError as
+    ``study``.
+    """
+    if runs < 1 or steps < 1:
+        raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1")
+    factors = {name: float(value) for name, value in start.items()}
+    n = np.asarray(world.prior()[0]).shape[-1]
+    marked = None if angles is None else indices(angles, state_names(names, n), "angles")
+
+    def plan_with(values: Sequence[float]) -> Plan:
+        make = functools.partial(filter, **dict(zip(factors, values)))
+        return Plan(world, make, steps, seed, noise_group, batch, marked)
+
+    def play(values: Sequence[float]):
+        plan, scores = plan_with(values), _Scores()
+        for first in range(0, runs, CHUNK):
+            scores.add(play_chunk(plan, first, min(CHUNK, runs - first)))
+        return scores.all()
+
+    require_same_twice(plan_with(list(factors.values())), runs)
+    tuning = FilterTuning(_credence.tune_filter(list(factors.items()), runs, confidence, play), factors)
+    if any(p.identifiable for p in tuning.parameters.values()):
+        fresh = {"runs": runs, "steps": steps, "seed": seed + 1 if seed < _LARGEST_SEED else 0}
+        options = {"noise_group": noise_group, "names": names, "angles": angles, "confidence": confidence, "batch": batch}
+        tuning.before = study(world, functools.partial(filter, **factors), **fresh, **options)
+        tuning.held_out = study(world, functools.partial(filter, **tuning.factors), **fresh, **options)
+    return tuning

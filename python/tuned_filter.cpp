@@ -1,0 +1,111 @@
+#include "python/tuned_filter.h"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <exception>
+#include <memory>
+
+#include "analysis/tuning/black_box_score.h"
+#include "analysis/tuning/tuning.h"
+#include "core/nan.h"
+#include "reports/document/tuning_tables.h"
+#include "reports/render/text_table.h"
+
+namespace py = pybind11;
+
+namespace credence {
+namespace {
+
+std::vector<FilterFactor> named(const std::vector<std::pair<std::string, double>>& factors) {
+  std::vector<FilterFactor> all;
+  for (const auto& [name, start] : factors) all.push_back({name, start});
+  return all;
+}
+
+/// The score of a filter that Python plays. The search is not of Python's kind of exceptions: the first is
+/// kept here, and there are no scores from then on.
+class PlayedInPython final : public BlackBoxScore {
+ public:
+  PlayedInPython(const std::vector<std::pair<std::string, double>>& factors, std::int64_t runs,
+                 const py::function& play)
+      : BlackBoxScore(named(factors)), runs_(runs), play_(play) {}
+
+  Index units() const override { return runs_; }
+  void rethrow() const {
+    if (thrown_) std::rethrow_exception(thrown_);
+  }
+
+ protected:
+  UnitScores play(const std::vector<double>& factors) const override {
+    UnitScores scores;
+    scores.ok = false;
+    if (thrown_) return scores;
+    try {
+      const auto played = play_(factors).cast<PlayedScores>();
+      scores.value = taken(std::get<0>(played));
+      scores.nis = taken(std::get<1>(played));
+      scores.lag_one = taken(std::get<2>(played));
+      scores.steps = std::get<3>(played);
+      scores.dof = std::get<4>(played);
+      scores.ok = std::get<5>(played) && scores.value.allFinite() && scores.steps > 0.0;
+    } catch (...) {
+      thrown_ = std::current_exception();
+    }
+    return scores;
+  }
+
+ private:
+  Vector taken(const py::array_t<double>& numbers) const {
+    const auto all = numbers.unchecked<1>();
+    Vector taken(all.shape(0));
+    for (Index i = 0; i < taken.size(); ++i) taken[i] = all(i);
+    return taken;
+  }
+
+  Index runs_;
+  py::function play_;
+  mutable std::exception_ptr thrown_;
+};
+
+std::string told_text(const Tuning& tuning) {
+  std::string text;
+  for (const ReportTable& table :
+       {tune_forecast_table(tuning.forecast),
+        tuned_noise_table("filter", "filter as a black box, common random numbers", tuning),
+        score_gain_table(tuning)}) {
+    text += text_table(table) + "\n";
+  }
+  for (const std::string& sentence : tuning.notes) text += sentence + "\n";
+  return text;
+}
+
+std::string told_json(const Tuning& tuning) {
+  Json j = tuning_json(tuning);
+  j["notes"] = tuning.notes;
+  return j.dump(1);
+}
+
+}  // namespace
+
+Told tune_filter(const std::vector<std::pair<std::string, double>>& factors, std::int64_t runs,
+                 double confidence, const py::function& play) {
+  const PlayedInPython score(factors, runs, play);
+  std::shared_ptr<const Tuning> t;
+  try {
+    t = std::make_shared<const Tuning>(tune(score, Vector::Zero(score.parameters()), confidence));
+  } catch (const std::invalid_argument&) {
+    score.rethrow();
+    throw;
+  }
+  score.rethrow();
+  return {.verdict = "",
+          .says = "",
+          .p_value = kNaN,
+          .complete = true,
+          .text = [t] { return told_text(*t); },
+          .json = [t] { return told_json(*t); },
+          .write_report = {}};
+}
+
+}  // namespace credence

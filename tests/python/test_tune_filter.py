@@ -1,0 +1,78 @@
+import math
+
+import credence
+import numpy as np
+import pytest
+from filters import H, Q, R
+from plugs import Filter, World
+
+
+class Scaled(Filter):
+    """Believes in multiples of the world's noise."""
+
+    def __init__(self, q=1.0, r=1.0):
+        self.believed_Q, self.believed_R = q * Q, r * R
+
+    def update(self, z):
+        self.innovation = z - self.state @ H.T
+        self.S = H @ self.covariance @ H.T + self.believed_R
+        K = self.covariance @ H.T / self.S
+        self.state = self.state + np.squeeze(K @ self.innovation[..., np.newaxis], axis=-1)
+        P = self.covariance - K @ self.S @ np.swapaxes(K, -1, -2)
+        self.covariance = 0.5 * (P + np.swapaxes(P, -1, -2))
+
+
+def test_finds_the_noise_of_the_world():
+    tuning = credence.tune_filter(World(), Scaled, {"q": 5.0, "r": 0.3}, runs=80, steps=60)
+    for name in ("q", "r"):
+        p = tuning.parameters[name]
+        assert p.identifiable and p.before == {"q": 5.0, "r": 0.3}[name]
+        deviation = math.log(p.upper / p.lower) / (2 * 1.96)
+        assert deviation < 0.3 and abs(math.log(p.value)) < 5 * deviation
+        assert tuning.factors[name] == p.value
+    assert tuning.before.verdict != "consistent"
+    assert tuning.held_out.verdict == "consistent"
+    assert tuning.correlation.shape == (2, 2)
+    assert "log score" in repr(tuning)
+
+
+def test_what_has_no_effect_is_held():
+    class Deaf(Scaled):
+        def __init__(self, q=1.0, nothing=1.0):
+            super().__init__(q)
+
+    tuning = credence.tune_filter(World(), Deaf, {"q": 2.0, "nothing": 3.0}, runs=40, steps=30)
+    assert not tuning.parameters["nothing"].identifiable
+    assert tuning.factors["nothing"] == 3.0
+    assert tuning.parameters["q"].identifiable
+
+
+def test_errors_name_what_is_wrong():
+    with pytest.raises(ValueError, match="q = 0: only what is positive"):
+        credence.tune_filter(World(), Scaled, {"q": 0.0}, runs=5, steps=5)
+    with pytest.raises(ValueError, match="nothing to tune"):
+        credence.tune_filter(World(), Scaled, {}, runs=5, steps=5)
+    with pytest.raises(TypeError, match="unexpected keyword argument 'p'"):
+        credence.tune_filter(World(), Scaled, {"p": 1.0}, runs=5, steps=5)
+
+    class Silent(Scaled):
+        def update(self, z):
+            super().update(z)
+            self.innovation = None
+
+    with pytest.raises(ValueError, match="no scores"):
+        credence.tune_filter(World(), Silent, {"q": 1.0}, runs=5, steps=5)
+
+
+def test_ctrl_c_is_not_swallowed():
+    class Interrupted(Scaled):
+        made = 0
+
+        def __init__(self, q=1.0):
+            super().__init__(q)
+            Interrupted.made += 1
+            if Interrupted.made > 6:
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        credence.tune_filter(World(), Interrupted, {"q": 2.0}, runs=40, steps=10)
