@@ -11,6 +11,7 @@
 #include "reports/figures/estimator_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
+#include "reports/render/interval_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -23,10 +24,8 @@ const MeanInterval& nees_of(const EstimatorRow& row, EstimatorBlock block) {
   return row.nees[static_cast<std::size_t>(block)];
 }
 
-/// "1.06 (1.02 … 1.11)".
-std::string interval_text(const MeanInterval& interval) {
-  return fmt::format("{} ({} … {})", number_text(interval.mean, 4), number_text(interval.lower, 3),
-                     number_text(interval.upper, 3));
+std::string with_interval(const MeanInterval& interval) {
+  return interval_text(interval.mean, interval.lower, interval.upper, 4);
 }
 
 /// The same with a tone that says whether 1 lies in it.
@@ -36,7 +35,7 @@ TableCell nees_cell(const MeanInterval& nees) {
   const CellTone tone = nees.lower > 1.0   ? CellTone::alarm
                         : nees.upper < 1.0 ? CellTone::caution
                                            : CellTone::good;
-  return {interval_text(nees), tone};
+  return {with_interval(nees), tone};
 }
 
 TableCell failed_cell(const EstimatorRow& row) {
@@ -209,7 +208,7 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
                     .notes = {}};
   for (const EstimatorRow& row : study.rows) {
     if (row.runs == 0) continue;
-    table.add({row.name, interval_text(row.heading_efficiency), interval_text(row.position_efficiency),
+    table.add({row.name, with_interval(row.heading_efficiency), with_interval(row.position_efficiency),
                TableCell(kDegrees * row.claimed_heading_rad, 3), TableCell(row.claimed_position_m, 3)});
   }
   table.notes = {fmt::format(
@@ -257,10 +256,9 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
     const double sign = turned ? -1.0 : 1.0;
     table.add({turned ? paired.second : paired.first,
                paired.of_position ? "squared position error, m²" : "pose NEES over dof",
-               d.count == 0 ? std::string("–")
-                            : fmt::format("{} ({} … {})", number_text(sign * d.mean, 3),
-                                          number_text(turned ? -d.upper : d.lower, 3),
-                                          number_text(turned ? -d.lower : d.upper, 3)),
+               d.count == 0
+                   ? std::string("–")
+                   : interval_text(sign * d.mean, turned ? -d.upper : d.lower, turned ? -d.lower : d.upper),
                TableCell(paired.p_value, 2), TableCell(paired.gain, 3), d.count});
   }
   table.notes = {
