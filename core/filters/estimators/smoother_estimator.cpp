@@ -258,7 +258,7 @@ void SmootherEstimator::keep_prior() {
 
 void SmootherEstimator::move_window() {
   std::swap(prior_, next_);
-  std::ranges::rotate(frames_, frames_.begin() + 1);
+  std::rotate(frames_.begin(), frames_.begin() + 1, frames_.end());
   --count_;
 }
 

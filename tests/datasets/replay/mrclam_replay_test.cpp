@@ -279,15 +279,13 @@ TEST(MrclamReplay, TheIdealEstimatorIsTheEkfWithJacobiansAtTheTruth) {
   EXPECT_EQ(b.observations, a.observations);
   EXPECT_NEAR(static_cast<double>(b.updated), static_cast<double>(a.updated), 5);
   EXPECT_NEAR(b.vehicle_nees.mean(), a.vehicle_nees.mean(), 0.1 * a.vehicle_nees.mean());
-  // What the truth gives, estimators that know nothing of it give as well; the side of the error decides.
-  for (const char* estimator : {"fej", "oc", "invariant", "ukf-manifold", "smoother-fej"}) {
+  // What the truth gives, estimators that know nothing of it give as well; sigma points do not.
+  for (const char* estimator : {"fej", "oc"}) {
     named.filter.estimator = estimator;
     EXPECT_LT(replay_mrclam(log, named).vehicle_nees.mean(), 5.0) << estimator;
   }
-  for (const char* estimator : {"invariant-left", "ukf"}) {
-    named.filter.estimator = estimator;
-    EXPECT_GT(replay_mrclam(log, named).vehicle_nees.mean(), 20.0) << estimator;
-  }
+  named.filter.estimator = "ukf";
+  EXPECT_GT(replay_mrclam(log, named).vehicle_nees.mean(), 20.0);
   EXPECT_NEAR(b.heading_rmse_deg, a.heading_rmse_deg, 0.2 * a.heading_rmse_deg);
 }
 
