@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include "montecarlo/engine/experiment.h"
 
@@ -23,6 +24,11 @@ class LoggedExperiment final : public Experiment {
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override { return inner_.visit(run, take); }
+  std::int64_t runs_side_by_side() const override { return inner_.runs_side_by_side(); }
+  std::vector<Outcome> visit_runs(std::int64_t first_run, std::int64_t runs,
+                                  const RunsVisitor& take) const override {
+    return inner_.visit_runs(first_run, runs, take);
+  }
   RunTrace describe_world() const override { return inner_.describe_world(); }
 
  private:

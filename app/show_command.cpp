@@ -2,8 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <memory>
 
 #include "analysis/evidence/sweep_analysis.h"
@@ -42,23 +40,6 @@ SweepAnalysis analyse_stored_sweep(StoredStudy& study) {
   return analyse_sweep(study.plan, std::move(analyses));
 }
 
-/// Of the configurations found consistent, the one whose mean NEES is nearest to what it should be.
-std::string best_sentence(const SweepAnalysis& sweep) {
-  const auto distance = [&](std::size_t i) {
-    const StudyAnalysis& a = sweep.studies[i];
-    if (overall_verdict(a) != Verdict::consistent) return std::numeric_limits<double>::infinity();
-    return std::abs(std::log(a.nees.mean / a.nees.expected));
-  };
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < sweep.studies.size(); ++i) {
-    if (distance(i) < distance(best)) best = i;
-  }
-  if (!std::isfinite(distance(best))) return "No configuration is consistent so far.\n";
-  const ConsistencyVerdict& nees = sweep.studies[best].nees;
-  return fmt::format("Consistent, and nearest to the expected NEES: {} ({:.4g} of {:.4g}).\n",
-                     point_text(sweep.plan, sweep.point(best)), nees.mean, nees.expected);
-}
-
 /// The sweep of a folder alone: it has tables and a report of its own.
 bool is_sweep(const std::vector<StoredStudy>& studies) {
   if (studies.size() == 1) return studies.front().is_sweep();
@@ -93,7 +74,6 @@ int show(const StoredOptions& options) {
       return kDone;
     }
     for (const ReportTable& table : sweep_tables(analysis)) fmt::print("{}", terminal_text(table));
-    progress = best_sentence(analysis) + progress;
   }
   if (options.format == "json") {
     fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));

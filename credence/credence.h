@@ -11,6 +11,11 @@
 // A planar SLAM filter of one's own in the planar worlds of the scenarios (docs/own_filter.md).
 #include "montecarlo/worlds/planar/planar_experiment.h"
 
+// Lie groups, their charts, P carried between charts, and an extended Kalman filter in any of them.
+#include "core/filters/chart_ekf.h"
+#include "core/manifold/se2.h"
+#include "core/manifold/sek3.h"
+
 // Scenarios, their studies, and what is reported of them.
 #include "analysis/evidence/study_analysis.h"
 #include "analysis/evidence/sweep_analysis.h"

@@ -10,17 +10,89 @@
 namespace credence {
 namespace {
 
+void record_run(const Experiment& experiment, std::int64_t run, EvidenceRecorder& recorder) {
+  recorder.begin_run();
+  std::int64_t steps = 0;
+  const Outcome outcome = experiment.visit(run, [&](const TraceStep& step) {
+    steps = step.step;
+    if (step.step > 0 && step.outcome == Outcome::ok) recorder.add(step);
+  });
+  recorder.end_run(outcome, steps);
+}
+
+/// Runs that are played side by side, kept step by step until each can be recorded as a whole: the sums are
+/// those of one run after the other. Long runs are taken fewer at a time.
+class SideBySide {
+ public:
+  explicit SideBySide(const Experiment& experiment)
+      : experiment_(experiment), most_(experiment.runs_side_by_side()) {}
+
+  void record(std::int64_t first, std::int64_t last, EvidenceRecorder& recorder) {
+    while (first < last) {
+      const std::int64_t runs = std::min(most_, last - first);
+      if (runs > 1) {
+        record_together(first, runs, recorder);
+      } else {
+        record_run(experiment_, first, recorder);
+      }
+      first += runs;
+    }
+  }
+
+ private:
+  static constexpr double kMostDoubles = 2e7;  // 160 MB of a thread
+
+  struct Kept {
+    std::vector<Step> steps{};  ///< the first `size` are of this run; the others keep their memory
+    std::size_t size = 0;
+    std::int64_t last = 0;
+
+    void add(const Step& step) {
+      if (size == steps.size()) steps.emplace_back();
+      steps[size++] = step;
+    }
+  };
+
+  static double doubles_of(const Step& step) {
+    double doubles = static_cast<double>(step.P.size() + step.error.size()) + 32.0;
+    for (const Innovation& i : step.innovations) doubles += static_cast<double>(i.S.size() + i.nu.size());
+    return doubles;
+  }
+
+  void record_together(std::int64_t first, std::int64_t runs, EvidenceRecorder& recorder) {
+    kept_.resize(std::max(kept_.size(), static_cast<std::size_t>(runs)));
+    for (Kept& run : kept_) run.size = 0;
+    double doubles = 0.0;
+    const std::vector<Outcome> outcomes =
+        experiment_.visit_runs(first, runs, [&](std::int64_t run, const TraceStep& step) {
+          Kept& kept = kept_[static_cast<std::size_t>(run - first)];
+          kept.last = step.step;
+          if (step.step == 0 || step.outcome != Outcome::ok) return;
+          doubles += doubles_of(step);
+          if (doubles <= kMostDoubles) kept.add(step);
+        });
+    const bool all = doubles <= kMostDoubles;
+    if (!all) most_ = static_cast<std::int64_t>(kMostDoubles / doubles * static_cast<double>(runs));
+    for (std::int64_t i = 0; i < runs; ++i) {
+      if (!all) {
+        record_run(experiment_, first + i, recorder);
+        continue;
+      }
+      const Kept& run = kept_[static_cast<std::size_t>(i)];
+      recorder.begin_run();
+      for (std::size_t k = 0; k < run.size; ++k) recorder.add(run.steps[k]);
+      recorder.end_run(outcomes[static_cast<std::size_t>(i)], run.last);
+    }
+  }
+
+  const Experiment& experiment_;
+  std::int64_t most_;
+  std::vector<Kept> kept_;
+};
+
 Evidence play(const Experiment& experiment, std::int64_t first, std::int64_t last) {
   EvidenceRecorder recorder(experiment.layout());
-  for (std::int64_t run = first; run < last; ++run) {
-    recorder.begin_run();
-    std::int64_t steps = 0;
-    const Outcome outcome = experiment.visit(run, [&](const TraceStep& step) {
-      steps = step.step;
-      if (step.step > 0 && step.outcome == Outcome::ok) recorder.add(step);
-    });
-    recorder.end_run(outcome, steps);
-  }
+  SideBySide(experiment).record(first, last, recorder);
   return recorder.take();
 }
 

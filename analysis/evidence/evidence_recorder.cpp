@@ -29,7 +29,7 @@ double outlier_limit(Index dof) {
 }
 
 /// A Cholesky factor of P that rounding has not eaten: every pivot well above it, relative to the variance.
-bool well_conditioned(const Eigen::LLT<Matrix>& factor, const Matrix& P) {
+bool well_conditioned(const Eigen::LLT<Matrix>& factor, const MatrixRef& P) {
   const double tolerance = 100.0 * static_cast<double>(P.rows()) * std::numeric_limits<double>::epsilon();
   for (Index i = 0; i < P.rows(); ++i) {
     const double pivot = factor.matrixLLT()(i, i);
@@ -39,9 +39,11 @@ bool well_conditioned(const Eigen::LLT<Matrix>& factor, const Matrix& P) {
 }
 
 /// tr(S⁻¹ R)/m with R of pieces of these variances: (S⁻¹)_ii = ‖column i of L⁻¹‖², S = L Lᵀ.
-double share_of_noise(const Eigen::LLT<Matrix>& S, const std::vector<double>& variances) {
+double share_of_noise(const Eigen::LLT<Matrix>& S, const std::vector<double>& variances,
+                      Matrix& inverse_factor) {
   const Index m = S.rows(), d = std::ssize(variances);
-  const Matrix inverse_factor = S.matrixL().solve(Matrix::Identity(m, m));
+  inverse_factor.setIdentity(m, m);
+  S.matrixL().solveInPlace(inverse_factor);
   double trace = 0.0;
   for (Index i = 0; i < m; ++i) {
     trace += variances[static_cast<std::size_t>(i % d)] * inverse_factor.col(i).tail(m - i).squaredNorm();
@@ -116,34 +118,50 @@ Evidence EvidenceRecorder::take() {
   return taken;
 }
 
-EvidenceRecorder::Normalised EvidenceRecorder::normalise(const Vector& error, const Matrix& P) {
-  // The common case, with the arithmetic of the engine.
-  factorised_ = false;
-  const bool regular = (P.diagonal().array() > 0.0).all();
-  if (regular) {
-    const NeesValue nees = solver_.solve(error, P);
-    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver_.factor(), P)) {
-      factorised_ = true;
-      return {.value = nees.value, .whitened = solver_.whitened(), .dof = nees.dof};
-    }
-  }
-  const NormalisedError general = normalised_error(error, P);
-  if (!general.ok) return {.problem = general.reason};
-  if (!std::isfinite(general.value)) return {.problem = "an error where the covariance claims certainty"};
-  return {.value = general.value, .whitened = general.whitened, .dof = general.dof};
+void EvidenceRecorder::Normalised::clear() {
+  value = 0.0;
+  dof = -1;
+  factorised = false;
+  log_determinant = noise_share = kNaN;
+  problem = {};
 }
 
-void EvidenceRecorder::normalise_state(double error, double variance, Normalised& out) {
-  const double whitened = error / std::sqrt(variance), value = whitened * whitened;
-  if (!(variance > 0.0) || !std::isfinite(value)) {
-    out = normalise(Vector::Constant(1, error), Matrix::Constant(1, 1, variance));
+void EvidenceRecorder::Normalised::normalise(VectorRef e, const MatrixRef& covariance) {
+  clear();
+  // The common case, with the arithmetic of the engine.
+  if ((covariance.diagonal().array() > 0.0).all()) {
+    const NeesValue nees = solver.solve(e, covariance);
+    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver.factor(), covariance)) {
+      factorised = true;
+      value = nees.value;
+      whitened = solver.whitened();
+      dof = nees.dof;
+      return;
+    }
+  }
+  const NormalisedError general = normalised_error(e, covariance);
+  if (!general.ok) {
+    problem = general.reason;
+  } else if (!std::isfinite(general.value)) {
+    problem = "an error where the covariance claims certainty";
+  } else {
+    value = general.value;
+    whitened = general.whitened;
+    dof = general.dof;
+  }
+}
+
+void EvidenceRecorder::Normalised::normalise(double e, double variance) {
+  const double u = e / std::sqrt(variance), squared = u * u;
+  if (!(variance > 0.0) || !std::isfinite(squared)) {
+    normalise(Vector::Constant(1, e), Matrix::Constant(1, 1, variance));
     return;
   }
-  out.value = value;
-  out.whitened.resize(1);
-  out.whitened[0] = whitened;
-  out.dof = 1;
-  out.problem = {};
+  clear();
+  value = squared;
+  whitened.resize(1);
+  whitened[0] = u;
+  dof = 1;
 }
 
 void EvidenceRecorder::find_places(const Step& step) {
@@ -166,48 +184,59 @@ void EvidenceRecorder::find_places(const Step& step) {
 }
 
 std::string_view EvidenceRecorder::judge_state(const Step& step) {
-  state_ = {};
+  state_.clear();
   blocks_.resize(layout_.blocks.size());
-  for (Normalised& block : blocks_) block.dof = -1;
+  for (Normalised& block : blocks_) block.clear();
   if (step.states.empty()) return {};
   find_places(step);
   if (layout_.joint_covariance) {
-    state_ = normalise(step.error, step.P);
+    state_.normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
-    if (factorised_) {
-      state_.log_determinant = 2.0 * solver_.factor().matrixLLT().diagonal().array().log().sum();
+    if (state_.factorised) {
+      state_.log_determinant = 2.0 * state_.solver.factor().matrixLLT().diagonal().array().log().sum();
     }
   } else {
     state_.dof = 0;
   }
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    if (places_[b].empty()) continue;
+    Normalised& block = blocks_[b];
+    if (places_[b].empty()) {
+      block.error.resize(0);
+      block.P.resize(0, 0);
+      continue;
+    }
+    block.error = step.error(places_[b]);
+    block.P = step.P(places_[b], places_[b]);
     const bool whole = std::ssize(places_[b]) == step.error.size() && layout_.joint_covariance;
     if (whole) {
-      blocks_[b] = state_;
+      block.value = state_.value;
+      block.dof = state_.dof;
+      block.whitened = state_.whitened;
     } else if (places_[b].size() == 1) {
-      const Index state = places_[b].front();
-      normalise_state(step.error[state], step.P(state, state), blocks_[b]);
+      block.normalise(block.error[0], block.P(0, 0));
     } else {
-      blocks_[b] = normalise(step.error(places_[b]), step.P(places_[b], places_[b]));
+      block.normalise(block.error, block.P);
     }
-    if (!blocks_[b].problem.empty()) return blocks_[b].problem;
+    if (!block.problem.empty()) return block.problem;
     if (layout_.joint_covariance) continue;
-    state_.value += blocks_[b].value;
-    state_.dof += blocks_[b].dof;
+    state_.value += block.value;
+    state_.dof += block.dof;
   }
   return {};
 }
 
 std::string_view EvidenceRecorder::judge_innovations(const Step& step) {
-  innovations_.clear();
+  innovations_.resize(step.innovations.size());
   for (std::size_t i = 0; i < step.innovations.size(); ++i) {
     const Innovation& innovation = step.innovations[i];
-    innovations_.push_back(innovation.nu.size() == 0 ? Normalised{} : normalise(innovation.nu, innovation.S));
-    if (!innovations_.back().problem.empty()) return "S of an innovation is not positive semidefinite";
+    Normalised& value = innovations_[i];
+    value.clear();
+    if (innovation.nu.size() == 0) continue;
+    value.normalise(innovation.nu, innovation.S);
+    if (!value.problem.empty()) return "S of an innovation is not positive semidefinite";
     const std::vector<double>& variances = layout_.sensors[i].variances;
-    if (innovation.nu.size() > 0 && factorised_ && !variances.empty()) {
-      innovations_.back().noise_share = share_of_noise(solver_.factor(), variances);
+    if (value.factorised && !variances.empty()) {
+      value.noise_share = share_of_noise(value.solver.factor(), variances, inverse_factor_);
     }
   }
   return {};
@@ -262,13 +291,13 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
   run_.nees.push_back(state_.value / static_cast<double>(state_.dof));
   run_.whole.add(state_.value, state_.dof);
   run_.last_whitened = state_.whitened;
-  if (!places_.empty()) {
-    run_.last_error = step.error(places_.front());
-    run_.last_covariance = step.P(places_.front(), places_.front());
+  if (!blocks_.empty()) {
+    run_.last_error = blocks_.front().error;
+    run_.last_covariance = blocks_.front().P;
   }
   add_angles(step);
   add_law(step);
-  add_scores(step);
+  add_scores();
   if (sums_.study.runs == 1) sums_.first_run.push_back(state_.value / static_cast<double>(state_.dof));
   if (state_.value > outlier_limit(state_.dof)) {
     ++sums_.nees_outliers;
@@ -289,8 +318,7 @@ void EvidenceRecorder::add_law(const Step& step) {
   if (sums_.law.averaged.empty()) {
     if (state_.dof == averaged_dim_) run_.law.add_error(state_.whitened, step.error, step.P);
   } else if (const Normalised& first = blocks_.front(); first.dof == averaged_dim_) {
-    const std::vector<Index>& places = places_.front();
-    run_.law.add_error(first.whitened, step.error(places), step.P(places, places));
+    run_.law.add_error(first.whitened, first.error, first.P);
   }
   const Index all = std::ssize(layout_.states);
   if (state_.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
@@ -298,12 +326,12 @@ void EvidenceRecorder::add_law(const Step& step) {
   }
 }
 
-void EvidenceRecorder::add_scores(const Step& step) {
+void EvidenceRecorder::add_scores() {
   if (!layout_.joint_covariance) return;
   run_.score.add(state_.value, state_.dof, state_.log_determinant);
   if (position_ < 0) return;
-  const std::vector<Index>& places = places_[static_cast<std::size_t>(position_)];
-  if (!places.empty()) run_.score.set_position(step.error(places), step.P(places, places));
+  const Normalised& position = blocks_[static_cast<std::size_t>(position_)];
+  if (position.dof >= 0) run_.score.set_position(position.error, position.P);
 }
 
 void EvidenceRecorder::add_sensor_pairs() {

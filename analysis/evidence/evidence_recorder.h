@@ -42,9 +42,18 @@ class EvidenceRecorder {
     double value = 0.0;
     Vector whitened{};
     Index dof = -1;                 ///< −1: nothing to normalise
+    bool factorised = false;        ///< `solver` holds the factor of the covariance
     double log_determinant = kNaN;  ///< of a covariance of full rank
     double noise_share = kNaN;      ///< tr(S⁻¹ R)/m of an innovation, where R is known
     std::string_view problem = {};
+    NeesSolver solver{};  ///< one of each kind of value, so that none changes its size
+    Vector error{};       ///< of a block that has states at this step
+    Matrix P{};
+
+    void clear();
+    void normalise(VectorRef e, const MatrixRef& covariance);
+    /// Of one state, with the same bits and without a matrix.
+    void normalise(double e, double variance);
   };
 
   /// What the steps of the open run leave behind for its end: the normalised innovations of one sensor.
@@ -71,9 +80,6 @@ class EvidenceRecorder {
 
   void list_blocks();  ///< in the order of the layout, seen or not
   BlockSums& sums_of_block(std::size_t b) { return sums_.blocks[block_at_[b]]; }
-  Normalised normalise(const Vector& error, const Matrix& P);
-  /// Of one state, with the same bits and without a matrix; `out` keeps its memory.
-  void normalise_state(double error, double variance, Normalised& out);
   void find_places(const Step& step);
   std::string_view judge_state(const Step& step);
   std::string_view judge_innovations(const Step& step);
@@ -81,7 +87,7 @@ class EvidenceRecorder {
   void add_state(const Step& step, StepStatistics& sums);
   void add_angles(const Step& step);
   void add_law(const Step& step);
-  void add_scores(const Step& step);
+  void add_scores();
   void add_sensor_pairs();
   void add_traces(const Step& step, StepStatistics& sums) const;
   void add_innovations(const Step& step, StepStatistics& sums);
@@ -95,8 +101,7 @@ class EvidenceRecorder {
   Evidence sums_;
   std::vector<Evidence> full_;
   OpenRun run_;
-  NeesSolver solver_;
-  bool factorised_ = false;                 ///< solver_ holds the factor of what was normalised last
+  Matrix inverse_factor_;                   ///< of an S
   std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
   Index position_ = -1;                     ///< the block of the position; −1: there is none
   Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none

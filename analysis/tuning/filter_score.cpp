@@ -1,5 +1,6 @@
 #include "analysis/tuning/filter_score.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -17,14 +18,21 @@ FilterScore::FilterScore(std::vector<FilterFactor> factors, Make make, std::int6
 UnitScores FilterScore::play(const std::vector<double>& factors) const {
   const std::unique_ptr<Experiment> experiment = make_(factors);
   std::vector<ScoreSum> runs(static_cast<std::size_t>(runs_));
-  for_each_task(runs_, threads_, stop_, [&](std::int64_t i) {
-    ScoreSum& run = runs[static_cast<std::size_t>(i)];
-    const Outcome outcome = experiment->visit(i, [&](const TraceStep& step) {
-      for (const Innovation& innovation : step.innovations) {
-        if (step.step > 0 && innovation.nu.size() > 0) run.add(innovation.nu, innovation.S);
-      }
-    });
-    if (outcome != Outcome::ok) run.spoil();
+  const std::int64_t at_a_time = experiment->runs_side_by_side();
+  for_each_task((runs_ + at_a_time - 1) / at_a_time, threads_, stop_, [&](std::int64_t task) {
+    const std::int64_t first = task * at_a_time, count = std::min(at_a_time, runs_ - first);
+    const std::vector<Outcome> outcomes =
+        experiment->visit_runs(first, count, [&](std::int64_t i, const TraceStep& step) {
+          for (const Innovation& innovation : step.innovations) {
+            if (step.step > 0 && innovation.nu.size() > 0) {
+              runs[static_cast<std::size_t>(i)].add(innovation.nu, innovation.S);
+            }
+          }
+        });
+    for (std::int64_t i = 0; i < count; ++i) {
+      if (outcomes[static_cast<std::size_t>(i)] != Outcome::ok)
+        runs[static_cast<std::size_t>(first + i)].spoil();
+    }
   });
   if (stop_ != nullptr && stop_->load()) throw Stopped{};
   return unit_scores(runs);

@@ -31,6 +31,9 @@ struct TraceStep : Step {
 /// Takes the steps of a run in order, from the start (0) on; the reference is good only during the call.
 using StepVisitor = std::function<void(const TraceStep&)>;
 
+/// Takes the steps of several runs: of each run in their order, of different runs in any.
+using RunsVisitor = std::function<void(std::int64_t run, const TraceStep&)>;
+
 /// One run from start to end, or to the step at which it failed.
 struct RunTrace {
   std::int64_t run = 0;
@@ -63,6 +66,13 @@ class Experiment {
   /// fails ends with the step at which that was seen.
   virtual Outcome visit(std::int64_t run, const StepVisitor& take) const = 0;
 
+  /// How many consecutive runs visit_runs takes side by side for the price of one.
+  virtual std::int64_t runs_side_by_side() const { return 1; }
+
+  /// What `visit` shows of the runs first_run … first_run + runs − 1 but for the gain K, and how each ended.
+  virtual std::vector<Outcome> visit_runs(std::int64_t first_run, std::int64_t runs,
+                                          const RunsVisitor& take) const;
+
   /// A single run with all its steps.
   RunTrace trace(std::int64_t run) const;
 
@@ -73,19 +83,24 @@ class Experiment {
   RunLayout layout_;
 };
 
+/// What is seen at step k of a run. A step that failed has no statistics, whose numbers would be those of the
+/// step before.
+inline TraceStep shown_at(Index k, Outcome outcome, TraceStep now) {
+  now.step = k;
+  now.outcome = outcome;
+  if (outcome != Outcome::ok) now.nees_dof = now.nis_dof = 0;
+  return now;
+}
+
 /// A visit of a run at its start: `step(k)` does step k and tells how it went, `show()` gives what there is
-/// to see. A step that failed has no statistics, whose numbers would be those of the step before.
+/// to see.
 template <class Step, class Show>
 Outcome visit_steps(Index steps, const StepVisitor& take, Step step, Show show) {
   take(show());
   Outcome outcome = Outcome::ok;
   for (Index k = 1; k <= steps && outcome == Outcome::ok; ++k) {
     outcome = step(k);
-    TraceStep now = show();
-    now.step = k;
-    now.outcome = outcome;
-    if (outcome != Outcome::ok) now.nees_dof = now.nis_dof = 0;
-    take(now);
+    take(shown_at(k, outcome, show()));
   }
   return outcome;
 }

@@ -9,8 +9,10 @@
 #include "core/memory_need.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/inertial/inertial_world.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/linear/linear_world.h"
+#include "montecarlo/worlds/localisation/localisation_world.h"
 #include "montecarlo/worlds/monobot/monobot_world.h"
 #include "montecarlo/worlds/planar/planar_registration.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_world.h"
@@ -20,7 +22,8 @@ namespace credence {
 namespace {
 
 constexpr std::array kWorlds = {
-    &kMonobotWorld, &kPlanarWorld, &kLinearWorld, &kTrackingWorld, &kPlanarSlamWorld,
+    &kMonobotWorld,    &kPlanarWorld,       &kLinearWorld,   &kTrackingWorld,
+    &kPlanarSlamWorld, &kLocalisationWorld, &kInertialWorld,
 };
 
 /// The experiment, the statistics of its steps, and a bit for each chunk.

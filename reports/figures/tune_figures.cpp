@@ -42,10 +42,22 @@ FigureData mapped(const TuneAxis& axis, const std::vector<double>& phi) {
   return data;
 }
 
+/// By how much the variance of an estimate exceeds that of a right filter: the likelihood ratio is so many
+/// times a χ² of one dof [Kent 1982].
+double variance_ratio(const Tuning& tuning, Index coordinate) {
+  if (!tuning.misspecified) return 1.0;
+  const auto& free = tuning.estimate.free;
+  const Index at = std::ranges::find(free, coordinate) - free.begin();
+  return tuning.estimate.sandwich()(at, at) / tuning.estimate.covariance(at, at);
+}
+
 Panel profile_panel(const ScoreModel& model, const Tuning& tuning, const TuneAxis& axis, Index coordinate) {
+  constexpr double kDeviations = 3.5;
+  const double ratio = variance_ratio(tuning, coordinate);
   // A black box plays its runs again for every point.
-  const ScoreProfile profile = score_profile(model, tuning, coordinate, model.has_gradient() ? 17 : 9);
-  const double level = 0.5 * chi_square_quantile(tuning.confidence, 1.0);
+  const ScoreProfile profile = score_profile(model, tuning, coordinate, model.has_gradient() ? 17 : 9,
+                                             kDeviations * std::sqrt(std::max(ratio, 1.0)));
+  const double level = 0.5 * ratio * chi_square_quantile(tuning.confidence, 1.0);
   FigureData score;
   for (const double drop : profile.drop) score.push_back(-drop);
   const FigureData x = mapped(axis, profile.phi);

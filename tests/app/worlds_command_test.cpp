@@ -57,6 +57,28 @@ TEST_F(WorldsCommand, SweepResumesAndCheckJudgesTheLogs) {
               1e-9);
 }
 
+// The states of these worlds are no vectors: what their logs hold differs by the error in the judged chart.
+TEST_F(WorldsCommand, WorldsOnGroupsRunSweepAndLog) {
+  for (const char* name : {"localisation", "inertial"}) {
+    const auto with = [&](std::vector<std::string> arguments) {
+      arguments.insert(arguments.begin() + 1, {scenario(name), "--runs", "64", "--set", "study.steps=20",
+                                               "--set", "world.aiding_interval=5"});
+      return arguments;
+    };
+    const std::string logs = std::string("logs of ") + name;
+    ASSERT_EQ(run(with({"run", "--log", logs, "--out", name})).code, 0) << name;
+    const Json judged = json({"check", logs, "--format", "json"}),
+               own = json(with({"run", "--format", "json"}));
+    EXPECT_NEAR(judged["nees"]["mean"].get<double>(), own["nees"]["mean"].get<double>(), 1e-6) << name;
+    EXPECT_NEAR(judged["nis"]["mean"].get<double>(), own["nis"]["mean"].get<double>(), 1e-9) << name;
+    EXPECT_EQ(own["rmse"]["position_m"].size(), 20U);
+    EXPECT_THAT(read(std::filesystem::path(name) / "index.html"), HasSubstr("error in the "));
+    const Finished sweep = run(with({"sweep", "--set", "sweep.filter.chart=componentwise,right,left", "--out",
+                                     std::string("swept ") + name}));
+    EXPECT_EQ(sweep.code, 0) << sweep.err;
+  }
+}
+
 TEST_F(WorldsCommand, ReportsShowNothingOfLandmarks) {
   for (const char* name : {"linear", "tracking", "tracking_radar"}) {
     ASSERT_EQ(run({"run", scenario(name), "--runs", "64", "--set", "study.steps=20", "--out", name}).code, 0);

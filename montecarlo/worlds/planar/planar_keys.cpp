@@ -1,5 +1,7 @@
 #include "montecarlo/worlds/planar/planar_keys.h"
 
+#include <algorithm>
+
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/worlds/slam_settings.h"
 
@@ -23,6 +25,16 @@ constexpr std::string_view kOnlySteered =
     "turn_rate_std)";
 
 }  // namespace
+
+KeyRow planar_row(std::string_view section, std::string_view name, bool (*accepted)(const Scenario&),
+                  std::string_view accepted_when) {
+  const std::vector<KeyRow> rows = planar_keys();
+  KeyRow row =
+      *std::ranges::find_if(rows, [&](const KeyRow& r) { return r.section == section && r.name == name; });
+  row.accepted = accepted;
+  row.accepted_when = accepted_when;
+  return row;
+}
 
 KeyRow speed_key() {
   return {"world", "speed", "m/s", "speed along the path",

@@ -68,25 +68,31 @@ class PlanarLanesExperiment::Batch {
     }
   }
 
-  TraceStep trace_step() const {
+  /// Without the gain.
+  TraceStep trace_step(int lane) const {
     TraceStep t;
-    const PlanarStep& step = lanes_.step(0);
-    t.landmarks = lanes_.landmarks(0);
-    t.estimate = lanes_.state(0);
-    record_planar_error(drives_[0].pose(), e_.world_, t);
-    t.P = lanes_.covariance(0);
+    const PlanarStep& step = lanes_.step(lane);
+    t.landmarks = lanes_.landmarks(lane);
+    t.estimate = lanes_.state(lane);
+    record_planar_error(drives_[at(lane)].pose(), e_.world_, t);
+    t.P = lanes_.covariance(lane);
     t.nees = step.nees;
     t.nees_dof = step.nees_dof;
     t.nis = step.update.nis;
     t.nis_dof = step.update.dof;
     if (step.update.dof > 0 && step.update.ok) {
-      t.innovations.front() = {lanes_.innovation(0), lanes_.innovation_covariance(0)};
-      t.K = lanes_.gain(0);
+      t.innovations.front() = {lanes_.innovation(lane), lanes_.innovation_covariance(lane)};
     }
     return t;
   }
 
-  Outcome outcome() const { return lanes_.step(0).outcome; }
+  TraceStep trace_step_with_gain() const {
+    TraceStep t = trace_step(0);
+    if (t.innovation().size() > 0) t.K = lanes_.gain(0);
+    return t;
+  }
+
+  Outcome outcome(int lane) const { return lanes_.step(lane).outcome; }
 
  private:
   static std::size_t at(int lane) { return static_cast<std::size_t>(lane); }
@@ -122,9 +128,35 @@ Outcome PlanarLanesExperiment::visit(std::int64_t run, const StepVisitor& take) 
   batch.start(run, 1);
   const auto step = [&](Index k) {
     batch.step(static_cast<std::size_t>(k));
-    return batch.outcome();
+    return batch.outcome(0);
   };
-  return visit_steps(std::ssize(world_.controls), take, step, [&] { return batch.trace_step(); });
+  return visit_steps(std::ssize(world_.controls), take, step, [&] { return batch.trace_step_with_gain(); });
+}
+
+std::vector<Outcome> PlanarLanesExperiment::visit_runs(std::int64_t first_run, std::int64_t runs,
+                                                       const RunsVisitor& take) const {
+  std::vector<Outcome> outcomes(static_cast<std::size_t>(runs), Outcome::ok);
+  Batch batch(*this);
+  for (std::int64_t r = 0; r < runs; r += PlanarLanes::kLanes) {
+    const int used = static_cast<int>(std::min<std::int64_t>(PlanarLanes::kLanes, runs - r));
+    batch.start(first_run + r, used);
+    const auto outcome_of = [&](int lane) -> Outcome& {
+      return outcomes[static_cast<std::size_t>(r + lane)];
+    };
+    for (int lane = 0; lane < used; ++lane) take(first_run + r + lane, batch.trace_step(lane));
+    for (Index k = 1; k <= std::ssize(world_.controls); ++k) {
+      bool any = false;
+      for (int lane = 0; lane < used; ++lane) any = any || outcome_of(lane) == Outcome::ok;
+      if (!any) break;
+      batch.step(static_cast<std::size_t>(k));
+      for (int lane = 0; lane < used; ++lane) {
+        if (outcome_of(lane) != Outcome::ok) continue;
+        outcome_of(lane) = batch.outcome(lane);
+        take(first_run + r + lane, shown_at(k, batch.outcome(lane), batch.trace_step(lane)));
+      }
+    }
+  }
+  return outcomes;
 }
 
 }  // namespace credence

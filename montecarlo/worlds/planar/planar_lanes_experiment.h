@@ -26,6 +26,9 @@ class PlanarLanesExperiment final : public Experiment {
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
+  std::int64_t runs_side_by_side() const override { return PlanarLanes::kLanes; }
+  std::vector<Outcome> visit_runs(std::int64_t first_run, std::int64_t runs,
+                                  const RunsVisitor& take) const override;
   RunTrace describe_world() const override { return describe_planar_world(world_); }
 
  private:

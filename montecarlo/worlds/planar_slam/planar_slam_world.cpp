@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "core/filters/estimators/estimators.h"
 #include "core/memory_need.h"
 #include "montecarlo/scenario/key_fields.h"
@@ -20,17 +18,6 @@ bool measures_bearing(const Scenario& s) { return !measures_relative_position(s)
 bool has_sigma_points(const Scenario& s) { return word_value(s, "filter.estimator").starts_with("ukf"); }
 bool has_window(const Scenario& s) { return word_value(s, "filter.estimator").starts_with("smoother"); }
 bool considers(const Scenario& s) { return word_value(s, "filter.estimator") == "schmidt"; }
-
-/// A row of the planar world, in this world on a condition of its own.
-KeyRow planar_row(std::string_view section, std::string_view name,
-                  bool (*accepted)(const Scenario&) = nullptr, std::string_view accepted_when = {}) {
-  const std::vector<KeyRow> rows = planar_keys();
-  KeyRow row =
-      *std::ranges::find_if(rows, [&](const KeyRow& r) { return r.section == section && r.name == name; });
-  row.accepted = accepted;
-  row.accepted_when = accepted_when;
-  return row;
-}
 
 std::vector<std::string_view> estimator_names() {
   std::vector<std::string_view> names;

@@ -48,7 +48,9 @@ Vector state_minus(const World& world, const State& a, const State& b) {
 /// std::optional of it, empty where nothing is measured. All const, and safe to call from several threads.
 ///
 /// It may have: minus(a, b); plus(x, d); input(x, k, noise), what the filter's predict is given; layout(),
-/// with the names, angles, blocks and sensors (model_layout makes one).
+/// with the names, angles, blocks and sensors (model_layout makes one); coordinates(x), n numbers that say
+/// where x is, for figures and logs of a state that is no vector: the estimate is shown at those of the truth
+/// plus its error.
 template <class World>
 concept PluggedWorld = requires(const World& world, const StateOf<World>& x, std::int64_t k,
                                 NoiseDraw& noise) {

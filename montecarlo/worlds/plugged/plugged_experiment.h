@@ -178,6 +178,9 @@ class PluggedExperiment final : public Experiment {
       if constexpr (std::is_convertible_v<const State&, Vector>) {
         shown_.truth = truth_;
         shown_.estimate = estimate;
+      } else if constexpr (requires { Vector(e_.world_.coordinates(truth_)); }) {
+        shown_.truth = e_.world_.coordinates(truth_);
+        shown_.estimate = shown_.truth + shown_.error;
       }
       if (shown_.states.empty()) {
         for (Index i = 0; i < std::ssize(e_.layout().states); ++i) shown_.states.push_back(i);

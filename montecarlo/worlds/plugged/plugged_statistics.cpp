@@ -37,14 +37,38 @@ void normalise_step(TraceStep& step) {
   }
 }
 
+namespace {
+
+/// What the parts of the layout say of a vehicle: its place, heading and pose.
+void add_parts(const RunLayout& layout, const TraceStep& step, NeesSolver& solver, StepStatistics& s,
+               RunSum& vehicle) {
+  for (const Block& block : layout.blocks) {
+    const auto squared_error = [&] { return step.error(block.states).squaredNorm(); };
+    if (block.part == Part::position) {
+      s[Quantity::trace_vehicle].add(step.P.diagonal()(block.states).sum());
+      s[Quantity::position_error_squared].add(squared_error());
+    } else if (block.part == Part::heading) {
+      s[Quantity::heading_error_squared].add(squared_error());
+    } else if (block.part == Part::pose) {
+      const NeesValue nees = solver.solve(step.error(block.states), step.P(block.states, block.states));
+      if (nees.dof <= 0) continue;
+      s[Quantity::vehicle_nees].add(nees.value);
+      vehicle.add(nees.value, nees.dof);
+    }
+  }
+}
+
+}  // namespace
+
 StudyStatistics visited_chunk(const Experiment& experiment, std::int64_t steps, std::int64_t first_run,
                               std::int64_t runs) {
   StudyStatistics statistics;
   statistics.steps.resize(static_cast<std::size_t>(steps));
   statistics.runs = runs;
   statistics.reserve_runs(runs);
+  NeesSolver solver;
   for (std::int64_t run = first_run; run < first_run + runs; ++run) {
-    RunSum sum;
+    RunSum sum, vehicle;
     std::int64_t last = 0;
     const Outcome outcome = experiment.visit(run, [&](const TraceStep& step) {
       last = step.step;
@@ -56,9 +80,11 @@ StudyStatistics visited_chunk(const Experiment& experiment, std::int64_t steps, 
       s.nees_dof += step.nees_dof;
       s.nis_dof += step.nis_dof;
       sum.add(step.nees, step.nees_dof);
+      add_parts(experiment.layout(), step, solver, s, vehicle);
     });
     if (outcome == Outcome::ok) {
       sum.add_to(statistics.nees_of_runs);
+      vehicle.add_to(statistics.vehicle_nees_of_runs);
     } else {
       statistics.failures.push_back({run, last, outcome});
     }

@@ -101,6 +101,47 @@ TEST(CollectedEvidence, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.whole_runs.nees, three.whole_runs.nees);
 }
 
+/// The runs of another one: each alone, or side by side with one step so large that none of them is kept.
+class AnotherWay final : public Experiment {
+ public:
+  AnotherWay(const Experiment& inner, bool alone)
+      : Experiment(inner.layout()), inner_(inner), alone_(alone) {}
+  StudyStatistics run_chunk(std::int64_t first, std::int64_t runs) const override {
+    return inner_.run_chunk(first, runs);
+  }
+  Outcome visit(std::int64_t run, const StepVisitor& take) const override { return inner_.visit(run, take); }
+  std::int64_t runs_side_by_side() const override { return alone_ ? 1 : inner_.runs_side_by_side(); }
+  std::vector<Outcome> visit_runs(std::int64_t first, std::int64_t runs,
+                                  const RunsVisitor& take) const override {
+    TraceStep large;
+    large.step = 1;
+    large.P.resize(5000, 5000);
+    take(first, large);
+    return inner_.visit_runs(first, runs, take);
+  }
+  RunTrace describe_world() const override { return inner_.describe_world(); }
+
+ private:
+  const Experiment& inner_;
+  bool alone_;
+};
+
+TEST(CollectedEvidence, IsTheSameOfRunsSideBySideAndOfLongOnes) {
+  const auto experiment = make_experiment(planar());
+  ASSERT_GT(experiment->runs_side_by_side(), 1);
+  const Evidence together = collect_evidence(*experiment, 70, {.threads = 1}).value();
+  for (const bool alone : {true, false}) {
+    const Evidence one = collect_evidence(AnotherWay(*experiment, alone), 70, {.threads = 1}).value();
+    EXPECT_EQ(together.rows, one.rows);
+    EXPECT_EQ(together.whole_runs.nees, one.whole_runs.nees);
+    EXPECT_EQ(together.sensors[0].fit, one.sensors[0].fit);
+    EXPECT_EQ(together.sensors[0].run_means.scatter, one.sensors[0].run_means.scatter);
+    for (std::size_t b = 0; b < one.blocks.size(); ++b) {
+      EXPECT_EQ(together.blocks[b].nees, one.blocks[b].nees) << one.blocks[b].name;
+    }
+  }
+}
+
 TEST(CollectedEvidence, NamesAWrongMeasurementNoiseAndTheFactorThatMendsIt) {
   Scenario scenario = monobot(320);
   scenario.filter.measurement_scale = 0.5;

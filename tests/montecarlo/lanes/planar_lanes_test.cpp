@@ -171,6 +171,37 @@ TEST(PlanarLanes, runs_that_fail_are_counted_named_and_end_there) {
   EXPECT_EQ(trace.steps.back().nees_dof, 0);
 }
 
+/// Eleven runs, the last lanes of the second batch idle; some fail.
+TEST(PlanarLanes, runs_side_by_side_show_what_each_shows_alone) {
+  Scenario scenario = planar(4, 20);
+  scenario.initial.position_std = 8e3;
+  const PlanarLanesExperiment experiment = lanes_of(scenario);
+  constexpr std::int64_t kFirst = 3, kRuns = 11;
+  std::vector<std::vector<TraceStep>> seen(kRuns);
+  const std::vector<Outcome> outcomes =
+      experiment.visit_runs(kFirst, kRuns, [&](std::int64_t run, const TraceStep& step) {
+        seen.at(static_cast<std::size_t>(run - kFirst)).push_back(step);
+      });
+  EXPECT_GT(std::ranges::count(outcomes, Outcome::ok), 1);
+  EXPECT_LT(std::ranges::count(outcomes, Outcome::ok), 10);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const RunTrace alone = experiment.trace(kFirst + static_cast<std::int64_t>(i));
+    ASSERT_EQ(outcomes[i], alone.outcome) << i;
+    ASSERT_EQ(seen[i].size(), alone.steps.size()) << i;
+    for (std::size_t k = 0; k < seen[i].size(); ++k) {
+      const TraceStep &together = seen[i][k], &one = alone.steps[k];
+      ASSERT_EQ(together.step, one.step);
+      ASSERT_EQ(together.outcome, one.outcome);
+      ASSERT_EQ(together.nees_dof, one.nees_dof);
+      if (one.outcome != Outcome::ok) continue;
+      ASSERT_EQ(together.error, one.error) << i << " at " << k;
+      ASSERT_EQ(together.P, one.P) << i << " at " << k;
+      ASSERT_EQ(together.innovation(), one.innovation()) << i << " at " << k;
+      ASSERT_EQ(together.S(), one.S()) << i << " at " << k;
+    }
+  }
+}
+
 TEST(PlanarLanes, an_innovation_covariance_that_is_not_positive_definite_changes_nothing) {
   const Scenario scenario = planar(2, 5);
   const PlanarWorld world = make_planar_world(scenario);

@@ -25,7 +25,7 @@ TEST(Registry, EveryWorldIsComplete) {
       EXPECT_TRUE(there) << world->schema.name;
     }
   }
-  EXPECT_EQ(names.size(), 5U);
+  EXPECT_EQ(names.size(), 7U);
 }
 
 TEST(Registry, AnUnknownWorldIsRefusedByName) {
@@ -43,7 +43,9 @@ TEST(Registry, WorldsShareKeys) {
   ASSERT_NE(key, nullptr);
   EXPECT_TRUE(key->of_world("planar") && key->of_world("tracking") && key->of_world("planar_slam"));
   EXPECT_FALSE(key->of_world("monobot"));
-  EXPECT_EQ(key->accepted_where(), "with world.model = \"planar\" or \"tracking\" or \"planar_slam\"");
+  EXPECT_EQ(key->accepted_where(),
+            "with world.model = \"planar\" or \"tracking\" or \"planar_slam\" or \"localisation\" or "
+            "\"inertial\"");
   EXPECT_EQ(real_value(default_scenario("planar"), "world.dt"), 0.25);
   EXPECT_EQ(real_value(default_scenario("tracking"), "world.dt"), 1.0);
   EXPECT_THROW(real_value(Scenario(), "world.model"), std::invalid_argument);

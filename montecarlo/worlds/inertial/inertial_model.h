@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/manifold/product_group.h"
+#include "core/manifold/sek3.h"
+#include "core/manifold/vector_group.h"
+#include "montecarlo/worlds/charted/charted_settings.h"
+
+namespace credence {
+
+/// A vehicle that flies a level circle with a strapdown inertial unit, aided by satellites or known landmarks
+/// ([Barrau 2017], section V), on a flat Earth that stands still.
+///
+/// x = (p, v, R; b_g, b_a) in SE_2(3) × R⁶. In a step the biases walk, and then, with ω the rate and f the
+/// specific force less their biases and a = R f + g:
+/// R⁺ = R Exp(ω dt), v⁺ = v + a dt, p⁺ = p + v dt + a dt²/2.
+/// The truth obeys the same equations, so that nothing but noise parts them. Satellites give p and v with
+/// noise, a landmark Rᵀ(l − p) with noise.
+class InertialModel {
+ public:
+  using Group = ProductGroup<SE23, VectorGroup<6>>;
+  using Input = Eigen::Matrix<double, 6, 1>;  ///< rate (rad/s) and specific force (m/s²), as read
+
+  /// Of a scenario of the inertial world.
+  explicit InertialModel(const Scenario& scenario);
+
+  Group start() const;
+  const Group::Tangent& initial_std() const { return initial_std_; }
+  Group step(const Group& x, std::int64_t k, NoiseDraw& noise) const;
+  Input input(const Group& x, std::int64_t k, NoiseDraw& noise) const;
+  std::optional<Aiding> measure(const Group& x, std::int64_t k, NoiseDraw& noise) const;
+
+  ChartedMotion<Group> motion(const Group& x, const Input& u) const;
+  ChartedInnovation<Group> innovation(const Group& x, const Aiding& seen) const;
+  const RunLayout& layout() const { return layout_; }
+
+ private:
+  /// Without biases and noise.
+  SE23 moved(const SE23& x, const Eigen::Vector3d& rate, const Eigen::Vector3d& force) const;
+  Eigen::Vector3d true_rate(const SE23& x) const { return x.rotation().inverse() * turn_in_world_; }
+  Eigen::Vector3d true_force(const SO3& before, std::int64_t k) const;
+
+  double dt_s_, radius_m_, speed_m_s_;
+  Eigen::Vector3d turn_in_world_;  ///< rad/s
+  Input reading_std_, walk_std_;   ///< of one step
+  Group::Tangent initial_std_;
+  AidingSettings aiding_;
+  double velocity_std_;
+  std::vector<Eigen::Vector3d> landmarks_;
+  double process_scale_, measurement_scale_;
+  RunLayout layout_;
+};
+
+}  // namespace credence

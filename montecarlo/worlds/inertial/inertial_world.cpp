@@ -1,0 +1,97 @@
+#include "montecarlo/worlds/inertial/inertial_world.h"
+
+#include <fmt/format.h>
+
+#include "core/manifold/angle.h"
+#include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/charted/charted_settings.h"
+#include "montecarlo/worlds/inertial/inertial_model.h"
+#include "montecarlo/worlds/planar/planar_keys.h"
+
+namespace credence {
+namespace {
+
+/// The MTi-G-700 of [Xsens 2018]: 0.01 °/s/√Hz and 60 µg/√Hz. Of the walks the manual says nothing; they and
+/// the bias of the accelerometer at the start are assumed.
+constexpr double kGyroDensity = 0.01 * kRadiansPerDegree, kAccelerometerDensity = 60e-6 * 9.80665;
+
+KeyRow real_key(std::string_view section, std::string_view name, std::string_view unit,
+                std::string_view meaning, double default_value) {
+  return {section, name, unit, meaning,
+          own_real(fmt::format("{}.{}", section, name), default_value, Interval::kNotNegative)};
+}
+
+std::vector<KeyRow> inertial_keys() {
+  std::vector<KeyRow> keys = {
+      planar_row("world", "path_radius"),
+      planar_row("world", "speed"),
+      planar_row("world", "dt"),
+      {"world", "attitude", "", "along_path: the vehicle turns as its path does; fixed: it does not turn",
+       own_choice("world.attitude", {"along_path", "fixed"})},
+      real_key("noise", "gyro_density", "rad/s/√Hz", "density of the white noise of each rate gyro",
+               kGyroDensity),
+      real_key("noise", "accelerometer_density", "m/s²/√Hz",
+               "density of the white noise of each accelerometer", kAccelerometerDensity),
+      real_key("noise", "gyro_bias_walk", "rad/s²/√Hz", "density of the random walk of a gyro's bias", 1e-5),
+      real_key("noise", "accelerometer_bias_walk", "m/s³/√Hz",
+               "density of the random walk of an accelerometer's bias", 1e-4),
+      {"noise", "velocity_std", "m/s", "standard deviation of each coordinate of a velocity by satellites",
+       own_real("noise.velocity_std", 0.1, Interval::kPositive), aided_by_satellites,
+       "with world.model = \"inertial\" and world.aiding = \"satellites\""},
+      planar_row("initial", "position_std"),
+      real_key("initial", "velocity_std", "m/s",
+               "standard deviation of each coordinate of the velocity at the start", 1.0),
+      real_key("initial", "attitude_std_deg", "deg",
+               "standard deviation of the attitude at the start, about each axis", 5.0),
+      real_key("initial", "gyro_bias_std", "rad/s", "standard deviation of a gyro's bias at the start",
+               0.5 * kRadiansPerDegree),
+      real_key("initial", "accelerometer_bias_std", "m/s^2",
+               "standard deviation of an accelerometer's bias at the start", 0.05),
+  };
+  for (const KeyRow& row : charted_keys()) keys.push_back(row);
+  return keys;
+}
+
+void set_inertial_defaults(Scenario& scenario) {
+  scenario.world.path_radius = 50.0;
+  scenario.world.speed = 10.0;
+  scenario.world.dt = 0.01;
+  scenario.initial.position_std = 1.0;
+  scenario.study.steps = 3000;
+}
+
+void check_inertial(const Scenario&, const Refusal&) {}
+
+BlockLayout inertial_blocks(const Scenario&) {
+  return {.vehicle = InertialModel::Group::kDim, .landmark = 0, .landmarks = 0};
+}
+
+double least_inertial_doubles(const Scenario&) { return 0.0; }
+
+std::string inertial_size_text(const Scenario&) { return "world.model = \"inertial\""; }
+
+std::string inertial_text(const Scenario& scenario) {
+  return fmt::format("strapdown inertial unit on a circle, {}", charted_text(scenario));
+}
+
+std::unique_ptr<Experiment> inertial_experiment(const Scenario& scenario) {
+  return charted_experiment(InertialModel(scenario), chart_settings(scenario), plug_settings(scenario));
+}
+
+}  // namespace
+
+constinit const World kInertialWorld = {
+    .schema = {.name = "inertial",
+               .meaning = "strapdown inertial unit with biases, its error in any chart",
+               .keys = inertial_keys,
+               .set_defaults = set_inertial_defaults,
+               .check = check_inertial,
+               .blocks = inertial_blocks},
+    .linear_problem = nullptr,
+    .experiment = inertial_experiment,
+    .least_doubles = least_inertial_doubles,
+    .size_text = inertial_size_text,
+    .text = inertial_text,
+    .figure = RunFigure::states};
+
+}  // namespace credence

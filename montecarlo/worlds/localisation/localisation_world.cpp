@@ -1,0 +1,77 @@
+#include "montecarlo/worlds/localisation/localisation_world.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+#include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/charted/charted_settings.h"
+#include "montecarlo/worlds/localisation/localisation_model.h"
+#include "montecarlo/worlds/planar/planar_keys.h"
+
+namespace credence {
+namespace {
+
+std::vector<KeyRow> localisation_keys() {
+  std::vector<KeyRow> keys = {
+      planar_row("world", "path_radius"),
+      planar_row("world", "speed"),
+      planar_row("world", "dt"),
+      {"world", "known_landmarks", "",
+       "landmarks at known places, at equal angles on a circle half as large again as the path",
+       own_integer("world.known_landmarks", 3, 1, 1000), aided_by_landmarks,
+       "with world.model = \"localisation\" and world.aiding = \"landmarks\""},
+      planar_row("noise", "speed_std"),
+      planar_row("noise", "turn_rate_std"),
+      planar_row("initial", "position_std"),
+      planar_row("initial", "heading_std_deg"),
+  };
+  for (const KeyRow& row : charted_keys()) keys.push_back(row);
+  return keys;
+}
+
+/// [Barrau 2017], as in the benchmark of [Brossard 2020]: a circle of 10 m across in 40 s.
+void set_localisation_defaults(Scenario& scenario) {
+  scenario.world.path_radius = 5.0;
+  scenario.world.speed = std::numbers::pi / 4.0;
+  scenario.world.dt = 0.01;
+  scenario.noise.speed_std = 0.01;
+  scenario.noise.turn_rate_std = kRadiansPerDegree;
+  scenario.initial.position_std = 0.0;
+  scenario.initial.heading_std_deg = 45.0;
+  scenario.study.steps = 4000;
+}
+
+void check_localisation(const Scenario&, const Refusal&) {}
+
+BlockLayout localisation_blocks(const Scenario&) { return {.vehicle = 3, .landmark = 0, .landmarks = 0}; }
+
+double least_localisation_doubles(const Scenario&) { return 0.0; }
+
+std::string localisation_size_text(const Scenario&) { return "world.model = \"localisation\""; }
+
+std::string localisation_text(const Scenario& scenario) {
+  return fmt::format("vehicle on a circle, its odometry noisy, {}", charted_text(scenario));
+}
+
+std::unique_ptr<Experiment> localisation_experiment(const Scenario& scenario) {
+  return charted_experiment(LocalisationModel(scenario), chart_settings(scenario), plug_settings(scenario));
+}
+
+}  // namespace
+
+constinit const World kLocalisationWorld = {
+    .schema = {.name = "localisation",
+               .meaning = "vehicle in the plane that knows its map, its error in any chart",
+               .keys = localisation_keys,
+               .set_defaults = set_localisation_defaults,
+               .check = check_localisation,
+               .blocks = localisation_blocks},
+    .linear_problem = nullptr,
+    .experiment = localisation_experiment,
+    .least_doubles = least_localisation_doubles,
+    .size_text = localisation_size_text,
+    .text = localisation_text,
+    .figure = RunFigure::states};
+
+}  // namespace credence
