@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "analysis/studies/estimator_study.h"
+#include "analysis/studies/estimator_map.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
@@ -17,6 +17,7 @@
 #include "app/terminal_text.h"
 #include "app/this_command.h"
 #include "core/filters/estimators/estimators.h"
+#include "reports/document/estimator_map_report.h"
 #include "reports/document/estimator_report.h"
 #include "reports/render/utf8_text.h"
 
@@ -34,8 +35,30 @@ bool any_optimistic(const EstimatorStudy& study) {
   });
 }
 
+/// Every point of a sweep; the cheapest that stays consistent at each.
+int map_of_sweep(const EstimatorsCommand& command, const SweepPlan& plan) {
+  const EstimatorMap map = naming_file(command.scenario, [&] { return map_estimators(plan, command.study); });
+  if (!map.complete) {
+    say("credence: estimators interrupted, nothing is compared");
+    return kInterrupted;
+  }
+  if (command.format == "json") {
+    fmt::print("{}\n", estimator_map_json(map));
+  } else {
+    fmt::print("{}", terminal_text(estimator_map_table(map)));
+  }
+  if (!command.out.empty()) {
+    write_estimator_map_report(command.out, map, make_provenance(this_command()));
+    tell_report(command);
+  }
+  const bool failed = std::ranges::any_of(map.studies, [](const EstimatorStudy& study) {
+    return std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); });
+  });
+  return failed ? kSomeFailed : kDone;
+}
+
 int estimators(EstimatorsCommand& command) {
-  const Scenario scenario = open_one_scenario(command.scenario, command.overrides());
+  const SweepPlan plan = open_sweep(command.scenario, command.overrides());
   ProgressDisplay display("estimators", command.quiet);
   command.study.threads = command.threads;
   command.study.stop = &catch_interrupt();
@@ -43,8 +66,9 @@ int estimators(EstimatorsCommand& command) {
   command.study.progress = [&](std::int64_t done, std::int64_t total) {
     display.show({.runs_done = done, .runs_stored = 0, .runs_total = total});
   };
-  const EstimatorStudy study =
-      naming_file(command.scenario, [&] { return study_estimators(scenario, command.study); });
+  if (!plan.axes.empty()) return map_of_sweep(command, plan);
+  const EstimatorStudy study = naming_file(
+      command.scenario, [&] { return study_estimators(plan.points.front().scenario, command.study); });
   if (!study.complete) {
     say("credence: estimators interrupted, nothing is compared");
     return kInterrupted;
@@ -52,8 +76,8 @@ int estimators(EstimatorsCommand& command) {
   if (command.format == "json") {
     fmt::print("{}\n", estimator_json(study));
   } else {
-    fmt::print("{}.\n\n{}\n{}", printable_line(estimator_answer(study).text),
-               terminal_text(estimator_table(study)),
+    fmt::print("{}.\n\n{}\n{}\n{}", printable_line(estimator_answer(study).text),
+               terminal_text(estimator_table(study)), terminal_text(estimator_bound_table(study)),
                study.rows.size() > 1 ? terminal_text(estimator_difference_table(study)) : "");
   }
   if (!command.out.empty()) {
@@ -74,7 +98,10 @@ void add_estimators_command(CLI::App& app) {
   auto options = std::make_shared<EstimatorsCommand>();
   std::vector<std::string> names;
   for (const EstimatorKind& kind : estimator_kinds()) names.emplace_back(kind.name);
-  command->add_option("scenario", options->scenario, "scenario file of world.model = \"planar_slam\"")
+  command
+      ->add_option("scenario", options->scenario,
+                   "scenario file of world.model = \"planar_slam\"; with a [sweep] table: a map of the "
+                   "cheapest that stays consistent")
       ->required();
   command->add_option("--estimators", options->study.estimators, "those to compare; default: all")
       ->delimiter(',')
@@ -83,7 +110,8 @@ void add_estimators_command(CLI::App& app) {
   static constexpr const char* kExamples[] = {
       "credence estimators scenarios/ukfm_slam2d.toml --out out/estimators",
       "credence estimators scenarios/huang_ring.toml --estimators ekf,ideal,fej --runs 1000",
-      "credence estimators scenarios/huang_annulus.toml --set world.map=7 --format json"};
+      "credence estimators scenarios/huang_annulus.toml --set world.map=7 --format json",
+      "credence estimators scenarios/estimator_map.toml --out out/map"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{estimators(*options)}; });
 }

@@ -46,7 +46,8 @@ ReportedReplay replay_robot(const ReplayOptions& options, const fs::path& folder
   const MrclamLog log = read_mrclam(folder, robot);
   ReportedReplay replay{replay_mrclam(log, settings), {}};
   const ReplayFilterSettings& filter = settings.filter;
-  if (filter.jacobians == ReplayJacobians::estimate && filter.association == ReplayAssociation::survey) {
+  if (filter.estimator == "ekf" && filter.jacobians == ReplayJacobians::estimate &&
+      filter.association == ReplayAssociation::survey) {
     settings.filter.jacobians = ReplayJacobians::truth;
     replay.ideal = replay_mrclam(log, settings);
   }

@@ -10,23 +10,20 @@ namespace credence {
 ObservabilityStack::ObservabilityStack(Index states)
     : states_(states), stack_(Matrix::Zero(3 * states, states)), row_(states) {}
 
-void ObservabilityStack::add(const SlamEstimator& filter, bool corrected) {
+void ObservabilityStack::add(const SlamEstimator& filter) {
   transition_ = filter.motion_jacobian() * transition_;
-  if (corrected) {
-    const MatrixRef H = filter.measurement_jacobian();
-    for (Index r = 0; r < H.rows(); ++r) {
-      row_.setZero();
-      row_.head<3>() = (H.row(r).head<3>() * transition_).transpose();
-      for (Index j = 3; j < H.cols(); ++j) row_[filter.seen()[static_cast<std::size_t>(j)]] = H(r, j);
-      add_row(row_);
-    }
+  const MatrixRef H = filter.measurement_jacobian();
+  for (Index r = 0; r < H.rows(); ++r) {
+    row_.setZero();
+    row_.head<3>() = (H.row(r).head<3>() * transition_).transpose();
+    for (Index j = 3; j < H.cols(); ++j) row_[filter.seen()[static_cast<std::size_t>(j)]] = H(r, j);
+    add_row(row_);
   }
-  Index offset = filter.size() - 2 * std::ssize(filter.placements());
   for (const Eigen::Matrix<double, 2, 3>& J_r : filter.placements()) {
-    for (Index axis = 0; axis < 2; ++axis, ++offset) {
+    for (Index axis = 0; axis < 2; ++axis, ++known_) {
       row_.setZero();
       row_.head<3>() = -(J_r.row(axis) * transition_).transpose();
-      row_[offset] = 1.0;
+      row_[known_] = 1.0;
       add_row(row_);
     }
   }

@@ -15,17 +15,19 @@ class ObservabilityStack {
   /// `states`: n of the complete state.
   explicit ObservabilityStack(Index states);
 
-  /// Takes what the last step of `filter` used; `corrected` is false where it saw nothing known.
-  void add(const SlamEstimator& filter, bool corrected);
+  /// Takes what the last step of `filter` used.
+  void add(const SlamEstimator& filter);
 
-  /// The rank; the directions that no measurement tells are the states less this.
+  /// The rank; the directions that no measurement tells are states() less this.
   RankDecision rank(double tolerance = kRankTolerance);
+  /// The pose and the landmarks that were placed.
+  Index states() const { return known_; }
 
  private:
   void add_row(const VectorRef& row);
   void reduce();
 
-  Index states_, rows_ = 0;
+  Index states_, rows_ = 0, known_ = 3;
   Eigen::Matrix3d transition_ = Eigen::Matrix3d::Identity();  ///< the pose block of Φ_k; the rest is I
   Matrix stack_;                                              ///< the triangular factor over new rows
   Vector row_;

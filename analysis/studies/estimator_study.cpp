@@ -66,6 +66,8 @@ class RunSums {
     }
     heading_squared_ += plane[2] * plane[2];
     position_squared_ += plane.head<2>().squaredNorm();
+    heading_variance_ += P_plane(2, 2);
+    position_variance_ += P_plane(0, 0) + P_plane(1, 1);
     ++steps_;
     return ok;
   }
@@ -86,6 +88,8 @@ class RunSums {
     }
     values.heading_squared = heading_squared_ / steps_;
     values.position_squared = position_squared_ / steps_;
+    values.heading_variance = heading_variance_ / steps_;
+    values.position_variance = position_variance_ / steps_;
     return values;
   }
 
@@ -112,6 +116,7 @@ class RunSums {
   std::array<NeesValue, kEstimatorBlocks> last_{};
   std::array<double, kEstimatorBlocks> nees_{}, dof_{};
   double heading_squared_ = 0.0, position_squared_ = 0.0, steps_ = 0.0;
+  double heading_variance_ = 0.0, position_variance_ = 0.0;
   double window_nees_ = 0.0, window_dof_ = 0.0;
   std::array<SingularNees, 4> solver_;  ///< by dimension, so that none changes its size
   SingularNees map_solver_;
@@ -232,16 +237,28 @@ MeanInterval root_of(MeanInterval squared) {
   return squared;
 }
 
-void summarise(const StudySetting& setting, const Kept& kept, EstimatorRow& row) {
+/// The bound over a mean squared error.
+MeanInterval efficiency(double bound, MeanInterval squared) {
+  const double relative = squared.standard_error / squared.mean;
+  std::swap(squared.lower, squared.upper);
+  for (double* value : {&squared.mean, &squared.lower, &squared.upper}) *value = bound / *value;
+  squared.standard_error = relative * squared.mean;
+  return squared;
+}
+
+void summarise(const StudySetting& setting, const PosteriorBound& bound, const Kept& kept,
+               EstimatorRow& row) {
   const double confidence = setting.scenario.study.confidence;
   std::array<SkewedMoments, kEstimatorBlocks> nees;
   std::array<std::vector<double>, kEstimatorBlocks> sorted;
-  Moments heading, position;
+  Moments heading, position, heading_variance, position_variance;
   for (const std::optional<EstimatorRunValues>& values : kept.values) {
     if (!values) continue;
     ++row.runs;
     heading.add(values->heading_squared);
     position.add(values->position_squared);
+    heading_variance.add(values->heading_variance);
+    position_variance.add(values->position_variance);
     for (std::size_t b = 0; b < kEstimatorBlocks; ++b) {
       nees[b].add(values->nees[b]);
       sorted[b].push_back(values->nees[b]);
@@ -254,8 +271,14 @@ void summarise(const StudySetting& setting, const Kept& kept, EstimatorRow& row)
     row.nees[b] = run_mean_interval(nees[b], confidence);
     row.bands[b] = band_of(sorted[b]);
   }
-  row.heading_rmse_rad = root_of(positive_mean_interval(heading, confidence));
-  row.position_rmse_m = root_of(positive_mean_interval(position, confidence));
+  const MeanInterval heading_squared = positive_mean_interval(heading, confidence);
+  const MeanInterval position_squared = positive_mean_interval(position, confidence);
+  row.heading_rmse_rad = root_of(heading_squared);
+  row.position_rmse_m = root_of(position_squared);
+  row.heading_efficiency = efficiency(bound.heading_squared, heading_squared);
+  row.position_efficiency = efficiency(bound.position_squared, position_squared);
+  row.claimed_heading_rad = std::sqrt(heading_variance.mean);
+  row.claimed_position_m = std::sqrt(position_variance.mean);
   for (std::int64_t w = 0; w < setting.windows; ++w) {
     std::vector<float> window;
     Moments mean;
@@ -321,14 +344,14 @@ void measure_filter(const StudySetting& setting, EstimatorRow& row) {
       filter->predict(read[k - 1], truth);
       const UpdateResult update = filter->update(seen[k - 1], truth);
       if (!update.ok || !filter->state().allFinite()) break;
-      if (!timed) stack.add(*filter, update.dof > 0);
+      if (!timed) stack.add(*filter);
     }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     const double per_step = seconds.count() / static_cast<double>(read.size());
     if (timed) row.seconds_per_step = repeat == 1 ? per_step : std::min(row.seconds_per_step, per_step);
   }
   const RankDecision rank = stack.rank();
-  row.unobservable = filter->size() - rank.rank;
+  row.unobservable = stack.states() - rank.rank;
   row.rank_gap = rank.gap;
   row.chart = filter->chart();
 }
@@ -392,7 +415,8 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
   for (std::int64_t w = 0; w < setting.windows; ++w) {
     study.window_ends.push_back(static_cast<double>(setting.window_end(w)));
   }
-  for (std::size_t e = 0; e < kept.size(); ++e) summarise(setting, kept[e], study.rows[e]);
+  study.bound = posterior_bound(setting.world);
+  for (std::size_t e = 0; e < kept.size(); ++e) summarise(setting, study.bound, kept[e], study.rows[e]);
   for (std::size_t a = 0; a < kept.size(); ++a) {
     for (std::size_t b = a + 1; b < kept.size(); ++b) {
       for (const bool of_position : {false, true}) {

@@ -11,6 +11,7 @@
 #include "core/filters/estimators/slam_estimator.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/scenario/scenario.h"
+#include "montecarlo/worlds/planar_slam/posterior_bound.h"
 
 /// @file
 /// Several estimators of planar SLAM in one world, run by run with the same odometry and measurements: who is
@@ -45,6 +46,8 @@ struct EstimatorRunValues {
   std::array<double, kEstimatorBlocks> nees{};  ///< over dof
   double heading_squared = 0.0;                 ///< rad², mean over the steps
   double position_squared = 0.0;                ///< m², mean over the steps
+  double heading_variance = 0.0;                ///< rad², what P says of the former
+  double position_variance = 0.0;               ///< m²
 };
 
 /// Levels of the bands over the runs.
@@ -60,6 +63,9 @@ struct EstimatorRow {
   std::array<MeanInterval, kEstimatorBlocks> nees{};
   std::array<Band, kEstimatorBlocks> bands{};  ///< quantiles over the runs
   MeanInterval heading_rmse_rad, position_rmse_m;
+  /// The bound's mean squared error over that of the estimator; 0 where the bound is.
+  MeanInterval heading_efficiency, position_efficiency;
+  double claimed_heading_rad = 0.0, claimed_position_m = 0.0;  ///< the RMSE that P claims
   std::vector<double> pose_nees;  ///< mean over the runs, of each window of steps
   std::vector<Band> pose_bands;   ///< the same as quantiles over the runs
   Index unobservable = 0;         ///< n − rank of the observability matrix at its own Jacobians, in run 0
@@ -82,8 +88,9 @@ struct EstimatorStudy {
   std::vector<EstimatorRow> rows;
   std::vector<PairedDifference> paired;
   std::vector<double> window_ends;  ///< last step of each window of pose_nees
-  std::int64_t runs = 0;            ///< asked for
-  bool complete = true;             ///< false: interrupted; the rows mean nothing
+  PosteriorBound bound;
+  std::int64_t runs = 0;  ///< asked for
+  bool complete = true;   ///< false: interrupted; the rows mean nothing
 };
 
 struct EstimatorStudyOptions {

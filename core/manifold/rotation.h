@@ -39,4 +39,17 @@ inline Eigen::Matrix2d logarithm_factor(double angle_rad) {
   return V.transpose() / (V(0, 0) * V(0, 0) + V(1, 0) * V(1, 0));  // a multiple of a rotation
 }
 
+/// W(φ) = ∫₀¹ V(sφ) s ds: the left Jacobian of exp in SE_{1+N}(2), exp(ξ + ε) = exp(𝒥 ε) exp(ξ) to first
+/// order, takes (ε_φ, ε_i) to (ε_φ, V(φ) ε_i − J W(φ) ξ_i ε_φ).
+inline Eigen::Matrix2d exponential_curvature(double angle_rad) {
+  const double q = angle_rad * angle_rad;
+  const bool small = std::abs(angle_rad) < 1e-3;
+  const double half = std::sin(0.5 * angle_rad);
+  const double a = small ? 0.5 - q / 24.0 : 2.0 * half * half / q;  // (1 − cos φ)/φ²
+  const double b = small ? angle_rad * (1.0 / 6.0 - q / 120.0) : (angle_rad - std::sin(angle_rad)) / q;
+  Eigen::Matrix2d W;
+  W << a, -b, b, a;
+  return W;
+}
+
 }  // namespace credence

@@ -31,8 +31,12 @@ std::vector<int> chosen_anchors(const ReplaySettings& settings, const ReplayStar
   return {start.first_seen.begin(), start.first_seen.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
-std::vector<Anchor<ReplayModel>> placed(const std::vector<int>& anchors, const std::vector<Point>& survey_m) {
-  std::vector<Anchor<ReplayModel>> result;
+bool looks_at_truth(const ReplaySettings& settings) {
+  return settings.filter.jacobians == ReplayJacobians::truth || settings.filter.estimator == "ideal";
+}
+
+std::vector<ReplayAnchor> placed(const std::vector<int>& anchors, const std::vector<Point>& survey_m) {
+  std::vector<ReplayAnchor> result;
   result.reserve(anchors.size());
   for (const int anchor : anchors) result.push_back({anchor, survey_m.at(static_cast<std::size_t>(anchor))});
   return result;
@@ -50,19 +54,18 @@ ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& st
       R_(diagonal(settings.noise.range_std, settings.noise.bearing_std_deg * kRadiansPerDegree)),
       anchors_(chosen_anchors(settings, start)),
       survey_of_(start.survey_m.size()),
-      filter_(ReplayModel{{vehicle_, 0.0}, {}}, Q_, R_,
-              {settings.filter.inflation, settings.filter.solution, {}}, placed(anchors_, start.survey_m)),
+      filter_(make_replay_slam(settings, {vehicle_, Q_, R_, placed(anchors_, start.survey_m), start.survey_m,
+                                          settings.filter.jacobians == ReplayJacobians::truth})),
       time_s_(start.time_s) {
   std::iota(survey_of_.begin(), survey_of_.end(), 0);
   const double position = settings.initial.position_std;
   const double heading = settings.initial.heading_std_deg * kRadiansPerDegree;
   const Eigen::Matrix3d P0 =
       Eigen::Vector3d(position * position, position * position, heading * heading).asDiagonal();
-  filter_.reset(start.pose, P0);
-  if (settings.filter.jacobians == ReplayJacobians::truth) {
-    if (!start.truth) throw std::invalid_argument("filter.jacobians = truth: this log has no true heading");
+  filter_->reset(start.pose, P0);
+  if (looks_at_truth(settings)) {
+    if (!start.truth) throw std::invalid_argument("Jacobians at the truth: this log has no true heading");
     truth_ = start.truth;
-    filter_.model().truth = ReplayTruthPoint{start.pose, start.pose, start.survey_m, {}};
   }
   result_.settings = settings;
   result_.start_time_s = start.time_s;
@@ -75,20 +78,15 @@ ReplayFilter::ReplayFilter(const ReplaySettings& settings, const ReplayStart& st
 
 void ReplayFilter::advance_to(double time_s) {
   if (time_s <= time_s_) return;
-  filter_.model().dt_s = time_s - time_s_;
-  if (auto& point = filter_.model().truth) {
-    point->from = point->to;
-    point->to = truth_(time_s).value_or(point->to);
-  }
-  filter_.predict(control_);
+  filter_->predict(control_, time_s - time_s_, truth_ ? truth_(time_s) : std::nullopt);
   time_s_ = time_s;
   follow_traces();
 }
 
 void ReplayFilter::follow_traces() {
   ReplayTraces& traces = result_.covariance;
-  traces.vehicle_final = position_trace(filter_.covariance());
-  traces.landmarks_final = landmarks_trace(filter_.covariance());
+  traces.vehicle_final = position_trace(filter_->covariance());
+  traces.landmarks_final = landmarks_trace(filter_->covariance());
   traces.vehicle_max = std::max(traces.vehicle_max, traces.vehicle_final);
   traces.landmarks_max = std::max(traces.landmarks_max, traces.landmarks_final);
 }
@@ -96,40 +94,24 @@ void ReplayFilter::follow_traces() {
 // ---------------------------------------------------------------------------------------------- association
 
 bool ReplayFilter::is_known(int id) const {
-  return filter_.offset_of(id) >= 0 || std::find(anchors_.begin(), anchors_.end(), id) != anchors_.end();
+  return filter_->offset_of(id) >= 0 || std::find(anchors_.begin(), anchors_.end(), id) != anchors_.end();
 }
 
 std::vector<int> ReplayFilter::known_ids() const {
-  std::vector<int> ids(filter_.landmarks().begin(), filter_.landmarks().end());
+  std::vector<int> ids(filter_->landmarks().begin(), filter_->landmarks().end());
   ids.insert(ids.end(), anchors_.begin(), anchors_.end());
   return ids;
 }
 
-/// Innovation, S and NIS of a sight if it were landmark `id`; an infinite NIS if S is not positive definite.
-void ReplayFilter::judge_pair(ReplaySight& sight, int id, const Matrix& P) {
-  const Index offset = filter_.offset_of(id);
-  const Point landmark = offset >= 0 ? Point(filter_.state().segment<2>(offset))
-                                     : result_.survey_m[static_cast<std::size_t>(id)];
-  PredictedRangeBearing expected = predict_range_bearing(filter_.pose(), landmark);
-  if (const auto& point = filter_.model().truth) {
-    const auto at = predict_range_bearing(point->to, result_.survey_m[static_cast<std::size_t>(id)]);
-    expected.H_r = at.H_r;
-    expected.H_l = at.H_l;
-  }
-  sight.innovation = range_bearing_innovation(sight.z, expected.z);
-  Eigen::Matrix<double, 2, 3> PHr = expected.H_r * P.topLeftCorner<3, 3>();
-  sight.S = PHr * expected.H_r.transpose() + R_;
-  if (offset >= 0) {
-    const Eigen::Matrix2d cross = expected.H_r * P.block(0, offset, 3, 2) * expected.H_l.transpose();
-    sight.S +=
-        cross + cross.transpose() + expected.H_l * P.block(offset, offset, 2, 2) * expected.H_l.transpose();
-  }
-  const Eigen::LLT<Eigen::Matrix2d> factor(sight.S);
-  sight.nis = factor.info() == Eigen::Success ? factor.matrixL().solve(sight.innovation).squaredNorm()
-                                              : std::numeric_limits<double>::infinity();
+/// Innovation, S and NIS of a sight if it were landmark `id`.
+void ReplayFilter::judge_pair(ReplaySight& sight, int id) {
+  const ReplaySlam::Compatibility found = filter_->judge(sight.z, id);
+  sight.innovation = found.innovation;
+  sight.S = found.S;
+  sight.nis = found.nis;
 }
 
-std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_survey(std::size_t first, const Matrix& P) {
+std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_survey(std::size_t first) {
   const double threshold = gate_threshold(settings_.filter.gate);
   std::vector<Candidate> candidates;
   for (std::size_t i = first; i < result_.sights.size(); ++i) {
@@ -142,10 +124,10 @@ std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_survey(std::size
     if (settings_.filter.gate > 0 && known) {
       for (const int other : known_ids()) {
         ReplaySight trial = sight;
-        judge_pair(trial, other, P);
+        judge_pair(trial, other);
         if (other != sight.landmark && trial.nis <= threshold) sight.ambiguous = true;
       }
-      judge_pair(sight, sight.landmark, P);
+      judge_pair(sight, sight.landmark);
       if (sight.nis > threshold) {
         sight.outcome = SightOutcome::rejected;
         continue;
@@ -157,8 +139,7 @@ std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_survey(std::size
 }
 
 /// Individual compatibility with the nearest neighbour: the smallest NIS among the landmarks within the gate.
-std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_compatibility(std::size_t first,
-                                                                              const Matrix& P) {
+std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_compatibility(std::size_t first) {
   const double threshold = gate_threshold(settings_.filter.gate);
   const double new_threshold = gate_threshold(kNewLandmarkProbability);
   std::vector<Candidate> candidates;
@@ -171,7 +152,7 @@ std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_compatibility(st
     int best_id = -1, compatible = 0;
     for (const int id : known_ids()) {
       ReplaySight trial = result_.sights[i];
-      judge_pair(trial, id, P);
+      judge_pair(trial, id);
       if (trial.nis <= threshold) ++compatible;
       if (trial.nis >= best.nis) continue;
       best = trial;
@@ -220,10 +201,10 @@ void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
   ++result_.scans_with_observations;
 
   // The prior that the update will use, so that the gate and the innovations after it speak of the same S.
-  const Matrix P = settings_.filter.gate > 0 ? filter_.inflated_prior() : Matrix();
+  if (settings_.filter.gate > 0) filter_->prepare_to_judge();
   std::vector<Candidate> waiting = settings_.filter.association == ReplayAssociation::survey
-                                       ? associate_by_survey(first, P)
-                                       : associate_by_compatibility(first, P);
+                                       ? associate_by_survey(first)
+                                       : associate_by_compatibility(first);
   // A landmark seen twice at one time, which a batch must not hold, waits for the next batch.
   while (!waiting.empty()) {
     std::vector<Candidate> batch, later;
@@ -240,25 +221,19 @@ void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
 
 /// One batch update; returns whether a measurement corrected the state or a landmark was added.
 bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) {
-  std::vector<Observation<ReplayModel>> observations;
+  std::vector<Observation<PlanarModel>> observations;
   for (const Candidate& candidate : candidates)
     observations.push_back({candidate.id, result_.sights[candidate.sight].z});
-  if (auto& point = filter_.model().truth) {
-    point->sights.clear();
-    for (const Candidate& candidate : candidates)
-      if (!candidate.is_new) point->sights.push_back(candidate.id);
-    filter_.model().next_sight = 0;
-  }
-  const UpdateResult outcome = filter_.update(observations);
+  const UpdateResult outcome = filter_->update(observations);
   if (!outcome.converged) ++result_.not_converged;
   if (!outcome.ok) {
     for (const Candidate& c : candidates) result_.sights[c.sight].outcome = SightOutcome::update_failed;
     return false;
   }
   // Whitened together, so that the parts of one batch are uncorrelated too.
-  Vector whitened = filter_.innovation();
+  Vector whitened = filter_->innovation();
   Eigen::LLT<Matrix> root;
-  if (outcome.dof > 0) root.compute(filter_.innovation_covariance()).matrixL().solveInPlace(whitened);
+  if (outcome.dof > 0) root.compute(filter_->innovation_covariance()).matrixL().solveInPlace(whitened);
   Index row = 0;
   for (const Candidate& candidate : candidates) {
     ReplaySight& sight = result_.sights[candidate.sight];
@@ -267,8 +242,8 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
       continue;
     }
     sight.outcome = SightOutcome::updated;
-    sight.innovation = filter_.innovation().segment<2>(row);
-    sight.S = filter_.innovation_covariance().block<2, 2>(row, row);
+    sight.innovation = filter_->innovation().segment<2>(row);
+    sight.S = filter_->innovation_covariance().block<2, 2>(row, row);
     sight.nis = Eigen::LLT<Eigen::Matrix2d>(sight.S).matrixL().solve(sight.innovation).squaredNorm();
     sight.whitened = whitened.segment<2>(row);
     sight.log_determinant = 2.0 * root.matrixLLT().diagonal().segment<2>(row).array().log().sum();
@@ -282,10 +257,10 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
 }
 
 ReplayGain ReplayFilter::gain_of_rows(Index row) const {
-  const MatrixRef K = filter_.gain();
+  const Matrix K = filter_->gain();
   ReplayGain gain;
   // Landmarks that this very update added have no rows in its gain.
-  if (filter_.innovation().size() == 0 || row + 2 > K.rows()) return gain;
+  if (filter_->innovation().size() == 0 || row + 2 > K.rows()) return gain;
   for (Index column = 0; column + 1 < K.cols(); column += 2) {
     gain.range += K.block(row, column, 2, 1).squaredNorm();
     gain.bearing += K.block(row, column + 1, 2, 1).squaredNorm();
@@ -295,25 +270,25 @@ ReplayGain ReplayFilter::gain_of_rows(Index row) const {
 
 std::vector<ReplayLandmark> ReplayFilter::map_now() const {
   std::vector<ReplayLandmark> map;
-  for (const int id : filter_.landmarks()) {
-    const Index offset = filter_.offset_of(id);
-    map.push_back({survey_of_[static_cast<std::size_t>(id)], filter_.state().segment<2>(offset),
-                   filter_.covariance().block<2, 2>(offset, offset), gain_of_rows(offset)});
+  for (const int id : filter_->landmarks()) {
+    const Index offset = filter_->offset_of(id);
+    map.push_back({survey_of_[static_cast<std::size_t>(id)], filter_->state().segment<2>(offset),
+                   filter_->covariance().block<2, 2>(offset, offset), gain_of_rows(offset)});
   }
   return map;
 }
 
 void ReplayFilter::record_step(double time_s) {
   result_.steps.push_back(
-      {time_s, filter_.pose(), filter_.covariance().topLeftCorner<3, 3>(), gain_of_rows(0), map_now()});
+      {time_s, filter_->pose(), filter_->covariance().topLeftCorner<3, 3>(), gain_of_rows(0), map_now()});
 }
 
 // ----------------------------------------------------------------------------------------------- comparison
 
 ReplayFilter::PosePrediction ReplayFilter::predicted(double time_s) const {
-  const Eigen::Matrix3d P = filter_.covariance().topLeftCorner<3, 3>();
-  if (time_s <= time_s_) return {filter_.pose(), P};
-  const Motion motion = vehicle_.move(filter_.pose(), control_, time_s - time_s_);
+  const Eigen::Matrix3d P = filter_->covariance().topLeftCorner<3, 3>();
+  if (time_s <= time_s_) return {filter_->pose(), P};
+  const Motion motion = vehicle_.move(filter_->pose(), control_, time_s - time_s_);
   return {motion.pose, motion.F * P * motion.F.transpose() + motion.G * Q_ * motion.G.transpose()};
 }
 
@@ -392,7 +367,7 @@ ReplayResult ReplayFilter::finish() {
 
   result_.map = map_now();
   const Index map_size = 2 * static_cast<Index>(result_.map.size());
-  result_.map_covariance = filter_.covariance().bottomRightCorner(map_size, map_size);
+  result_.map_covariance = filter_->covariance().bottomRightCorner(map_size, map_size);
   std::vector<Point> truth, estimate;
   for (const ReplayLandmark& landmark : result_.map) {
     if (landmark.landmark < 0) continue;

@@ -1,13 +1,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "core/filters/ekf_slam.h"
-#include "datasets/replay/replay_model.h"
 #include "datasets/replay/replay_result.h"
+#include "datasets/replay/replay_slam.h"
 
 namespace credence {
 
@@ -23,11 +23,11 @@ struct ReplayStart {
   Pose pose = Pose::Zero();
   std::vector<Point> survey_m;
   std::vector<int> first_seen;  ///< surveyed landmarks in the order of first sight: the first become anchors
-  /// The true pose at a time, where it is known; only needed for filter.jacobians = truth.
+  /// The true pose at a time, where it is known; only needed for Jacobians at the truth.
   std::function<std::optional<Pose>(double time_s)> truth = {};
 };
 
-/// EKF-SLAM fed with the events of a log in order of time; it keeps all that a report shows.
+/// A SLAM filter fed with the events of a log in order of time; it keeps all that a report shows.
 ///
 /// The order of calls is that of the log: control, advance_to, observe, compare. The control holds between
 /// its samples. Standard deviations of the control are those of one sample, so that the noise of an interval
@@ -58,8 +58,6 @@ class ReplayFilter {
   ReplayResult finish();
 
  private:
-  using Filter = EkfSlam<ReplayModel>;
-
   /// One sight on its way into the filter; `id` is the filter's number of the landmark.
   struct Candidate {
     std::size_t sight = 0;  ///< in result_.sights
@@ -75,9 +73,9 @@ class ReplayFilter {
   void compare(ReplayReference reference, const Vector& error, const Matrix& covariance);
   void follow_traces();
 
-  std::vector<Candidate> associate_by_survey(std::size_t first, const Matrix& P);
-  std::vector<Candidate> associate_by_compatibility(std::size_t first, const Matrix& P);
-  void judge_pair(ReplaySight& sight, int id, const Matrix& P);
+  std::vector<Candidate> associate_by_survey(std::size_t first);
+  std::vector<Candidate> associate_by_compatibility(std::size_t first);
+  void judge_pair(ReplaySight& sight, int id);
   bool is_known(int id) const;
   std::vector<int> known_ids() const;
   RangeBearing corrected(const RangeBearing& z) const;
@@ -91,7 +89,7 @@ class ReplayFilter {
   Eigen::Matrix2d Q_, R_;
   std::vector<int> anchors_;
   std::vector<int> survey_of_;  ///< by the filter's number: which surveyed landmark it is taken for
-  Filter filter_;
+  std::unique_ptr<ReplaySlam> filter_;
   Control control_ = Control::Zero();
   double time_s_ = 0;
   std::function<std::optional<Pose>(double)> truth_;  ///< empty unless Jacobians are taken there

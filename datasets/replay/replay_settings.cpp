@@ -9,6 +9,8 @@
 #include <functional>
 #include <stdexcept>
 
+#include "core/filters/estimators/estimators.h"
+
 namespace credence {
 namespace {
 
@@ -89,6 +91,13 @@ Key anchors_key() {
           [](const ReplaySettings& settings) { return std::to_string(settings.world.anchors); }};
 }
 
+Key estimator_key() {
+  std::vector<Word<std::string>> words;
+  for (const EstimatorKind& kind : estimator_kinds()) words.push_back({kind.name, std::string(kind.name)});
+  return word_key<std::string>("filter.estimator", std::move(words),
+                               [](ReplaySettings& s) -> std::string& { return s.filter.estimator; });
+}
+
 std::vector<Key> world_and_filter_keys() {
   using S = ReplaySettings;
   return {
@@ -112,7 +121,8 @@ std::vector<Key> world_and_filter_keys() {
           [](double x) { return x >= 0 && x < 1; }),
       word_key<ReplayJacobians>("filter.jacobians",
                                 {{"estimate", ReplayJacobians::estimate}, {"truth", ReplayJacobians::truth}},
-                                [](S& s) -> ReplayJacobians& { return s.filter.jacobians; })};
+                                [](S& s) -> ReplayJacobians& { return s.filter.jacobians; }),
+      estimator_key()};
 }
 
 std::vector<Key> sensor_keys() {
@@ -226,6 +236,17 @@ void check_replay_settings(const ReplaySettings& settings) {
   if (settings.filter.association == ReplayAssociation::compatibility &&
       settings.filter.jacobians == ReplayJacobians::truth)
     throw std::invalid_argument("filter.jacobians = truth needs filter.association = survey");
+  if (settings.filter.estimator == "ekf") return;
+  const auto needs_ekf = [&](bool asked, std::string_view what) {
+    if (asked)
+      throw std::invalid_argument(
+          fmt::format("{} needs filter.estimator = ekf, it is {}", what, settings.filter.estimator));
+  };
+  needs_ekf(settings.world.full, "world.observability = full");
+  needs_ekf(settings.filter.inflation != Inflation::none, "filter.inflation");
+  needs_ekf(settings.filter.association == ReplayAssociation::compatibility,
+            "filter.association = compatibility");
+  needs_ekf(settings.filter.jacobians == ReplayJacobians::truth, "filter.jacobians = truth");
 }
 
 std::vector<ReplaySettingText> replay_settings_text(const ReplaySettings& settings) {

@@ -40,6 +40,7 @@ struct ReplayFilterSettings {
   ReplayAssociation association = ReplayAssociation::survey;
   double gate = 0;  ///< probability of the chi-square gate on each sight, in [0, 1); 0: none
   ReplayJacobians jacobians = ReplayJacobians::estimate;
+  std::string estimator = "ekf";  ///< a name of estimator_kinds(); inflation and anchors are of "ekf" alone
 };
 
 struct ReplayInitial {

@@ -10,6 +10,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/study_table.h"
 #include "reports/document/verdict_json.h"
+#include "reports/render/interval_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -59,10 +60,8 @@ std::string mean_text(const ComparedMean& m) {
   return fmt::format("{} of {}", number_text(m.mean, 4), number_text(m.expected, 4));
 }
 
-std::string interval_text(const MeanInterval& i) {
-  if (!std::isfinite(i.mean)) return "–";
-  return fmt::format("{} ({} … {})", number_text(i.mean, 3), number_text(i.lower, 3),
-                     number_text(i.upper, 3));
+std::string mean_interval_text(const MeanInterval& i) {
+  return std::isfinite(i.mean) ? interval_text(i.mean, i.lower, i.upper) : "–";
 }
 
 CellTone tone_of(const std::string& verdict) {
@@ -136,10 +135,10 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
     std::string difference = "–";
     if (&s != studies.data()) {
       const std::optional<MeanInterval> d = paired_difference(s, studies.front(), confidence);
-      if (d) difference = interval_text(*d);
+      if (d) difference = mean_interval_text(*d);
       (d ? paired : unpaired) = true;
     }
-    table.add({s.name, s.runs, TableCell(s.verdict, tone_of(s.verdict)), interval_text(s.factor),
+    table.add({s.name, s.runs, TableCell(s.verdict, tone_of(s.verdict)), mean_interval_text(s.factor),
                mean_text(s.nees), s.pose ? mean_text(*s.pose) : "–", mean_text(s.nis), difference});
   }
   table.notes.push_back(

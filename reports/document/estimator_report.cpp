@@ -11,6 +11,7 @@
 #include "reports/figures/estimator_figures.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
+#include "reports/render/interval_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -23,16 +24,18 @@ const MeanInterval& nees_of(const EstimatorRow& row, EstimatorBlock block) {
   return row.nees[static_cast<std::size_t>(block)];
 }
 
-/// "1.06 (1.02 … 1.11)", with a tone that says whether 1 lies in it.
+std::string with_interval(const MeanInterval& interval) {
+  return interval_text(interval.mean, interval.lower, interval.upper, 4);
+}
+
+/// The same with a tone that says whether 1 lies in it.
 TableCell nees_cell(const MeanInterval& nees) {
   if (nees.count == 0) return {"–", CellTone::muted};
   if (!nees.reason.empty()) return number_text(nees.mean, 3);
   const CellTone tone = nees.lower > 1.0   ? CellTone::alarm
                         : nees.upper < 1.0 ? CellTone::caution
                                            : CellTone::good;
-  return {fmt::format("{} ({} … {})", number_text(nees.mean, 4), number_text(nees.lower, 3),
-                      number_text(nees.upper, 3)),
-          tone};
+  return {with_interval(nees), tone};
 }
 
 TableCell failed_cell(const EstimatorRow& row) {
@@ -105,6 +108,10 @@ Json row_json(const EstimatorRow& row) {
                    {json_number(row.heading_rmse_rad.lower), json_number(row.heading_rmse_rad.upper)}},
                   {"position_interval_m",
                    {json_number(row.position_rmse_m.lower), json_number(row.position_rmse_m.upper)}}};
+  json["efficiency"] = {{"heading", nees_interval_json(row.heading_efficiency)},
+                        {"position", nees_interval_json(row.position_efficiency)}};
+  json["claimed_rmse"] = {{"heading_rad", json_number(row.claimed_heading_rad)},
+                          {"position_m", json_number(row.claimed_position_m)}};
   json["unobservable"] = row.unobservable;
   json["rank_gap"] = json_number(row.rank_gap);
   json["seconds_per_step"] = json_number(row.seconds_per_step);
@@ -189,6 +196,29 @@ ReportTable estimator_table(const EstimatorStudy& study) {
   return table;
 }
 
+ReportTable estimator_bound_table(const EstimatorStudy& study) {
+  constexpr ColumnAlign words = ColumnAlign::words;
+  ReportTable table{.title = "Errors beside the posterior Cramér-Rao bound",
+                    .columns = {{"estimator", words},
+                                {"efficiency in heading", words},
+                                {"in position", words},
+                                {"P claims: heading °"},
+                                {"position m"}},
+                    .rows = {},
+                    .notes = {}};
+  for (const EstimatorRow& row : study.rows) {
+    if (row.runs == 0) continue;
+    table.add({row.name, with_interval(row.heading_efficiency), with_interval(row.position_efficiency),
+               TableCell(kDegrees * row.claimed_heading_rad, 3), TableCell(row.claimed_position_m, 3)});
+  }
+  table.notes = {fmt::format(
+      "No estimator without bias has an RMSE below {} ° and {} m ([Tichavsky 1998]: Jacobians along the true "
+      "path). Efficiency: the bound over the mean squared error, with the interval of the latter.",
+      number_text(kDegrees * std::sqrt(study.bound.heading_squared), 3),
+      number_text(std::sqrt(study.bound.position_squared), 3))};
+  return table;
+}
+
 ReportAnswer estimator_answer(const EstimatorStudy& study) {
   std::string consistent, optimistic;
   for (const EstimatorRow& row : study.rows) {
@@ -226,10 +256,9 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
     const double sign = turned ? -1.0 : 1.0;
     table.add({turned ? paired.second : paired.first,
                paired.of_position ? "squared position error, m²" : "pose NEES over dof",
-               d.count == 0 ? std::string("–")
-                            : fmt::format("{} ({} … {})", number_text(sign * d.mean, 3),
-                                          number_text(turned ? -d.upper : d.lower, 3),
-                                          number_text(turned ? -d.lower : d.upper, 3)),
+               d.count == 0
+                   ? std::string("–")
+                   : interval_text(sign * d.mean, turned ? -d.upper : d.lower, turned ? -d.lower : d.upper),
                TableCell(paired.p_value, 2), TableCell(paired.gain, 3), d.count});
   }
   table.notes = {
@@ -251,6 +280,8 @@ std::string estimator_json(const EstimatorStudy& study) {
   json["complete"] = study.complete;
   json["map_every_steps"] = kMapStride;
   json["quantile_levels"] = json_numbers({kBandLevels.begin(), kBandLevels.end()});
+  json["bound"] = {{"heading_rad", json_number(std::sqrt(study.bound.heading_squared))},
+                   {"position_m", json_number(std::sqrt(study.bound.position_squared))}};
   json["window_ends"] = json_numbers(study.window_ends);
   json["rows"] = Json::array();
   for (const EstimatorRow& row : study.rows) json["rows"].push_back(row_json(row));
@@ -273,6 +304,7 @@ void write_estimator_report(const std::filesystem::path& directory, const Estima
   page.facts({{"world", world_text(study.scenario)}, {"runs", runs_text(study)}});
   page.table(estimator_table(study));
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
+  page.table(estimator_bound_table(study));
   page.section("Differences");
   page.table(estimator_difference_table(study));
   page.section("Settings");

@@ -19,6 +19,9 @@ ReportAnswer estimator_answer(const EstimatorStudy& study);
 /// One row for each estimator.
 ReportTable estimator_table(const EstimatorStudy& study);
 
+/// Errors beside the posterior Cramér-Rao bound, and beside what P says of them.
+ReportTable estimator_bound_table(const EstimatorStudy& study);
+
 /// Every estimator against one: "ideal" where it took part, else the first.
 ReportTable estimator_difference_table(const EstimatorStudy& study);
 

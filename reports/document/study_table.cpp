@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "reports/document/judgement_report.h"
+#include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
 namespace credence {
@@ -64,8 +65,7 @@ std::string against_expected(const ConsistencyVerdict& v) {
 std::string factor_text(const ConsistencyVerdict& nees) {
   const MeanInterval& f = nees.factor;
   if (!f.reason.empty()) return "–";
-  return fmt::format("{} ({} … {})", number_text(f.mean, 3), number_text(f.lower, 3),
-                     number_text(f.upper, 3));
+  return interval_text(f.mean, f.lower, f.upper);
 }
 
 /// What a robot drives by, coloured as the sum over the map may hide it.

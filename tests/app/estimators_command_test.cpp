@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/app/command.h"
 #include "tests/paths.h"
@@ -28,6 +29,7 @@ TEST_F(EstimatorsCommand, GivesTheDocumentOfTheContract) {
   EXPECT_EQ(j["rows"][1]["estimator"], "invariant");
   EXPECT_EQ(j["rows"][1]["chart"], "right_invariant");
   EXPECT_EQ(j["rows"][0]["unobservable"], 2);
+  EXPECT_GT(j["bound"]["position_m"].get<double>(), 0.0);
   for (const Json& row : j["rows"]) {
     for (const char* block : {"pose", "heading", "position", "map"}) {
       for (const char* key : {"mean", "lower", "upper"})
@@ -37,6 +39,9 @@ TEST_F(EstimatorsCommand, GivesTheDocumentOfTheContract) {
     EXPECT_TRUE(row["rmse"]["heading_rad"].is_number());
     EXPECT_TRUE(row["rmse"]["position_m"].is_number());
     EXPECT_GT(row["seconds_per_step"].get<double>(), 0.0);
+    for (const char* of : {"heading", "position"})
+      EXPECT_GT(row["efficiency"][of]["mean"].get<double>(), 0.0) << of;
+    EXPECT_GT(row["claimed_rmse"]["position_m"].get<double>(), 0.0);
     EXPECT_EQ(row["runs"], 16);
     EXPECT_EQ(row["failed"], 0);
     EXPECT_EQ(row["pose_nees_over_time"].size(), j["window_ends"].size());
@@ -54,11 +59,31 @@ TEST_F(EstimatorsCommand, TextAndPage) {
   const Finished f =
       run({"estimators", scenario("huang_ring"), "--runs", "8", "--steps", "60", "--out", "page"});
   ASSERT_EQ(f.code, 0) << f.err;
-  for (const char* word : {"invariant", "unobservable", "gain of pairing"}) {
+  for (const char* word : {"invariant", "unobservable", "gain of pairing", "Cramér-Rao"}) {
     EXPECT_NE(f.out.find(word), std::string::npos) << word;
   }
   EXPECT_NE(read("page/index.html").find("<svg"), std::string::npos);
   EXPECT_NE(read("page/index.html").find("Estimators in huang_ring"), std::string::npos);
+}
+
+// A sweep gives the map of what is enough where.
+TEST_F(EstimatorsCommand, MapsASweep) {
+  const std::vector<std::string> common = {
+      "estimators",   scenario("estimator_map"), "--runs", "4", "--steps", "60", "--estimators",
+      "ekf,invariant"};
+  std::vector<std::string> as_json = common, as_page = common;
+  as_json.insert(as_json.end(), {"--format", "json"});
+  const Json j = json(as_json);
+  ASSERT_EQ(j["points"].size(), 16U);
+  ASSERT_EQ(j["estimators"].size(), 2U);
+  EXPECT_EQ(j["estimators"][1]["estimator"], "invariant");
+  EXPECT_TRUE(j["points"][0]["values"].contains("world.landmarks"));
+  EXPECT_EQ(j["points"][0]["study"]["rows"].size(), 2U);
+  as_page.insert(as_page.end(), {"--out", "map"});
+  const Finished f = run(as_page);
+  ASSERT_EQ(f.code, 0) << f.err;
+  EXPECT_NE(f.out.find("cheapest"), std::string::npos);
+  EXPECT_NE(read("map/index.html").find("<svg"), std::string::npos);
 }
 
 TEST_F(EstimatorsCommand, RefusesOtherWorldsAndNames) {

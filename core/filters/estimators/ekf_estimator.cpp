@@ -8,13 +8,7 @@ void EkfEstimator::propagate(const Pose& before, const Motion& motion, const Con
 }
 
 void EkfEstimator::linearise(const PlanarTruth&) {
-  Jacobian H_r;
-  Eigen::Matrix2d H_l;
-  for (std::size_t i = 0; i < seen_z().size(); ++i) {
-    const Point l = landmark(seen()[3 + 2 * i]);
-    plane_jacobian(pose(), l, H_r, H_l);
-    set_rows(static_cast<Index>(i), innovation_of(i, pose(), l), H_r, H_l);
-  }
+  set_plane_rows(pose(), [this](Index offset) { return landmark(offset); });
 }
 
 }  // namespace credence

@@ -10,7 +10,7 @@ class EkfEstimator : public SlamEstimator {
  public:
   using SlamEstimator::SlamEstimator;
 
- private:
+ protected:
   void propagate(const Pose& before, const Motion& motion, const Control& u,
                  const PlanarTruth& truth) override;
   void linearise(const PlanarTruth& truth) override;

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <vector>
-
-#include "core/filters/estimators/slam_estimator.h"
+#include "core/filters/estimators/first_landmark_estimator.h"
 
 namespace credence {
 
@@ -13,22 +11,18 @@ namespace credence {
 ///   Φ_k = [I, J(p̂_{k+1|k} − p̂_{k|k−1}); 0, 1],   H = D Rᵀ(θ̂_{k|k−1}) [−I, −J(l̂₀ − p̂_{k|k−1}), I].
 ///
 /// Poor first estimates are its known weakness.
-class FejEstimator final : public SlamEstimator {
+class FejEstimator final : public FirstLandmarkEstimator {
  public:
-  explicit FejEstimator(const EstimatorSettings& settings);
+  using FirstLandmarkEstimator::FirstLandmarkEstimator;
 
  private:
   void started() override;
   void propagate(const Pose& before, const Motion& motion, const Control& u,
                  const PlanarTruth& truth) override;
   void linearise(const PlanarTruth& truth) override;
-  void place(const Eigen::Vector2d& z, const PlanarTruth& truth, Jacobian& J_r,
-             Eigen::Matrix2d& J_z) override;
-
-  const Point& first_landmark(Index offset) const { return first_[static_cast<std::size_t>(offset - 3) / 2]; }
+  Point turned_about() const override { return first_pose_.head<2>(); }
 
   Pose first_pose_ = Pose::Zero();  ///< x̂_{r,k|k−1}
-  std::vector<Point> first_;        ///< l̂₀ of the landmarks in the order of the state
 };
 
 }  // namespace credence

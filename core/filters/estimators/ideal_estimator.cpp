@@ -10,13 +10,8 @@ void IdealEstimator::propagate(const Pose&, const Motion&, const Control& u, con
 }
 
 void IdealEstimator::linearise(const PlanarTruth& truth) {
-  Jacobian H_r;
-  Eigen::Matrix2d H_l;
-  for (std::size_t i = 0; i < seen_z().size(); ++i) {
-    const Index offset = seen()[3 + 2 * i];
-    plane_jacobian(truth.now, truth.landmarks[static_cast<std::size_t>(number_at(offset))], H_r, H_l);
-    set_rows(static_cast<Index>(i), innovation_of(i, pose(), landmark(offset)), H_r, H_l);
-  }
+  set_plane_rows(truth.now,
+                 [&](Index offset) { return truth.landmarks[static_cast<std::size_t>(number_at(offset))]; });
 }
 
 void IdealEstimator::place(const Eigen::Vector2d&, const PlanarTruth& truth, Jacobian& J_r,

@@ -23,26 +23,38 @@ void InvariantEstimator::started() {
 
 void InvariantEstimator::propagate(const Pose&, const Motion& motion, const Control&, const PlanarTruth&) {
   set_motion_jacobian(PoseMatrix::Identity());
-  // Noise u + w moves x̂ − x by G w, and so e by T⁻¹ G w: that of the heading moves every point.
+  add_pose_noise(motion.pose, motion.G * settings().Q * motion.G.transpose());
+}
+
+void InvariantEstimator::add_pose_noise(const Pose& pose, const PoseMatrix& Q_r) {
   const Index n = size();
-  auto G = G_.resize(n, 2);
-  G.topRows<3>() = to_plane(-motion.pose.head<2>()) * motion.G;
-  for (Index j = 3; j < n; j += 2) G.block<2, 2>(j, 0) = -quarter_turn(landmark(j)) * motion.G.row(2);
-  const Eigen::Matrix2d& Q = settings().Q;
+  auto G = G_.resize(n, 3);
+  G.topRows<3>() = to_plane(-pose.head<2>());
+  for (Index j = 3; j < n; j += 2) {
+    G.block<2, 2>(j, 0).setZero();
+    G.block<2, 1>(j, 2) = -quarter_turn(landmark(j));
+  }
   for (Index j = 0; j < n; ++j) {
-    const Eigen::Vector2d g = Q * G.row(j).transpose();
-    P().col(j).segment(j, n - j) += g[0] * G.col(0).tail(n - j) + g[1] * G.col(1).tail(n - j);
+    const Eigen::Vector3d g = Q_r * G.row(j).transpose();
+    auto column = P().col(j).segment(j, n - j);
+    column += g[2] * G.col(2).tail(n - j);
+    for (Index i = j; i < 3; ++i) P()(i, j) += g[0] * G(i, 0) + g[1] * G(i, 1);
   }
 }
 
+void InvariantEstimator::invariant_jacobian(const Pose& pose, const Point& landmark, Jacobian& H_r,
+                                            Eigen::Matrix2d& H_l) const {
+  const Eigen::Matrix2d Rt = rotation(pose[2]).transpose();
+  H_l = settings().sensor.jacobian(Rt * (landmark - pose.head<2>())) * Rt;
+  H_r << -H_l, Eigen::Vector2d::Zero();
+}
+
 void InvariantEstimator::linearise(const PlanarTruth&) {
-  const Eigen::Matrix2d Rt = rotation(pose()[2]).transpose();
   Jacobian H_r;
+  Eigen::Matrix2d H_l;
   for (std::size_t i = 0; i < seen_z().size(); ++i) {
     const Point l = landmark(seen()[3 + 2 * i]);
-    const Eigen::Vector2d rho = Rt * (l - pose().head<2>());
-    const Eigen::Matrix2d H_l = settings().sensor.jacobian(rho) * Rt;
-    H_r << -H_l, Eigen::Vector2d::Zero();
+    invariant_jacobian(pose(), l, H_r, H_l);
     set_rows(static_cast<Index>(i), innovation_of(i, pose(), l), H_r, H_l);
   }
 }
@@ -55,6 +67,42 @@ void InvariantEstimator::retract(const VectorRef& delta) {
   for (Index j = 3; j < size(); j += 2) {
     state.segment<2>(j) = R * state.segment<2>(j) + V * delta.segment<2>(j);
   }
+  if (reset_ == InvariantReset::left) transport(R, V, delta);
+  if (reset_ == InvariantReset::full) transport(V, exponential_curvature(delta[2]), delta);
+}
+
+void InvariantEstimator::transport(const Eigen::Matrix2d& A, const Eigen::Matrix2d& B,
+                                   const VectorRef& delta) {
+  const Index n = size();
+  Matrix& C = P();
+  const double variance = C(2, 2);
+  auto q = q_.resize(n, 2);               // q_i, and A cov(ε_i, ε_φ) + ½ q_i var ε_φ
+  const auto points = [n](auto&& take) {  // of all points, by their first state
+    take(Index{0});
+    for (Index i = 3; i < n; i += 2) take(i);
+  };
+  points([&](Index i) {
+    const Eigen::Vector2d along =
+        i == 0 ? Eigen::Vector2d(C(2, 0), C(2, 1)) : Eigen::Vector2d(C.block<2, 1>(i, 2));
+    q.block<2, 1>(i, 0) = -quarter_turn(B * delta.segment<2>(i));
+    q.block<2, 1>(i, 1) = A * along + 0.5 * variance * q.block<2, 1>(i, 0);
+  });
+  points([&](Index j) {
+    points([&](Index i) {
+      if (i < j) return;
+      Eigen::Matrix2d block = C.block<2, 2>(i, j);
+      if (i == j) block(0, 1) = block(1, 0);
+      C.block<2, 2>(i, j) = A * block * A.transpose() +
+                            q.block<2, 1>(i, 1) * q.block<2, 1>(j, 0).transpose() +
+                            q.block<2, 1>(i, 0) * q.block<2, 1>(j, 1).transpose();
+    });
+    const Eigen::Vector2d along = q.block<2, 1>(j, 1) + 0.5 * variance * q.block<2, 1>(j, 0);
+    if (j == 0) {
+      C.block<1, 2>(2, 0) = along.transpose();
+    } else {
+      C.block<2, 1>(j, 2) = along;
+    }
+  });
 }
 
 void InvariantEstimator::place(const Eigen::Vector2d& z, const PlanarTruth&, Jacobian& J_r,
@@ -71,6 +119,13 @@ void InvariantEstimator::error(const PlanarTruth& truth, Eigen::Ref<Vector> erro
   for (Index j = 3; j < size(); j += 2) {
     error.segment<2>(j) = V * (landmark(j) - R * truth.landmarks[static_cast<std::size_t>(number_at(j))]);
   }
+}
+
+Matrix InvariantEstimator::plane_covariance() const {
+  Matrix T = Matrix::Identity(size(), size());
+  T.topLeftCorner<3, 3>() = to_plane(pose().head<2>());
+  for (Index j = 3; j < size(); j += 2) T.block<2, 1>(j, 2) = quarter_turn(landmark(j));
+  return T * SlamEstimator::plane_covariance() * T.transpose();
 }
 
 Eigen::Matrix3d InvariantEstimator::plane_pose_covariance() const {

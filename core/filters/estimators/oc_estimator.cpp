@@ -1,15 +1,9 @@
 #include "core/filters/estimators/oc_estimator.h"
 
-#include "core/manifold/rotation.h"
-
 namespace credence {
 
-OcEstimator::OcEstimator(const EstimatorSettings& settings) : SlamEstimator(settings) {
-  first_.reserve(static_cast<std::size_t>(settings.landmarks));
-}
-
 void OcEstimator::started() {
-  first_.clear();
+  FirstLandmarkEstimator::started();
   turn_ = pose().head<2>();
 }
 
@@ -35,19 +29,8 @@ void OcEstimator::linearise(const PlanarTruth&) {
   set_motion_jacobian(E * F);
   turn_ -= shift;
 
-  Jacobian H_r;
-  Eigen::Matrix2d H_l;
-  for (std::size_t i = 0; i < seen_z().size(); ++i) {
-    const Index offset = seen()[3 + 2 * i];
-    plane_jacobian(pose(), first_landmark(offset) - turn_ + pose().head<2>(), H_r, H_l);
-    set_rows(static_cast<Index>(i), innovation_of(i, pose(), landmark(offset)), H_r, H_l);
-  }
-}
-
-void OcEstimator::place(const Eigen::Vector2d& z, const PlanarTruth&, Jacobian& J_r, Eigen::Matrix2d& J_z) {
-  first_.push_back(landmark(size() - 2));
-  J_r << Eigen::Matrix2d::Identity(), quarter_turn(first_.back() - turn_);
-  J_z = rotation(pose()[2]) * settings().sensor.inverse_jacobian(z);
+  set_plane_rows(pose(),
+                 [this](Index offset) -> Point { return first_landmark(offset) - turn_ + pose().head<2>(); });
 }
 
 }  // namespace credence

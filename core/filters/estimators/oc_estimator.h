@@ -1,8 +1,6 @@
 #pragma once
 
-#include <vector>
-
-#include "core/filters/estimators/slam_estimator.h"
+#include "core/filters/estimators/first_landmark_estimator.h"
 
 namespace credence {
 
@@ -15,21 +13,17 @@ namespace credence {
 /// l* − p̂_{k+1|k} = l̂₀ − n_{k+1}, so that l* = l̂₀ − n_k + p*. The p* of least
 /// ‖p* − p̂_{k|k}‖² + Σ ‖l* − l̂‖², over the landmarks that are seen, is the mean of p̂_{k|k} and of all
 /// l̂ − l̂₀ + n_k. The step has been predicted with p* = p̂_{k|k} when they are seen; P is corrected then.
-class OcEstimator final : public SlamEstimator {
+class OcEstimator final : public FirstLandmarkEstimator {
  public:
-  explicit OcEstimator(const EstimatorSettings& settings);
+  using FirstLandmarkEstimator::FirstLandmarkEstimator;
 
  private:
   void started() override;
   void propagate(const Pose& before, const Motion& motion, const Control& u,
                  const PlanarTruth& truth) override;
   void linearise(const PlanarTruth& truth) override;
-  void place(const Eigen::Vector2d& z, const PlanarTruth& truth, Jacobian& J_r,
-             Eigen::Matrix2d& J_z) override;
+  Point turned_about() const override { return turn_; }
 
-  const Point& first_landmark(Index offset) const { return first_[static_cast<std::size_t>(offset - 3) / 2]; }
-
-  std::vector<Point> first_;                         ///< l̂₀ of the landmarks in the order of the state
   Point turn_ = Point::Zero();                       ///< n
   Point before_ = Point::Zero();                     ///< p̂_{k|k} of the step that is predicted
   Point moved_ = Point::Zero();                      ///< p̂_{k+1|k} − p̂_{k|k}

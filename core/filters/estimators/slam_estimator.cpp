@@ -18,6 +18,7 @@ SlamEstimator::SlamEstimator(const EstimatorSettings& settings) : settings_(sett
     throw std::invalid_argument(
         fmt::format("a spread of sigma points must be in (0, 1], it is {}", settings.sigma_spread));
   }
+  if (settings.window < 1) throw std::invalid_argument("the window of a smoother must be at least 1");
   const Index most = 3 + 2 * settings.landmarks;
   const auto count = static_cast<std::size_t>(settings.landmarks);
   x_.setZero(most);
@@ -68,6 +69,17 @@ UpdateResult SlamEstimator::update(Batch observations, const PlanarTruth& truth)
     append(o, truth);
     ++result.initialised;
   }
+  result.ok = refine(observations, truth);
+  return result;
+}
+
+UpdateResult SlamEstimator::judge(Batch observations, const PlanarTruth& truth) {
+  UpdateResult result;
+  collect(observations);
+  result.dof = 2 * std::ssize(z_);
+  if (result.dof == 0) return result;
+  linearise(truth);
+  result.ok = correct(result);
   return result;
 }
 
@@ -164,17 +176,40 @@ bool SlamEstimator::correct(UpdateResult& result) {
     for (Index k = 0; k < c; ++k) Y.col(c) -= L(c, k) * Y.col(k);
     Y.col(c) /= L(c, c);
   }
-  auto delta = delta_.resize(n_);
+  delta_.resize(n_);
+  auto delta = delta_.vector();
   delta.setZero();
-  for (Index c = 0; c < m; ++c) delta.col(0) += w(c) * Y.col(c);
-  for (Index j = 0; j < n_; ++j) {  // P − W Wᵀ, two columns of W at a time
+  for (Index c = 0; c < m; ++c) delta += w(c) * Y.col(c);
+  apply(Y, delta);
+  retract(delta);
+  return true;
+}
+
+SlamEstimator::Correction SlamEstimator::start_correction(Index m) {
+  S_.resize(m, m).setZero();
+  L_.resize(m, m).setZero();
+  W_.resize(n_, m).setZero();
+  return {S_.matrix(), L_.matrix(), W_.matrix()};
+}
+
+Eigen::Map<Matrix> SlamEstimator::show_jacobians(const PoseMatrix& F, std::span<const Index> states,
+                                                 Index rows) {
+  F_ = F;
+  seen_.assign(states.begin(), states.end());
+  placements_.clear();
+  auto H = H_.resize(rows, std::ssize(seen_));
+  H.setZero();
+  return H;
+}
+
+void SlamEstimator::apply(Eigen::Map<Matrix>& W, Eigen::Map<Vector>&) {
+  const Index m = W.cols();
+  for (Index j = 0; j < n_; ++j) {  // two columns of W at a time
     auto column = P_.col(j).segment(j, n_ - j);
     for (Index c = 0; c < m; c += 2) {
-      column -= Y(j, c) * Y.col(c).tail(n_ - j) + Y(j, c + 1) * Y.col(c + 1).tail(n_ - j);
+      column -= W(j, c) * W.col(c).tail(n_ - j) + W(j, c + 1) * W.col(c + 1).tail(n_ - j);
     }
   }
-  retract(delta_.vector());
-  return true;
 }
 
 Matrix SlamEstimator::gain() const {
@@ -208,7 +243,12 @@ void SlamEstimator::append(const Observation<PlanarModel>& observation, const Pl
 }
 
 void SlamEstimator::place(const Eigen::Vector2d& z, const PlanarTruth&, Jacobian& J_r, Eigen::Matrix2d& J_z) {
-  J_r << Eigen::Matrix2d::Identity(), quarter_turn(x_.segment<2>(n_ - 2) - x_.head<2>());
+  plane_placement(x_.segment<2>(n_ - 2) - x_.head<2>(), z, J_r, J_z);
+}
+
+void SlamEstimator::plane_placement(const Eigen::Vector2d& away, const Eigen::Vector2d& z, Jacobian& J_r,
+                                    Eigen::Matrix2d& J_z) const {
+  J_r << Eigen::Matrix2d::Identity(), quarter_turn(away);
   J_z = rotation(x_[2]) * settings_.sensor.inverse_jacobian(z);
 }
 
@@ -225,6 +265,8 @@ Eigen::Matrix3d SlamEstimator::plane_motion(const Eigen::Vector2d& from, const E
   F.topRightCorner<2, 1>() = quarter_turn(to - from);
   return F;
 }
+
+Matrix SlamEstimator::plane_covariance() const { return covariance().selfadjointView<Eigen::Lower>(); }
 
 Eigen::Matrix3d SlamEstimator::plane_pose_covariance() const { return pose_covariance(); }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/filters/ekf_slam.h"
+#include "core/filters/estimators/unscented_transform.h"
 #include "core/linear_algebra/matrix_buffer.h"
 #include "core/models/landmark_sensor.h"
 #include "core/models/slam_model.h"
@@ -21,6 +22,8 @@ struct EstimatorSettings {
   Eigen::Matrix2d R = Eigen::Matrix2d::Zero();  ///< of one landmark's measurement, positive definite
   Index landmarks = 0;                          ///< most that can be seen; they are numbered from 0
   double sigma_spread = 1e-3;                   ///< α of the sigma points, in (0, 1]
+  Index active_sights = 30;  ///< after so many a landmark is only considered, by the Schmidt filter
+  Index window = 10;         ///< times of sights that a smoother keeps, at least 1
 };
 
 /// Where vehicle and landmarks really are. Only the ideal filter looks.
@@ -62,20 +65,31 @@ class SlamEstimator {
   /// changed. A landmark must not appear twice; throws std::invalid_argument for a number out of range.
   UpdateResult update(Batch observations, const PlanarTruth& truth);
 
+  /// The measurement update alone, without first sights: what a batch would give, by NIS, innovation() and
+  /// innovation_covariance(), asked of a copy that is then thrown away.
+  UpdateResult judge(Batch observations, const PlanarTruth& truth);
+
   Index size() const { return n_; }  ///< n
   VectorRef state() const { return x_.head(n_); }
   MatrixRef covariance() const { return P_.topLeftCorner(n_, n_); }  ///< in its chart; lower triangle
-  std::span<const int> landmarks() const { return ids_; }            ///< in the order of the state
-  VectorRef innovation() const { return nu_.vector(); }              ///< ν of the last correction
-  MatrixRef innovation_covariance() const { return S_.matrix(); }    ///< its S
+  /// Where a landmark starts in the state, −1 if it is not there.
+  Index offset_of(int number) const { return offsets_[static_cast<std::size_t>(number)]; }
+  std::span<const int> landmarks() const { return ids_; }          ///< in the order of the state
+  VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last correction
+  MatrixRef innovation_covariance() const { return S_.matrix(); }  ///< its S
   /// K of the last correction, n×dim ν, of the state as it was then; allocates.
   Matrix gain() const;
 
   virtual ErrorChart chart() const { return ErrorChart::plane; }
   /// The error of the estimate in its chart; `error` is n.
   virtual void error(const PlanarTruth& truth, Eigen::Ref<Vector> error) const;
-  /// The pose block of P in the chart x̂ − x; exact to first order in the error.
+  /// P in the chart x̂ − x, n×n; exact to first order in the error. Allocates.
+  virtual Matrix plane_covariance() const;
+  /// Its pose block, without allocating.
   virtual PoseMatrix plane_pose_covariance() const;
+
+  /// The interval of the steps that follow, s.
+  void set_interval(double dt_s) { settings_.model.dt_s = dt_s; }
 
   /// The Jacobians as the filter used them last, in its chart: the motion of the pose, and H of the last
   /// correction over the states `seen()`.
@@ -104,9 +118,19 @@ class SlamEstimator {
   /// P_rr ← F P_rr Fᵀ + Q_r, P_fr ← P_fr Fᵀ.
   void propagate_pose(const PoseMatrix& F, const PoseMatrix& Q_r);
 
+  /// Room for ν, S and its factor L, and W = K L of a correction by m numbers; all but ν zero.
+  struct Correction {
+    Eigen::Map<Matrix> S, L, W;
+  };
+  Correction start_correction(Index m);
+
   /// Sets the rows of landmark i of the batch (from 0): ν and the blocks of H on the pose and the landmark.
   void set_rows(Index i, const Eigen::Vector2d& nu, const Jacobian& H_r, const Eigen::Matrix2d& H_l);
   void set_motion_jacobian(const PoseMatrix& F) { F_ = F; }
+  /// For an estimator whose Jacobians are settled later than they are used first: those of `states`, the pose
+  /// before the landmarks, and of placements, in place of what motion_jacobian() and the like would say.
+  Eigen::Map<Matrix> show_jacobians(const PoseMatrix& F, std::span<const Index> states, Index rows);
+  std::vector<Jacobian>& shown_placements() { return placements_; }
   Eigen::Map<Matrix> H() { return H_.matrix(); }
   Eigen::Map<Vector> nu() { return nu_.vector(); }
   /// Added to S beside R; zero unless a linearisation sets it.
@@ -116,6 +140,26 @@ class SlamEstimator {
   /// F of a motion between two places, [I, J(p⁺ − p); 0, 1]: whatever the vehicle, its motion is a constant
   /// of the control turned by the heading.
   static PoseMatrix plane_motion(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+  /// Sets the rows of every known landmark of the batch: ν at the estimates, H at a pose and at the place
+  /// that `place_of` says of the landmark that starts at a state.
+  template <class PlaceOf>
+  void set_plane_rows(const Pose& pose_at, PlaceOf place_of) {
+    Jacobian H_r;
+    Eigen::Matrix2d H_l;
+    for (std::size_t i = 0; i < z_.size(); ++i) {
+      const Index offset = seen_[3 + 2 * i];
+      plane_jacobian(pose_at, place_of(offset), H_r, H_l);
+      set_rows(static_cast<Index>(i), innovation_of(i, pose(), landmark(offset)), H_r, H_l);
+    }
+  }
+  /// The rows of every known landmark of the batch by sigma points of all states that it touches:
+  /// `move(pose, landmark, pose_step, step)` is ⊞, `jacobian` gives H in directions without variance.
+  template <class Move, class JacobianAt>
+  void set_sigma_rows(UnscentedTransform& transform, Move move, JacobianAt jacobian);
+  /// The Jacobians of a landmark placed at z, whose way from the vehicle is `away`: J_r = [I, J away],
+  /// J_z at the estimated heading.
+  void plane_placement(const Eigen::Vector2d& away, const Eigen::Vector2d& z, Jacobian& J_r,
+                       Eigen::Matrix2d& J_z) const;
   /// H of one landmark at a pose and a place: D Rᵀ [−I, −J(l − p), I].
   void plane_jacobian(const Pose& pose, const Point& landmark, Jacobian& H_r, Eigen::Matrix2d& H_l) const;
   /// ẑ of one landmark at a pose and a place.
@@ -136,8 +180,16 @@ class SlamEstimator {
   /// δl = J_r δx_r + J_z w of a landmark just placed at z; the state holds it already, at its end.
   virtual void place(const Eigen::Vector2d& z, const PlanarTruth& truth, Jacobian& J_r, Eigen::Matrix2d& J_z);
 
+  /// δ and W of a correction, P⁺ = P − W Wᵀ: moves P; may set rows of both to zero.
+  virtual void apply(Eigen::Map<Matrix>& W, Eigen::Map<Vector>& delta);
+  /// Corrects x and P by the rows that are set, and fills ν, S and W; false: S is not positive definite, and
+  /// nothing was changed.
+  virtual bool correct(UpdateResult& result);
+  /// After a batch was used, with its first sights; false: a factorisation failed, and the estimates are not
+  /// to be used.
+  virtual bool refine(Batch, const PlanarTruth&) { return true; }
+
   void collect(Batch observations);
-  bool correct(UpdateResult& result);
   void append(const Observation<PlanarModel>& observation, const PlanarTruth& truth);
 
   EstimatorSettings settings_;
@@ -153,5 +205,45 @@ class SlamEstimator {
   std::vector<Jacobian> placements_;
   MatrixBuffer nu_, H_, S_, added_covariance_, L_, W_, columns_, seen_P_, whitened_, delta_;
 };
+
+template <class Move, class JacobianAt>
+void SlamEstimator::set_sigma_rows(UnscentedTransform& transform, Move move, JacobianAt jacobian) {
+  const Index m = 2 * std::ssize(z_);
+  for (Index i = 0; 2 * i < m; ++i) {
+    nu().segment<2>(2 * i) = innovation_of(static_cast<std::size_t>(i), pose(),
+                                           landmark(seen_[static_cast<std::size_t>(3 + 2 * i)]));
+  }
+  transform.take(seen_covariance(), m, settings_.sigma_spread,
+                 [&](const VectorRef& step, Eigen::Ref<Vector> y) {
+                   for (Index i = 0; 2 * i < m; ++i) {
+                     const Point l = landmark(seen_[static_cast<std::size_t>(3 + 2 * i)]);
+                     Pose moved_pose = pose();
+                     Point moved = l;
+                     move(moved_pose, moved, step.head<3>(), step.segment<2>(3 + 2 * i));
+                     y.segment<2>(2 * i) =
+                         settings_.sensor.innovation(predicted(moved_pose, moved), predicted(pose(), l));
+                   }
+                 });
+  nu() -= transform.shift();
+  added_covariance() = transform.curvature();
+  auto D = transform.D();
+  const auto root = transform.root();
+  if ((root.diagonal().array() == 0.0).any()) {  // where nothing is spread
+    for (Index i = 0; 2 * i < m; ++i) {
+      Jacobian H_r;
+      Eigen::Matrix2d H_l;
+      jacobian(pose(), landmark(seen_[static_cast<std::size_t>(3 + 2 * i)]), H_r, H_l);
+      for (Index j = 0; j < root.cols(); ++j) {
+        if (root(j, j) != 0.0) continue;
+        const bool own = j == 3 + 2 * i || j == 4 + 2 * i;
+        D.block<2, 1>(2 * i, j) = j < 3 ? Point(H_r.col(j))
+                                  : own ? Point(H_l.col(j - 3 - 2 * i))
+                                        : Point(0.0, 0.0);
+      }
+    }
+  }
+  divide_by_root(D, root);
+  H() = D;
+}
 
 }  // namespace credence

@@ -101,6 +101,8 @@ EstimatorSettings estimator_settings(const Scenario& scenario, const OdometryWor
   settings.R = (scenario.filter.measurement_scale * world.measurement_std.cwiseAbs2()).asDiagonal();
   settings.landmarks = world.plane.states();
   settings.sigma_spread = real_value(scenario, "filter.sigma_spread");
+  settings.window = static_cast<Index>(integer_value(scenario, "filter.window"));
+  settings.active_sights = static_cast<Index>(integer_value(scenario, "filter.active_sights"));
   return settings;
 }
 

@@ -93,11 +93,9 @@ class PlanarSlamExperiment::Run {
   SingularNees solver_, pose_solver_;
 };
 
-PlanarSlamExperiment::PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source)
-    : Experiment(layout_of(make_odometry_world(scenario))),
-      scenario_(scenario),
-      world_(make_odometry_world(scenario)),
-      source_(source) {
+PlanarSlamExperiment::PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source,
+                                           OdometryWorld world)
+    : Experiment(layout_of(world)), scenario_(scenario), world_(std::move(world)), source_(source) {
   const auto R = estimator_settings(scenario_, world_).R;
   assume_measurement_variances({R(0, 0), R(1, 1)});
 }

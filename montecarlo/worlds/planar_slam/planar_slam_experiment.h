@@ -9,7 +9,8 @@ namespace credence {
 /// squared errors are those of x̂ − x.
 class PlanarSlamExperiment final : public Experiment {
  public:
-  PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source);
+  PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source)
+      : PlanarSlamExperiment(scenario, source, make_odometry_world(scenario)) {}
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
@@ -17,6 +18,8 @@ class PlanarSlamExperiment final : public Experiment {
 
  private:
   class Run;
+
+  PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source, OdometryWorld world);
 
   Scenario scenario_;
   OdometryWorld world_;

@@ -15,7 +15,9 @@ namespace {
 
 bool has_annulus(const Scenario& s) { return !has_landmark_ring(s); }
 bool measures_bearing(const Scenario& s) { return !measures_relative_position(s); }
-bool has_sigma_points(const Scenario& s) { return word_value(s, "filter.estimator") == "ukf"; }
+bool has_sigma_points(const Scenario& s) { return word_value(s, "filter.estimator").starts_with("ukf"); }
+bool has_window(const Scenario& s) { return word_value(s, "filter.estimator").starts_with("smoother"); }
+bool considers(const Scenario& s) { return word_value(s, "filter.estimator") == "schmidt"; }
 
 std::vector<std::string_view> estimator_names() {
   std::vector<std::string_view> names;
@@ -76,9 +78,21 @@ std::vector<KeyRow> planar_slam_keys() {
        {.section = "filter",
         .name = "sigma_spread",
         .unit = "",
-        .meaning = "α of the sigma points of \"ukf\", of no effect elsewhere",
+        .meaning = "α of the sigma points of \"ukf\" and \"ukf-manifold\", of no effect elsewhere",
         .field = own_real("filter.sigma_spread", 1e-3, {0.0, 1.0, true, false}),
         .in_effect = has_sigma_points},
+       {.section = "filter",
+        .name = "window",
+        .unit = "",
+        .meaning = "times of sights that \"smoother\" keeps, of no effect elsewhere",
+        .field = own_integer("filter.window", 10, 1, 1000),
+        .in_effect = has_window},
+       {.section = "filter",
+        .name = "active_sights",
+        .unit = "",
+        .meaning = "sights after which \"schmidt\" only considers a landmark, of no effect elsewhere",
+        .field = own_integer("filter.active_sights", 30, 0, 1'000'000'000),
+        .in_effect = considers},
        process_scale_key(),
        measurement_scale_key()});
   return keys;

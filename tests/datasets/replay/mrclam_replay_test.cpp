@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/filters/estimators/estimators.h"
 #include "core/manifold/angle.h"
 #include "core/models/range_bearing.h"
 #include "datasets/data_error.h"
@@ -174,6 +175,21 @@ TEST(MrclamReplay, WithoutErrorsJacobiansAtTheTruthAreThoseAtTheEstimate) {
   }
 }
 
+// Without errors every estimator stays at the truth, with sights judged by its own innovation.
+TEST(MrclamReplay, EveryEstimatorStaysAtTheTruthWithoutErrors) {
+  const ReplayResult plain = replay_mrclam(perfect_log(), settings());
+  for (const EstimatorKind& kind : estimator_kinds()) {
+    ReplaySettings s = settings();
+    s.filter.gate = 0.999;
+    s.filter.estimator = kind.name;
+    const ReplayResult result = replay_mrclam(perfect_log(), s);
+    EXPECT_EQ(result.updated, plain.updated) << kind.name;
+    EXPECT_EQ(result.rejected, 0) << kind.name;
+    EXPECT_LT(result.landmark_rms, plain.landmark_rms + 1e-3) << kind.name;
+    EXPECT_LT(result.vehicle_rmse, plain.vehicle_rmse + 1e-3) << kind.name;
+  }
+}
+
 TEST(MrclamReplay, WhitenedSightsOfABatchAddUpToItsNis) {
   MrclamLog log = perfect_log();
   for (std::size_t i = 0; i < log.measurements.size(); ++i)
@@ -249,6 +265,28 @@ TEST(MrclamReplay, JacobiansAtTheTruthMakeTheNeesNearlyConsistent) {
   EXPECT_LT(ideal.vehicle_nees.mean(), 5);
   EXPECT_LT(ideal.landmark_nees.mean(), 3);
   EXPECT_NEAR(ekf.nis.mean(), ideal.nis.mean(), 0.02) << "innovations do not see it";
+}
+
+// The same filter twice: the EKF with Jacobians at the truth, and the estimator of that name. They differ in
+// where the measurement of a new landmark is linearised, at its reading or at the truth.
+TEST(MrclamReplay, TheIdealEstimatorIsTheEkfWithJacobiansAtTheTruth) {
+  CREDENCE_DATA_OR_SKIP(data, "mrclam7");
+  const MrclamLog log = read_mrclam(data, 3);
+  ReplaySettings at_truth = mrclam_settings(3), named = at_truth;
+  at_truth.filter.jacobians = ReplayJacobians::truth;
+  named.filter.estimator = "ideal";
+  const ReplayResult a = replay_mrclam(log, at_truth), b = replay_mrclam(log, named);
+  EXPECT_EQ(b.observations, a.observations);
+  EXPECT_NEAR(static_cast<double>(b.updated), static_cast<double>(a.updated), 5);
+  EXPECT_NEAR(b.vehicle_nees.mean(), a.vehicle_nees.mean(), 0.1 * a.vehicle_nees.mean());
+  // What the truth gives, estimators that know nothing of it give as well; sigma points do not.
+  for (const char* estimator : {"fej", "oc"}) {
+    named.filter.estimator = estimator;
+    EXPECT_LT(replay_mrclam(log, named).vehicle_nees.mean(), 5.0) << estimator;
+  }
+  named.filter.estimator = "ukf";
+  EXPECT_GT(replay_mrclam(log, named).vehicle_nees.mean(), 20.0);
+  EXPECT_NEAR(b.heading_rmse_deg, a.heading_rmse_deg, 0.2 * a.heading_rmse_deg);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <stdexcept>
+#include <utility>
 
 namespace credence {
 namespace {
@@ -51,7 +52,7 @@ TEST(ReplaySettings, TextReadsBackTheSame) {
     copy.vehicle = settings.vehicle;
     for (const auto& [key, value] : replay_settings_text(settings)) set_replay_setting(copy, key, value);
     const auto text = replay_settings_text(settings), again = replay_settings_text(copy);
-    ASSERT_EQ(text.size(), settings.vehicle == VehicleKind::car ? 19U : 23U);
+    ASSERT_EQ(text.size(), settings.vehicle == VehicleKind::car ? 20U : 24U);
     for (std::size_t i = 0; i < text.size(); ++i) EXPECT_EQ(text[i].value, again[i].value) << text[i].key;
     EXPECT_NO_THROW(check_replay_settings(settings));
   }
@@ -82,6 +83,23 @@ TEST(ReplaySettings, AWishThatMeansNothingIsRefused) {
   unicycle.filter.association = ReplayAssociation::compatibility;
   unicycle.filter.jacobians = ReplayJacobians::truth;
   EXPECT_THROW(check_replay_settings(unicycle), std::invalid_argument) << "a new landmark has no truth";
+}
+
+// Inflation, anchors and own association belong to the EKF of the replay.
+TEST(ReplaySettings, OtherEstimatorsRefuseWhatTheyCannot) {
+  ReplaySettings settings = mrclam_settings(1);
+  set_replay_setting(settings, "filter.estimator", "fej");
+  EXPECT_NO_THROW(check_replay_settings(settings));
+  EXPECT_THROW(set_replay_setting(settings, "filter.estimator", "magic"), std::invalid_argument);
+  for (const auto& [key, value] :
+       {std::pair{"filter.inflation", "map"}, {"world.observability", "full"},
+        {"filter.association", "compatibility"}, {"filter.jacobians", "truth"}}) {
+    ReplaySettings refused = settings;
+    set_replay_setting(refused, key, value);
+    EXPECT_THROW(check_replay_settings(refused), std::invalid_argument) << key;
+    refused.filter.estimator = "ekf";
+    EXPECT_NO_THROW(check_replay_settings(refused)) << key;
+  }
 }
 
 TEST(ReplaySettings, ImpossibleCombinationsAreRefused) {

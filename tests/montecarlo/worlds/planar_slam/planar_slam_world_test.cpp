@@ -13,6 +13,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
+#include "montecarlo/worlds/planar_slam/posterior_bound.h"
 #include "montecarlo/worlds/registry.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
@@ -59,6 +60,15 @@ TEST(PlanarSlamWorld, EstimatorsShareTheirNoise) {
   EXPECT_NE(configuration_id(ekf), configuration_id(ukf));
   EXPECT_EQ(configuration_id(ekf), configuration_id(load({"filter.sigma_spread=1"})));
   EXPECT_NE(configuration_id(ukf), configuration_id(load({"filter.estimator=ukf", "filter.sigma_spread=1"})));
+  for (const char* key : {"filter.window=3", "filter.active_sights=3"}) {
+    EXPECT_EQ(configuration_id(ekf), configuration_id(load({key})));
+    int concerned = 0;
+    for (const EstimatorKind& kind : estimator_kinds()) {
+      const std::string estimator = fmt::format("filter.estimator={}", kind.name);
+      concerned += configuration_id(load({estimator})) != configuration_id(load({estimator, key})) ? 1 : 0;
+    }
+    EXPECT_EQ(concerned, std::string(key).starts_with("filter.window") ? 2 : 1) << key;
+  }
 }
 
 TEST(PlanarSlamWorld, LandmarksStandWhereTheScenarioSays) {
@@ -115,16 +125,18 @@ TEST(PlanarSlamWorld, NoiseIsThatOfTheScenario) {
 TEST(PlanarSlamWorld, SameBitsByAnyThreads) {
   for (const EstimatorKind& kind : estimator_kinds()) {
     for (const char* sensor : {"relative_position", "range_bearing"}) {
-      const Scenario s = load({"study.steps=30", fmt::format("filter.estimator={}", kind.name),
-                               fmt::format("world.landmark_sensor={}", sensor)});
+      const std::size_t steps = kind.name.starts_with("smoother") ? 8 : 30;
+      const Scenario s =
+          load({fmt::format("study.steps={}", steps), "filter.window=3",
+                fmt::format("filter.estimator={}", kind.name), fmt::format("world.landmark_sensor={}", sensor)});
       const auto experiment = make_experiment(s);
       const StudyStatistics one = run(*experiment, 130, 1);
       EXPECT_EQ(one, run(*experiment, 130, 3)) << kind.name;
       const StudyStatistics alone = experiment->run_chunk(7, 1);
       const RunTrace trace = experiment->trace(7);
-      ASSERT_EQ(trace.steps.size(), 31U) << kind.name;
-      EXPECT_EQ(alone.steps[29][Quantity::nees].mean, trace.steps[30].nees) << kind.name;
-      const TraceStep& last = trace.steps[30];
+      ASSERT_EQ(trace.steps.size(), steps + 1) << kind.name;
+      EXPECT_EQ(alone.steps[steps - 1][Quantity::nees].mean, trace.steps[steps].nees) << kind.name;
+      const TraceStep& last = trace.steps[steps];
       EXPECT_EQ(last.P, Matrix(last.P.transpose()));
       EXPECT_EQ(last.error.size(), last.P.rows());
       EXPECT_EQ(last.K.rows(), last.P.rows());
@@ -162,6 +174,34 @@ TEST(PlanarSlamWorld, AStepAllocatesNothing) {
       }
     }
   }
+}
+
+// Where the heading is known the world is linear, and its bound is the Kalman filter's P. Sights that are
+// missed half the time tell half as much.
+TEST(PosteriorBound, IsTheKalmanFilterOfALinearWorld) {
+  const std::vector<std::string> known = {"initial.heading_std_deg=0", "noise.turn_rate_std=0",
+                                          "study.steps=200"};
+  const Scenario s = load(known);
+  const OdometryWorld world = make_odometry_world(s);
+  const PosteriorBound bound = posterior_bound(world);
+  EXPECT_EQ(bound.heading_squared, 0.0);
+  const auto filter = scenario_estimator(s, world);
+  OdometryDrive drive(world, NoiseSource(1, 2));
+  filter->reset(drive.start(0), world.initial_covariance());
+  double variance = 0.0;
+  for (std::size_t k = 1; k <= 200; ++k) {
+    filter->predict(drive.read(k), world.truth(k));
+    filter->update(drive.observe(k), world.truth(k));
+    variance += filter->covariance().diagonal().head<2>().sum() / 200.0;
+  }
+  EXPECT_NEAR(bound.position_squared, variance, 1e-10 * variance);
+  std::vector<std::string> missed = known;
+  missed.emplace_back("noise.detection_probability=0.5");
+  std::vector<std::string> noisier = known;
+  noisier.push_back(fmt::format("noise.relative_position_std={:.17g}", 0.1 * std::sqrt(2.0)));
+  const double half = posterior_bound(make_odometry_world(load(missed))).position_squared;
+  EXPECT_GT(half, 1.05 * bound.position_squared);
+  EXPECT_NEAR(half, posterior_bound(make_odometry_world(load(noisier))).position_squared, 1e-10 * half);
 }
 
 }  // namespace

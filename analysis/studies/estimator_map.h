@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/studies/estimator_study.h"
+#include "montecarlo/scenario/sweep_plan.h"
+
+/// @file
+/// Which estimator is the cheapest that stays consistent, over the points of a sweep.
+
+namespace credence {
+
+/// An estimator stays consistent at a point where no run failed and the interval of its pose NEES reaches
+/// down to this: so much more squared error than P claims is not held against it.
+inline constexpr double kToleratedOptimism = 1.1;
+
+/// The comparison of estimators at every point of a sweep.
+struct EstimatorMap {
+  SweepPlan plan;
+  std::vector<std::string> names;
+  std::vector<double> seconds_per_step;  ///< of each, mean over the points
+  std::vector<EstimatorStudy> studies;   ///< of each point
+  bool complete = true;                  ///< false: interrupted; the rest means nothing
+
+  /// Whether estimator `e` stays consistent at a point.
+  bool stays_consistent(std::size_t point, std::size_t e) const;
+  /// The cheapest that does, none if none; "ideal", which could not be built, is none of them.
+  std::optional<std::size_t> cheapest(std::size_t point) const;
+};
+
+/// Throws as study_estimators.
+EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& options);
+
+}  // namespace credence

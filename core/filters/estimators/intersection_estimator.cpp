@@ -1,0 +1,132 @@
+#include "core/filters/estimators/intersection_estimator.h"
+
+#include <cmath>
+
+#include "core/linear_algebra/cholesky.h"
+#include "core/manifold/angle.h"
+
+namespace credence {
+namespace {
+
+using PoseMatrix = Eigen::Matrix3d;
+
+/// One sight of one landmark with the bound that ω gives.
+struct Intersection {
+  PoseMatrix dependent, independent;
+  Eigen::Matrix2d P_l, R;
+  Eigen::Matrix<double, 2, 3> H_r;
+  Eigen::Matrix2d H_l;
+
+  PoseMatrix vehicle(double omega) const { return dependent / omega + independent; }
+  Eigen::Matrix2d landmark(double omega) const { return P_l / (1.0 - omega); }
+  Eigen::Matrix2d innovation_covariance(double omega) const {
+    return H_r * vehicle(omega) * H_r.transpose() + H_l * landmark(omega) * H_l.transpose() + R;
+  }
+};
+
+/// B − B Hᵀ S⁻¹ H B.
+template <class Square, class Rows>
+Square corrected(const Square& B, const Rows& H, const Eigen::Matrix2d& S) {
+  const Rows HB = H * B;
+  const Square P = B - HB.transpose() * S.llt().solve(HB);
+  return 0.5 * (P + P.transpose());
+}
+
+/// Σ of the variances of A over those of B, where B has any.
+template <class Square>
+double relative_trace(const Square& A, const Square& B) {
+  double sum = 0.0;
+  for (Index i = 0; i < B.rows(); ++i) sum += B(i, i) > 0.0 ? A(i, i) / B(i, i) : 0.0;
+  return sum;
+}
+
+/// The ω in (0, 1) where a convex cost is least, to 1e-3, by golden sections.
+template <class Cost>
+double least(Cost cost) {
+  constexpr double kRatio = 0.6180339887498949;
+  double lower = 1e-6, upper = 1.0 - 1e-6;
+  double a = upper - kRatio * (upper - lower), b = lower + kRatio * (upper - lower);
+  double cost_a = cost(a), cost_b = cost(b);
+  while (upper - lower > 1e-3) {
+    if (cost_a < cost_b) {
+      upper = b;
+      b = a;
+      cost_b = cost_a;
+      a = upper - kRatio * (upper - lower);
+      cost_a = cost(a);
+    } else {
+      lower = a;
+      a = b;
+      cost_a = cost_b;
+      b = lower + kRatio * (upper - lower);
+      cost_b = cost(b);
+    }
+  }
+  return 0.5 * (lower + upper);
+}
+
+}  // namespace
+
+void IntersectionEstimator::propagate(const Pose& before, const Motion& motion, const Control& u,
+                                      const PlanarTruth& truth) {
+  EkfEstimator::propagate(before, motion, u, truth);
+  const PoseMatrix& F = motion_jacobian();
+  independent_ = (F * independent_ * F.transpose() + motion.G * settings().Q * motion.G.transpose()).eval();
+}
+
+bool IntersectionEstimator::correct(UpdateResult& result) {
+  auto [S, L, W] = start_correction(2 * std::ssize(seen_z()));
+  Intersection sight;
+  sight.R = settings().R;
+  if (settings().R.llt().info() != Eigen::Success) return false;  // else every S is positive definite
+  for (std::size_t i = 0; i < seen_z().size(); ++i) {
+    const auto row = static_cast<Index>(2 * i);
+    const Index offset = seen()[3 + 2 * i];
+    plane_jacobian(pose(), landmark(offset), sight.H_r, sight.H_l);
+    const Eigen::Vector2d innovation = innovation_of(i, pose(), landmark(offset));
+    set_rows(row / 2, innovation, sight.H_r, sight.H_l);
+    const PoseMatrix P_r = pose_covariance();
+    const Eigen::Matrix2d P_l = P().block<2, 2>(offset, offset).selfadjointView<Eigen::Lower>();
+    sight.independent = independent_;
+    sight.dependent = P_r - independent_;
+    sight.P_l = P_l;
+    const double omega = least([&](double w) {
+      return relative_trace(corrected(sight.vehicle(w), sight.H_r, sight.innovation_covariance(w)), P_r);
+    });
+    const double omega_l = least([&](double w) {
+      return relative_trace(corrected(sight.landmark(w), sight.H_l, sight.innovation_covariance(w)), P_l);
+    });
+    const Eigen::Matrix2d S_r = sight.innovation_covariance(omega),
+                          S_l = sight.innovation_covariance(omega_l);
+    const Eigen::LLT<Eigen::Matrix2d> llt(S_r), llt_l(S_l);
+    if (llt.info() != Eigen::Success || llt_l.info() != Eigen::Success || !S_r.allFinite()) return false;
+    const PoseMatrix B_r = sight.vehicle(omega);
+    const Eigen::Matrix2d B_l = sight.landmark(omega_l);
+    const Eigen::Matrix<double, 3, 2> K_r = llt.solve(sight.H_r * B_r).transpose();
+    const Eigen::Matrix2d K_l = llt_l.solve(sight.H_l * B_l).transpose();
+    x().head<3>() += K_r * innovation;
+    x()[2] = wrap_angle(x()[2]);
+    x().segment<2>(offset) += K_l * innovation;
+    P().topLeftCorner<3, 3>() = corrected(B_r, sight.H_r, S_r);
+    P().block<2, 2>(offset, offset) = corrected(B_l, sight.H_l, S_l);
+    independent_.setZero();
+
+    const Eigen::Matrix2d root = llt.matrixL();
+    S.block<2, 2>(row, row) = S_r;
+    L.block<2, 2>(row, row) = root;
+    W.block<3, 2>(0, row) = K_r * root;
+    W.block<2, 2>(offset, row) = K_l * root;
+    result.nis += llt.matrixL().solve(innovation).squaredNorm();
+  }
+  return true;
+}
+
+bool IntersectionEstimator::refine(Batch, const PlanarTruth&) {
+  if (placements().empty()) return true;
+  const Index fresh = size() - 2 * std::ssize(placements());
+  for (Index i = fresh; i < size(); i += 2) P().block(i, 0, 2, i).setZero();
+  independent_.setZero();
+  return true;
+}
+
+}  // namespace credence

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "core/filters/estimators/ekf_estimator.h"
+
+namespace credence {
+
+/// SLAM without correlations, by split covariance intersection ([Julier 2007]): P keeps the blocks of the
+/// vehicle and of each landmark alone, O(N) of memory, and makes no claim on what correlates them.
+///
+/// Of the vehicle's covariance D + I the part I, the noise of its motion since a landmark last told it
+/// something, depends on no landmark. Whatever the correlation of vehicle and landmark,
+/// diag(D/ω + I, P_l/(1 − ω)) bounds their joint covariance for every ω in (0, 1); one Kalman correction of
+/// it by the sight of that landmark gives the bounds P_r⁺ and P_l⁺. Each takes the ω that makes its own
+/// variances smallest, as sum of their ratios to those before. Landmarks of a batch come one after the other,
+/// each linearised at the estimates that it finds. A bound, not the Kalman filter, where the world is linear.
+class IntersectionEstimator final : public EkfEstimator {
+ public:
+  using EkfEstimator::EkfEstimator;
+
+ private:
+  void started() override { independent_.setZero(); }
+  void propagate(const Pose& before, const Motion& motion, const Control& u,
+                 const PlanarTruth& truth) override;
+  bool correct(UpdateResult& result) override;
+  bool refine(Batch observations, const PlanarTruth& truth) override;
+
+  PoseMatrix independent_ = PoseMatrix::Zero();  ///< I
+};
+
+}  // namespace credence

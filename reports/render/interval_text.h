@@ -1,0 +1,17 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+
+#include "reports/render/number_text.h"
+
+namespace credence {
+
+/// "1.06 (1.02 … 1.11)": a value with the bounds of its interval, for a person.
+inline std::string interval_text(double value, double lower, double upper, int significant = 3) {
+  return fmt::format("{} ({} … {})", number_text(value, significant), number_text(lower, 3),
+                     number_text(upper, 3));
+}
+
+}  // namespace credence

@@ -1,0 +1,39 @@
+#include "analysis/studies/estimator_map.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "montecarlo/scenario/scenario_io.h"
+
+namespace credence {
+namespace {
+
+constexpr const char* kSweep =
+    "[world]\nmodel = \"planar_slam\"\nlandmark_layout = \"annulus\"\nlandmarks = 20\ndt = 1.0\n"
+    "[study]\nruns = 24\nsteps = 600\n[sweep]\nnoise.turn_rate_std = [0.001, 0.03]\n";
+
+// Where the heading is nearly known the EKF will do; where it is not, a dearer filter is needed.
+TEST(EstimatorMap, TheCheapestIsTheOneThatIsEnough) {
+  const SweepPlan plan = plan_sweep(read_scenario_text(kSweep, "t.toml"));
+  ASSERT_EQ(plan.points.size(), 2U);
+  EstimatorMap map = map_estimators(plan, {.estimators = {"ideal", "ekf", "invariant"}});
+  ASSERT_TRUE(map.complete);
+  ASSERT_EQ(map.studies.size(), 2U);
+  map.seconds_per_step = {1e-6, 2e-6, 3e-6};  // as measured, but the same on every machine
+  EXPECT_TRUE(map.stays_consistent(0, 1));
+  EXPECT_FALSE(map.stays_consistent(1, 1));
+  EXPECT_EQ(map.cheapest(0), 1U);  // not the ideal filter, cheaper as it were
+  EXPECT_EQ(map.cheapest(1), 2U);
+  map.studies[1].rows[2].failures.push_back({3, 7, Outcome::diverged});
+  EXPECT_EQ(map.cheapest(1), std::nullopt);
+}
+
+TEST(EstimatorMap, OtherWorldsAreRefused) {
+  const SweepPlan plan =
+      plan_sweep(read_scenario_text("[world]\nmodel = \"planar\"\n[sweep]\nworld.landmarks = [3, 4]\n", "t"));
+  EXPECT_THROW(map_estimators(plan, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence
