@@ -34,7 +34,8 @@ class Tuner {
     box_ = {start.array() - reach, start.array() + reach};
     before_ = model.scores(start, false);
     if (!before_.ok) {
-      throw std::invalid_argument("the present filter has no scores: no innovations, or an S that is not positive definite");
+      throw std::invalid_argument(
+          "the present filter has no scores: no innovations, or an S that is not positive definite");
     }
     tuning_.steps = before_.steps;
     tuning_.units = model.units();

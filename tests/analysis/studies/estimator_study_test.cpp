@@ -39,7 +39,8 @@ TEST(EstimatorStudy, TheBenchmarkHasItsNumbers) {
       EXPECT_GE(n.upper, n.mean);
     }
     // The bound is that of the ideal filter but for its curvature.
-    EXPECT_NEAR(row.claimed_position_m, std::sqrt(study.bound.position_squared), 0.05 * row.claimed_position_m);
+    EXPECT_NEAR(row.claimed_position_m, std::sqrt(study.bound.position_squared),
+                0.05 * row.claimed_position_m);
     const MeanInterval& efficiency = row.position_efficiency;
     EXPECT_NEAR(efficiency.mean, 1.0, 5 * efficiency.standard_error + 0.05) << row.name;
     EXPECT_LT(efficiency.lower, efficiency.mean);

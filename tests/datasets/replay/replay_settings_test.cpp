@@ -91,9 +91,10 @@ TEST(ReplaySettings, OtherEstimatorsRefuseWhatTheyCannot) {
   set_replay_setting(settings, "filter.estimator", "fej");
   EXPECT_NO_THROW(check_replay_settings(settings));
   EXPECT_THROW(set_replay_setting(settings, "filter.estimator", "magic"), std::invalid_argument);
-  for (const auto& [key, value] :
-       {std::pair{"filter.inflation", "map"}, {"world.observability", "full"},
-        {"filter.association", "compatibility"}, {"filter.jacobians", "truth"}}) {
+  for (const auto& [key, value] : {std::pair{"filter.inflation", "map"},
+                                   {"world.observability", "full"},
+                                   {"filter.association", "compatibility"},
+                                   {"filter.jacobians", "truth"}}) {
     ReplaySettings refused = settings;
     set_replay_setting(refused, key, value);
     EXPECT_THROW(check_replay_settings(refused), std::invalid_argument) << key;

@@ -126,9 +126,9 @@ TEST(PlanarSlamWorld, SameBitsByAnyThreads) {
   for (const EstimatorKind& kind : estimator_kinds()) {
     for (const char* sensor : {"relative_position", "range_bearing"}) {
       const std::size_t steps = kind.name.starts_with("smoother") ? 8 : 30;
-      const Scenario s =
-          load({fmt::format("study.steps={}", steps), "filter.window=3",
-                fmt::format("filter.estimator={}", kind.name), fmt::format("world.landmark_sensor={}", sensor)});
+      const Scenario s = load({fmt::format("study.steps={}", steps), "filter.window=3",
+                               fmt::format("filter.estimator={}", kind.name),
+                               fmt::format("world.landmark_sensor={}", sensor)});
       const auto experiment = make_experiment(s);
       const StudyStatistics one = run(*experiment, 130, 1);
       EXPECT_EQ(one, run(*experiment, 130, 3)) << kind.name;
