@@ -18,6 +18,7 @@ std::vector<std::filesystem::path> data_set_folders(const std::vector<std::strin
         "--data: name the folder with the data set, or set CREDENCE_DATA (docs/datasets.md)");
   }
   std::vector<std::filesystem::path> folders;
+  folders.reserve(directories.size());
   for (const std::string& directory : directories) folders.push_back(data_set_folder(directory, name));
   return folders;
 }

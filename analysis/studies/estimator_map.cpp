@@ -1,5 +1,8 @@
 #include "analysis/studies/estimator_map.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace credence {
 
 bool EstimatorMap::stays_consistent(std::size_t point, std::size_t e) const {
@@ -9,12 +12,15 @@ bool EstimatorMap::stays_consistent(std::size_t point, std::size_t e) const {
 }
 
 std::optional<std::size_t> EstimatorMap::cheapest(std::size_t point) const {
-  std::optional<std::size_t> best;
+  const auto is_asked = [&](std::size_t e) { return names[e] != "ideal" && stays_consistent(point, e); };
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t e = 0; e < names.size(); ++e) {
-    if (names[e] == "ideal" || !stays_consistent(point, e)) continue;
-    if (!best || seconds_per_step[e] < seconds_per_step[*best]) best = e;
+    if (is_asked(e)) least = std::min(least, seconds_per_step[e]);
   }
-  return best;
+  for (std::size_t e = 0; e < names.size(); ++e) {
+    if (is_asked(e) && seconds_per_step[e] <= kSameCost * least) return e;
+  }
+  return std::nullopt;
 }
 
 EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& options) {

@@ -16,6 +16,9 @@ namespace credence {
 /// down to this: so much more squared error than P claims is not held against it.
 inline constexpr double kToleratedOptimism = 1.1;
 
+/// A cost within this factor of the least is the same: clocks do not tell more.
+inline constexpr double kSameCost = 1.25;
+
 /// The comparison of estimators at every point of a sweep.
 struct EstimatorMap {
   SweepPlan plan;
@@ -26,7 +29,8 @@ struct EstimatorMap {
 
   /// Whether estimator `e` stays consistent at a point.
   bool stays_consistent(std::size_t point, std::size_t e) const;
-  /// The cheapest that does, none if none; "ideal", which could not be built, is none of them.
+  /// The cheapest that does, none if none; "ideal", which could not be built, is none of them. Of those whose
+  /// costs are the same but for the clock (kSameCost) the first.
   std::optional<std::size_t> cheapest(std::size_t point) const;
 };
 

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "analysis/tuning/score_model.h"
@@ -60,7 +59,7 @@ class BlackBoxScore : public ScoreModel {
 
   /// Called after every time that the data were played, with their number.
   using Watch = std::function<void(std::int64_t plays)>;
-  void watch(Watch watch) { watch_ = std::move(watch); }
+  void watch(const Watch& watch) { watch_ = watch; }
 
  protected:
   static constexpr double kSmooth = 0.02;  ///< of a score that is smooth, its rounding far below

@@ -18,6 +18,14 @@ constexpr std::size_t kThinAbove = 500;
 // What no eye and no printer tells from a straight line.
 constexpr double kStraight = 0.05;
 
+constexpr std::uint32_t kBlack = 0x000000, kWhite = 0xffffff;
+
+/// By the luma of ITU-R BT.601.
+bool is_dark(std::uint32_t rgb) {
+  const std::uint32_t red = rgb >> 16U & 0xffU, green = rgb >> 8U & 0xffU, blue = rgb & 0xffU;
+  return 299U * red + 587U * green + 114U * blue < 1000U * 140U;
+}
+
 Pen pen_of(const Series& series) {
   const RoleStyle style = style_of(series.role);
   return {.rgb = style.rgb,
@@ -189,12 +197,17 @@ void SeriesPainter::polygons(const Series& series) {
   lines(pen_of(series), outlines);
 }
 
+// On a cell of a heat map in the one of black and white that can be read there.
 void SeriesPainter::words(const Series& series) {
   constexpr double kAside = 5.0;
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     const CanvasPoint place{scale_.x(series.x[i]), scale_.y(series.y[i])};
     if (!is_inside(place, layout_.box)) continue;
-    canvas_.write(series.texts[i], {place.x + kAside, place.y - kAside}, {.rgb = style_of(series.role).rgb});
+    const auto cell = std::ranges::find_if(cells_, [&](const Cell& c) { return is_inside(place, c.box); });
+    const std::uint32_t rgb = cell == cells_.end() ? style_of(series.role).rgb
+                              : is_dark(cell->rgb) ? kWhite
+                                                   : kBlack;
+    canvas_.write(series.texts[i], {place.x + kAside, place.y - kAside}, {.rgb = rgb});
     has_painted_ = true;
   }
 }
@@ -220,6 +233,7 @@ void SeriesPainter::cells(const Series& series) {
       const CanvasPath seen = clip_area(rectangle_path(run), layout_.box);
       if (seen.size() < 3) continue;
       canvas_.fill({&seen, 1}, {colour});
+      cells_.push_back({run, colour});
       has_painted_ = true;
     }
   }

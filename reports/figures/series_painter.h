@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "reports/figures/canvas.h"
 #include "reports/figures/figure.h"
 #include "reports/figures/panel_scale.h"
@@ -29,9 +32,16 @@ class SeriesPainter {
   void words(const Series& series);
   void cells(const Series& series);
 
+  /// Of a heat map.
+  struct Cell {
+    CanvasBox box;
+    std::uint32_t rgb = 0;
+  };
+
   const PanelLayout& layout_;
   PanelScale scale_;
   Canvas& canvas_;
+  std::vector<Cell> cells_;  ///< painted so far
   bool has_painted_ = false;
 };
 

@@ -21,15 +21,15 @@ namespace credence {
 namespace {
 
 constexpr std::string_view kStates = "estimator_states", kLocalPosition = "vehicle_local_position";
-constexpr std::array<const char*, 6> kNames = {"velocity.north", "velocity.east", "velocity.down",
-                                               "position.north", "position.east", "position.down"};
-using Motion = Eigen::Matrix<double, 6, 1>;  ///< velocity, position; m/s, m
+constexpr std::array<const char*, 6> kStateNames = {"velocity.north", "velocity.east", "velocity.down",
+                                                    "position.north", "position.east", "position.down"};
+using VelocityAndPosition = Eigen::Matrix<double, 6, 1>;  ///< velocity, position; m/s, m
 
 /// One row of estimator_states.
 struct EstimatedMotion {
   double time_s = 0.0;
   std::int64_t line = 0;
-  Motion value, variance;
+  VelocityAndPosition value, variance;
 };
 
 double seconds(const UlogTopic& topic, const ByteCursor& message) {
@@ -155,7 +155,7 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
   RunLayout layout;
   layout.joint_covariance = false;
   for (Index i = 0; i < (has_heights ? 6 : has_origins ? 5 : 3); ++i) {
-    const char* const name = kNames[static_cast<std::size_t>(i)];
+    const char* const name = kStateNames[static_cast<std::size_t>(i)];
     layout.states.emplace_back(name);
     layout.angles.push_back(false);
     layout.blocks.push_back({name, Part::other, {i}});
@@ -172,7 +172,7 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
       ++unmatched;
       continue;
     }
-    Motion truth;
+    VelocityAndPosition truth;
     truth << velocity->pose.position, position->pose.position + shift;
     ++step.step;
     step.line = row.line;

@@ -11,7 +11,8 @@
 namespace credence {
 namespace {
 
-constexpr std::array<const char*, 6> kNames = {"x", "y", "z", "rotation x", "rotation y", "rotation z"};
+constexpr std::array<const char*, 6> kPoseComponents = {"x",          "y",          "z",
+                                                        "rotation x", "rotation y", "rotation z"};
 
 /// Not a number equals itself here.
 bool same_bits(const PoseCovariance& a, const PoseCovariance& b) {
@@ -26,7 +27,7 @@ std::string components(const std::array<std::int64_t, 6>& counts, std::int64_t r
   for (std::size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] == 0) continue;
     std::string& text = names[counts[i]];
-    text += (text.empty() ? "" : ", ") + std::string(kNames[i]);
+    text += (text.empty() ? "" : ", ") + std::string(kPoseComponents[i]);
   }
   std::string all;
   for (const auto& [count, text] : names) {

@@ -25,6 +25,8 @@ TEST(EstimatorMap, TheCheapestIsTheOneThatIsEnough) {
   EXPECT_FALSE(map.stays_consistent(1, 1));
   EXPECT_EQ(map.cheapest(0), 1U);  // not the ideal filter, cheaper as it were
   EXPECT_EQ(map.cheapest(1), 2U);
+  map.seconds_per_step = {1e-6, 2.2e-6, 2e-6};
+  EXPECT_EQ(map.cheapest(0), 1U) << "the first of two that cost the same";
   map.studies[1].rows[2].failures.push_back({3, 7, Outcome::diverged});
   EXPECT_EQ(map.cheapest(1), std::nullopt);
 }

@@ -135,6 +135,18 @@ TEST(FigurePainter, NothingIsDrawnOutsideTheAxes) {
   EXPECT_THAT(words_of(*all), testing::Not(Contains("out")));
 }
 
+TEST(FigurePainter, WordsOnAHeatMapCanBeRead) {
+  Panel panel{.x_range = AxisRange{0.5, 2.5}, .y_range = AxisRange{0.5, 1.5}};
+  panel.series = {heat_series({1, 2}, {1}, Matrix{{0.0, 1.0}}),
+                  text_series(ColourRole::alarm, {1, 2}, {1, 1}, {"low", "high"})};
+  const auto all = painted(panel);
+  for (const auto& words : all->canvas.words) {
+    if (words.text == "low") EXPECT_EQ(words.lettering.rgb, 0xffffffU) << "on the dark end of the scale";
+    if (words.text == "high") EXPECT_EQ(words.lettering.rgb, 0x000000U);
+  }
+  EXPECT_THAT(words_of(*all), testing::IsSupersetOf({"low", "high"}));
+}
+
 TEST(FigurePainter, ManyPointsBecomeAFewWithTheirExtremes) {
   FigureData x, y;
   for (int i = 0; i < 200000; ++i) {
