@@ -98,11 +98,26 @@ Panel nees_panel(const EstimatorMap& map) {
 
 }  // namespace
 
+ReportAnswer estimator_map_answer(const EstimatorMap& map) {
+  std::vector<int> enough(map.names.size(), 0);
+  int none = 0;
+  for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
+    const auto best = map.cheapest(p);
+    ++(best ? enough[*best] : none);
+  }
+  std::string text;
+  for (std::size_t e = 0; e < enough.size(); ++e) {
+    if (enough[e] == 0) continue;
+    text += fmt::format("{}{} at {}", text.empty() ? "" : ", ", map.names[e], enough[e]);
+  }
+  if (none > 0) text += fmt::format("{}none at {}", text.empty() ? "" : ", ", none);
+  return {none > 0 ? CellTone::caution : CellTone::good,
+          fmt::format("The cheapest estimator that stays consistent, of {} points: {}",
+                      map.plan.points.size(), text)};
+}
+
 ReportTable estimator_map_table(const EstimatorMap& map) {
-  ReportTable table{.title = fmt::format("The cheapest estimator that stays consistent, {}", map.plan.name),
-                    .columns = {},
-                    .rows = {},
-                    .notes = {}};
+  ReportTable table{.title = estimator_map_answer(map).text, .columns = {}, .rows = {}, .notes = {}};
   for (const SweepAxis& axis : map.plan.axes) table.columns.push_back({axis.path, ColumnAlign::words});
   table.columns.push_back({"cheapest", ColumnAlign::words});
   for (const std::string& name : map.names) table.columns.push_back({name});
@@ -176,6 +191,8 @@ void write_estimator_map_report(const std::filesystem::path& directory, const Es
   const std::vector<Figure> figures = estimator_map_figures(map);
   const std::vector<Drawing> drawings = draw_all(figures, folder);
   HtmlPage page("Estimators over " + map.plan.name, "The cheapest that stays consistent, by Credence");
+  const ReportAnswer answer = estimator_map_answer(map);
+  page.answer(answer.tone, answer.text + ".");
   page.section("Where which is enough");
   page.table(estimator_map_table(map));
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);

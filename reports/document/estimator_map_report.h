@@ -14,7 +14,10 @@
 
 namespace credence {
 
-/// One row for each point: the cheapest, and the pose NEES of all.
+/// At how many points which estimator is enough.
+ReportAnswer estimator_map_answer(const EstimatorMap& map);
+
+/// One row for each point, titled by the answer: the cheapest, and the pose NEES of all.
 ReportTable estimator_map_table(const EstimatorMap& map);
 
 /// With two axes, the cheapest at each point by its cost, named; pose NEES of every estimator along the first

@@ -141,8 +141,11 @@ TEST(FigurePainter, WordsOnAHeatMapCanBeRead) {
                   text_series(ColourRole::alarm, {1, 2}, {1, 1}, {"low", "high"})};
   const auto all = painted(panel);
   for (const auto& words : all->canvas.words) {
-    if (words.text == "low") EXPECT_EQ(words.lettering.rgb, 0xffffffU) << "on the dark end of the scale";
-    if (words.text == "high") EXPECT_EQ(words.lettering.rgb, 0x000000U);
+    if (words.text == "low") {
+      EXPECT_EQ(words.lettering.rgb, 0xffffffU) << "on the dark end of the scale";
+    } else if (words.text == "high") {
+      EXPECT_EQ(words.lettering.rgb, 0x000000U) << "on the light one";
+    }
   }
   EXPECT_THAT(words_of(*all), testing::IsSupersetOf({"low", "high"}));
 }
