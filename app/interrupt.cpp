@@ -19,7 +19,7 @@ extern "C" void on_signal(int) {
 
 /// A signal that was ignored at the start, as nohup and scripts do for the background, stays so.
 bool catch_signals() {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction now {};
     if (sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN) continue;
     struct sigaction once {};

@@ -18,7 +18,7 @@ constexpr std::size_t kThinAbove = 500;
 // What no eye and no printer tells from a straight line.
 constexpr double kStraight = 0.05;
 
-constexpr std::uint32_t kBlack = 0x000000, kWhite = 0xffffff;
+constexpr std::uint32_t kDarkWords = 0x000000, kLightWords = 0xffffff;
 
 /// By the luma of ITU-R BT.601.
 bool is_dark(std::uint32_t rgb) {
@@ -205,8 +205,8 @@ void SeriesPainter::words(const Series& series) {
     if (!is_inside(place, layout_.box)) continue;
     const auto cell = std::ranges::find_if(cells_, [&](const Cell& c) { return is_inside(place, c.box); });
     const std::uint32_t rgb = cell == cells_.end() ? style_of(series.role).rgb
-                              : is_dark(cell->rgb) ? kWhite
-                                                   : kBlack;
+                              : is_dark(cell->rgb) ? kLightWords
+                                                   : kDarkWords;
     canvas_.write(series.texts[i], {place.x + kAside, place.y - kAside}, {.rgb = rgb});
     has_painted_ = true;
   }

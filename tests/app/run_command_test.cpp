@@ -93,13 +93,15 @@ TEST_F(RunCommand, AnInterruptionInTheFurtherTestsIsTold) {
 // One chunk of these runs takes the better part of an hour.
 TEST_F(RunCommand, AnInterruptionIsHeardWithinAChunk) {
   write("p.toml", kLongChunk);
-  const pid_t child = start({"run", "p.toml", "--out", "out"});
-  wait_until_caught(child);
-  kill(child, SIGINT);
-  const Finished f = finish(child);
-  EXPECT_EQ(f.code, 130);
-  EXPECT_NE(f.err.find("once more ends at once"), std::string::npos) << f.err;
-  EXPECT_NE(f.err.find("interrupted before the first runs"), std::string::npos) << f.err;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const pid_t child = start({"run", "p.toml", "--out", "out"});
+    wait_until_caught(child);
+    kill(child, signal);
+    const Finished f = finish(child);
+    EXPECT_EQ(f.code, 130) << signal;
+    EXPECT_NE(f.err.find("once more ends at once"), std::string::npos) << f.err;
+    EXPECT_NE(f.err.find("interrupted before the first runs"), std::string::npos) << f.err;
+  }
 }
 
 TEST_F(RunCommand, AnInterruptionIsNotCaughtWhereItWasIgnored) {
