@@ -32,4 +32,21 @@ class LogSink {
   virtual void advance(std::int64_t bytes) = 0;
 };
 
+/// Hands everything on: the base of those that look at what passes.
+class ForwardingSink : public LogSink {
+ public:
+  explicit ForwardingSink(LogSink& next) : next_(next) {}
+
+  void begin_run(const RunLayout& layout) override { next_.begin_run(layout); }
+  void add(const Step& step) override { next_.add(step); }
+  void end_run(Outcome outcome, std::int64_t step) override { next_.end_run(outcome, step); }
+  void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
+  void hint(std::string sentence) override { next_.hint(std::move(sentence)); }
+  void unmatched(std::int64_t rows) override { next_.unmatched(rows); }
+  void advance(std::int64_t bytes) override { next_.advance(bytes); }
+
+ private:
+  LogSink& next_;
+};
+
 }  // namespace credence

@@ -31,12 +31,12 @@ void RunErrors::add(const Step& next) {
 
 void FirstRunSink::begin_run(const RunLayout& layout) {
   if (++runs_ == 1) first_ = RunErrors(layout);
-  next_.begin_run(layout);
+  ForwardingSink::begin_run(layout);
 }
 
 void FirstRunSink::add(const Step& step) {
   if (runs_ == 1) first_.add(step);
-  next_.add(step);
+  ForwardingSink::add(step);
 }
 
 }  // namespace credence

@@ -28,20 +28,14 @@ struct RunErrors {
 };
 
 /// Hands everything on, and keeps the errors of the first run that passes.
-class FirstRunSink final : public LogSink {
+class FirstRunSink final : public ForwardingSink {
  public:
-  FirstRunSink(LogSink& next, RunErrors& first) : next_(next), first_(first) {}
+  FirstRunSink(LogSink& next, RunErrors& first) : ForwardingSink(next), first_(first) {}
 
   void begin_run(const RunLayout& layout) override;
   void add(const Step& step) override;
-  void end_run(Outcome outcome, std::int64_t step) override { next_.end_run(outcome, step); }
-  void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
-  void hint(std::string sentence) override { next_.hint(std::move(sentence)); }
-  void unmatched(std::int64_t rows) override { next_.unmatched(rows); }
-  void advance(std::int64_t bytes) override { next_.advance(bytes); }
 
  private:
-  LogSink& next_;
   RunErrors& first_;
   int runs_ = 0;
 };

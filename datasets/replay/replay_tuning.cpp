@@ -58,10 +58,6 @@ std::vector<FilterFactor> factors_of(const std::vector<ReplayedLog>& logs,
   return factors;
 }
 
-Index updated_sights(const ReplayResult& result) {
-  return std::ranges::count(result.sights, SightOutcome::updated, &ReplaySight::outcome);
-}
-
 /// A score of some units only.
 class SomeUnits final : public ScoreModel {
  public:
@@ -94,7 +90,6 @@ class SomeUnits final : public ScoreModel {
 
 /// Sights [first, last) of those of a log that corrected the state.
 struct SightRange {
-  std::size_t log = 0;
   Index first = 0, last = 0;
 };
 
@@ -128,16 +123,17 @@ class LeaveOneOut {
     const bool by_log = logs_.size() > 1;
     all_.parts_are_logs = by_log;
     const Index parts = by_log ? std::ssize(logs_) : kFifths;
+    const Index units = score_.units() / parts;  // units of a log are next to each other
     std::vector<RecordedInnovations> before, after;
+    ReplayResult present;
     for (Index i = 0; i < parts; ++i) {
-      const Index units = score_.units() / parts;  // units of a log are next to each other
       const Vector phi = tuned_without(i * units, (i + 1) * units);
       const auto log = static_cast<std::size_t>(by_log ? i : 0);
-      const ReplayResult present = logs_[log].replay(logs_[log].settings),
-                         tuned = logs_[log].replay(score_.settings_at(log, phi));
-      const Index sights = updated_sights(present);
+      if (by_log || i == 0) present = logs_[log].replay(logs_[log].settings);
+      const ReplayResult tuned = logs_[log].replay(score_.settings_at(log, phi));
+      const Index sights = present.updated;
       const SightRange range =
-          by_log ? SightRange{log, 0, sights} : SightRange{log, i * sights / parts, (i + 1) * sights / parts};
+          by_log ? SightRange{0, sights} : SightRange{i * sights / parts, (i + 1) * sights / parts};
       const PartInnovations then = innovations_of(present, range), now = innovations_of(tuned, range);
       LeftOutPart& part = all_.left_out.emplace_back();
       part.name = by_log ? logs_[log].name : fmt::format("fifth {}", i + 1);
@@ -249,11 +245,11 @@ UnitScores ReplayScore::play(const std::vector<double>& factors) const {
   for_each_task(std::ssize(logs_), threads_, stop_, [&](std::int64_t i) {
     const auto log = static_cast<std::size_t>(i);
     const ReplayResult result = logs_[log].replay(with(logs_[log].settings, factors));
-    const Index sights = updated_sights(result);
     Index number = 0;
     for (const ReplaySight& sight : result.sights) {
       ScoreSum& unit = units[static_cast<std::size_t>(
-          i * stretches_ + std::min(number * stretches_ / std::max<Index>(sights, 1), stretches_ - 1))];
+          i * stretches_ +
+          std::min(number * stretches_ / std::max<Index>(result.updated, 1), stretches_ - 1))];
       if (sight.outcome == SightOutcome::update_failed) unit.spoil();
       if (sight.outcome != SightOutcome::updated) continue;
       unit.add_normalised(sight.whitened, sight.log_determinant);

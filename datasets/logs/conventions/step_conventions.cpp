@@ -56,12 +56,12 @@ std::vector<StepReading> step_readings(const RunLayout& layout) {
 
 void StepConventions::begin_run(const RunLayout& layout) {
   layout_ = layout;
-  next_.begin_run(layout);
+  ForwardingSink::begin_run(layout);
 }
 
 void StepConventions::add(const Step& step) {
   constexpr std::size_t kMostStates = 12;
-  next_.add(step);
+  ForwardingSink::add(step);
   const std::size_t n = layout_.states.size();
   if (!step.problem.empty() || n == 0 || n > kMostStates || step.states.size() != n) return;
   if (keep_thinned(rows_, stride_, seen_)) rows_.push_back({step.error, step.P});
@@ -90,7 +90,7 @@ void StepConventions::finish() {
     cause = reading.cause;
   }
   if (!best) return;
-  next_.hint(
+  hint(
       fmt::format("The covariance does not fit as it is read ({}). It would fit if {} (mean NEES {:.4g}). "
                   "Whether it is so, the log cannot say: look at the program that wrote it.",
                   misfit_text(declared, n), cause, best->nees));
