@@ -54,8 +54,9 @@ std::vector<Block> calibration_parts(const RunLayout& layout) {
   constexpr std::size_t kMostParts = 4;
   std::vector<Block> parts;
   std::vector<bool> taken(layout.states.size(), false);
+  const bool map = std::ranges::count(layout.blocks, Part::map, &Block::part) > 0;
   for (const Block& block : layout.blocks) {
-    if (block.part == Part::pose || block.states.empty()) continue;
+    if (block.part == Part::pose || (map && block.part == Part::landmark) || block.states.empty()) continue;
     const auto is_taken = [&](Index s) { return taken[static_cast<std::size_t>(s)]; };
     if (std::ranges::any_of(block.states, is_taken)) continue;
     for (const Index s : block.states) taken[static_cast<std::size_t>(s)] = true;

@@ -82,7 +82,7 @@ class CalibrationRecorder {
   std::vector<CalibrationRun> runs_;
 };
 
-/// A partition of the states by blocks, poses apart as position and heading; one part of all where none is.
+/// A partition of the states by blocks, poses apart as position and heading, landmarks together; one part of all where none is.
 std::vector<Block> calibration_parts(const RunLayout& layout);
 
 }  // namespace credence

@@ -148,6 +148,8 @@ TEST_F(CheckCommand, SameBitsForAnyNumberOfThreadsAndHoweverRunsLieInFiles) {
   Json joined = json({"check", "all.csv", "--format", "json", "--quiet"});
   EXPECT_EQ(joined["files"], 1);
   joined["files"] = one["files"];
+  EXPECT_EQ(joined["calibration"]["unit_names"][1], "all:2");
+  joined["calibration"]["unit_names"] = one["calibration"]["unit_names"];
   EXPECT_EQ(joined, one);
 }
 
@@ -359,6 +361,50 @@ TEST_F(CheckCommand, ATrajectoryIsShiftedInTimeAndAlongALeverArm) {
   const Finished refused = run({"check", "log.csv", "--time-offset", "1"});
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("accepted are bags and trajectories"), std::string::npos) << refused.err;
+}
+
+// The filter of the second version takes the process noise for a tenth of what it is.
+TEST_F(CheckCommand, AGateFailsWhereAVersionIsWorseThanTheBaseline) {
+  write("plane.toml", kPlane);
+  const auto play = [&](const std::string& folder, const std::string& scale) {
+    ASSERT_EQ(run({"run", "plane.toml", "--runs", "40", "--set", "filter.process_scale=" + scale, "--log",
+                   folder, "--quiet"})
+                  .code,
+              0);
+    write(folder + ".json", run({"check", folder, "--format", "json", "--quiet"}).out);
+  };
+  play("good", "1");
+  play("bad", "0.1");
+  const auto gate = [&](const std::string& logs, const std::string& baseline) {
+    return run({"check", logs, "--baseline", baseline, "--fail-on-inconsistent", "--junit", "j.xml",
+                "--markdown", "m.md", "--format", "json", "--quiet"});
+  };
+  const Finished worse = gate("bad", "good.json");
+  EXPECT_EQ(worse.code, 1);
+  const Json j = Json::parse(worse.out);
+  EXPECT_TRUE(j["baseline"]["became_inconsistent"]);
+  EXPECT_GE(j["baseline"]["worse"].size(), 2U);
+  for (const Json& change : j["baseline"]["changes"]) {
+    EXPECT_GT(change["lower"], change["part"] == "heading" ? 1.0 : 0.0);
+  }
+  EXPECT_NE(read("j.xml").find("failures=\"1\""), std::string::npos);
+  EXPECT_NE(read("m.md").find("WORSE: it was consistent, and is optimistic"), std::string::npos)
+      << read("m.md");
+  EXPECT_EQ(gate("good", "good.json").code, 0);
+  EXPECT_EQ(gate("bad", "bad.json").code, 0);   // as bad as before
+  EXPECT_EQ(gate("good", "bad.json").code, 0);  // better
+  EXPECT_NE(read("j.xml").find("failures=\"0\""), std::string::npos);
+  EXPECT_EQ(run({"check", "bad", "--fail-on-inconsistent", "--junit", "j.xml", "--quiet"}).code, 1);
+  EXPECT_EQ(read("j.xml").find("failures=\"0\""), std::string::npos);
+  const Json compared = json({"compare", "good.json", "bad.json", "--format", "json"});
+  EXPECT_EQ(compared["studies"][0]["changes"].size(), 0U);
+  EXPECT_GE(compared["studies"][1]["changes"].size(), 2U);
+  EXPECT_NE(run({"compare", "good.json", "bad.json"}).out.find("more optimistic in"), std::string::npos);
+  for (const char* name : {"absent.json", "plane.toml"}) {
+    const Finished refused = run({"check", "good", "--baseline", name});
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_NE(refused.err.find(std::string("--baseline ") + name), std::string::npos) << refused.err;
+  }
 }
 
 TEST_F(CheckCommand, WritesAReport) {

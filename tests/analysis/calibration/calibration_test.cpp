@@ -63,6 +63,11 @@ TEST(CalibrationParts, ArePositionAndHeadingOfAPose) {
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(parts[0].states, (std::vector<Index>{0, 1}));
   EXPECT_EQ(parts[1].states, std::vector<Index>{2});
+  RunLayout map{.states = {"vehicle.x", "vehicle.y", "vehicle.heading", "landmark1.x", "landmark2.x"},
+                .angles = {false, false, true, false, false}};
+  add_named_blocks(map);
+  ASSERT_EQ(calibration_parts(map).size(), 3U);
+  EXPECT_EQ(calibration_parts(map)[2].states, (std::vector<Index>{3, 4}));
   EXPECT_EQ(calibration_parts({.states = {"a", "b"}, .angles = {false, false}}).at(0).states.size(), 2U);
 }
 
