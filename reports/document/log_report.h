@@ -64,7 +64,7 @@ ReportTable log_table(const CheckedLogs& logs);
 /// `rejected_rows`.
 std::string log_json(const CheckedLogs& logs);
 
-/// Writes DIR/index.html, DIR/<name>.csv with every step, and the figures as SVG and PDF. Throws OutputError
+/// Writes DIR/index.html, DIR/NAME.csv with every step, and the figures as SVG and PDF. Throws OutputError
 /// when a file cannot be written.
 void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs,
                       const Provenance& provenance = make_provenance());
