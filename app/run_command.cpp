@@ -199,9 +199,10 @@ void add_run_command(CLI::App& app) {
       ->type_name("DIR")
       ->excludes("--only-run");
   command
-      ->add_option("--log-format", options->log_format,
-                   "of --log; npz: the errors with P and the innovations with S as arrays of NumPy; mcap: the "
-                   "pose in the plane and its truth as a bag of ROS 2")
+      ->add_option(
+          "--log-format", options->log_format,
+          "of --log; npz: the errors with P and the innovations with S as arrays of NumPy; mcap: the "
+          "pose in the plane and its truth as a bag of ROS 2")
       ->check(CLI::IsMember({"csv", "npz", "mcap"}))
       ->capture_default_str();
   command->add_flag("--fresh", options->fresh,

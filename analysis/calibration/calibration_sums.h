@@ -42,7 +42,7 @@ struct CalibrationRun {
   CalibrationSum whole;
   std::vector<CalibrationSum> stretches{};  ///< ten equal ones; none where one is shorter than ten
                                             ///< correlation times of NEES
-  double effective_rows = 1.0;  ///< independent rows that the run is worth; at least 1
+  double effective_rows = 1.0;              ///< independent rows that the run is worth; at least 1
   /// The factor on P with which 95 % of the rows lie in their 95 % ellipsoid: the quantile of NEES /
   /// χ²₀.₉₅(n).
   double coverage_factor = 0.0;
@@ -82,7 +82,8 @@ class CalibrationRecorder {
   std::vector<CalibrationRun> runs_;
 };
 
-/// A partition of the states by blocks, poses apart as position and heading, landmarks together; one part of all where none is.
+/// A partition of the states by blocks, poses apart as position and heading, landmarks together; one part of
+/// all where none is.
 std::vector<Block> calibration_parts(const RunLayout& layout);
 
 }  // namespace credence
