@@ -10,8 +10,11 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/stored_study.h"
+#include "app/tell_report.h"
 #include "app/terminal_text.h"
-#include "reports/document/comparison_report.h"
+#include "app/this_command.h"
+#include "reports/document/comparison_page.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -72,7 +75,12 @@ int compare(const CompareOptions& options) {
   if (options.format == "json") {
     fmt::print("{}\n", comparison_json(studies, options.confidence));
   } else {
-    fmt::print("{}", terminal_text(comparison_table(studies, options.confidence)));
+    fmt::print("{}.\n\n{}", printable_line(comparison_answer(studies).text),
+               terminal_text(comparison_table(studies, options.confidence)));
+  }
+  if (!options.out.empty()) {
+    write_comparison_report(options.out, studies, options.confidence, make_provenance(this_command()));
+    tell_report(options);
   }
   return kDone;
 }
@@ -92,12 +100,12 @@ void add_compare_command(CLI::App& app) {
       ->check(CLI::Range(0.5, 0.999999))
       ->capture_default_str();
   add_threads_option(*command, options->threads);
-  add_print_options(*command, *options);
+  add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
       "credence run planar_loop --out out/a && credence run planar_loop --set filter.process_scale=2.0 --out "
       "out/b",
-      "credence compare out/a out/b", "credence check a.csv --format json > a.json    # and b.json; then",
-      "credence compare a.json b.json"};
+      "credence compare out/a out/b --out out/compared",
+      "credence check a.csv --format json > a.json    # and b.json; then", "credence compare a.json b.json"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{compare(*options)}; });
 }

@@ -25,6 +25,14 @@ ComparedMean mean_of(const ConsistencyVerdict& v) {
   return v.count == 0 ? ComparedMean{kUnknown, kUnknown} : ComparedMean{v.mean, v.expected};
 }
 
+/// The mean at every step over what it should be; NaN where a step has no data.
+std::vector<double> ratios_of(const ConsistencyVerdict& v) {
+  std::vector<double> ratios;
+  ratios.reserve(v.steps.size());
+  for (const StepTest& s : v.steps) ratios.push_back(s.total_dof > 0.0 ? s.mean / s.expected : kUnknown);
+  return ratios;
+}
+
 /// The number under a key, NaN where there is none.
 double number(const Json& j, const char* key) {
   const auto found = j.find(key);
@@ -103,6 +111,8 @@ ComparedStudy compared(const StudyAnalysis& a) {
   study.noise = fmt::format("{:016x}, seed {}, {} steps", noise_group(a.scenario), a.scenario.study.seed,
                             a.scenario.study.steps);
   if (a.statistics.failures.empty()) study.nees_of_runs = a.statistics.nees_of_runs.first;
+  study.nees_of_steps = ratios_of(a.nees);
+  study.nis_of_steps = ratios_of(a.nis);
   return study;
 }
 

@@ -34,7 +34,8 @@ struct ComparedStudy {
   /// What pairs its runs with those of another study: the same noise. Empty where that is not known.
   std::string noise{};
   std::vector<double>
-      nees_of_runs{};   ///< NEES over its dof, run by run; empty where not known, or a run failed
+      nees_of_runs{};  ///< NEES over its dof, run by run; empty where not known, or a run failed
+  std::vector<double> nees_of_steps{}, nis_of_steps{};  ///< mean over expected value; empty where not known
   UnitFactors units{};  ///< of logs: the factors on P of parts of the state, paired by the names of files
 };
 
