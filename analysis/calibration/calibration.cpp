@@ -37,15 +37,16 @@ UnitSums units_of(std::span<const CalibrationRun> runs, std::string& name) {
 
 double per_row(double sum, const CalibrationSum& unit) { return sum / static_cast<double>(unit.rows); }
 
-MeanInterval interval_of(const SkewedMoments& moments, double confidence) {
-  if (moments.count >= kFewestRunsCompared) return run_mean_interval(moments, confidence);
+/// dof: of the NEES in each row.
+MeanInterval interval_of(const SkewedMoments& moments, double confidence, double dof) {
+  if (moments.count >= kFewestRunsCompared) return run_mean_interval(moments, confidence, dof);
   MeanInterval interval{.mean = moments.mean, .lower = kNaN, .upper = kNaN, .count = moments.count};
   interval.reason = kTooFew;
   return interval;
 }
 
-double p_value_of(const SkewedMoments& moments) {
-  return moments.count >= kFewestRunsCompared ? run_mean_p_values(moments, 1.0).two_sided() : kNaN;
+double p_value_of(const SkewedMoments& moments, double dof) {
+  return moments.count >= kFewestRunsCompared ? run_mean_p_values(moments, 1.0, dof).two_sided() : kNaN;
 }
 
 std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& units, double confidence) {
@@ -65,8 +66,8 @@ std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& unit
                  .claimed = std::sqrt(sums.variance / rows),
                  .rmse = std::sqrt(sums.squared / rows),
                  .rows = sums.rows,
-                 .factor = interval_of(moments, confidence),
-                 .p_value = p_value_of(moments)};
+                 .factor = interval_of(moments, confidence, 1.0),
+                 .p_value = p_value_of(moments, 1.0)};
     p_values.push_back(bin.p_value);
     bins.push_back(bin);
   }
@@ -106,8 +107,8 @@ HeldOutNees held_out(const UnitSums& units, double states, bool by_parts, double
     }
     scaled.add(per_row(nees, *unit) / states);
   }
-  result.nees = interval_of(scaled, confidence);
-  result.p_value = p_value_of(scaled);
+  result.nees = interval_of(scaled, confidence, states);
+  result.p_value = p_value_of(scaled, states);
   return result;
 }
 
@@ -123,6 +124,7 @@ double conformal_quantile(std::vector<double> scores) {
 ConformalFactor conformal_factor(std::span<const CalibrationRun> runs) {
   ConformalFactor result{.runs = std::ssize(runs)};
   std::vector<double> scores;
+  scores.reserve(runs.size());
   for (const CalibrationRun& run : runs) scores.push_back(run.coverage_factor);
   result.factor = conformal_quantile(scores);
   std::vector<double> sorted = scores;
@@ -175,14 +177,15 @@ Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<co
   CalibrationSum all;
   for (const CalibrationRun& run : runs) all.merge(run.whole);
   result.bins = sigma_bins(all, units, confidence);
-  result.whole = {"state", interval_of(moments_of(units, &CalibrationSum::nees), confidence)};
+  result.whole = {"state", interval_of(moments_of(units, &CalibrationSum::nees), confidence, states)};
   result.with_factor = held_out(units, states, false, confidence);
   if (parts.size() < 2) return result;
   result.with_part_factors = held_out(units, states, true, confidence);
   for (std::size_t a = 0; a < parts.size(); ++a) {
     SkewedMoments moments;
     for (const CalibrationSum* unit : units) moments.add(per_row(unit->marginal[a], *unit));
-    result.parts.push_back({parts[a].name, interval_of(moments, confidence)});
+    result.parts.push_back(
+        {parts[a].name, interval_of(moments, confidence, static_cast<double>(parts[a].states.size()))});
   }
   return result;
 }

@@ -29,8 +29,8 @@ class LogSink {
   virtual void hint(std::string sentence) { remark(std::move(sentence)); }
   /// Of a log of poses: in which charts its covariance was looked at, and what time lay between it and the
   /// truth.
-  virtual void charts(ChartFindings /*findings*/) {}
-  virtual void time_offset(TimeOffset /*offset*/) {}
+  virtual void charts(ChartFindings /*findings*/) {}  // NOLINT(performance-unnecessary-value-param)
+  virtual void time_offset(TimeOffset /*offset*/) {}  // NOLINT(performance-unnecessary-value-param)
   /// So many estimates had no truth at their time.
   virtual void unmatched(std::int64_t rows) = 0;
   /// So many bytes more of the file were read.

@@ -206,6 +206,7 @@ UnitFactors unit_factors_of(const Json& calibration) {
   const Json factors = calibration.value("unit_factors", Json::object());
   for (const auto& [part, values] : factors.items()) {
     std::vector<double> numbers;
+    numbers.reserve(values.size());
     for (const Json& value : values) numbers.push_back(value.is_number() ? value.get<double>() : kNaN);
     if (numbers.size() != units.names.size()) continue;
     units.parts.push_back(part);
