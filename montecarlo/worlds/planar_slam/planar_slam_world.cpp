@@ -7,6 +7,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
+#include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
 #include "montecarlo/worlds/slam_settings.h"
 
@@ -18,12 +19,6 @@ bool measures_bearing(const Scenario& s) { return !measures_relative_position(s)
 bool has_sigma_points(const Scenario& s) { return word_value(s, "filter.estimator").starts_with("ukf"); }
 bool has_window(const Scenario& s) { return word_value(s, "filter.estimator").starts_with("smoother"); }
 bool considers(const Scenario& s) { return word_value(s, "filter.estimator") == "schmidt"; }
-
-std::vector<std::string_view> estimator_names() {
-  std::vector<std::string_view> names;
-  for (const EstimatorKind& kind : estimator_kinds()) names.push_back(kind.name);
-  return names;
-}
 
 std::string_view estimator_meanings() {
   static const std::string text = [] {
@@ -74,7 +69,7 @@ std::vector<KeyRow> planar_slam_keys() {
        planar_row("noise", "bearing_std_deg", measures_bearing, kRange),
        planar_row("initial", "position_std"),
        planar_row("initial", "heading_std_deg"),
-       {"filter", "estimator", "", estimator_meanings(), own_choice("filter.estimator", estimator_names())},
+       {"filter", "estimator", "", estimator_meanings(), own_choice("filter.estimator", kPlanarSlamOffer.names())},
        {.section = "filter",
         .name = "sigma_spread",
         .unit = "",
@@ -156,6 +151,7 @@ constinit const World kPlanarSlamWorld = {
     .least_doubles = least_planar_slam_doubles,
     .size_text = planar_slam_size_text,
     .text = planar_slam_text,
-    .figure = RunFigure::plane_slam};
+    .figure = RunFigure::plane_slam,
+    .estimators = &kPlanarSlamOffer};
 
 }  // namespace credence
