@@ -99,7 +99,7 @@ void add_estimators_command(CLI::App& app) {
   std::vector<std::string> names;
   for (const World* world : worlds()) {
     if (world->estimators == nullptr) continue;
-    for (const std::string_view name : world->estimators->names()) {
+    for (const std::string_view name : world->estimators->names(nullptr)) {
       if (std::ranges::find(names, name) == names.end()) names.emplace_back(name);
     }
   }

@@ -305,12 +305,13 @@ void profile(const EstimatorContest& contest, EstimatorRow& row) {
 }
 
 /// Those asked for, or all.
-std::vector<std::string> wanted_names(const EstimatorOffer& offer, const EstimatorStudyOptions& options) {
-  const std::vector<std::string_view> offered = offer.names();
+std::vector<std::string> wanted_names(const Scenario& scenario, const EstimatorOffer& offer,
+                                      const EstimatorStudyOptions& options) {
+  const std::vector<std::string_view> offered = offer.names(&scenario);
   for (const std::string& name : options.estimators) {
     if (std::ranges::find(offered, name) != offered.end()) continue;
     throw std::invalid_argument(
-        fmt::format("this world has no estimator \"{}\"; it has {}", name, fmt::join(offered, ", ")));
+        fmt::format("this scenario has no estimator \"{}\"; it has {}", name, fmt::join(offered, ", ")));
   }
   return options.estimators.empty() ? std::vector<std::string>(offered.begin(), offered.end())
                                     : options.estimators;
@@ -332,7 +333,7 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
     throw std::invalid_argument(fmt::format("world.model = \"{}\": estimators are compared in {}",
                                             scenario.world.model, worlds_that_offer()));
   }
-  std::vector<std::string> names = wanted_names(*offer, options);
+  std::vector<std::string> names = wanted_names(scenario, *offer, options);
   const StudySetting setting(scenario, offer->contest(scenario), std::move(names));
   const std::int64_t runs = scenario.study.runs;
   EstimatorStudy study;

@@ -36,7 +36,7 @@ struct EstimatorStep {
   EstimatorStep() { nees.fill({0.0, 0}); }
   NeesValue& operator[](EstimatorBlock block) { return nees[static_cast<std::size_t>(block)]; }
 
-  std::array<NeesValue, kEstimatorBlocks> nees;         ///< dof 0: not judged here; −1: P is no covariance
+  std::array<NeesValue, kEstimatorBlocks> nees;          ///< dof 0: not judged here; −1: P is no covariance
   double heading_squared = 0.0, heading_variance = 0.0;  ///< rad²: of the error, and what P says of it
   double position_squared = 0.0, position_variance = 0.0;  ///< m²
 };
@@ -94,7 +94,8 @@ class EstimatorContest {
 
 /// How a world is compared: its estimators, and how a comparison of them is made.
 struct EstimatorOffer {
-  std::vector<std::string_view> (*names)();
+  /// Those that a scenario says enough for; of null all there are.
+  std::vector<std::string_view> (*names)(const Scenario*);
   std::unique_ptr<EstimatorContest> (*contest)(const Scenario&);
 };
 

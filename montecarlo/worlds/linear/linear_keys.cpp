@@ -159,6 +159,12 @@ void check_filter(const Scenario& scenario, const Refusal& refuse) {
   }
   if (R.given()) R.require_covariance(m, shape_of("world.R", m, m));
   if (P0.given()) P0.require_covariance(n, shape_of("world.F", n, n));
+  check("gain", n, m, shape_of("world.H", m, n));
+  const std::vector<std::string> states = linear_state_names(scenario);
+  for (const std::string& name : names_value(scenario, "filter.considered")) {
+    if (std::ranges::find(states, name) != states.end()) continue;
+    refuse.wrong("filter", "considered", fmt::format("names no state \"{}\"", name));
+  }
 }
 
 }  // namespace
@@ -197,6 +203,18 @@ std::vector<KeyRow> linear_keys() {
       row("filter", "R",
           "covariance of the measurement noise that the filter assumes, before measurement_scale", "world.R"),
       row("filter", "P0", "covariance of the state at the start that the filter assumes", "world.P0"),
+      {"filter", "estimator", "",
+       "kalman; steady-state: with the gain to which it settles; smoother: Rauch-Tung-Striebel after it; "
+       "schmidt: states of filter.considered are not estimated; own-gain: with filter.gain. P is that of its "
+       "error by Joseph's form",
+       own_choice("filter.estimator", {"kalman", "steady-state", "smoother", "schmidt", "own-gain"})},
+      row("filter", "gain", "gain K of \"own-gain\", n×m: x̂ = x̂⁻ + K ν", "none"),
+      {.section = "filter",
+       .name = "considered",
+       .unit = "",
+       .meaning = "names of the states that \"schmidt\" considers and does not estimate",
+       .field = NamesField{"filter.considered"},
+       .default_words = "none"},
   };
 }
 
@@ -217,6 +235,18 @@ LinearModel linear_truth(const Scenario& scenario) { return model_of(scenario, "
 LinearModel linear_belief(const Scenario& scenario) {
   const LinearModel world = linear_truth(scenario);
   return model_of(scenario, "filter", &world);
+}
+
+Matrix linear_gain(const Scenario& scenario) { return matrix_of(rows_value(scenario, "filter.gain")); }
+
+std::vector<Index> considered_states(const Scenario& scenario) {
+  const std::vector<std::string> states = linear_state_names(scenario);
+  std::vector<Index> considered;
+  for (const std::string& name : names_value(scenario, "filter.considered")) {
+    considered.push_back(std::ranges::find(states, name) - states.begin());
+  }
+  std::ranges::sort(considered);
+  return considered;
 }
 
 std::vector<std::string> linear_state_names(const Scenario& scenario) {

@@ -63,7 +63,9 @@ class PlanarSlamContest final : public EstimatorContest {
   EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override;
   Index unknowns() const override { return 3 + 2 * world_.plane.states(); }
   PosteriorBound bound() const override { return posterior_bound(world_); }
-  std::string note() const override { return "A shift and a turn of the plane are 3 unobservable directions."; }
+  std::string note() const override {
+    return "A shift and a turn of the plane are 3 unobservable directions.";
+  }
 
  private:
   class Player final : public EstimatorPlayer {
@@ -89,8 +91,7 @@ class PlanarSlamContest final : public EstimatorContest {
             stopped_[e] = true;
             listener.failed(e, k, outcome);
           } else {
-            stopped_[e] =
-                !listener.take(e, k, judges_[e].judge(runs_[e], k % contest_.map_stride() == 0));
+            stopped_[e] = !listener.take(e, k, judges_[e].judge(runs_[e], k % contest_.map_stride() == 0));
           }
         }
       }
@@ -142,7 +143,7 @@ EstimatorProfile PlanarSlamContest::profile(std::string_view name, const TakeRow
   return profile;
 }
 
-std::vector<std::string_view> planar_names() {
+std::vector<std::string_view> planar_names(const Scenario*) {
   std::vector<std::string_view> names;
   for (const EstimatorKind& kind : estimator_kinds()) names.push_back(kind.name);
   return names;

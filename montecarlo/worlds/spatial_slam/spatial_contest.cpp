@@ -115,10 +115,10 @@ class SpatialContest final : public EstimatorContest {
           stop_point();
           const Outcome outcome = runs_[e].step(at, read, sights);
           if (outcome != Outcome::ok) listener.failed(e, k, outcome);
-          stopped[e] = outcome != Outcome::ok ||
-              !listener.take(e, k,
-                             judge(runs_[e].filter(), contest_.world_.truth(at), with_map, solver_,
-                                   map_solver_));
+          stopped[e] =
+              outcome != Outcome::ok ||
+              !listener.take(
+                  e, k, judge(runs_[e].filter(), contest_.world_.truth(at), with_map, solver_, map_solver_));
         }
       }
     }
@@ -146,8 +146,7 @@ EstimatorProfile SpatialContest::profile(std::string_view name, const TakeRow& t
     }
   });
   rows.hand_on(take_row);
-  EstimatorProfile profile{.known = unknowns(),
-                           .seconds_per_step = seconds / static_cast<double>(steps())};
+  EstimatorProfile profile{.known = unknowns(), .seconds_per_step = seconds / static_cast<double>(steps())};
   switch (spatial_kind(name).chart) {
     case SpatialChart::componentwise:
       break;
@@ -183,7 +182,7 @@ PosteriorBound SpatialContest::bound() const {
   return {sum.heading_squared / count, sum.position_squared / count};
 }
 
-std::vector<std::string_view> spatial_names() {
+std::vector<std::string_view> spatial_names(const Scenario*) {
   std::vector<std::string_view> names;
   for (const SpatialKind& kind : spatial_kinds()) names.push_back(kind.name);
   return names;

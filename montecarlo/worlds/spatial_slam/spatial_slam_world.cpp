@@ -17,7 +17,8 @@ RunLayout layout_of(const SpatialWorld& world) {
   std::size_t most = 0;
   for (const auto& seen : world.in_view) most = std::max(most, seen.size());
   RunLayout layout;
-  for (const char* name : {"position.x", "position.y", "position.z", "attitude.x", "attitude.y", "attitude.z"}) {
+  for (const char* name :
+       {"position.x", "position.y", "position.z", "attitude.x", "attitude.y", "attitude.z"}) {
     layout.states.emplace_back(name);
   }
   layout.angles.assign(layout.states.size(), false);
@@ -98,21 +99,24 @@ std::vector<KeyRow> spatial_slam_keys() {
       metres("path_height", "between its highest and lowest places, each taken twice a loop", 20.0),
       {"world", "loop_steps", "", "steps of one loop",
        own_real("world.loop_steps", 62.5, Interval::kPositive)},
-      metres("landmark_spread", "landmarks lie evenly in balls of this radius about the path", 10.0),
+      metres("landmark_spread", "landmarks lie evenly in balls of this radius about the path", 20.0),
       {"world", "map", "", "number of the map that is drawn; the same whatever the seed",
        own_integer("world.map", 1, 1, 1'000'000'000)},
       planar_row("world", "sensor_min_range"),
       planar_row("world", "sensor_range"),
       planar_row("world", "field_of_view_deg"),
-      share("odometry_share", "standard deviation of each coordinate of a step and of a turn that is read, "
-                              "over what noise.share_of says"),
-      share("landmark_share", "standard deviation of each coordinate of a landmark's place in the frame of "
-                              "the vehicle, over what noise.share_of says"),
+      share("odometry_share",
+            "standard deviation of each coordinate of a step and of a turn that is read, "
+            "over what noise.share_of says"),
+      share("landmark_share",
+            "standard deviation of each coordinate of a landmark's place in the frame of "
+            "the vehicle, over what noise.share_of says"),
       {"noise", "share_of", "", "length: that of the step, turn or place; coordinate: each by itself",
        own_choice("noise.share_of", {"length", "coordinate"})},
       planar_row("initial", "position_std"),
       planar_row("initial", "heading_std_deg"),
-      {"filter", "estimator", "", spatial_meanings(), own_choice("filter.estimator", kSpatialOffer.names())},
+      {"filter", "estimator", "", spatial_meanings(),
+       own_choice("filter.estimator", kSpatialOffer.names(nullptr))},
       process_scale_key(),
       measurement_scale_key(),
   };
