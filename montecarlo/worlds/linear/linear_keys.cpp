@@ -6,6 +6,8 @@
 
 #include "core/linear_algebra/decompositions.h"
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/estimator_key.h"
+#include "montecarlo/worlds/linear/linear_contest.h"
 #include "montecarlo/worlds/slam_settings.h"
 
 namespace credence {
@@ -203,11 +205,7 @@ std::vector<KeyRow> linear_keys() {
       row("filter", "R",
           "covariance of the measurement noise that the filter assumes, before measurement_scale", "world.R"),
       row("filter", "P0", "covariance of the state at the start that the filter assumes", "world.P0"),
-      {"filter", "estimator", "",
-       "kalman; steady-state: with the gain to which it settles; smoother: Rauch-Tung-Striebel after it; "
-       "schmidt: states of filter.considered are not estimated; own-gain: with filter.gain. P is that of its "
-       "error by Joseph's form",
-       own_choice("filter.estimator", {"kalman", "steady-state", "smoother", "schmidt", "own-gain"})},
+      estimator_key([](const Scenario& s) { return word_value(s, "filter.estimator") != "kalman"; }),
       row("filter", "gain", "gain K of \"own-gain\", n×m: x̂ = x̂⁻ + K ν", "none"),
       {.section = "filter",
        .name = "considered",
@@ -219,6 +217,7 @@ std::vector<KeyRow> linear_keys() {
 }
 
 void check_linear(const Scenario& scenario, const Refusal& refuse) {
+  check_estimator(scenario, refuse, kLinearOffer);
   check_world(scenario, refuse);
   check_filter(scenario, refuse);
   if (scenario.noise.detection_probability == 1.0) return;

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/estimator_key.h"
 #include "montecarlo/worlds/linear/linear_contest.h"
 #include "montecarlo/worlds/linear/linear_estimator_experiment.h"
 #include "montecarlo/worlds/linear/linear_keys.h"
@@ -20,6 +21,8 @@ Index measurements_of(const Scenario& scenario) { return std::ssize(rows_value(s
 BlockLayout linear_blocks(const Scenario& scenario) {
   return {.vehicle = states_of(scenario), .landmark = 0, .landmarks = 0};
 }
+
+void set_linear_defaults(Scenario& scenario) { set_estimator(scenario, "kalman"); }
 
 bool is_kalman(const Scenario& scenario) { return word_value(scenario, "filter.estimator") == "kalman"; }
 
@@ -103,7 +106,7 @@ RunLayout linear_layout(std::vector<std::string> states, const Matrix& R, bool c
 constinit const World kLinearWorld = {.schema = {.name = "linear",
                                                  .meaning = "any linear system, its matrices written out",
                                                  .keys = linear_keys,
-                                                 .set_defaults = nullptr,
+                                                 .set_defaults = set_linear_defaults,
                                                  .check = check_linear,
                                                  .blocks = linear_blocks},
                                       .linear_problem = linear_problem_of,

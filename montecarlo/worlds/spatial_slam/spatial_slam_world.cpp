@@ -4,6 +4,7 @@
 
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/estimator_key.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/plugged_statistics.h"
 #include "montecarlo/worlds/slam_settings.h"
@@ -72,17 +73,6 @@ class SpatialExperiment final : public Experiment {
   NoiseSource source_;
 };
 
-std::string_view spatial_meanings() {
-  static const std::string text = [] {
-    std::string all;
-    for (const SpatialKind& kind : spatial_kinds()) {
-      all += fmt::format("{}{}: {}", all.empty() ? "" : "; ", kind.name, kind.meaning);
-    }
-    return all;
-  }();
-  return text;
-}
-
 std::vector<KeyRow> spatial_slam_keys() {
   const auto metres = [](std::string_view name, std::string_view meaning, double value) {
     return KeyRow{"world", name, "m", meaning,
@@ -115,8 +105,7 @@ std::vector<KeyRow> spatial_slam_keys() {
        own_choice("noise.share_of", {"length", "coordinate"})},
       planar_row("initial", "position_std"),
       planar_row("initial", "heading_std_deg"),
-      {"filter", "estimator", "", spatial_meanings(),
-       own_choice("filter.estimator", kSpatialOffer.names(nullptr))},
+      estimator_key(),
       process_scale_key(),
       measurement_scale_key(),
   };
@@ -130,6 +119,7 @@ void set_spatial_slam_defaults(Scenario& scenario) {
 }
 
 void check_spatial_slam(const Scenario& scenario, const Refusal& refuse) {
+  check_estimator(scenario, refuse, kSpatialOffer);
   const WorldSettings& world = scenario.world;
   if (world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
   if (scenario.noise.detection_probability < 1.0) {

@@ -82,6 +82,55 @@ TEST(EstimatorStudy, TheEkfIsFoundOptimistic) {
   EXPECT_GT(study.paired[1].difference.lower, 0.0);
 }
 
+// Table B of docs/estimators.md in small: in space the plain filters take the attitude for known, and are
+// optimistic where noise is large; the invariant filter and the yardstick are not.
+TEST(EstimatorStudy, InSpaceTheOrderIsThatOfThePlane) {
+  const EstimatorStudy study =
+      study_estimators(load("zhang_3d", {"study.runs=32", "study.steps=250", "world.landmarks=60",
+                                         "noise.odometry_share=0.05", "noise.landmark_share=0.05"}),
+                       {.estimators = {"ideal", "fej", "invariant", "ekf", "ekf-se3"}});
+  ASSERT_EQ(study.rows.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const EstimatorRow& row = study.rows[i];
+    EXPECT_EQ(row.runs, 32) << row.name;
+    EXPECT_EQ(row.unobservable, i < 3 ? 6 : 3) << row.name;
+    EXPECT_GT(row.nees[static_cast<std::size_t>(EstimatorBlock::map)].count, 0) << row.name;
+  }
+  for (const std::size_t i : {0U, 2U}) {
+    const MeanInterval& pose = nees(study.rows[i], EstimatorBlock::pose);
+    EXPECT_NEAR(pose.mean, 1.0, 5 * pose.standard_error + 0.05) << study.rows[i].name;
+    EXPECT_NEAR(study.rows[i].claimed_position_m, std::sqrt(study.bound.position_squared),
+                0.1 * study.rows[i].claimed_position_m);
+  }
+  const auto excess = std::ranges::find_if(study.paired, [](const PairedDifference& p) {
+    return p.first == "invariant" && p.second == "ekf" && !p.of_position;
+  });
+  ASSERT_NE(excess, study.paired.end());
+  EXPECT_LT(excess->difference.mean + 5 * excess->difference.standard_error, 0.0);
+}
+
+// In a linear world all are consistent, by their own P; the smoother is the most accurate, the Kalman filter
+// the best of the filters. What has no meaning there is left empty.
+TEST(EstimatorStudy, ALinearWorldHasItsEstimators) {
+  const EstimatorStudy study = study_estimators(load("linear_estimators", {"study.runs=400"}), {});
+  std::vector<std::string> names;
+  for (const EstimatorRow& row : study.rows) names.push_back(row.name);
+  EXPECT_THAT(names, testing::ElementsAre("kalman", "steady-state", "smoother", "schmidt", "own-gain"));
+  for (const EstimatorRow& row : study.rows) {
+    const MeanInterval& state = nees(row, EstimatorBlock::pose);
+    EXPECT_NEAR(state.mean, 1.0, 5 * state.standard_error) << row.name;
+    EXPECT_EQ(nees(row, EstimatorBlock::map).count, 0);
+    EXPECT_EQ(row.unobservable, 0);
+    const double rmse = row.position_rmse_m.mean, kalman = study.rows[0].position_rmse_m.mean;
+    if (row.name == "smoother") EXPECT_LT(rmse, kalman);
+    if (row.name == "schmidt" || row.name == "own-gain") EXPECT_GT(rmse, kalman);
+  }
+  // Without what they need schmidt and own-gain are not offered.
+  const Scenario plain = load("linear", {"study.runs=5", "study.steps=5"});
+  EXPECT_EQ(study_estimators(plain, {}).rows.size(), 3U);
+  EXPECT_THROW(study_estimators(plain, {.estimators = {"own-gain"}}), std::invalid_argument);
+}
+
 TEST(EstimatorStudy, ThreadsChangeNoBit) {
   const Scenario s = load("huang_ring", {"study.runs=18", "study.steps=60"});
   const EstimatorStudy one = study_estimators(s, {.threads = 1}), three = study_estimators(s, {.threads = 3});

@@ -18,6 +18,7 @@ LinearModel regular_model() {
   model.Q = (Matrix(3, 3) << 0.2, 0.1, 0, 0.1, 0.3, 0, 0, 0, 0.1).finished();
   model.R = (Matrix(2, 2) << 1, 0.2, 0.2, 0.5).finished();
   model.P0 = (Matrix(3, 3) << 4, 1, 0, 1, 4, 0, 0, 0, 2).finished();
+  model.layout = {.vehicle = 3, .landmark = 0, .landmarks = 0};
   return model;
 }
 
