@@ -16,7 +16,7 @@
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
 #include "app/this_command.h"
-#include "core/filters/estimators/estimators.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/estimator_map_report.h"
 #include "reports/document/estimator_report.h"
 #include "reports/render/utf8_text.h"
@@ -97,10 +97,15 @@ void add_estimators_command(CLI::App& app) {
       "estimators", "several estimators on one world with common noise: the consistency table");
   auto options = std::make_shared<EstimatorsCommand>();
   std::vector<std::string> names;
-  for (const EstimatorKind& kind : estimator_kinds()) names.emplace_back(kind.name);
+  for (const World* world : worlds()) {
+    if (world->estimators == nullptr) continue;
+    for (const std::string_view name : world->estimators->names(nullptr)) {
+      if (std::ranges::find(names, name) == names.end()) names.emplace_back(name);
+    }
+  }
   command
       ->add_option("scenario", options->scenario,
-                   "scenario file of world.model = \"planar_slam\"; with a [sweep] table: a map of the "
+                   "scenario file of a world that offers estimators; with a [sweep] table: a map of the "
                    "cheapest that stays consistent")
       ->required();
   command->add_option("--estimators", options->study.estimators, "those to compare; default: all")

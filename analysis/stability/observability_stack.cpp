@@ -8,28 +8,9 @@
 namespace credence {
 
 ObservabilityStack::ObservabilityStack(Index states)
-    : states_(states), stack_(Matrix::Zero(3 * states, states)), row_(states) {}
+    : states_(states), stack_(Matrix::Zero(3 * states, states)) {}
 
-void ObservabilityStack::add(const SlamEstimator& filter) {
-  transition_ = filter.motion_jacobian() * transition_;
-  const MatrixRef H = filter.measurement_jacobian();
-  for (Index r = 0; r < H.rows(); ++r) {
-    row_.setZero();
-    row_.head<3>() = (H.row(r).head<3>() * transition_).transpose();
-    for (Index j = 3; j < H.cols(); ++j) row_[filter.seen()[static_cast<std::size_t>(j)]] = H(r, j);
-    add_row(row_);
-  }
-  for (const Eigen::Matrix<double, 2, 3>& J_r : filter.placements()) {
-    for (Index axis = 0; axis < 2; ++axis, ++known_) {
-      row_.setZero();
-      row_.head<3>() = -(J_r.row(axis) * transition_).transpose();
-      row_[known_] = 1.0;
-      add_row(row_);
-    }
-  }
-}
-
-void ObservabilityStack::add_row(const VectorRef& row) {
+void ObservabilityStack::add(const VectorRef& row) {
   if (rows_ == stack_.rows()) reduce();
   stack_.row(rows_++) = row.transpose();
 }

@@ -1,9 +1,9 @@
 #include "analysis/studies/estimator_study.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -13,12 +13,12 @@
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/stability/observability_stack.h"
-#include "core/filters/estimators/estimators.h"
+#include "core/nan.h"
 #include "core/version.h"
 #include "montecarlo/engine/byte_stream.h"
 #include "montecarlo/engine/shared_tasks.h"
 #include "montecarlo/scenario/scenario_text.h"
-#include "montecarlo/worlds/planar_slam/estimator_run.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -40,36 +40,19 @@ struct Kept {
 /// The sums of one estimator on its way through one run.
 class RunSums {
  public:
-  void start() { *this = RunSums(); }
-
   /// False where P is no covariance.
-  bool add(const EstimatorRun& run, Index k) {
-    using enum EstimatorBlock;
-    const SlamEstimator& filter = run.filter();
-    const MatrixRef P = filter.covariance();
-    const Eigen::Matrix3d P_plane = filter.plane_pose_covariance();
-    const VectorRef e = run.error();
-    const Pose plane = run.plane_error();
-    bool ok = take(chart_position, e.head(2), P.topLeftCorner(2, 2)) &&
-              take(heading, e.segment(2, 1), P.block(2, 2, 1, 1)) &&
-              take(pose, e.head(3), P.topLeftCorner(3, 3));
-    if (filter.chart() == ErrorChart::plane) {
-      copy(chart_position, position);
-      copy(pose, plane_pose);
-    } else {
-      ok = ok && take(position, plane.head<2>(), P_plane.topLeftCorner<2, 2>()) &&
-           take(plane_pose, plane, P_plane);
+  bool add(const EstimatorStep& step) {
+    for (std::size_t b = 0; b < kEstimatorBlocks; ++b) {
+      if (step.nees[b].dof < 0) return false;
+      nees_[b] += step.nees[b].value;
+      dof_[b] += static_cast<double>(step.nees[b].dof);
     }
-    const Index n = filter.size();
-    if (k % kMapStride == 0 && n > 3) {
-      ok = ok && take(map, e.tail(n - 3), P.bottomRightCorner(n - 3, n - 3), map_solver_);
-    }
-    heading_squared_ += plane[2] * plane[2];
-    position_squared_ += plane.head<2>().squaredNorm();
-    heading_variance_ += P_plane(2, 2);
-    position_variance_ += P_plane(0, 0) + P_plane(1, 1);
+    heading_squared_ += step.heading_squared;
+    position_squared_ += step.position_squared;
+    heading_variance_ += step.heading_variance;
+    position_variance_ += step.position_variance;
     ++steps_;
-    return ok;
+    return true;
   }
 
   /// Pose NEES over dof since the last call.
@@ -84,7 +67,7 @@ class RunSums {
   EstimatorRunValues values() const {
     EstimatorRunValues values;
     for (std::size_t b = 0; b < kEstimatorBlocks; ++b) {
-      values.nees[b] = dof_[b] > 0.0 ? nees_[b] / dof_[b] : 0.0;
+      values.nees[b] = dof_[b] > 0.0 ? nees_[b] / dof_[b] : kNaN;
     }
     values.heading_squared = heading_squared_ / steps_;
     values.position_squared = position_squared_ / steps_;
@@ -94,93 +77,81 @@ class RunSums {
   }
 
  private:
-  bool take(EstimatorBlock block, const VectorRef& error, const MatrixRef& P) {
-    return take(block, error, P, solver_[static_cast<std::size_t>(error.size())]);
-  }
-  bool take(EstimatorBlock block, const VectorRef& error, const MatrixRef& P, SingularNees& solver) {
-    last_[at(block)] = solver.solve(error, P);
-    return add_last(block);
-  }
-  void copy(EstimatorBlock from, EstimatorBlock to) {
-    last_[at(to)] = last_[at(from)];
-    add_last(to);
-  }
-  bool add_last(EstimatorBlock block) {
-    const NeesValue& nees = last_[at(block)];
-    if (nees.dof < 0) return false;
-    nees_[at(block)] += nees.value;
-    dof_[at(block)] += static_cast<double>(nees.dof);
-    return true;
-  }
-
-  std::array<NeesValue, kEstimatorBlocks> last_{};
   std::array<double, kEstimatorBlocks> nees_{}, dof_{};
   double heading_squared_ = 0.0, position_squared_ = 0.0, steps_ = 0.0;
   double heading_variance_ = 0.0, position_variance_ = 0.0;
   double window_nees_ = 0.0, window_dof_ = 0.0;
-  std::array<SingularNees, 4> solver_;  ///< by dimension, so that none changes its size
-  SingularNees map_solver_;
 };
 
 /// What all runs have in common.
 struct StudySetting {
-  StudySetting(const Scenario& s, std::vector<std::string> estimators)
-      : scenario(s),
-        world(make_odometry_world(s)),
-        source(s.study.seed, noise_group(s)),
-        names(std::move(estimators)) {
+  StudySetting(const Scenario& s, std::unique_ptr<EstimatorContest> of, std::vector<std::string> estimators)
+      : scenario(s), contest(std::move(of)), names(std::move(estimators)) {
     const std::int64_t room = kMostWindowValues / (s.study.runs * std::ssize(names));
     windows = std::clamp<std::int64_t>(room, 1, std::min(kMostWindows, s.study.steps));
   }
 
-  Index steps() const { return std::ssize(world.plane.controls); }
-  Index window_end(std::int64_t w) const { return (w + 1) * steps() / windows; }
-  EstimatorRun start(const std::string& name) const {
-    return {world, scenario_estimator(scenario, world, name)};
-  }
+  Index window_end(std::int64_t w) const { return (w + 1) * contest->steps() / windows; }
 
   const Scenario& scenario;
-  OdometryWorld world;
-  NoiseSource source;
+  std::unique_ptr<EstimatorContest> contest;
   std::vector<std::string> names;
   std::int64_t windows = 1;
 };
 
+/// Keeps what it hears of runs of all estimators.
+class Keeper final : public EstimatorListener {
+ public:
+  Keeper(const StudySetting& setting, std::vector<Kept>& kept) : setting_(setting), kept_(kept) {}
+
+  void start(std::int64_t run) {
+    run_ = run;
+    hearings_.assign(kept_.size(), {});
+  }
+  bool take(std::size_t e, Index k, const EstimatorStep& step) override {
+    Hearing& hearing = hearings_[e];
+    if (!hearing.sums.add(step)) {
+      failed(e, k, Outcome::not_positive_definite);
+      return false;
+    }
+    if (k == setting_.window_end(hearing.window)) {
+      kept_[e].windows[static_cast<std::size_t>(run_ * setting_.windows + hearing.window)] =
+          hearing.sums.window();
+      ++hearing.window;
+    }
+    return true;
+  }
+  void failed(std::size_t e, Index k, Outcome outcome) override {
+    hearings_[e].failed = true;
+    kept_[e].failures[static_cast<std::size_t>(run_)] = {run_, k, outcome};
+  }
+  void end() {
+    for (std::size_t e = 0; e < kept_.size(); ++e) {
+      if (!hearings_[e].failed) kept_[e].values[static_cast<std::size_t>(run_)] = hearings_[e].sums.values();
+    }
+  }
+
+ private:
+  struct Hearing {
+    RunSums sums;
+    std::int64_t window = 0;
+    bool failed = false;
+  };
+
+  const StudySetting& setting_;
+  std::vector<Kept>& kept_;
+  std::int64_t run_ = 0;
+  std::vector<Hearing> hearings_;
+};
+
 /// Runs `first` … `last` − 1 with all estimators.
 void play(const StudySetting& setting, std::int64_t first, std::int64_t last, std::vector<Kept>& kept) {
-  OdometryDrive drive(setting.world, setting.source);
-  std::vector<EstimatorRun> runs;
-  for (const std::string& name : setting.names) runs.push_back(setting.start(name));
-  std::vector<RunSums> sums(runs.size());
-  std::vector<bool> failed(runs.size());
+  const auto player = setting.contest->player(setting.names);
+  Keeper keeper(setting, kept);
   for (std::int64_t r = first; r < last; ++r) {
-    const Pose estimate = drive.start(r);
-    for (std::size_t e = 0; e < runs.size(); ++e) {
-      runs[e].start(estimate);
-      sums[e].start();
-      failed[e] = false;
-    }
-    std::int64_t window = 0;
-    for (Index k = 1; k <= setting.steps(); ++k) {
-      const Control read = drive.read(static_cast<std::size_t>(k));
-      const auto seen = drive.observe(static_cast<std::size_t>(k));
-      const bool ends = k == setting.window_end(window);
-      for (std::size_t e = 0; e < runs.size(); ++e) {
-        if (failed[e]) continue;
-        Outcome outcome = runs[e].step(static_cast<std::size_t>(k), read, seen);
-        if (outcome == Outcome::ok && !sums[e].add(runs[e], k)) outcome = Outcome::not_positive_definite;
-        if (outcome != Outcome::ok) {
-          failed[e] = true;
-          kept[e].failures[static_cast<std::size_t>(r)] = {r, k, outcome};
-        } else if (ends) {
-          kept[e].windows[static_cast<std::size_t>(r * setting.windows + window)] = sums[e].window();
-        }
-      }
-      if (ends) ++window;
-    }
-    for (std::size_t e = 0; e < runs.size(); ++e) {
-      if (!failed[e]) kept[e].values[static_cast<std::size_t>(r)] = sums[e].values();
-    }
+    keeper.start(r);
+    player->play(r, keeper);
+    keeper.end();
   }
 }
 
@@ -232,13 +203,15 @@ Band band_of(std::vector<Value>& values) {
 }
 
 MeanInterval root_of(MeanInterval squared) {
+  if (squared.mean == 0.0) return {};
   squared.standard_error /= 2.0 * std::sqrt(squared.mean);
   for (double* value : {&squared.mean, &squared.lower, &squared.upper}) *value = std::sqrt(*value);
   return squared;
 }
 
-/// The bound over a mean squared error.
+/// The bound over a mean squared error; nothing where there is no error to be judged.
 MeanInterval efficiency(double bound, MeanInterval squared) {
+  if (squared.mean == 0.0) return {};
   const double relative = squared.standard_error / squared.mean;
   std::swap(squared.lower, squared.upper);
   for (double* value : {&squared.mean, &squared.lower, &squared.upper}) *value = bound / *value;
@@ -260,6 +233,7 @@ void summarise(const StudySetting& setting, const PosteriorBound& bound, const K
     heading_variance.add(values->heading_variance);
     position_variance.add(values->position_variance);
     for (std::size_t b = 0; b < kEstimatorBlocks; ++b) {
+      if (std::isnan(values->nees[b])) continue;
       nees[b].add(values->nees[b]);
       sorted[b].push_back(values->nees[b]);
     }
@@ -321,57 +295,46 @@ PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t
   return result;
 }
 
-/// The rank along run 0, and the time of a step: the best of a few runs, with what is heard at hand.
-void measure_filter(const StudySetting& setting, EstimatorRow& row) {
-  constexpr int kRepeats = 3;
-  OdometryDrive drive(setting.world, setting.source);
-  const Pose estimate = drive.start(0);
-  std::vector<Control> read;
-  std::vector<std::vector<Observation<PlanarModel>>> seen;
-  for (Index k = 1; k <= setting.steps(); ++k) {
-    read.push_back(drive.read(static_cast<std::size_t>(k)));
-    const auto now = drive.observe(static_cast<std::size_t>(k));
-    seen.emplace_back(now.begin(), now.end());
-  }
-  const auto filter = scenario_estimator(setting.scenario, setting.world, row.name);
-  ObservabilityStack stack(3 + 2 * setting.world.plane.states());
-  for (int repeat = 0; repeat <= kRepeats; ++repeat) {
-    const bool timed = repeat > 0;
-    filter->reset(estimate, setting.world.initial_covariance());
-    const auto begin = std::chrono::steady_clock::now();
-    for (std::size_t k = 1; k <= read.size(); ++k) {
-      const PlanarTruth truth = setting.world.truth(k);
-      filter->predict(read[k - 1], truth);
-      const UpdateResult update = filter->update(seen[k - 1], truth);
-      if (!update.ok || !filter->state().allFinite()) break;
-      if (!timed) stack.add(*filter);
-    }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    const double per_step = seconds.count() / static_cast<double>(read.size());
-    if (timed) row.seconds_per_step = repeat == 1 ? per_step : std::min(row.seconds_per_step, per_step);
-  }
+/// What it is at its own Jacobians, along run 0.
+void profile(const EstimatorContest& contest, EstimatorRow& row) {
+  ObservabilityStack stack(contest.unknowns());
+  row.profile = contest.profile(row.name, [&](const VectorRef& of_matrix) { stack.add(of_matrix); });
   const RankDecision rank = stack.rank();
-  row.unobservable = stack.states() - rank.rank;
+  row.unobservable = row.profile.known - rank.rank;
   row.rank_gap = rank.gap;
-  row.chart = filter->chart();
 }
 
-std::vector<std::string> wanted_names(const EstimatorStudyOptions& options) {
-  std::vector<std::string> names = options.estimators;
-  if (names.empty()) {
-    for (const EstimatorKind& kind : estimator_kinds()) names.emplace_back(kind.name);
+/// Those asked for, or all.
+std::vector<std::string> wanted_names(const Scenario& scenario, const EstimatorOffer& offer,
+                                      const EstimatorStudyOptions& options) {
+  const std::vector<std::string_view> offered = offer.names(&scenario);
+  for (const std::string& name : options.estimators) {
+    if (std::ranges::find(offered, name) != offered.end()) continue;
+    throw std::invalid_argument(
+        fmt::format("this scenario has no estimator \"{}\"; it has {}", name, fmt::join(offered, ", ")));
   }
-  return names;
+  return options.estimators.empty() ? std::vector<std::string>(offered.begin(), offered.end())
+                                    : options.estimators;
+}
+
+std::string worlds_that_offer() {
+  std::vector<std::string> names;
+  for (const World* world : worlds()) {
+    if (world->estimators != nullptr) names.push_back(fmt::format("\"{}\"", world->schema.name));
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 }  // namespace
 
 EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options) {
-  if (scenario.world.model != "planar_slam") {
-    throw std::invalid_argument(fmt::format(
-        "world.model = \"{}\": estimators are compared in \"planar_slam\"", scenario.world.model));
+  const EstimatorOffer* offer = world_of(scenario).estimators;
+  if (offer == nullptr) {
+    throw std::invalid_argument(fmt::format("world.model = \"{}\": estimators are compared in {}",
+                                            scenario.world.model, worlds_that_offer()));
   }
-  const StudySetting setting(scenario, wanted_names(options));
+  std::vector<std::string> names = wanted_names(scenario, *offer, options);
+  const StudySetting setting(scenario, offer->contest(scenario), std::move(names));
   const std::int64_t runs = scenario.study.runs;
   EstimatorStudy study;
   study.scenario = scenario;
@@ -383,7 +346,7 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
     kept[e].failures.resize(count);
     kept[e].windows.resize(count * static_cast<std::size_t>(setting.windows));
     study.rows.emplace_back().name = setting.names[e];
-    if (!is_helper(options.ranks)) measure_filter(setting, study.rows.back());
+    if (!is_helper(options.ranks)) profile(*setting.contest, study.rows.back());
   }
   std::mutex mutex;
   std::int64_t done = 0;
@@ -415,7 +378,9 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
   for (std::int64_t w = 0; w < setting.windows; ++w) {
     study.window_ends.push_back(static_cast<double>(setting.window_end(w)));
   }
-  study.bound = posterior_bound(setting.world);
+  study.bound = setting.contest->bound();
+  study.map_stride = setting.contest->map_stride();
+  study.note = setting.contest->note();
   for (std::size_t e = 0; e < kept.size(); ++e) summarise(setting, study.bound, kept[e], study.rows[e]);
   for (std::size_t a = 0; a < kept.size(); ++a) {
     for (std::size_t b = a + 1; b < kept.size(); ++b) {

@@ -8,14 +8,12 @@
 #include <vector>
 
 #include "analysis/laws/student.h"
-#include "core/filters/estimators/slam_estimator.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/scenario/scenario.h"
-#include "montecarlo/worlds/planar_slam/posterior_bound.h"
+#include "montecarlo/worlds/estimator_contest.h"
 
 /// @file
-/// Several estimators of planar SLAM in one world, run by run with the same odometry and measurements: who is
-/// consistent, who is accurate, at what cost.
+/// Several estimators in one world, run by run with the same noise: who is consistent, who is accurate, at what cost.
 ///
 /// NEES of a run is Σ_k eᵀP⁻¹e / Σ_k dof over its steps; runs are independent, so intervals are over runs
 /// (run_mean.h). Pose and map are judged in the chart of the estimator's own P, where the filter claims them
@@ -26,24 +24,9 @@ namespace credence {
 
 class Ranks;
 
-/// What is judged.
-enum class EstimatorBlock : std::size_t {
-  pose,            ///< in the estimator's chart
-  heading,         ///< the same in every chart
-  position,        ///< in the plane: x̂ − x with P transported
-  map,             ///< in the estimator's chart, at every kMapStride-th step
-  plane_pose,      ///< pose, in the plane
-  chart_position,  ///< position, in the estimator's chart
-  count_,
-};
-inline constexpr std::size_t kEstimatorBlocks = static_cast<std::size_t>(EstimatorBlock::count_);
-
-/// The NEES of the map costs as much as the filter: it is taken at every so many steps.
-inline constexpr Index kMapStride = 10;
-
 /// One estimator in one run that ended well.
 struct EstimatorRunValues {
-  std::array<double, kEstimatorBlocks> nees{};  ///< over dof
+  std::array<double, kEstimatorBlocks> nees{};  ///< over dof; NaN where nothing was judged
   double heading_squared = 0.0;                 ///< rad², mean over the steps
   double position_squared = 0.0;                ///< m², mean over the steps
   double heading_variance = 0.0;                ///< rad², what P says of the former
@@ -57,7 +40,7 @@ using Band = std::array<double, kBandLevels.size()>;
 /// One estimator over all runs.
 struct EstimatorRow {
   std::string name;
-  ErrorChart chart = ErrorChart::plane;
+  EstimatorProfile profile;
   std::int64_t runs = 0;             ///< that ended well
   std::vector<RunFailure> failures;  ///< of the others
   std::array<MeanInterval, kEstimatorBlocks> nees{};
@@ -70,7 +53,6 @@ struct EstimatorRow {
   std::vector<Band> pose_bands;   ///< the same as quantiles over the runs
   Index unobservable = 0;         ///< n − rank of the observability matrix at its own Jacobians, in run 0
   double rank_gap = 0.0;          ///< of that decision
-  double seconds_per_step = 0.0;  ///< of predict and update alone
 };
 
 /// E[first − second] over the runs that both ended well.
@@ -89,6 +71,8 @@ struct EstimatorStudy {
   std::vector<PairedDifference> paired;
   std::vector<double> window_ends;  ///< last step of each window of pose_nees
   PosteriorBound bound;
+  Index map_stride = 1;  ///< the map is judged at every so many steps
+  std::string note;      ///< of the world
   std::int64_t runs = 0;  ///< asked for
   bool complete = true;   ///< false: interrupted; the rows mean nothing
 };
@@ -102,7 +86,7 @@ struct EstimatorStudyOptions {
 };
 
 /// Runs study.runs runs of the scenario with every estimator. Throws std::invalid_argument for a world that
-/// is not "planar_slam", and for an estimator that there is not.
+/// offers none (World::estimators), and for an estimator that it does not have.
 EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options);
 
 }  // namespace credence

@@ -16,6 +16,7 @@
 #include "montecarlo/worlds/monobot/monobot_world.h"
 #include "montecarlo/worlds/planar/planar_registration.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_world.h"
+#include "montecarlo/worlds/spatial_slam/spatial_slam_world.h"
 #include "montecarlo/worlds/tracking/tracking_world.h"
 
 namespace credence {
@@ -23,7 +24,7 @@ namespace {
 
 constexpr std::array kWorlds = {
     &kMonobotWorld,    &kPlanarWorld,       &kLinearWorld,   &kTrackingWorld,
-    &kPlanarSlamWorld, &kLocalisationWorld, &kInertialWorld,
+    &kPlanarSlamWorld, &kLocalisationWorld, &kInertialWorld, &kSpatialSlamWorld,
 };
 
 /// The experiment, the statistics of its steps, and a bit for each chunk.

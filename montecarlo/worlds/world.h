@@ -6,6 +6,7 @@
 
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/scenario/world_schema.h"
+#include "montecarlo/worlds/estimator_contest.h"
 #include "montecarlo/worlds/linear/linear_problem.h"
 
 namespace credence {
@@ -35,6 +36,8 @@ struct World {
   /// A few words on the world of a scenario, for reports.
   std::string (*text)(const Scenario&);
   RunFigure figure;
+  /// The estimators that `credence estimators` compares; null where there are none.
+  const EstimatorOffer* estimators = nullptr;
 };
 
 }  // namespace credence

@@ -25,6 +25,7 @@ const MeanInterval& nees_of(const EstimatorRow& row, EstimatorBlock block) {
 }
 
 std::string with_interval(const MeanInterval& interval) {
+  if (interval.count == 0) return "–";
   return interval_text(interval.mean, interval.lower, interval.upper, 4);
 }
 
@@ -38,18 +39,14 @@ TableCell nees_cell(const MeanInterval& nees) {
   return {with_interval(nees), tone};
 }
 
+TableCell rmse_cell(const MeanInterval& rmse, double unit) {
+  return rmse.count == 0 ? TableCell("–") : TableCell(unit * rmse.mean, 3);
+}
+
 TableCell failed_cell(const EstimatorRow& row) {
   const auto failed = static_cast<std::int64_t>(row.failures.size());
   if (failed == 0) return {"0", CellTone::plain};
   return {fmt::format("{}", failed), CellTone::alarm};
-}
-
-std::string chart_text(ErrorChart chart) {
-  return chart == ErrorChart::plane ? "x̂ − x" : "log(X̂ X⁻¹) in SE(2) with the landmarks";
-}
-
-std::string_view chart_word(ErrorChart chart) {
-  return chart == ErrorChart::plane ? "plane" : "right_invariant";
 }
 
 /// "Runs 12, 40, 77 … of fej failed; credence run … --only-run 12 shows one."
@@ -90,14 +87,14 @@ Json blocks_json(const EstimatorRow& row,
   for (const auto& [name, block] : blocks) {
     json[name] = nees_interval_json(nees_of(row, block));
     const Band& band = row.bands[static_cast<std::size_t>(block)];
-    json[name]["quantiles"] = row.runs > 0 ? json_numbers({band.begin(), band.end()}) : Json(nullptr);
+    json[name]["quantiles"] = nees_of(row, block).count > 0 ? json_numbers({band.begin(), band.end()}) : Json(nullptr);
   }
   return json;
 }
 
 Json row_json(const EstimatorRow& row) {
   using enum EstimatorBlock;
-  Json json{{"estimator", row.name}, {"chart", chart_word(row.chart)}};
+  Json json{{"estimator", row.name}, {"chart", row.profile.chart}};
   json["nees"] =
       blocks_json(row, {{"pose", pose}, {"heading", heading}, {"position", position}, {"map", map}});
   json["nees_other_chart"] = blocks_json(row, {{"pose", plane_pose}, {"position", chart_position}});
@@ -114,7 +111,7 @@ Json row_json(const EstimatorRow& row) {
                           {"position_m", json_number(row.claimed_position_m)}};
   json["unobservable"] = row.unobservable;
   json["rank_gap"] = json_number(row.rank_gap);
-  json["seconds_per_step"] = json_number(row.seconds_per_step);
+  json["seconds_per_step"] = json_number(row.profile.seconds_per_step);
   json["runs"] = row.runs + std::ssize(row.failures);
   json["failed"] = row.failures.size();
   json["failures"] = Json::array();
@@ -165,12 +162,10 @@ ReportTable estimator_table(const EstimatorStudy& study) {
                     .rows = {},
                     .notes = {}};
   for (const EstimatorRow& row : study.rows) {
-    const bool any = row.runs > 0;
     table.add({row.name, nees_cell(nees_of(row, heading)), nees_cell(nees_of(row, position)),
                nees_cell(nees_of(row, pose)), nees_cell(nees_of(row, map)),
-               any ? TableCell(kDegrees * row.heading_rmse_rad.mean, 3) : TableCell("–"),
-               any ? TableCell(row.position_rmse_m.mean, 3) : TableCell("–"), row.unobservable,
-               duration_text(row.seconds_per_step, 2), failed_cell(row)});
+               rmse_cell(row.heading_rmse_rad, kDegrees), rmse_cell(row.position_rmse_m, 1.0), row.unobservable,
+               duration_text(row.profile.seconds_per_step, 2), failed_cell(row)});
   }
   table.notes = {
       fmt::format(
@@ -180,15 +175,15 @@ ReportTable estimator_table(const EstimatorStudy& study) {
       fmt::format(
           "Pose and map: the error in the chart of the filter's own P. Position: x̂ − x, P transported to "
           "first order at the estimate. The map at every {}th step.",
-          kMapStride),
-      "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open in run 0; a "
-      "shift "
-      "and a turn of the plane are 3. time a step: predict and update, without statistics."};
+          study.map_stride),
+      "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open in run 0. time "
+      "a step: predict and update, without statistics.",
+      study.note};
   for (const EstimatorRow& row : study.rows) {
-    if (row.chart == ErrorChart::plane) continue;
+    if (row.profile.chart == "plane") continue;
     table.notes.push_back(fmt::format(
         "{}: its chart is {}. In the plane its pose NEES is {}; the position of its chart has {}.", row.name,
-        chart_text(row.chart), nees_cell(nees_of(row, plane_pose)).text,
+        row.profile.chart_text, nees_cell(nees_of(row, plane_pose)).text,
         nees_cell(nees_of(row, chart_position)).text));
   }
   const std::vector<std::string> failures = failure_notes(study);
@@ -278,7 +273,7 @@ std::string estimator_json(const EstimatorStudy& study) {
   json["steps"] = study.scenario.study.steps;
   json["confidence"] = study.scenario.study.confidence;
   json["complete"] = study.complete;
-  json["map_every_steps"] = kMapStride;
+  json["map_every_steps"] = study.map_stride;
   json["quantile_levels"] = json_numbers({kBandLevels.begin(), kBandLevels.end()});
   json["bound"] = {{"heading_rad", json_number(std::sqrt(study.bound.heading_squared))},
                    {"position_m", json_number(std::sqrt(study.bound.position_squared))}};

@@ -122,10 +122,13 @@ void InvariantEstimator::error(const PlanarTruth& truth, Eigen::Ref<Vector> erro
 }
 
 Matrix InvariantEstimator::plane_covariance() const {
-  Matrix T = Matrix::Identity(size(), size());
-  T.topLeftCorner<3, 3>() = to_plane(pose().head<2>());
-  for (Index j = 3; j < size(); j += 2) T.block<2, 1>(j, 2) = quarter_turn(landmark(j));
-  return T * SlamEstimator::plane_covariance() * T.transpose();
+  Vector turned = Vector::Zero(size());  // δ = e + turned e_θ
+  turned.head<2>() = quarter_turn(pose().head<2>());
+  for (Index j = 3; j < size(); j += 2) turned.segment<2>(j) = quarter_turn(landmark(j));
+  Matrix P = SlamEstimator::plane_covariance();
+  const Vector along = P.col(2) + 0.5 * P(2, 2) * turned;
+  P += turned * along.transpose() + along * turned.transpose();
+  return P;
 }
 
 Eigen::Matrix3d InvariantEstimator::plane_pose_covariance() const {

@@ -45,11 +45,15 @@ LinearErrorSystem make_error_system(const LinearProblem& problem,
 }  // namespace
 
 LinearExperiment::LinearExperiment(LinearProblem problem, Index steps, NoiseSource source)
+    : LinearExperiment(problem, steps, source, linear_filter_steps(problem.assumed, problem.rule, steps)) {}
+
+LinearExperiment::LinearExperiment(LinearProblem problem, Index steps, NoiseSource source,
+                                   std::vector<LinearFilterStep> filter_steps)
     : Experiment(problem.scene.layout),
       problem_(std::move(problem)),
       steps_(steps),
       source_(source),
-      filter_steps_(linear_filter_steps(problem_.assumed, problem_.rule, steps)),
+      filter_steps_(std::move(filter_steps)),
       system_(make_error_system(problem_, filter_steps_)),
       simulator_(system_) {}
 

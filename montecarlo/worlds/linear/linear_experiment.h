@@ -15,6 +15,9 @@ class LinearExperiment final : public Experiment {
   /// `truth` of the problem makes the noise, `assumed` is what the filter believes; every measurement is
   /// there at every step.
   LinearExperiment(LinearProblem problem, Index steps, NoiseSource source);
+  /// Of a filter with other gains than the Kalman filter's.
+  LinearExperiment(LinearProblem problem, Index steps, NoiseSource source,
+                   std::vector<LinearFilterStep> filter_steps);
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;

@@ -6,6 +6,8 @@
 
 #include "core/linear_algebra/decompositions.h"
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/estimator_key.h"
+#include "montecarlo/worlds/linear/linear_contest.h"
 #include "montecarlo/worlds/slam_settings.h"
 
 namespace credence {
@@ -159,6 +161,12 @@ void check_filter(const Scenario& scenario, const Refusal& refuse) {
   }
   if (R.given()) R.require_covariance(m, shape_of("world.R", m, m));
   if (P0.given()) P0.require_covariance(n, shape_of("world.F", n, n));
+  check("gain", n, m, shape_of("world.H", m, n));
+  const std::vector<std::string> states = linear_state_names(scenario);
+  for (const std::string& name : names_value(scenario, "filter.considered")) {
+    if (std::ranges::find(states, name) != states.end()) continue;
+    refuse.wrong("filter", "considered", fmt::format("names no state \"{}\"", name));
+  }
 }
 
 }  // namespace
@@ -197,10 +205,19 @@ std::vector<KeyRow> linear_keys() {
       row("filter", "R",
           "covariance of the measurement noise that the filter assumes, before measurement_scale", "world.R"),
       row("filter", "P0", "covariance of the state at the start that the filter assumes", "world.P0"),
+      estimator_key([](const Scenario& s) { return word_value(s, "filter.estimator") != "kalman"; }),
+      row("filter", "gain", "gain K of \"own-gain\", n×m: x̂ = x̂⁻ + K ν", "none"),
+      {.section = "filter",
+       .name = "considered",
+       .unit = "",
+       .meaning = "names of the states that \"schmidt\" considers and does not estimate",
+       .field = NamesField{"filter.considered"},
+       .default_words = "none"},
   };
 }
 
 void check_linear(const Scenario& scenario, const Refusal& refuse) {
+  check_estimator(scenario, refuse, kLinearOffer);
   check_world(scenario, refuse);
   check_filter(scenario, refuse);
   if (scenario.noise.detection_probability == 1.0) return;
@@ -217,6 +234,18 @@ LinearModel linear_truth(const Scenario& scenario) { return model_of(scenario, "
 LinearModel linear_belief(const Scenario& scenario) {
   const LinearModel world = linear_truth(scenario);
   return model_of(scenario, "filter", &world);
+}
+
+Matrix linear_gain(const Scenario& scenario) { return matrix_of(rows_value(scenario, "filter.gain")); }
+
+std::vector<Index> considered_states(const Scenario& scenario) {
+  const std::vector<std::string> states = linear_state_names(scenario);
+  std::vector<Index> considered;
+  for (const std::string& name : names_value(scenario, "filter.considered")) {
+    considered.push_back(std::ranges::find(states, name) - states.begin());
+  }
+  std::ranges::sort(considered);
+  return considered;
 }
 
 std::vector<std::string> linear_state_names(const Scenario& scenario) {

@@ -26,6 +26,10 @@ void check_linear(const Scenario& scenario, const Refusal& refuse);
 LinearModel linear_truth(const Scenario& scenario);
 LinearModel linear_belief(const Scenario& scenario);
 
+/// K of filter.gain, n×m, and the states of filter.considered; empty where they are not given.
+Matrix linear_gain(const Scenario& scenario);
+std::vector<Index> considered_states(const Scenario& scenario);
+
 /// The names of the states: x1, x2, … unless world.states gives others.
 std::vector<std::string> linear_state_names(const Scenario& scenario);
 

@@ -4,6 +4,9 @@
 #include <fmt/ranges.h>
 
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/estimator_key.h"
+#include "montecarlo/worlds/linear/linear_contest.h"
+#include "montecarlo/worlds/linear/linear_estimator_experiment.h"
 #include "montecarlo/worlds/linear/linear_keys.h"
 
 namespace credence {
@@ -19,18 +22,18 @@ BlockLayout linear_blocks(const Scenario& scenario) {
   return {.vehicle = states_of(scenario), .landmark = 0, .landmarks = 0};
 }
 
+void set_linear_defaults(Scenario& scenario) { set_estimator(scenario, "kalman"); }
+
+bool is_kalman(const Scenario& scenario) { return word_value(scenario, "filter.estimator") == "kalman"; }
+
+/// Nothing where the gain is not that of the Kalman filter, which alone has a Riccati equation.
 std::optional<LinearProblem> linear_problem_of(const Scenario& scenario) {
-  LinearProblem problem;
-  problem.truth = linear_truth(scenario);
-  problem.assumed = linear_belief(scenario);
-  problem.assumed.Q *= scenario.filter.process_scale;
-  problem.assumed.R *= scenario.filter.measurement_scale;
-  problem.detection_probability = scenario.noise.detection_probability;
-  problem.scene = {.layout = linear_layout(linear_state_names(scenario), problem.assumed.R,
-                                           problem.detection_probability == 1.0),
-                   .start = Vector::Zero(problem.truth.state_dim()),
-                   .random_start = true};
-  return problem;
+  if (!is_kalman(scenario)) return std::nullopt;
+  return linear_world_problem(scenario);
+}
+
+std::unique_ptr<Experiment> linear_experiment_of(const Scenario& scenario) {
+  return linear_estimator_experiment(scenario, word_value(scenario, "filter.estimator"));
 }
 
 double least_linear_doubles(const Scenario& scenario) {
@@ -55,9 +58,10 @@ std::string own_matrices_text(const Scenario& scenario) {
 std::string linear_text(const Scenario& scenario) {
   const Index n = states_of(scenario), m = measurements_of(scenario);
   const double seen = scenario.noise.detection_probability;
-  return fmt::format("linear, {} state{}, {} measurement{}{}{}", n, n == 1 ? "" : "s", m, m == 1 ? "" : "s",
-                     seen < 1.0 ? fmt::format(", each there with probability {:g}", seen) : "",
-                     own_matrices_text(scenario));
+  return fmt::format(
+      "linear, {} state{}, {} measurement{}{}{}{}", n, n == 1 ? "" : "s", m, m == 1 ? "" : "s",
+      seen < 1.0 ? fmt::format(", each there with probability {:g}", seen) : "", own_matrices_text(scenario),
+      is_kalman(scenario) ? "" : fmt::format(", {}", word_value(scenario, "filter.estimator")));
 }
 
 /// Of a piece of the measurement. Where some may be missing only what all have in common.
@@ -70,6 +74,20 @@ std::vector<double> assumed_variances(const Matrix& R, bool constant) {
 }
 
 }  // namespace
+
+LinearProblem linear_world_problem(const Scenario& scenario) {
+  LinearProblem problem;
+  problem.truth = linear_truth(scenario);
+  problem.assumed = linear_belief(scenario);
+  problem.assumed.Q *= scenario.filter.process_scale;
+  problem.assumed.R *= scenario.filter.measurement_scale;
+  problem.detection_probability = scenario.noise.detection_probability;
+  problem.scene = {.layout = linear_layout(linear_state_names(scenario), problem.assumed.R,
+                                           problem.detection_probability == 1.0),
+                   .start = Vector::Zero(problem.truth.state_dim()),
+                   .random_start = true};
+  return problem;
+}
 
 RunLayout linear_layout(std::vector<std::string> states, const Matrix& R, bool constant) {
   const Index m = R.rows();
@@ -88,14 +106,15 @@ RunLayout linear_layout(std::vector<std::string> states, const Matrix& R, bool c
 constinit const World kLinearWorld = {.schema = {.name = "linear",
                                                  .meaning = "any linear system, its matrices written out",
                                                  .keys = linear_keys,
-                                                 .set_defaults = nullptr,
+                                                 .set_defaults = set_linear_defaults,
                                                  .check = check_linear,
                                                  .blocks = linear_blocks},
                                       .linear_problem = linear_problem_of,
-                                      .experiment = nullptr,
+                                      .experiment = linear_experiment_of,
                                       .least_doubles = least_linear_doubles,
                                       .size_text = linear_size_text,
                                       .text = linear_text,
-                                      .figure = RunFigure::states};
+                                      .figure = RunFigure::states,
+                                      .estimators = &kLinearOffer};
 
 }  // namespace credence

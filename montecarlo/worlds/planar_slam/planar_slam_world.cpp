@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "core/filters/estimators/estimators.h"
 #include "core/memory_need.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/estimator_key.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
+#include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
 #include "montecarlo/worlds/slam_settings.h"
 
@@ -18,23 +19,6 @@ bool measures_bearing(const Scenario& s) { return !measures_relative_position(s)
 bool has_sigma_points(const Scenario& s) { return word_value(s, "filter.estimator").starts_with("ukf"); }
 bool has_window(const Scenario& s) { return word_value(s, "filter.estimator").starts_with("smoother"); }
 bool considers(const Scenario& s) { return word_value(s, "filter.estimator") == "schmidt"; }
-
-std::vector<std::string_view> estimator_names() {
-  std::vector<std::string_view> names;
-  for (const EstimatorKind& kind : estimator_kinds()) names.push_back(kind.name);
-  return names;
-}
-
-std::string_view estimator_meanings() {
-  static const std::string text = [] {
-    std::string all;
-    for (const EstimatorKind& kind : estimator_kinds()) {
-      all += fmt::format("{}{}: {}", all.empty() ? "" : "; ", kind.name, kind.meaning);
-    }
-    return all;
-  }();
-  return text;
-}
 
 std::vector<KeyRow> planar_slam_keys() {
   constexpr std::string_view kRing =
@@ -74,7 +58,7 @@ std::vector<KeyRow> planar_slam_keys() {
        planar_row("noise", "bearing_std_deg", measures_bearing, kRange),
        planar_row("initial", "position_std"),
        planar_row("initial", "heading_std_deg"),
-       {"filter", "estimator", "", estimator_meanings(), own_choice("filter.estimator", estimator_names())},
+       estimator_key(),
        {.section = "filter",
         .name = "sigma_spread",
         .unit = "",
@@ -107,6 +91,7 @@ void set_planar_slam_defaults(Scenario& scenario) {
 }
 
 void check_planar_slam(const Scenario& scenario, const Refusal& refuse) {
+  check_estimator(scenario, refuse, kPlanarSlamOffer);
   const WorldSettings& world = scenario.world;
   if (world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
   if (world.sensor_min_range >= world.sensor_range) {
@@ -156,6 +141,7 @@ constinit const World kPlanarSlamWorld = {
     .least_doubles = least_planar_slam_doubles,
     .size_text = planar_slam_size_text,
     .text = planar_slam_text,
-    .figure = RunFigure::plane_slam};
+    .figure = RunFigure::plane_slam,
+    .estimators = &kPlanarSlamOffer};
 
 }  // namespace credence

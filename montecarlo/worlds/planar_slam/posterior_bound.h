@@ -1,14 +1,9 @@
 #pragma once
 
+#include "montecarlo/worlds/estimator_contest.h"
 #include "montecarlo/worlds/planar_slam/odometry_world.h"
 
 namespace credence {
-
-/// A bound on the mean squared errors of the vehicle, each averaged over the steps.
-struct PosteriorBound {
-  double heading_squared = 0.0;   ///< rad²
-  double position_squared = 0.0;  ///< m²
-};
 
 /// The posterior Cramér-Rao bound of pose and map by the recursion of [Tichavsky 1998],
 ///

@@ -9,6 +9,7 @@
 
 #include "analysis/stability/ranks.h"
 #include "analysis/stability/riccati.h"
+#include "core/filters/linear_estimators.h"
 #include "core/filters/linear_filter.h"
 
 namespace credence {
@@ -238,6 +239,20 @@ TEST(ExactMoments, EndsAtAStepThatFailed) {
 TEST(ExactMoments, StepsOfAnotherModelAreRefused) {
   const auto steps = filter_steps(monobot_model(2, 0, 0.1, 0.1, 1.0), Inflation::none, 2);
   EXPECT_THROW(exact_moments(monobot_model(3, 0, 0.1, 0.1, 1.0), steps), std::invalid_argument);
+}
+
+// Joseph's form is the covariance of the error whatever the gain: NEES is n where the noise is known, and
+// what Monte Carlo measures where it is not.
+TEST(ExactMoments, HoldForAnyGain) {
+  const LinearModel model = monobot_model(2, 1, 0.1, 0.1, 1.0);
+  const Matrix K = (Matrix(3, 3) << -0.5, 0.1, 0.1, -0.1, 0.4, 0, -0.1, 0, 0.4).finished();
+  const std::vector<Index> considered = {2};
+  for (const auto& steps : {constant_gain_steps(model, K, 60), consider_steps(model, considered, 60)}) {
+    for (const ExactMoments& moments : exact_moments(model, steps)) EXPECT_NEAR(moments.nees, 3.0, 1e-9);
+  }
+  LinearModel wrong = model;
+  wrong.Q *= 0.1;
+  EXPECT_GT(exact_moments(model, constant_gain_steps(wrong, K, 60)).back().nees, 3.1);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/filters/estimators/jacobian_rows.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/planar_slam/odometry_drive.h"
 
@@ -26,13 +27,14 @@ Ranks ranks_of(const char* estimator) {
   OdometryDrive drive(world, NoiseSource(1, 2));
   constexpr Index n = 15;
   ObservabilityStack stack(n);
+  JacobianRows rows(n);
   std::vector<Matrix> F, H;
   Index known = 3;
   filter->reset(drive.start(0), world.initial_covariance());
   for (std::size_t k = 1; k <= 60; ++k) {
     filter->predict(drive.read(k), world.truth(k));
     filter->update(drive.observe(k), world.truth(k));
-    stack.add(*filter);
+    rows.add(*filter, [&](const Vector& row) { stack.add(row); });
     Matrix F_k = Matrix::Identity(n, n);
     F_k.topLeftCorner<3, 3>() = filter->motion_jacobian();
     const Index m = filter->measurement_jacobian().rows();
@@ -51,7 +53,7 @@ Ranks ranks_of(const char* estimator) {
   }
   // local_observability takes H_k before F_k; the first measurement is after the first motion.
   H.insert(H.begin(), Matrix(0, n));
-  return {stack.rank().rank, local_observability(F, H).decision.rank, stack.states()};
+  return {stack.rank().rank, local_observability(F, H).decision.rank, rows.states()};
 }
 
 TEST(ObservabilityStack, IsTheStaircase) {

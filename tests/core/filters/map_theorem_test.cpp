@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -143,6 +144,43 @@ TEST(MapTheorem, HoldsForTheBlockMapOverAHundredThousandSteps) {
     if (bound == MapBound::drop) {
       EXPECT_EQ(trace.last, trace.first);
     }
+  }
+}
+
+// At its own estimates, a vehicle on a circle that reads noisy measurements of what is near: six landmarks.
+TEST(MapTheorem, HoldsForTheEkfInThePlaneOverAHundredThousandSteps) {
+  for (const MapBound bound : {MapBound::least_trace, MapBound::drop}) {
+    BlockMapEkfSlam<PlanarModel> filter({.vehicle = {}, .dt_s = 1.0}, kQ, kR, bound);
+    filter.reset(Pose(10.0, 0.0, 0.5 * std::numbers::pi),
+                 Eigen::Matrix3d(0.01 * Eigen::Matrix3d::Identity()));
+    std::mt19937_64 bits(13);
+    std::normal_distribution<double> normal;
+    Pose truth(10.0, 0.0, 0.5 * std::numbers::pi);
+    MapTrace trace;
+    for (int k = 0; k < 100'000; ++k) {
+      const Control u(1.0, 0.1);
+      truth = Vehicle{}.moved(truth, u, 1.0);
+      filter.predict(u + Control(0.1 * normal(bits), 0.02 * normal(bits)));
+      std::vector<Observation<PlanarModel>> seen;
+      for (int i = 0; i < 6; ++i) {
+        const double angle = std::numbers::pi * i / 3.0, radius = i % 2 == 0 ? 7.0 : 13.0;
+        const RangeBearing exact =
+            measure_range_bearing(truth, Point(radius * std::cos(angle), radius * std::sin(angle)));
+        if (exact[0] > 12.0) continue;
+        seen.push_back({i, exact + RangeBearing(0.1 * normal(bits), 0.017 * normal(bits))});
+      }
+      const UpdateResult update = filter.update(seen);
+      ASSERT_TRUE(update.ok) << "step " << k;
+      const double now = filter.covariance().trace_of_map();
+      if (update.initialised == 0) {
+        trace.add(now, 0.0);
+      } else {
+        trace.first = trace.last = now;
+      }
+    }
+    ASSERT_EQ(filter.landmarks().size(), 6U);
+    EXPECT_EQ(trace.rises, 0);
+    EXPECT_LE(trace.last, trace.first);
   }
 }
 

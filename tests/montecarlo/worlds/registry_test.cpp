@@ -25,7 +25,7 @@ TEST(Registry, EveryWorldIsComplete) {
       EXPECT_TRUE(there) << world->schema.name;
     }
   }
-  EXPECT_EQ(names.size(), 7U);
+  EXPECT_EQ(names.size(), 8U);
 }
 
 TEST(Registry, AnUnknownWorldIsRefusedByName) {

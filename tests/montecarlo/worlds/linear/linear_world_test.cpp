@@ -276,5 +276,24 @@ TEST(LinearWorld, TellsTheMemoryThatItNeeds) {
   EXPECT_LT(least_experiment_bytes(small), 1e6);
 }
 
+// `run` plays any of its estimators; what needs a Riccati equation is not told that it has one.
+TEST(LinearWorld, PlaysItsEstimators) {
+  const std::string filter = "[filter]\ngain = [[0.5, 0, 0], [0, 0.2, 0]]\nconsidered = [\"x2\"]\n";
+  for (const char* name : {"steady-state", "smoother", "schmidt", "own-gain"}) {
+    const Scenario s = load(kSystem + filter, {std::string("filter.estimator=") + name, "study.steps=20"});
+    EXPECT_FALSE(linear_problem(s)) << name;
+    EXPECT_THAT(world_text(s), HasSubstr(name));
+    const auto experiment = make_experiment(s);
+    const StudyStatistics statistics = run(*experiment, 1);
+    ASSERT_EQ(statistics.steps.size(), 20U);
+    const Moments& nees = statistics.steps.back()[Quantity::nees];
+    EXPECT_NEAR(nees.mean, 2.0, 5.0 * 2.0 / std::sqrt(200.0)) << name;
+  }
+  EXPECT_TRUE(linear_problem(load(kSystem + filter)));
+  EXPECT_THAT(refusal(kSystem + "[filter]\ngain = [[1, 0, 0]]\n"), HasSubstr("gain"));
+  EXPECT_THAT(refusal(kSystem + "[filter]\nconsidered = [\"x3\"]\n"), HasSubstr("x3"));
+  EXPECT_THROW(make_experiment(load(kSystem, {"filter.estimator=own-gain"})), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace credence

@@ -1,0 +1,83 @@
+#include "montecarlo/worlds/linear/linear_contest.h"
+
+#include "core/filters/linear_filter.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/best_time.h"
+#include "montecarlo/worlds/linear/linear_estimator_experiment.h"
+#include "montecarlo/worlds/linear/linear_keys.h"
+
+namespace credence {
+namespace {
+
+class LinearContest final : public EstimatorContest {
+ public:
+  explicit LinearContest(const Scenario& scenario) : scenario_(scenario), truth_(linear_truth(scenario)) {}
+
+  Index steps() const override { return scenario_.study.steps; }
+  std::unique_ptr<EstimatorPlayer> player(std::span<const std::string> names) const override {
+    auto player = std::make_unique<Player>();
+    for (const std::string& name : names) player->experiments.push_back(experiment(name));
+    return player;
+  }
+
+  EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override {
+    const auto of_name = experiment(name);
+    const double seconds = best_time(3, [&] { of_name->visit(0, [](const TraceStep&) {}); });
+    Matrix rows = truth_.H;  // H Fᵏ
+    for (Index k = 0; k < truth_.state_dim(); ++k) {
+      for (Index r = 0; r < rows.rows(); ++r) take_row(Vector(rows.row(r).transpose()));
+      rows = rows * truth_.F;
+    }
+    return {.known = truth_.state_dim(), .seconds_per_step = seconds / static_cast<double>(steps())};
+  }
+
+  Index unknowns() const override { return truth_.state_dim(); }
+
+  /// P of the Kalman filter that knows the noise, whose error reaches the bound.
+  PosteriorBound bound() const override {
+    double sum = 0.0;
+    for (const LinearFilterStep& step : linear_filter_steps(truth_, {}, steps())) sum += step.P.trace();
+    return {.heading_squared = 0.0, .position_squared = sum / static_cast<double>(steps())};
+  }
+
+  std::string note() const override {
+    return "Pose: the whole state. Position m: the root of the summed squared errors of all states, each in "
+           "its unit. The bound is that of filters, which a smoother passes. Time a step: a run with the "
+           "gains at hand.";
+  }
+
+ private:
+  struct Player final : EstimatorPlayer {
+    void play(std::int64_t run, EstimatorListener& listener) override {
+      for (std::size_t e = 0; e < experiments.size(); ++e) {
+        bool heard = true;
+        experiments[e]->visit(run, [&](const TraceStep& shown) {
+          if (shown.step == 0 || !heard) return;
+          EstimatorStep step;
+          step[EstimatorBlock::pose] = {shown.nees, shown.nees_dof};
+          step.position_squared = shown.error.squaredNorm();
+          step.position_variance = shown.P.trace();
+          heard = listener.take(e, shown.step, step);
+        });
+      }
+    }
+    std::vector<std::unique_ptr<Experiment>> experiments;
+  };
+
+  std::unique_ptr<Experiment> experiment(std::string_view name) const {
+    return linear_estimator_experiment(scenario_, name);
+  }
+
+  Scenario scenario_;
+  LinearModel truth_;
+};
+
+std::unique_ptr<EstimatorContest> linear_contest(const Scenario& scenario) {
+  return std::make_unique<LinearContest>(scenario);
+}
+
+}  // namespace
+
+constinit const EstimatorOffer kLinearOffer = {.names = linear_estimator_names, .contest = linear_contest};
+
+}  // namespace credence

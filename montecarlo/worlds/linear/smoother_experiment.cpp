@@ -1,0 +1,51 @@
+#include "montecarlo/worlds/linear/smoother_experiment.h"
+
+#include <stdexcept>
+
+#include "core/linear_algebra/psd_root.h"
+#include "montecarlo/worlds/plugged/plugged_statistics.h"
+
+namespace credence {
+
+SmootherExperiment::SmootherExperiment(LinearProblem problem, Index steps, NoiseSource source)
+    : Experiment(problem.scene.layout),
+      steps_(steps),
+      filter_(std::move(problem), steps, source),
+      smoother_(filter_.assumed_model(), filter_.filter_steps()) {
+  const std::vector<LinearFilterStep>& of_filter = filter_.filter_steps();
+  if (std::ssize(of_filter) < steps || (steps > 0 && !of_filter.back().ok)) {
+    throw std::invalid_argument("a smoother needs an S that is positive definite at every step");
+  }
+  whitening_.push_back(psd_whitening(smoother_.covariance(0)));
+  for (std::size_t k = 0; k < of_filter.size(); ++k) {
+    whitening_.push_back(psd_whitening(smoother_.covariance(k + 1), of_filter[k].P_prior.diagonal()));
+  }
+}
+
+StudyStatistics SmootherExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+  return visited_chunk(*this, steps_, first_run, runs);
+}
+
+Outcome SmootherExperiment::visit(std::int64_t run, const StepVisitor& take) const {
+  std::vector<TraceStep> steps;
+  const Outcome outcome = filter_.visit(run, [&](const TraceStep& step) { steps.push_back(step); });
+  std::vector<Vector> estimates;
+  for (const TraceStep& step : steps) estimates.push_back(step.estimate);
+  smoother_.smooth(estimates);
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    TraceStep& step = steps[k];
+    step.estimate = estimates[k];
+    step.error = step.estimate - step.truth;
+    step.P = smoother_.covariance(k);
+    step.innovations.front() = {};
+    step.K.resize(0, 0);
+    step.nis = 0.0;
+    step.nis_dof = 0;
+    step.nees = (whitening_[k] * step.error).squaredNorm();
+    step.nees_dof = whitening_[k].rows();
+    take(step);
+  }
+  return outcome;
+}
+
+}  // namespace credence

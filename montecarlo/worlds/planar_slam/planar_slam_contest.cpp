@@ -1,0 +1,160 @@
+#include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
+
+#include "core/filters/estimators/estimators.h"
+#include "core/filters/estimators/jacobian_rows.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/best_time.h"
+#include "montecarlo/worlds/planar_slam/estimator_run.h"
+#include "montecarlo/worlds/planar_slam/posterior_bound.h"
+
+namespace credence {
+namespace {
+
+/// What is judged of one estimator, with the memory that this takes.
+class StepJudge {
+ public:
+  EstimatorStep judge(const EstimatorRun& run, bool with_map) {
+    using enum EstimatorBlock;
+    const SlamEstimator& filter = run.filter();
+    const MatrixRef P = filter.covariance();
+    const Eigen::Matrix3d P_plane = filter.plane_pose_covariance();
+    const VectorRef e = run.error();
+    const Pose plane = run.plane_error();
+    EstimatorStep step;
+    step[chart_position] = solve(e.head(2), P.topLeftCorner(2, 2));
+    step[heading] = solve(e.segment(2, 1), P.block(2, 2, 1, 1));
+    step[pose] = solve(e.head(3), P.topLeftCorner(3, 3));
+    if (filter.chart() == ErrorChart::plane) {
+      step[position] = step[chart_position];
+      step[plane_pose] = step[pose];
+    } else {
+      step[position] = solve(plane.head<2>(), P_plane.topLeftCorner<2, 2>());
+      step[plane_pose] = solve(plane, P_plane);
+    }
+    const Index n = filter.size();
+    if (with_map && n > 3) step[map] = map_solver_.solve(e.tail(n - 3), P.bottomRightCorner(n - 3, n - 3));
+    step.heading_squared = plane[2] * plane[2];
+    step.position_squared = plane.head<2>().squaredNorm();
+    step.heading_variance = P_plane(2, 2);
+    step.position_variance = P_plane(0, 0) + P_plane(1, 1);
+    return step;
+  }
+
+ private:
+  NeesValue solve(const VectorRef& error, const MatrixRef& P) {
+    return solver_[static_cast<std::size_t>(error.size())].solve(error, P);
+  }
+
+  std::array<SingularNees, 4> solver_;  ///< by dimension, so that none changes its size
+  SingularNees map_solver_;
+};
+
+class PlanarSlamContest final : public EstimatorContest {
+ public:
+  explicit PlanarSlamContest(const Scenario& scenario)
+      : scenario_(scenario),
+        world_(make_odometry_world(scenario)),
+        source_(scenario.study.seed, noise_group(scenario)) {}
+
+  Index steps() const override { return std::ssize(world_.plane.controls); }
+  std::unique_ptr<EstimatorPlayer> player(std::span<const std::string> names) const override {
+    return std::make_unique<Player>(*this, names);
+  }
+  EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override;
+  Index unknowns() const override { return 3 + 2 * world_.plane.states(); }
+  PosteriorBound bound() const override { return posterior_bound(world_); }
+  std::string note() const override {
+    return "A shift and a turn of the plane are 3 unobservable directions.";
+  }
+
+ private:
+  class Player final : public EstimatorPlayer {
+   public:
+    Player(const PlanarSlamContest& contest, std::span<const std::string> names)
+        : contest_(contest), drive_(contest.world_, contest.source_), judges_(names.size()) {
+      for (const std::string& name : names) {
+        runs_.emplace_back(contest.world_, scenario_estimator(contest.scenario_, contest.world_, name));
+      }
+    }
+
+    void play(std::int64_t r, EstimatorListener& listener) override {
+      const Pose estimate = drive_.start(r);
+      for (EstimatorRun& run : runs_) run.start(estimate);
+      stopped_.assign(runs_.size(), false);
+      for (Index k = 1; k <= contest_.steps(); ++k) {
+        const Control read = drive_.read(static_cast<std::size_t>(k));
+        const auto seen = drive_.observe(static_cast<std::size_t>(k));
+        for (std::size_t e = 0; e < runs_.size(); ++e) {
+          if (stopped_[e]) continue;
+          const Outcome outcome = runs_[e].step(static_cast<std::size_t>(k), read, seen);
+          if (outcome != Outcome::ok) {
+            stopped_[e] = true;
+            listener.failed(e, k, outcome);
+          } else {
+            stopped_[e] = !listener.take(e, k, judges_[e].judge(runs_[e], k % contest_.map_stride() == 0));
+          }
+        }
+      }
+    }
+
+   private:
+    const PlanarSlamContest& contest_;
+    OdometryDrive drive_;
+    std::vector<EstimatorRun> runs_;
+    std::vector<StepJudge> judges_;
+    std::vector<bool> stopped_;
+  };
+
+  Scenario scenario_;
+  OdometryWorld world_;
+  NoiseSource source_;
+};
+
+EstimatorProfile PlanarSlamContest::profile(std::string_view name, const TakeRow& take_row) const {
+  OdometryDrive drive(world_, source_);
+  const Pose estimate = drive.start(0);
+  std::vector<Control> read;
+  std::vector<std::vector<Observation<PlanarModel>>> seen;
+  for (std::size_t k = 1; k <= world_.plane.controls.size(); ++k) {
+    read.push_back(drive.read(k));
+    const auto now = drive.observe(k);
+    seen.emplace_back(now.begin(), now.end());
+  }
+  const auto filter = scenario_estimator(scenario_, world_, name);
+  JacobianRows rows(unknowns());
+  const auto play = [&](bool show) {
+    filter->reset(estimate, world_.initial_covariance());
+    for (std::size_t k = 1; k <= read.size(); ++k) {
+      const PlanarTruth truth = world_.truth(k);
+      filter->predict(read[k - 1], truth);
+      const UpdateResult update = filter->update(seen[k - 1], truth);
+      if (!update.ok || !filter->state().allFinite()) break;
+      if (show) rows.add(*filter, take_row);
+    }
+  };
+  play(true);
+  const double seconds = best_time(3, [&] { play(false); });
+  EstimatorProfile profile{.known = rows.states(),
+                           .seconds_per_step = seconds / static_cast<double>(read.size())};
+  if (filter->chart() == ErrorChart::right_invariant) {
+    profile.chart = "right_invariant";
+    profile.chart_text = "log(X̂ X⁻¹) in SE(2) with the landmarks";
+  }
+  return profile;
+}
+
+std::vector<std::string_view> planar_names(const Scenario*) {
+  std::vector<std::string_view> names;
+  for (const EstimatorKind& kind : estimator_kinds()) names.push_back(kind.name);
+  return names;
+}
+
+std::unique_ptr<EstimatorContest> planar_contest(const Scenario& scenario) {
+  return std::make_unique<PlanarSlamContest>(scenario);
+}
+
+}  // namespace
+
+constinit const EstimatorOffer kPlanarSlamOffer = {.names = planar_names, .contest = planar_contest};
+
+}  // namespace credence

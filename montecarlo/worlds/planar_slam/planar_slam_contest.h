@@ -1,0 +1,10 @@
+#pragma once
+
+#include "montecarlo/worlds/estimator_contest.h"
+
+namespace credence {
+
+/// The estimators of planar SLAM (core/filters/estimators), compared on the same odometry and measurements.
+extern const EstimatorOffer kPlanarSlamOffer;
+
+}  // namespace credence

@@ -1,0 +1,199 @@
+#include "montecarlo/worlds/spatial_slam/spatial_contest.h"
+
+#include <Eigen/QR>
+#include <map>
+
+#include "core/stop_point.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/best_time.h"
+#include "montecarlo/worlds/planar_slam/estimator_run.h"
+#include "montecarlo/worlds/spatial_slam/spatial_run.h"
+
+namespace credence {
+namespace {
+
+constexpr Index kUnknowns = 7;            // the pose, and a measure of rounding
+constexpr Index kSpatialMapStride = 100;  // its Cholesky factor costs as much as ten steps
+
+EstimatorStep judge(const SpatialSlam& filter, const SpatialTruth& truth, bool with_map, SingularNees& solver,
+                    SingularNees& map_solver) {
+  using enum EstimatorBlock;
+  const auto plane = filter.pose_error(truth.now, false), own = filter.pose_error(truth.now, true);
+  const SpatialSlam::PoseMatrix P = filter.pose_covariance(), P_own = filter.own_pose_covariance();
+  EstimatorStep step;
+  step[pose] = solver.solve(own, P_own);
+  step[plane_pose] = solver.solve(plane, P);
+  step[heading] = solver.solve(plane.tail<3>(), P.bottomRightCorner<3, 3>());
+  step[position] = solver.solve(plane.head<3>(), P.topLeftCorner<3, 3>());
+  step[chart_position] = solver.solve(own.head<3>(), P_own.topLeftCorner<3, 3>());
+  if (with_map && filter.size() > 6) {
+    const SpatialSlam::MapError of_map = filter.map_error(truth);
+    step[map] = map_solver.solve(of_map.error, of_map.P);
+  }
+  step.heading_squared = plane.tail<3>().squaredNorm();
+  step.position_squared = plane.head<3>().squaredNorm();
+  step.heading_variance = P.diagonal().tail<3>().sum();
+  step.position_variance = P.diagonal().head<3>().sum();
+  return step;
+}
+
+/// What the rows of a run tell of the pose at its start once each landmark has been eliminated: of the rows
+/// [A, B] of one landmark those of Qᵀ A that Qᵀ B leaves empty. What the whole stack does not tell is what
+/// these do not tell. One more unknown, told with unit weight, is the measure of what is rounding.
+class EliminatedRows {
+ public:
+  void add(const SpatialSlam& filter) {
+    transition_ = filter.motion_jacobian() * transition_;
+    for (const SpatialRows& row : filter.rows()) {
+      Kept& kept = kept_[row.landmark];
+      kept.rows.conservativeResize(kept.rows.rows() + 3, 9);
+      kept.rows.bottomRows<3>() << row.own, row.pose * transition_;
+      if (kept.rows.rows() > 60) kept.reduce();
+    }
+  }
+  void hand_on(const EstimatorContest::TakeRow& take_row) {
+    for (auto& [number, kept] : kept_) {
+      kept.reduce();
+      for (Index r = 3; r < kept.rows.rows(); ++r) {
+        Vector row = Vector::Zero(kUnknowns);
+        row.head<6>() = kept.rows.row(r).tail<6>().transpose();
+        take_row(row);
+      }
+    }
+    take_row(Vector::Unit(kUnknowns, kUnknowns - 1));
+  }
+
+ private:
+  struct Kept {
+    Eigen::Matrix<double, Eigen::Dynamic, 9> rows{0, 9};
+    void reduce() {
+      const Eigen::HouseholderQR<Matrix> qr{Matrix(rows)};
+      const Matrix R = qr.matrixQR().topRows(std::min<Index>(rows.rows(), 9)).triangularView<Eigen::Upper>();
+      rows = R;
+    }
+  };
+  SpatialSlam::PoseMatrix transition_ = SpatialSlam::PoseMatrix::Identity();
+  std::map<int, Kept> kept_;
+};
+
+class SpatialContest final : public EstimatorContest {
+ public:
+  explicit SpatialContest(const Scenario& scenario)
+      : world_(make_spatial_world(scenario)), source_(scenario.study.seed, noise_group(scenario)) {}
+
+  Index steps() const override { return world_.steps(); }
+  Index map_stride() const override { return kSpatialMapStride; }
+  std::unique_ptr<EstimatorPlayer> player(std::span<const std::string> names) const override {
+    return std::make_unique<Player>(*this, names);
+  }
+  EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override;
+  Index unknowns() const override { return kUnknowns; }
+  PosteriorBound bound() const override;
+  std::string note() const override {
+    return "Heading: the whole attitude, 3 dof. A shift and a turn of space are 6 unobservable directions.";
+  }
+
+ private:
+  class Player final : public EstimatorPlayer {
+   public:
+    Player(const SpatialContest& contest, std::span<const std::string> names)
+        : contest_(contest), drive_(contest.world_, contest.source_) {
+      for (const std::string& name : names) runs_.emplace_back(contest.world_, spatial_kind(name));
+    }
+
+    void play(std::int64_t r, EstimatorListener& listener) override {
+      const SE3 estimate = drive_.start(r);
+      for (SpatialRun& run : runs_) run.start(estimate);
+      std::vector<bool> stopped(runs_.size());
+      for (Index k = 1; k <= contest_.steps(); ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        const SpatialControl read = drive_.read(at);
+        const std::span<const SpatialSight> sights = drive_.observe(at);
+        const bool with_map = k % contest_.map_stride() == 0;
+        for (std::size_t e = 0; e < runs_.size(); ++e) {
+          if (stopped[e]) continue;
+          stop_point();
+          const Outcome outcome = runs_[e].step(at, read, sights);
+          if (outcome != Outcome::ok) listener.failed(e, k, outcome);
+          stopped[e] =
+              outcome != Outcome::ok ||
+              !listener.take(
+                  e, k, judge(runs_[e].filter(), contest_.world_.truth(at), with_map, solver_, map_solver_));
+        }
+      }
+    }
+
+   private:
+    const SpatialContest& contest_;
+    SpatialDrive drive_;
+    std::vector<SpatialRun> runs_;
+    SingularNees solver_, map_solver_;
+  };
+
+  SpatialWorld world_;
+  NoiseSource source_;
+};
+
+EstimatorProfile SpatialContest::profile(std::string_view name, const TakeRow& take_row) const {
+  SpatialDrive drive(world_, source_);
+  SpatialRun run(world_, spatial_kind(name));
+  EliminatedRows rows;
+  const double seconds = best_time(1, [&] {
+    run.start(drive.start(0));
+    for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
+      if (run.step(k, drive.read(k), drive.observe(k)) != Outcome::ok) break;
+      rows.add(run.filter());
+    }
+  });
+  rows.hand_on(take_row);
+  EstimatorProfile profile{.known = unknowns(), .seconds_per_step = seconds / static_cast<double>(steps())};
+  switch (spatial_kind(name).chart) {
+    case SpatialChart::componentwise:
+      break;
+    case SpatialChart::pose:
+      profile.chart = "pose_left";
+      profile.chart_text = "log(X X̂⁻¹) in SE(3) for the pose, x̂ − x for landmarks";
+      break;
+    case SpatialChart::whole:
+      profile.chart = "right_invariant";
+      profile.chart_text = "log(X X̂⁻¹) in SE(3) with the landmarks";
+      break;
+  }
+  return profile;
+}
+
+/// The recursion of planar_slam/posterior_bound.h: the ideal filter along the true path.
+PosteriorBound SpatialContest::bound() const {
+  SpatialSlam filter(spatial_kind("ideal"), std::ssize(world_.landmarks));
+  filter.reset(world_.path.front(), world_.initial_covariance());
+  PosteriorBound sum;
+  std::vector<SpatialSight> sights;
+  for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
+    sights.clear();
+    for (const SpatialWorld::Exact& exact : world_.in_view[k]) {
+      sights.push_back({exact.landmark, exact.z, world_.landmark_variances(exact.z)});
+    }
+    filter.predict(world_.controls[k - 1], world_.truth(k));
+    filter.update(sights, world_.truth(k));
+    sum.position_squared += filter.pose_covariance().diagonal().head<3>().sum();
+    sum.heading_squared += filter.pose_covariance().diagonal().tail<3>().sum();
+  }
+  const auto count = static_cast<double>(steps());
+  return {sum.heading_squared / count, sum.position_squared / count};
+}
+
+std::vector<std::string_view> spatial_names(const Scenario*) {
+  std::vector<std::string_view> names;
+  for (const SpatialKind& kind : spatial_kinds()) names.push_back(kind.name);
+  return names;
+}
+
+std::unique_ptr<EstimatorContest> spatial_contest(const Scenario& scenario) {
+  return std::make_unique<SpatialContest>(scenario);
+}
+
+}  // namespace
+
+constinit const EstimatorOffer kSpatialOffer = {.names = spatial_names, .contest = spatial_contest};
+
+}  // namespace credence

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "montecarlo/engine/study_statistics.h"
+#include "montecarlo/worlds/spatial_slam/spatial_world.h"
+
+namespace credence {
+
+/// One estimator in one run after the other of a world; what it hears comes from a SpatialDrive.
+class SpatialRun {
+ public:
+  /// `world` must live as long.
+  SpatialRun(const SpatialWorld& world, const SpatialKind& kind)
+      : world_(world), filter_(kind, std::ssize(world.landmarks)) {}
+
+  void start(const SE3& estimate) { filter_.reset(estimate, world_.initial_covariance()); }
+  /// Step k, from 1 on. `diverged` for an estimate that is not finite or farther off than the world is wide.
+  Outcome step(std::size_t k, const SpatialControl& read, std::span<const SpatialSight> sights) {
+    const SpatialTruth truth = world_.truth(k);
+    filter_.predict(read, truth);
+    if (!filter_.update(sights, truth)) return Outcome::not_positive_definite;
+    if (!filter_.is_finite()) return Outcome::diverged;
+    const double off = (filter_.pose().translation() - truth.now.translation()).norm();
+    return off > world_.width_m ? Outcome::diverged : Outcome::ok;
+  }
+  const SpatialSlam& filter() const { return filter_; }
+
+ private:
+  const SpatialWorld& world_;
+  SpatialSlam filter_;
+};
+
+}  // namespace credence
