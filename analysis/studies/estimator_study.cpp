@@ -17,6 +17,7 @@
 #include "core/version.h"
 #include "montecarlo/engine/byte_stream.h"
 #include "montecarlo/engine/shared_tasks.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 
@@ -125,10 +126,7 @@ class RunSums {
 /// What all runs have in common.
 struct StudySetting {
   StudySetting(const Scenario& s, std::vector<std::string> estimators)
-      : scenario(s),
-        world(make_odometry_world(s)),
-        source(s.study.seed, noise_group(s)),
-        names(std::move(estimators)) {
+      : scenario(s), world(make_odometry_world(s)), source(noise_source(s)), names(std::move(estimators)) {
     const std::int64_t room = kMostWindowValues / (s.study.runs * std::ssize(names));
     windows = std::clamp<std::int64_t>(room, 1, std::min(kMostWindows, s.study.steps));
   }

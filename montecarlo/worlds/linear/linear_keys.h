@@ -21,10 +21,10 @@ std::vector<KeyRow> linear_keys();
 /// states that are not as many.
 void check_linear(const Scenario& scenario, const Refusal& refuse);
 
-/// The matrices of [world], or of [filter] where they are given there, before any scale. Good for a scenario
-/// that check_linear does not refuse.
-LinearModel linear_truth(const Scenario& scenario);
-LinearModel linear_belief(const Scenario& scenario);
+/// The matrices of [world], or of [filter] where they are given there, before any scale, of each step of the
+/// period. Good for a scenario that check_linear does not refuse.
+std::vector<LinearModel> linear_truth(const Scenario& scenario);
+std::vector<LinearModel> linear_belief(const Scenario& scenario);
 
 /// The names of the states: x1, x2, … unless world.states gives others.
 std::vector<std::string> linear_state_names(const Scenario& scenario);
