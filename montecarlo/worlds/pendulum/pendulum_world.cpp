@@ -32,7 +32,7 @@ std::vector<KeyRow> pendulum_keys() {
       pendulum_key("noise", "angular_acceleration_density", "rad^2/s^3",
                    "power spectral density of the white noise that drives the pendulum", 0.01),
       {"noise", "displacement_std", "", "standard deviation of the measured sine of the angle",
-       own_real("noise.displacement_std", 0.1, Interval::kPositive)},
+       own_real("noise.displacement_std", 0.31622776601683794, Interval::kPositive)},
       pendulum_key("initial", "angle_std_deg", "deg", "standard deviation of the angle at the start", 18.0),
       pendulum_key("initial", "angular_velocity_std", "rad/s",
                    "standard deviation of the angular velocity at the start", 0.3),
@@ -59,7 +59,7 @@ double least_pendulum_doubles(const Scenario&) { return 0.0; }
 
 std::string pendulum_size_text(const Scenario&) { return "world.model = \"pendulum\""; }
 
-bool has_sigma_points(const Scenario& scenario) {
+bool is_unscented(const Scenario& scenario) {
   return word_value(scenario, "filter.moments") == "sigma_points";
 }
 
@@ -67,7 +67,7 @@ std::string pendulum_text(const Scenario& scenario) {
   const double seen = scenario.noise.detection_probability;
   return fmt::format("pendulum, its displacement measured{}{}, {} Kalman filter",
                      seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
-                     noise_switches_text(scenario), has_sigma_points(scenario) ? "unscented" : "extended");
+                     noise_switches_text(scenario), is_unscented(scenario) ? "unscented" : "extended");
 }
 
 std::unique_ptr<Experiment> pendulum_experiment(const Scenario& scenario) {
@@ -76,7 +76,7 @@ std::unique_ptr<Experiment> pendulum_experiment(const Scenario& scenario) {
   believed.Q *= scenario.filter.process_scale;
   believed.R *= scenario.filter.measurement_scale;
   const MissingWorld world(FunctionWorld(truth), scenario.noise.detection_probability);
-  if (has_sigma_points(scenario)) {
+  if (is_unscented(scenario)) {
     return plugged_experiment(
         world, [=] { return FunctionUkf(believed); }, plug_settings(scenario));
   }

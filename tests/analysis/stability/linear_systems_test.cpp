@@ -91,9 +91,8 @@ TEST(LinearSystems, RiccatiHasTheLimitOfFiftyDigits) {
                    std::invalid_argument);
       continue;
     }
-    const StabilityAnalysis a =
-        analyse_stability(lifted_model(problem.assumed_period()), problem.rule, scenario.study.steps, 500,
-                          problem.scene.layout.states);
+    const StabilityAnalysis a = analyse_stability(lifted_model(problem.assumed_period()), problem.rule,
+                                                  scenario.study.steps, 500, problem.scene.layout.states);
     if (system.limit == "unbounded") {
       EXPECT_EQ(a.riccati.kind, RiccatiKind::unbounded) << system.name;
       EXPECT_FALSE(a.predicted_bounded) << system.name;
