@@ -3,6 +3,9 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <cmath>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -21,9 +24,12 @@
 #include "app/this_command.h"
 #include "datasets/logs/judge_logs.h"
 #include "datasets/logs/log_format.h"
+#include "datasets/logs/number_field.h"
 #include "datasets/logs/run_errors.h"
 #include "reports/document/log_contents_report.h"
+#include "reports/document/log_gate.h"
 #include "reports/document/log_report.h"
+#include "reports/render/atomic_file.h"
 
 namespace credence {
 namespace {
@@ -40,6 +46,9 @@ struct CheckOptions : CommonOptions {
   std::optional<int> instance;
   std::string orientation_error, chart, truth_time = "interpolated", align = "none";
   double max_time_difference_s = 0.02;
+  std::string time_offset;
+  std::vector<double> lever_arm;
+  std::string baseline, junit, markdown;
 };
 
 TruthAlignment alignment_named(const std::string& name) {
@@ -56,6 +65,30 @@ std::optional<PoseChart> declared_chart(const CheckOptions& o) {
   return pose_chart_named(name == "world" ? "ros" : name);
 }
 
+/// "estimate", or seconds.
+std::optional<double> named_time_offset(const CheckOptions& o) {
+  if (o.time_offset.empty() || o.time_offset == "estimate") return std::nullopt;
+  const std::optional<double> seconds = parse_finite(o.time_offset);
+  if (!seconds)
+    throw std::invalid_argument(
+        fmt::format("--time-offset {}: accepted are estimate, or seconds", o.time_offset));
+  return seconds;
+}
+
+std::optional<SpatialPose> named_lever_arm(const CheckOptions& o) {
+  const std::vector<double>& a = o.lever_arm;
+  if (a.empty()) return std::nullopt;
+  const auto length = [&] { return std::hypot(std::hypot(a[3], a[4]), std::hypot(a[5], a[6])); };
+  constexpr double kUnitTolerance = 0.01;
+  if ((a.size() != 3 && a.size() != 7) || (a.size() == 7 && !(std::abs(length() - 1.0) <= kUnitTolerance))) {
+    throw std::invalid_argument(
+        "--lever-arm: accepted are x,y,z (m), or x,y,z,qx,qy,qz,qw with a quaternion of unit length");
+  }
+  SpatialPose pose{.position = {a[0], a[1], a[2]}};
+  if (a.size() == 7) pose.orientation = Eigen::Quaterniond(a[6], a[3], a[4], a[5]).normalized();
+  return pose;
+}
+
 /// The format of every file, by name or from how the file begins.
 std::map<fs::path, const LogFormat*> formats_of(const CheckOptions& o, const std::vector<fs::path>& files) {
   std::map<fs::path, const LogFormat*> formats;
@@ -64,6 +97,11 @@ std::map<fs::path, const LogFormat*> formats_of(const CheckOptions& o, const std
     if (!o.truths.empty() && !format.takes_truth) {
       throw std::invalid_argument(fmt::format("--truth: {} is read as {}, which {}", file.string(),
                                               format.title, "holds its truth itself, or has none"));
+    }
+    if (!format.has_poses && (!o.time_offset.empty() || !o.lever_arm.empty())) {
+      throw std::invalid_argument(
+          fmt::format("{}: {} is read as {}; accepted are bags and trajectories of poses",
+                      o.time_offset.empty() ? "--lever-arm" : "--time-offset", file.string(), format.title));
     }
     formats.emplace(file, &format);
   }
@@ -77,7 +115,10 @@ LogReadOptions read_options(const CheckOptions& o, const std::vector<fs::path>& 
           .chart = declared_chart(o),
           .matching = {.max_time_difference_s = o.max_time_difference_s,
                        .truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated,
-                       .alignment = alignment_named(o.align)},
+                       .alignment = alignment_named(o.align),
+                       .time_offset_s = named_time_offset(o).value_or(0.0),
+                       .find_time_offset = o.time_offset == "estimate",
+                       .lever_arm = named_lever_arm(o)},
           .truth = TruthFiles(files, o.truths),
           .partial = o.partial};
 }
@@ -160,12 +201,19 @@ void require_one_filter(const CheckOptions& options) {
                   options.logs.size()));
 }
 
+std::string text_of(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw std::invalid_argument(fmt::format("--baseline {}: there is no such file", file));
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
 int check(const CheckOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   require_one_filter(options);
   const std::vector<fs::path> files = log_files(options.logs);
   const std::map<fs::path, const LogFormat*> formats = formats_of(options, files);
   const LogReadOptions reading = read_options(options, files);
+  const std::string baseline = options.baseline.empty() ? "" : text_of(options.baseline);
   RunErrors first_run;
   LogJudgeResult result = judge(options, files, [&](const fs::path& file, LogSink& sink) {
     FirstRunSink first(sink, first_run);
@@ -186,8 +234,14 @@ int check(const CheckOptions& options) {
                                                                          .sensitivity = options.sensitivity,
                                                                          .margin = options.within}),
                    .remarks = remarks_of(result),
+                   .poses = std::move(result.poses),
+                   .calibration = judge_calibration(result.runs, result.parts, options.confidence),
+                   .units = unit_factors(result.runs, result.parts),
                    .first_run = std::move(first_run)};
   logs.analysis.complete = result.complete;
+  if (!options.baseline.empty()) logs.gate = gate_against(logs, options.baseline, baseline, options.within);
+  if (!options.junit.empty()) write_file(options.junit, junit_xml(logs, options.confidence));
+  if (!options.markdown.empty()) write_file(options.markdown, markdown_summary(logs));
   if (options.format == "json") {
     fmt::print("{}\n", log_json(logs));
   } else {
@@ -204,7 +258,7 @@ int check(const CheckOptions& options) {
   }
   const Evidence& s = logs.analysis.evidence;
   return study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
-                         is_inconsistent(logs.analysis.judgement.word.verdict), options);
+                         fails(logs), options);
 }
 
 }  // namespace
@@ -244,6 +298,16 @@ void add_check_command(CLI::App& app) {
   command->add_option("--align", options->align, "move the truth onto the estimate first")
       ->check(CLI::IsMember({"none", "se2", "yaw", "se3"}))
       ->capture_default_str();
+  command->add_option(
+      "--time-offset", options->time_offset,
+      "poses: what the times of the truth are ahead of those of the estimate, s; estimate: found from "
+      "the errors, told with its interval, and used");
+  command
+      ->add_option(
+          "--lever-arm", options->lever_arm,
+          "poses: where the truth's frame is on the estimate's body: x,y,z (m), or with its turn qx,qy,qz,qw")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option(
           "--orientation-error", options->orientation_error,
@@ -270,17 +334,25 @@ void add_check_command(CLI::App& app) {
                     "also the verdicts without gross outliers (beyond the upper 1e-6 quantile)");
   add_threads_option(*command, options->threads);
   add_fail_option(*command, *options);
+  command->add_option(
+      "--baseline", options->baseline,
+      "document of an earlier check --format json: --fail-on-inconsistent then fails where something "
+      "is worse than there");
+  command->add_option("--junit", options->junit, "write the tests as JUnit XML into this file");
+  command->add_option("--markdown", options->markdown, "write a summary in Markdown into this file");
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
       "credence run figure1_two_landmarks --log out/logs --fresh && credence check out/logs",
       "credence check out/logs --out out/check",
       "credence check --pool out/logs/*.csv --sensitivity --format json",
       "my_filter | credence check -",
+      "credence check --pool LOGS/*.csv --baseline main.json --junit check.xml --fail-on-inconsistent",
       "credence check FLIGHT.ulg --list",
       "credence check FLIGHT.ulg --instance 1",
       "credence check RUN.mcap --topic /odom --truth-topic /gt",
       "credence check RUN.bag --truth TRUTH --align yaw --orientation-error planar",
       "credence check ESTIMATE.tum --truth TRUTH --chart gtsam",
+      "credence check ESTIMATE.tum --truth TRUTH --time-offset estimate --lever-arm 0.1,0,0.3",
       "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));
   command->callback([options] {

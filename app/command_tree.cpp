@@ -60,6 +60,7 @@ std::string group_of(const std::string& command) {
       {"index", "Look at results"},
       {"init", "Begin"},
       {"list", "Begin"},
+      {"schema", "Begin"},
       {"help", "Begin"},
       {"explain", "Begin"},
       {"completion", "Begin"}};

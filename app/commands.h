@@ -36,6 +36,7 @@ void add_init_command(CLI::App& app);
 void add_explain_command(CLI::App& app);
 void add_index_command(CLI::App& app);
 void add_list_command(CLI::App& app);
+void add_schema_command(CLI::App& app);
 void add_help_command(CLI::App& app);
 void add_completion_command(CLI::App& app);
 

@@ -11,7 +11,7 @@ struct EmbeddedFile {
   std::string_view text;
 };
 
-/// All of them: the scenarios, and the examples of own filters.
+/// All of them: the scenarios, the examples of own filters, and the schemas of the JSON documents.
 std::span<const EmbeddedFile> embedded_files();
 
 }  // namespace credence

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +16,8 @@
 #include "app/run_arrays.h"
 #include "core/linear_algebra/mirror.h"
 #include "core/manifold/angle.h"
+#include "datasets/logs/ros/pose_bag.h"
+#include "montecarlo/scenario/scenario.h"
 #include "reports/document/run_log.h"
 #include "reports/render/atomic_file.h"
 
@@ -21,7 +25,7 @@ namespace credence {
 
 namespace {
 
-constexpr std::string_view kPrefix = "run-", kSuffixes[] = {".csv", ".npz"};
+constexpr std::string_view kPrefix = "run-", kSuffixes[] = {".csv", ".npz", ".mcap"};
 
 /// The logs of runs from `first` on.
 std::vector<std::filesystem::path> logs_in(const std::filesystem::path& directory, std::int64_t first) {
@@ -54,6 +58,29 @@ Step as_logged(const RunLayout& layout, const TraceStep& trace) {
   return step;
 }
 
+/// x, y and heading among the states; nothing where the world has no such pose.
+std::optional<std::array<Index, 3>> planar_pose(const RunLayout& layout) {
+  const auto pose = std::ranges::find(layout.blocks, Part::pose, &Block::part);
+  if (pose == layout.blocks.end() || pose->states.size() != 3) return std::nullopt;
+  const auto angle = [&](std::size_t i) { return layout.angles[static_cast<std::size_t>(pose->states[i])]; };
+  if (angle(0) || angle(1) || !angle(2)) return std::nullopt;
+  return std::array<Index, 3>{pose->states[0], pose->states[1], pose->states[2]};
+}
+
+/// The pose of a step at `step` seconds, as a bag holds it.
+LoggedPose logged_pose(const std::array<Index, 3>& pose, const TraceStep& trace, const Step& logged) {
+  constexpr std::array<Index, 3> kPlanar = {0, 1, 5};
+  const auto in_space = [&](const Vector& x) {
+    return SpatialPose{{x[pose[0]], x[pose[1]], 0.0},
+                       Eigen::Quaterniond(Eigen::AngleAxisd(x[pose[2]], Eigen::Vector3d::UnitZ()))};
+  };
+  LoggedPose result{.time_s = static_cast<double>(trace.step),
+                    .estimate = in_space(trace.estimate),
+                    .truth = in_space(trace.truth)};
+  result.P(kPlanar, kPlanar) = logged.P(pose, pose);
+  return result;
+}
+
 }  // namespace
 
 void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
@@ -63,6 +90,10 @@ void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
 LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::path directory,
                                    RunLogFormat format, bool fresh)
     : Experiment(inner.layout()), inner_(inner), directory_(std::move(directory)), format_(format) {
+  if (format_ == RunLogFormat::mcap && !planar_pose(layout())) {
+    throw ScenarioError(
+        "--log-format mcap: this world has no pose in the plane; csv and npz take every world");
+  }
   make_directories(directory_);
   if (fresh) discard_logs(directory_, 0);
   if (!logs_in(directory_, 0).empty()) {
@@ -82,9 +113,15 @@ StudyStatistics LoggedExperiment::run_chunk(std::int64_t first_run, std::int64_t
         failed ? static_cast<std::size_t>(failure->step) : std::numeric_limits<std::size_t>::max();
     const RunTrace trace = inner_.trace(run);
     std::vector<Step> logged;
-    for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k)
+    std::vector<LoggedPose> poses;
+    for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k) {
       logged.push_back(as_logged(layout(), trace.steps[k]));
-    if (format_ == RunLogFormat::csv) {
+      if (format_ == RunLogFormat::mcap)
+        poses.push_back(logged_pose(*planar_pose(layout()), trace.steps[k], logged.back()));
+    }
+    if (format_ == RunLogFormat::mcap) {
+      if (!poses.empty()) write_file(directory_ / fmt::format("run-{:06}.mcap", run), pose_bag_bytes(poses));
+    } else if (format_ == RunLogFormat::csv) {
       write_run_log(directory_ / fmt::format("run-{:06}.csv", run), trace, end,
                     failed ? fmt::format("{} at step {}", to_string(failure->outcome), failure->step) : "");
     } else if (!logged.empty()) {

@@ -8,20 +8,25 @@
 
 namespace credence {
 
-enum class RunLogFormat { csv, npz };
+enum class RunLogFormat {
+  csv,
+  npz,
+  mcap,  ///< the pose in the plane alone, with its truth
+};
 
-/// Removes the logs DIR/run-NNNNNN.csv and .npz of the runs from `first` on.
+/// Removes the logs DIR/run-NNNNNN.csv, .npz and .mcap of the runs from `first` on.
 void discard_logs(const std::filesystem::path& directory, std::int64_t first);
 
-/// An experiment that writes a log of every run, DIR/run-000000.csv … or .npz, and takes NEES and NIS of what
-/// is written, by the code of `credence check`: so both give the same numbers.
+/// An experiment that writes a log of every run, DIR/run-000000.csv …, .npz or .mcap, and takes NEES and NIS
+/// of what is written, by the code of `credence check`: so both give the same numbers.
 ///
 /// Linear worlds take NEES and NIS from a vectorised kernel otherwise, whose rounding differs in the last
 /// digits.
 class LoggedExperiment final : public Experiment {
  public:
   /// `inner` must outlive this. Makes the folder; throws OutputError when it cannot, or when it holds logs of
-  /// runs (which `credence check` would mix with the new ones); with `fresh` these are removed.
+  /// runs (which `credence check` would mix with the new ones); with `fresh` these are removed. Throws
+  /// ScenarioError for mcap of a world without a pose in the plane.
   LoggedExperiment(const Experiment& inner, std::filesystem::path directory, RunLogFormat format, bool fresh);
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;

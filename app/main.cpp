@@ -94,6 +94,7 @@ void add_commands(CLI::App& app) {
   add_explain_command(app);
   add_index_command(app);
   add_list_command(app);
+  add_schema_command(app);
   add_completion_command(app);
   add_help_command(app);
   dress_commands(app);

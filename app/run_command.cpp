@@ -100,7 +100,9 @@ ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
   const Configuration logged{
       c.id, c.scenario,
       std::make_unique<LoggedExperiment>(*c.experiment, directory,
-                                         options.log_format == "npz" ? RunLogFormat::npz : RunLogFormat::csv,
+                                         options.log_format == "npz"    ? RunLogFormat::npz
+                                         : options.log_format == "mcap" ? RunLogFormat::mcap
+                                                                        : RunLogFormat::csv,
                                          options.fresh)};
   ConfigurationResult result =
       std::move(run_configurations(std::span(&logged, 1), "", {}, c.scenario.name, options).front());
@@ -197,9 +199,11 @@ void add_run_command(CLI::App& app) {
       ->type_name("DIR")
       ->excludes("--only-run");
   command
-      ->add_option("--log-format", options->log_format,
-                   "of --log; npz: the errors with P and the innovations with S as arrays of NumPy")
-      ->check(CLI::IsMember({"csv", "npz"}))
+      ->add_option(
+          "--log-format", options->log_format,
+          "of --log; npz: the errors with P and the innovations with S as arrays of NumPy; mcap: the "
+          "pose in the plane and its truth as a bag of ROS 2")
+      ->check(CLI::IsMember({"csv", "npz", "mcap"}))
       ->capture_default_str();
   command->add_flag("--fresh", options->fresh,
                     "discard results stored in --out, and logs in --log, instead of continuing them");

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "analysis/laws/tail_weight.h"
+
 namespace credence {
 namespace {
 
@@ -52,12 +54,9 @@ void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
   const CoverageCount& tail = *findings.far_tail;
   const double outside = static_cast<double>(tail.total - tail.inside);
   const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
-  const double p = binomial_p_value(tail, findings.far_tail_probability);
-  // A wrong scale fills the tail too, but gradually: outliers are far too many for the mean that goes with
-  // them.
-  const bool many = outside > 10.0 * std::max(1.0, expected);
+  const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
   const bool body_fits = !findings.fit || findings.fit->kolmogorov < kSmallDistance;
-  if (p <= cause_level(findings) && many && body_fits) {
+  if (many && body_fits) {
     found.push_back(
         {Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
                                       outside, tail.total, findings.far_tail_probability, expected)});
@@ -127,11 +126,10 @@ double lag_1_outside(const Findings& findings) {
 void find_heavy_tails(const Findings& findings, std::vector<CauseFound>& found) {
   if (!found.empty() || !findings.heavy_tail_p_value) return;
   if (!(*findings.heavy_tail_p_value <= cause_level(findings))) return;
-  found.push_back(
-      {Cause::heavy_tails,
-       fmt::format("fourth moments are too large (p = {:.2g}) while every mean square, which needs "
-                   "no Gaussian law, agrees with P",
-                   *findings.heavy_tail_p_value)});
+  found.push_back({Cause::heavy_tails,
+                   fmt::format("the tails are too heavy (p = {:.2g}) while every mean square, which needs "
+                               "no Gaussian law, agrees with P",
+                               *findings.heavy_tail_p_value)});
 }
 
 // A wrong gain correlates sensors that were taken one after the other too, but no more than it does each with

@@ -72,6 +72,9 @@ struct CoverageSums {
 /// The innovations of one sensor, normalised as u = L⁻¹ν, S = L Lᵀ: independent N(0, I) for a consistent
 /// filter. A u is taken apart into pieces (Sensor::piece), the j-th being followed through time. Correlation
 /// and mean leave out the first fifth of each run, where a wrong start would show in everything.
+///
+/// Of a sensor with NIS alone u is the one number Φ⁻¹(F(NIS)) less its mean over the run: white as long as
+/// the NIS are independent and of one law, be the scale of S right or wrong; nothing is known of the mean.
 struct SensorSums {
   static constexpr Index kLags = 20;
   static constexpr Index kLargestWhitened = 12;  ///< a larger piece is looked at by one number, Σ u_i/√m

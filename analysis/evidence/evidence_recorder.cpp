@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/evidence/step_series.h"
@@ -56,6 +58,12 @@ constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
 
 /// A whole state is compared over the runs up to this dimension.
 constexpr Index kLargestState = 60;
+
+/// Φ⁻¹(u) of a probability, finite at 0 and 1.
+double normal_score(double u) {
+  constexpr double kLeast = 1e-15;
+  return quantile(boost::math::normal(), std::clamp(u, kLeast, 1.0 - kLeast));
+}
 
 /// Where the first fifth of a run ends: what comes before may be coloured by a wrong start.
 std::size_t settled_from(std::size_t steps) { return steps / 5; }
@@ -336,7 +344,8 @@ void EvidenceRecorder::add_scores() {
 
 void EvidenceRecorder::add_sensor_pairs() {
   const auto whole = [this](std::size_t i) {
-    return innovations_[i].dof > 0 && innovations_[i].dof == layout_.sensors[i].dim;
+    return innovations_[i].dof > 0 && innovations_[i].dof == layout_.sensors[i].dim &&
+           !layout_.sensors[i].nis_alone;
   };
   Vector both;
   for (std::size_t j = 1; j < innovations_.size(); ++j) {
@@ -359,8 +368,8 @@ void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
   const Normalised& value = innovations_[i];
   const Sensor& sensor = layout_.sensors[i];
   SensorSums& sums = sums_.sensor(sensor);
-  const bool pieces = sensor.piece <= SensorSums::kLargestWhitened && value.dof % sensor.piece == 0 &&
-                      step.innovations[i].nu.size() == value.dof &&
+  const bool pieces = !sensor.nis_alone && sensor.piece <= SensorSums::kLargestWhitened &&
+                      value.dof % sensor.piece == 0 && step.innovations[i].nu.size() == value.dof &&
                       (sensor.piece < sensor.dim || value.dof == sensor.dim);
   sums.varies = sums.varies || !pieces;
   at_step(sums.nis, step.step).add(value.value, value.dof);
@@ -376,7 +385,11 @@ void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
   }
   RunInnovations& run = run_.innovations[i];
   run.begins.push_back(run.values.size());
-  run.values.insert(run.values.end(), value.whitened.begin(), value.whitened.end());
+  if (sensor.nis_alone) {
+    run.values.push_back(normal_score(u));
+  } else {
+    run.values.insert(run.values.end(), value.whitened.begin(), value.whitened.end());
+  }
 }
 
 void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
@@ -437,6 +450,11 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
     return (k + 1 < steps ? run.begins[k + 1] : run.values.size()) - run.begins[k];
   };
   const auto d = static_cast<std::size_t>(sums.varies ? 1 : sums.lags.dim());
+  double level = 0.0;
+  if (layout_.sensors[i].nis_alone && first < steps) {
+    const auto settled = std::span(run.values).subspan(run.begins[first]);
+    for (const double value : settled) level += value / static_cast<double>(settled.size());
+  }
   std::size_t most = 0;
   Moments scalar_mean;
   LagProducts scalar(1, SensorSums::kLags);
@@ -447,7 +465,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
       scalar.add_missing();
       continue;
     }
-    double sum = 0.0;
+    double sum = -level;
     for (std::size_t j = 0; j < count; ++j) sum += run.values[run.begins[k] + j];
     const Vector value = Vector::Constant(1, sum / std::sqrt(static_cast<double>(count)));
     scalar.add(value);

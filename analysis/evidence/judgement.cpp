@@ -177,7 +177,12 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   result.whiteness = test_whiteness(s.varies ? s.scalar_lags : s.lags, confidence);
   const VectorMoments& means = s.varies ? s.scalar_run_means : s.run_means;
   const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
-  result.mean = test_zero_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
+  if (s.sensor.nis_alone) {
+    result.mean = {.p_value = kNaN, .reason = "NIS alone has no sign"};
+    result.mean.chi_square_p_value = kNaN;
+  } else {
+    result.mean = test_zero_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
+  }
   result.fit = test_uniform(s.fit);
   result.histogram = s.fit.counts();
   return result;
@@ -358,10 +363,10 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
         fmt::format("largest {:.3g} of {} steps", pair.correlation.largest, pair.correlation.values)));
   }
   const GaussianityJudgement& g = law.gaussianity;
-  tests.push_back(
-      reasoned_test(kHeavyTails, Exactness::approximate,
-                    std::isnan(g.tail_p_value) ? "fewer than ten runs" : "", g.tail_p_value,
-                    fmt::format("NEES p = {:.3g}, NIS p = {:.3g}", g.nees_tail_p_value, g.nis_tail_p_value)));
+  tests.push_back(reasoned_test(kHeavyTails, Exactness::approximate,
+                                std::isnan(g.tail_p_value) ? "fewer than ten runs" : "", g.tail_p_value,
+                                fmt::format("NEES p = {:.3g}, NIS p = {:.3g}, NIS far out p = {:.3g}",
+                                            g.nees_tail_p_value, g.nis_tail_p_value, g.far_nis_p_value)));
   if (!has_truth) return;
   const SecondMomentTest& second = law.second_moments.test;
   tests.push_back(
@@ -430,8 +435,9 @@ bool speaks(const Judgement& j, std::string_view name) {
 
 /// What speaks of one sensor.
 void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
-  const bool not_white = speaks(j, of_sensor(kWhiteness, s));
-  if (not_white || !f.whiteness) f.whiteness = s.whiteness;
+  // A correlation of NIS does not tell by its sign what causes it.
+  const bool not_white = !sums.sensor.nis_alone && speaks(j, of_sensor(kWhiteness, s));
+  if (not_white || (!f.whiteness && !sums.sensor.nis_alone)) f.whiteness = s.whiteness;
   f.not_white = f.not_white || not_white;
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
   if (s.gate) f.gate = s.gate;

@@ -100,9 +100,13 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
   GaussianityJudgement g;
   g.nees_tail_p_value = heavy_tail_p_value(e.law.nees_tails);
   g.nis_tail_p_value = heavy_tail_p_value(e.law.nis_tails);
+  SmallestPValue far;
+  for (const SensorSums& sensor : e.sensors) {
+    if (sensor.far_tail.total > 0) far.add(far_tail_p_value(sensor.far_tail, SensorSums::kFarTail));
+  }
+  g.far_nis_p_value = far.adjusted();
   SmallestPValue tails;
-  tails.add(g.nees_tail_p_value);
-  tails.add(g.nis_tail_p_value);
+  for (const double p : {g.nees_tail_p_value, g.nis_tail_p_value, g.far_nis_p_value}) tails.add(p);
   g.tail_p_value = tails.adjusted();
   if (e.study.runs < kFewestRuns) return g;
 

@@ -50,7 +50,8 @@ struct ErrorMeanJudgement {
 struct GaussianityJudgement {
   double nees_tail_p_value = kNaN;  ///< of "tails no heavier than Gaussian" (tail_weight.h)
   double nis_tail_p_value = kNaN;
-  double tail_p_value = kNaN;  ///< of both, Bonferroni
+  double far_nis_p_value = kNaN;  ///< of "no more NIS far out than a wrong scale makes", of all sensors
+  double tail_p_value = kNaN;     ///< of all, Bonferroni
   /// Of "the second moments are right": run means of NEES, NIS and the blocks, second moments, and the mean
   /// of every step, none of which needs a law; Bonferroni. NaN: fewer than 20 runs.
   double moments_p_value = kNaN;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "analysis/laws/coverage.h"
 #include "montecarlo/engine/skewed_moments.h"
 
 /// @file
@@ -38,5 +39,12 @@ class RunTails {
 /// Gaussian again, so test NIS too. Where P is wrong by factors that vary in time, Y says so as well: read it
 /// beside a mean that fits.
 double heavy_tail_p_value(const SkewedMoments& run_values);
+
+/// The p-value of "no more values lie beyond a far quantile than a wrong scale puts there", of independent
+/// values as NIS: binomial where more than ten times as many as expected lie there (a scale fills a tail
+/// too, but gradually: a factor 1.33 on two dof makes ten times as many beyond the 99.99 % quantile), else 1.
+/// One value that is far from all others, which no mean over runs can tell from chance, shows here. Throws
+/// as binomial_p_value does.
+double far_tail_p_value(const CoverageCount& within, double quantile);
 
 }  // namespace credence

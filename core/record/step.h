@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,11 @@ struct Innovation {
   Vector nu{};
   Matrix S{};
 };
+
+/// An innovation of which only νᵀS⁻¹ν is known (Sensor::nis_alone): it has this NIS and dimension.
+inline Innovation nis_alone(double nis, Index dim) {
+  return {Vector::Constant(dim, std::sqrt(nis / static_cast<double>(dim))), Matrix::Identity(dim, dim)};
+}
 
 /// One step of one run.
 struct Step {

@@ -188,6 +188,12 @@ void FilterLogReader::read_innovations(Step& row) const {
   std::vector<Index> kept;
   for (std::size_t s = 0; s < header_.innovations.size(); ++s) {
     const FilterLogHeader::Innovation& columns = header_.innovations[s];
+    if (const Sensor& sensor = header_.layout.sensors[s]; sensor.nis_alone) {
+      const double nis = fields_[static_cast<std::size_t>(columns.nu.front())];
+      row.innovations[s] = nis >= 0.0 ? nis_alone(nis, sensor.dim) : Innovation{};
+      if (nis < 0.0) row.problem = "a NIS is negative";
+      continue;
+    }
     kept.clear();
     for (Index i = 0; i < std::ssize(columns.nu); ++i) {
       if (!std::isnan(fields_[static_cast<std::size_t>(columns.nu[static_cast<std::size_t>(i)])])) {
@@ -273,8 +279,8 @@ LogContents list_own_log(const std::filesystem::path& file) {
   for (const Sensor& sensor : layout.sensors) {
     sensors.push_back({.name = sensor.name.empty() ? "innovation" : "innovation " + sensor.name,
                        .type = fmt::format("dimension {}", sensor.dim),
-                       .use = "innovations",
-                       .covariance = true});
+                       .use = sensor.nis_alone ? "NIS alone" : "innovations",
+                       .covariance = !sensor.nis_alone});
   }
   Step row;
   std::int64_t runs = 0;
@@ -295,7 +301,7 @@ bool begins_as_own_log(std::string_view beginning, const std::filesystem::path& 
   if (file.extension() == ".csv") return true;
   const std::string_view header = beginning.substr(0, beginning.find('\n'));
   return header.find("innovation.") != std::string_view::npos ||
-         header.find("estimate.") != std::string_view::npos;
+         header.find("nis.") != std::string_view::npos || header.find("estimate.") != std::string_view::npos;
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ namespace {
 
 constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
-    "accepted are run, step, time, estimate.NAME, truth.NAME, P.i.j, innovation.i, S.i.j (docs/formats.md)";
+    "accepted are run, step, time, estimate.NAME, truth.NAME, P.i.j, innovation.i, S.i.j, nis.DIM "
+    "(docs/formats.md)";
 
 /// Columns of the entries of a matrix by (row, column), from 1.
 using Entries = std::map<std::pair<Index, Index>, Index>;
@@ -26,6 +27,7 @@ using Entries = std::map<std::pair<Index, Index>, Index>;
 struct SensorColumns {
   std::map<Index, Index> nu;  // by number, from 1
   Entries S;
+  Index nis = -1, nis_dim = 0;  // a column of NIS alone, and the dimension of its innovation
 };
 
 std::optional<Index> parse_index(std::string_view text) {
@@ -128,6 +130,7 @@ class HeaderParser {
     if (name.starts_with("P.")) return add_entry(P_, name.substr(1), column) == "";
     if (name.starts_with("innovation.")) return add_innovation(name.substr(10), column);
     if (name.starts_with("S.")) return add_innovation_covariance(name.substr(1), column);
+    if (name.starts_with("nis.")) return add_nis(name.substr(3), column);
     return false;
   }
 
@@ -186,12 +189,32 @@ class HeaderParser {
     return of != nullptr && add_entry(of->S, rest, column).has_value();
   }
 
+  bool add_nis(std::string_view rest, Index column) {
+    const std::optional<Index> dim = take_index(rest);
+    SensorColumns* const of = dim ? sensor(rest) : nullptr;
+    if (of == nullptr) return false;
+    of->nis_dim = *dim;
+    return set(of->nis, column);
+  }
+
   void add_sensor(Sensor& sensor) {
     const std::string& name = sensor.name;
     const SensorColumns& columns = sensors_[name];
     const std::string suffix = name.empty() ? "" : "." + name;
     const Index m = std::ssize(columns.nu);
     FilterLogHeader::Innovation innovation;
+    sensor.nis_alone = columns.nis >= 0;
+    if (sensor.nis_alone) {
+      if (m > 0 || !columns.S.empty()) {
+        throw std::invalid_argument(
+            fmt::format("column nis{}.{} beside innovation{} or S{}: name one of them", suffix,
+                        columns.nis_dim, suffix, suffix));
+      }
+      innovation.nu = {columns.nis};
+      header_.innovations.push_back(std::move(innovation));
+      sensor.dim = sensor.piece = columns.nis_dim;
+      return;
+    }
     for (Index i = 1; i <= m; ++i) {
       const auto found = columns.nu.find(i);
       if (found == columns.nu.end()) {

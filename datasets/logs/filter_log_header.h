@@ -21,7 +21,7 @@ struct FilterLogHeader {
     std::vector<Index> lower;  ///< the same order transposed; −1 where only the upper triangle is there
   };
   struct Innovation {
-    std::vector<Index> nu;
+    std::vector<Index> nu;  ///< of Sensor::nis_alone the one of NIS, without an S
     Symmetric S;
   };
 

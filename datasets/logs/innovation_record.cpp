@@ -14,6 +14,7 @@ class InnovationSink final : public LogSink {
  public:
   void begin_run(const RunLayout& layout) override {
     of_layout_.clear();
+    nis_alone_.clear();
     for (const Sensor& sensor : layout.sensors) {
       auto found = std::ranges::find(records_, sensor.name, &SensorRecord::name);
       if (found == records_.end()) {
@@ -23,6 +24,7 @@ class InnovationSink final : public LogSink {
       }
       found->runs.emplace_back();
       of_layout_.push_back(static_cast<std::size_t>(found - records_.begin()));
+      nis_alone_.push_back(sensor.nis_alone);
     }
   }
 
@@ -31,7 +33,12 @@ class InnovationSink final : public LogSink {
     if (!step.problem.empty()) return;
     for (std::size_t s = 0; s < std::min(step.innovations.size(), of_layout_.size()); ++s) {
       const std::size_t sensor = of_layout_[s];
-      if (step.innovations[s].nu.size() > 0) add(step.innovations[s], records_[sensor], dims_[sensor]);
+      if (step.innovations[s].nu.size() == 0) continue;
+      if (nis_alone_[s]) {
+        ++records_[sensor].left_out;
+      } else {
+        add(step.innovations[s], records_[sensor], dims_[sensor]);
+      }
     }
   }
 
@@ -69,6 +76,7 @@ class InnovationSink final : public LogSink {
   std::vector<SensorRecord> records_;
   std::vector<Index> dims_;             ///< of each record; 0 before its first innovation
   std::vector<std::size_t> of_layout_;  ///< record of each sensor of the run
+  std::vector<bool> nis_alone_;         ///< of each sensor of the run
 };
 
 }  // namespace

@@ -25,6 +25,8 @@ constexpr std::size_t kGroupFiles = static_cast<std::size_t>(kChunkRuns);
 struct Group {
   std::vector<Evidence> chunks;
   std::vector<LogRemark> remarks;
+  std::vector<LogPoses> poses;
+  CalibrationRecorder calibration;
   std::int64_t unmatched = 0;
   std::size_t files = 0;
   std::exception_ptr error;
@@ -56,31 +58,41 @@ class GroupSink final : public LogSink {
 
   void begin_file(const std::filesystem::path& file) {
     file_ = file;
-    steps_ = 0;
+    steps_ = runs_ = 0;
   }
   std::int64_t steps() const { return steps_; }
 
   void begin_run(const RunLayout& layout) override {
     sums_.begin_file(file_, layout);
     sums_.begin_run();
+    const std::string name = file_.stem().string();
+    group_.calibration.begin_run(layout, runs_++ == 0 ? name : fmt::format("{}:{}", name, runs_));
   }
   void add(const Step& step) override {
     stop_point();
     ++steps_;
     sums_.add(step);
+    group_.calibration.add(step);
   }
   void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
   void hint(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence), true}); }
+  void charts(ChartFindings findings) override { poses().charts = std::move(findings); }
+  void time_offset(TimeOffset offset) override { poses().time_offset = std::move(offset); }
   void unmatched(std::int64_t rows) override { group_.unmatched += rows; }
   void advance(std::int64_t bytes) override { bytes_.advance(bytes); }
 
  private:
+  LogPoses& poses() {
+    if (group_.poses.empty() || group_.poses.back().file != file_) group_.poses.push_back({.file = file_});
+    return group_.poses.back();
+  }
+
   Group& group_;
   EvidenceRecorder& sums_;
   ByteCount& bytes_;
   std::filesystem::path file_;
-  std::int64_t steps_ = 0;
+  std::int64_t steps_ = 0, runs_ = 0;  ///< of the file
 };
 
 Group read_group(std::span<const std::filesystem::path> files, const LogFileReader& read, ByteCount& bytes,
@@ -160,6 +172,10 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     if (failed) std::rethrow_exception(group.error);
     for (Evidence& chunk : group.chunks) result.evidence.merge(std::move(chunk));
     std::ranges::move(group.remarks, std::back_inserter(result.remarks));
+    std::ranges::move(group.poses, std::back_inserter(result.poses));
+    std::ranges::move(group.calibration.take(), std::back_inserter(result.runs));
+    result.runs.resize(std::min(result.runs.size(), CalibrationRecorder::kMostRuns));
+    if (!group.calibration.parts().empty()) result.parts = group.calibration.parts();
     result.unmatched_rows += group.unmatched;
     result.files += static_cast<std::int64_t>(group.files);
     ++merged;

@@ -37,6 +37,7 @@ struct LogFormat {
   std::string_view title;       ///< for reports
   std::string_view extensions;  ///< of its files, each with its dot, separated by blanks
   bool takes_truth = false;     ///< uses LogReadOptions::truth
+  bool has_poses = false;       ///< uses all of LogReadOptions::matching
   /// Whether a file that begins so can be of this format.
   std::function<bool(std::string_view beginning, const std::filesystem::path& file)> recognises;
   /// What is in a file. Throws DataError.

@@ -6,6 +6,7 @@
 
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
+#include "datasets/logs/pose_facts.h"
 #include "montecarlo/engine/study_statistics.h"
 
 namespace credence {
@@ -26,6 +27,10 @@ class LogSink {
   /// The same, of what may be a mistake of the file's author: said of at most one in a hundred of the files
   /// that have none.
   virtual void hint(std::string sentence) { remark(std::move(sentence)); }
+  /// Of a log of poses: in which charts its covariance was looked at, and what time lay between it and the
+  /// truth.
+  virtual void charts(ChartFindings /*findings*/) {}
+  virtual void time_offset(TimeOffset /*offset*/) {}
   /// So many estimates had no truth at their time.
   virtual void unmatched(std::int64_t rows) = 0;
   /// So many bytes more of the file were read.
@@ -42,6 +47,8 @@ class ForwardingSink : public LogSink {
   void end_run(Outcome outcome, std::int64_t step) override { next_.end_run(outcome, step); }
   void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
   void hint(std::string sentence) override { next_.hint(std::move(sentence)); }
+  void charts(ChartFindings findings) override { next_.charts(std::move(findings)); }
+  void time_offset(TimeOffset offset) override { next_.time_offset(std::move(offset)); }
   void unmatched(std::int64_t rows) override { next_.unmatched(rows); }
   void advance(std::int64_t bytes) override { next_.advance(bytes); }
 

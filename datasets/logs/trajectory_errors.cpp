@@ -50,6 +50,33 @@ UncertainPose interpolated(const UncertainPose& a, const UncertainPose& b, doubl
   return {interpolated(a.pose, b.pose, share), (1.0 - share) * a.covariance + share * b.covariance};
 }
 
+std::optional<UncertainPose> truth_as_written(const Trajectory& truth, double time_s,
+                                              const TrajectoryMatching& matching) {
+  const auto begin = truth.time_s.begin(), end = truth.time_s.end();
+  const auto after = std::lower_bound(begin, end, time_s);
+  const auto pose = [&](auto place) {
+    const auto i = static_cast<std::size_t>(place - begin);
+    return UncertainPose{truth.poses[i],
+                         truth.covariances.empty() ? PoseCovariance::Zero() : truth.covariances[i]};
+  };
+  const double limit = matching.max_time_difference_s;
+  // Files round their times: what is this near is the same moment.
+  constexpr double kSameTime_s = 1e-6;
+  if (after != end && *after - time_s <= kSameTime_s) return pose(after);
+  if (after != begin && time_s - *(after - 1) <= kSameTime_s) return pose(after - 1);
+  const bool has_before = after != begin && time_s - *(after - 1) <= limit;
+  const bool has_after = after != end && *after - time_s <= limit;
+  if (matching.truth_time == TruthTime::nearest) {
+    if (!has_before && !has_after) return std::nullopt;
+    if (has_before && has_after)
+      return time_s - *(after - 1) <= *after - time_s ? pose(after - 1) : pose(after);
+    return has_before ? pose(after - 1) : pose(after);
+  }
+  if (!has_before || !has_after) return std::nullopt;
+  const double share = (time_s - *(after - 1)) / (*after - *(after - 1));
+  return interpolated(pose(after - 1), pose(after), share);
+}
+
 RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joint_covariance) {
   RunLayout layout;
   layout.joint_covariance = joint_covariance;
@@ -80,29 +107,11 @@ RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joi
 
 std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
                                       const TrajectoryMatching& matching) {
-  const auto begin = truth.time_s.begin(), end = truth.time_s.end();
-  const auto after = std::lower_bound(begin, end, time_s);
-  const auto pose = [&](auto place) {
-    const auto i = static_cast<std::size_t>(place - begin);
-    return UncertainPose{truth.poses[i],
-                         truth.covariances.empty() ? PoseCovariance::Zero() : truth.covariances[i]};
-  };
-  const double limit = matching.max_time_difference_s;
-  // Files round their times: what is this near is the same moment.
-  constexpr double kSameTime_s = 1e-6;
-  if (after != end && *after - time_s <= kSameTime_s) return pose(after);
-  if (after != begin && time_s - *(after - 1) <= kSameTime_s) return pose(after - 1);
-  const bool has_before = after != begin && time_s - *(after - 1) <= limit;
-  const bool has_after = after != end && *after - time_s <= limit;
-  if (matching.truth_time == TruthTime::nearest) {
-    if (!has_before && !has_after) return std::nullopt;
-    if (has_before && has_after)
-      return time_s - *(after - 1) <= *after - time_s ? pose(after - 1) : pose(after);
-    return has_before ? pose(after - 1) : pose(after);
+  std::optional<UncertainPose> at = truth_as_written(truth, time_s + matching.time_offset_s, matching);
+  if (at && matching.lever_arm && truth.has_orientation) {
+    move_on_body(inverse(*matching.lever_arm), kFixedAxes, at->pose, at->covariance);
   }
-  if (!has_before || !has_after) return std::nullopt;
-  const double share = (time_s - *(after - 1)) / (*after - *(after - 1));
-  return interpolated(pose(after - 1), pose(after), share);
+  return at;
 }
 
 Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::vector<SpatialPose>& estimate,

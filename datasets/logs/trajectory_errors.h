@@ -37,6 +37,11 @@ struct TrajectoryMatching {
   double max_time_difference_s = 0.02;  ///< to the truth used: to the nearest, or to both neighbours
   TruthTime truth_time = TruthTime::interpolated;
   TruthAlignment alignment = TruthAlignment::none;
+  double time_offset_s = 0.0;     ///< the truth of an estimate at t is that at t + this
+  bool find_time_offset = false;  ///< by find_time_offset(), before all else
+  /// Where the frame of the truth is on the estimate's body: moves a truth with orientations onto the
+  /// body's own frame, and the estimate to the point of a truth without.
+  std::optional<SpatialPose> lever_arm{};
 };
 
 /// A pose with its covariance, which is zero where it is not known.
@@ -46,7 +51,7 @@ struct UncertainPose {
 };
 
 /// The truth at a time, or nothing where it is too far. Between two truths the covariance is the weighted
-/// mean of theirs, which no correlation of the two exceeds.
+/// mean of theirs, which no correlation of the two exceeds. With `matching`'s time offset and lever arm.
 std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
                                       const TrajectoryMatching& matching);
 

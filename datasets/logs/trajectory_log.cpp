@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <memory>
 #include <stdexcept>
+#include <vector>
 
 #include "datasets/logs/conventions/convention_check.h"
+#include "datasets/logs/conventions/thinned.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/partial_read.h"
+#include "datasets/logs/time_offset.h"
 
 namespace credence {
 namespace {
@@ -48,6 +52,18 @@ PoseChart chart_of(const LogReadOptions& options, TrajectoryFormat format) {
   return *options.chart;
 }
 
+/// At most 4096 of the rows.
+std::vector<OffsetSample> offset_samples(const Trajectory& estimate) {
+  std::vector<OffsetSample> samples;
+  std::size_t stride = 1, seen = 0;
+  for (std::size_t i = 0; i < estimate.poses.size(); ++i) {
+    if (!keep_thinned(samples, stride, seen)) continue;
+    samples.push_back({{estimate.time_s[i], estimate.lines[i], estimate.poses[i], estimate.covariances[i]},
+                       {0, 1, 2, 3, 4, 5}});
+  }
+  return samples;
+}
+
 void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
                      const LogReadOptions& options, LogSink& sink) {
   if (options.truth.empty()) {
@@ -64,10 +80,12 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
     estimate.axes = chart.axes;
     for (PoseCovariance& P : estimate.covariances) P = chart.position_first(P);
   }
+  const std::shared_ptr<const Trajectory> truth = options.truth.of(file);
+  const TrajectoryMatching matching = with_time_offset(offset_samples(estimate), *truth, options.matching,
+                                                       estimate.axes, estimate.joint_covariance, sink);
   ConventionCheck conventions(chart, options.chart.has_value());
-  const TrajectoryErrors errors =
-      trajectory_errors(estimate, *options.truth.of(file), options.matching,
-                        format == TrajectoryFormat::tum ? &conventions : nullptr, &sink);
+  const TrajectoryErrors errors = trajectory_errors(
+      estimate, *truth, matching, format == TrajectoryFormat::tum ? &conventions : nullptr, &sink);
   sink.begin_run(errors.layout);
   for (const Step& row : errors.rows) sink.add(row);
   sink.unmatched(errors.unmatched);
@@ -92,6 +110,7 @@ LogFormat format_of(TrajectoryFormat format, std::string_view title, std::string
           .title = title,
           .extensions = extensions,
           .takes_truth = true,
+          .has_poses = true,
           .recognises = [recognises](std::string_view beginning,
                                      const std::filesystem::path&) { return recognises(beginning); },
           .list = [format](const std::filesystem::path& file) { return list_trajectory(file, format); },

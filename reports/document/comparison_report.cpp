@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "montecarlo/scenario/scenario_text.h"
+#include "reports/document/calibration_report.h"
+#include "reports/document/log_gate.h"
 #include "reports/document/study_table.h"
 #include "reports/document/verdict_json.h"
 #include "reports/render/interval_text.h"
@@ -50,6 +52,7 @@ ComparedStudy compared_document(const std::string& name, const Json& j) {
   study.factor.mean = number(factor, "value");
   study.factor.lower = number(factor, "lower");
   study.factor.upper = number(factor, "upper");
+  study.units = unit_factors_of(j.value("calibration", Json::object()));
   if (j.contains("scenario") && j["scenario"].contains("name"))
     study.name = j["scenario"]["name"].get<std::string>();
   return study;
@@ -78,6 +81,13 @@ Json compared_interval_json(const MeanInterval& i) {
 
 Json mean_json(const ComparedMean& m) {
   return {{"mean", json_number(m.mean)}, {"expected", json_number(m.expected)}};
+}
+
+/// Of logs against the first: none of the first itself.
+std::vector<FactorChange> changes_against(const ComparedStudy& first, const ComparedStudy& study,
+                                          double confidence) {
+  if (&first == &study) return {};
+  return compare_factors(study.units, first.units, confidence);
 }
 
 }  // namespace
@@ -150,11 +160,17 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
                     "interval at {:g} %; an interval without 0 is a difference.",
                     100.0 * confidence));
   }
+  for (const ComparedStudy& s : studies) {
+    for (const FactorChange& change : changes_against(studies.front(), s, confidence)) {
+      if (change.adjusted <= 1.0 - confidence)
+        table.notes.push_back(fmt::format("{} is {}.", s.name, change_text(change)));
+    }
+  }
   if (unpaired) {
     table.notes.push_back(
         "–: cannot be paired run by run: that takes results stored by run --out of the same world, noise, "
         "seed and steps, "
-        "in which no run failed.");
+        "in which no run failed. Of logs the factors on P are paired by the names of their files.");
   }
   return table;
 }
@@ -169,7 +185,10 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
               {"nees", mean_json(s.nees)},
               {"vehicle_nees", s.pose ? mean_json(*s.pose) : Json(nullptr)},
               {"nis", mean_json(s.nis)},
-              {"paired_difference", nullptr}};
+              {"paired_difference", nullptr},
+              {"changes", Json::array()}};
+    for (const FactorChange& change : changes_against(studies.front(), s, confidence))
+      j["changes"].push_back(change_json(change));
     if (&s != studies.data()) {
       if (const auto d = paired_difference(s, studies.front(), confidence))
         j["paired_difference"] = compared_interval_json(*d);

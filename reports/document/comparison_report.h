@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis/calibration/calibration.h"
 #include "analysis/evidence/study_analysis.h"
 #include "reports/document/report_table.h"
 
@@ -33,7 +34,8 @@ struct ComparedStudy {
   /// What pairs its runs with those of another study: the same noise. Empty where that is not known.
   std::string noise{};
   std::vector<double>
-      nees_of_runs{};  ///< NEES over its dof, run by run; empty where not known, or a run failed
+      nees_of_runs{};   ///< NEES over its dof, run by run; empty where not known, or a run failed
+  UnitFactors units{};  ///< of logs: the factors on P of parts of the state, paired by the names of files
 };
 
 /// From sums that are at hand.

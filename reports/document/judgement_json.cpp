@@ -91,6 +91,7 @@ void add_law(const LawJudgement& law, Json& j) {
   const GaussianityJudgement& g = law.gaussianity;
   j["gaussianity"] = {{"nees_tail_p_value", json_number(g.nees_tail_p_value)},
                       {"nis_tail_p_value", json_number(g.nis_tail_p_value)},
+                      {"far_nis_p_value", json_number(g.far_nis_p_value)},
                       {"moments_p_value", json_number(g.moments_p_value)}};
   j["equivalence"] = reasoned({{"margin", law.equivalence.margin},
                                {"p_value", json_number(law.equivalence.p_value)},

@@ -1,6 +1,8 @@
 #include <cmath>
 
+#include "reports/document/calibration_report.h"
 #include "reports/document/judgement_json.h"
+#include "reports/document/log_gate.h"
 #include "reports/document/log_report.h"
 #include "reports/document/verdict_json.h"
 
@@ -72,6 +74,37 @@ Json log_outcomes_json(const CheckedLogs& logs) {
   return j;
 }
 
+/// Of every file with poses: its charts, and the time between estimate and truth.
+Json poses_json(const std::vector<LogPoses>& logs) {
+  Json all = Json::array();
+  for (const LogPoses& log : logs) {
+    Json charts = Json::array();
+    for (const ChartNees& nees : log.charts.charts) {
+      charts.push_back({{"chart", nees.chart},
+                        {"mean_nees_if_written_so", json_number(nees.as_written)},
+                        {"p_value", json_number(nees.p_value)},
+                        {"mean_nees_carried_over", json_number(nees.carried)}});
+    }
+    Json j = {{"file", log.file.string()},
+              {"chart", log.charts.declared},
+              {"rows", log.charts.rows},
+              {"charts", std::move(charts)},
+              {"time_offset", nullptr}};
+    if (const auto& offset = log.time_offset) {
+      j["time_offset"] = with_reason({{"seconds", json_number(offset->value_s)},
+                                      {"lower", json_number(offset->lower_s)},
+                                      {"upper", json_number(offset->upper_s)},
+                                      {"confidence", offset->confidence},
+                                      {"estimated", offset->estimated},
+                                      {"used", offset->reason.empty()},
+                                      {"rows", offset->rows}},
+                                     offset->reason);
+    }
+    all.push_back(std::move(j));
+  }
+  return all;
+}
+
 Json rejected_json(const Evidence& s) {
   Json j = Json::array();
   for (const auto& [reason, rows] : s.rejected) {
@@ -95,6 +128,9 @@ std::string log_json(const CheckedLogs& logs) {
   j["unmatched_rows"] = logs.unmatched_rows;
   j["format"] = logs.format;
   j["remarks"] = logs.remarks;
+  j["poses"] = poses_json(logs.poses);
+  if (logs.gate) j["baseline"] = gate_json(*logs.gate);
+  j["calibration"] = calibration_json(logs.calibration, logs.units, s.layout.states);
   j["runs"] = s.study.runs;
   j["steps"] = s.study.steps.size();
   j["state_dim"] = s.state_dim;

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "core/manifold/angle.h"
+#include "reports/document/calibration_report.h"
 #include "reports/document/judgement_report.h"
+#include "reports/document/log_gate.h"
 #include "reports/document/study_report.h"
 #include "reports/document/study_table.h"
 #include "reports/figures/draw_figures.h"
@@ -15,6 +17,7 @@
 #include "reports/render/atomic_file.h"
 #include "reports/render/csv.h"
 #include "reports/render/html_page.h"
+#include "reports/render/number_text.h"
 
 namespace credence {
 namespace {
@@ -108,10 +111,39 @@ std::vector<Figure> log_figures(const std::string& name, const CheckedLogs& logs
   if (!logs.first_run.step.empty() && !logs.first_run.states.empty()) {
     figures.push_back(errors_figure(name, logs.first_run));
   }
+  if (Figure sigma = sigma_figure(name, logs.calibration, a.evidence.layout.states); !sigma.panels.empty())
+    figures.push_back(std::move(sigma));
   if (Figure blocks = blocks_figure(name, a); !blocks.panels.empty()) figures.push_back(std::move(blocks));
   Figure evidence = evidence_figure(name, a.judgement);
   if (!evidence.panels.empty()) figures.push_back(std::move(evidence));
   return figures;
+}
+
+/// The mean NEES of the first log in every chart.
+ReportTable charts_table(const LogPoses& log) {
+  ReportTable table{
+      .title =
+          fmt::format("Mean NEES of the pose in every chart, 6 expected; judged is {}", log.charts.declared),
+      .columns = {{"chart", ColumnAlign::words},
+                  {"if it were written so"},
+                  {"p", ColumnAlign::words},
+                  {"carried over"}},
+      .rows = {},
+      .notes = {
+          fmt::format(
+              "Of {}, {} rows. If it were written so: the numbers of the file, read as of this chart, and "
+              "whether they would fit. Carried over: the covariance of the chart that is judged, taken "
+              "into this one by the Jacobian at the error.",
+              log.file.filename().string(), log.charts.rows),
+          "The chart is a matter of the program that wrote the log (--chart), and to be chosen before one "
+          "looks "
+          "at these numbers."}};
+  for (const ChartNees& nees : log.charts.charts) {
+    const bool judged = nees.chart == log.charts.declared;
+    table.add({judged ? nees.chart + " (judged)" : nees.chart, nees.as_written,
+               std::isnan(nees.p_value) ? "–" : p_value_text(nees.p_value), nees.carried});
+  }
+  return table;
 }
 
 std::string file_name(const std::string& name) {
@@ -149,6 +181,8 @@ void write_log_report(const std::filesystem::path& directory, const CheckedLogs&
   const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
   HtmlPage page(logs.name, "Consistency of a filter from its logs");
   page.answer(verdict_cell(a.judgement.word.verdict).tone, log_answer(logs) + ".");
+  if (logs.gate)
+    page.callout(logs.gate->worse.empty() ? CellTone::good : CellTone::alarm, gate_sentence(*logs.gate));
   page.section("Verdicts");
   ReportTable verdicts = log_verdicts(logs, a.judgement.blocks.size());
   verdicts.title = "One row for the whole state, the innovations, and each block of states";
@@ -158,6 +192,16 @@ void write_log_report(const std::filesystem::path& directory, const CheckedLogs&
     page.section("What to do");
     page.bullets(advice);
   }
+  if (const std::vector<std::string> mends = calibration_sentences(logs.calibration); !mends.empty()) {
+    page.section(is_inconsistent(a.judgement.word.verdict) ? "What would mend it" : "Factors on P");
+    page.bullets(mends);
+  }
+  const auto with_charts =
+      std::ranges::find_if(logs.poses, [](const LogPoses& log) { return !log.charts.charts.empty(); });
+  if (with_charts != logs.poses.end()) {
+    page.section("Charts");
+    page.table(charts_table(*with_charts));
+  }
   page.section("Figures");
   const auto add_figures = [&](bool evidence) {
     for (std::size_t i = 0; i < figures.size(); ++i) {
@@ -166,6 +210,11 @@ void write_log_report(const std::filesystem::path& directory, const CheckedLogs&
     }
   };
   add_figures(false);
+  if (!logs.calibration.bins.empty()) {
+    page.section("Where P lies");
+    page.folded("Errors by claimed σ",
+                [&] { page.table(sigma_table(logs.calibration, a.evidence.layout.states)); });
+  }
   page.section("Tests");
   page.folded("All tests and statistics", [&] {
     std::vector<std::string> sentences;

@@ -3,10 +3,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "analysis/calibration/calibration.h"
 #include "analysis/evidence/study_analysis.h"
+#include "datasets/logs/pose_facts.h"
 #include "datasets/logs/run_errors.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
@@ -15,6 +18,15 @@
 /// What `credence check` says of a filter's logs.
 
 namespace credence {
+
+/// Logs against those of an earlier version.
+struct LogGate {
+  std::string baseline;  ///< the file
+  std::string verdict_before;
+  bool became_inconsistent = false;   ///< and was not before
+  std::vector<FactorChange> changes;  ///< of the factor on P, on what both logged
+  std::vector<std::string> worse;     ///< sentences: what fails
+};
 
 /// Logs and where they came from.
 struct CheckedLogs {
@@ -25,7 +37,11 @@ struct CheckedLogs {
   LogAnalysis analysis;
   std::map<std::int64_t, std::string> failures_said{};  ///< by number of the run: what its filter said
   std::vector<std::string> remarks{};  ///< sentences: what the reader left out, or took for something
-  RunErrors first_run{};               ///< of the first file; without steps where it was not kept
+  std::vector<LogPoses> poses{};       ///< of the files that hold some
+  Calibration calibration{};
+  UnitFactors units{};  ///< of it
+  std::optional<LogGate> gate{};
+  RunErrors first_run{};  ///< of the first file; without steps where it was not kept
 };
 
 /// The blocks as reports show them: the pose first, then its parts, the rest in the order of the log.
@@ -48,7 +64,7 @@ ReportTable log_table(const CheckedLogs& logs);
 /// `rejected_rows`.
 std::string log_json(const CheckedLogs& logs);
 
-/// Writes DIR/index.html, DIR/<name>.csv with every step, and the figures as SVG and PDF. Throws OutputError
+/// Writes DIR/index.html, DIR/NAME.csv with every step, and the figures as SVG and PDF. Throws OutputError
 /// when a file cannot be written.
 void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs,
                       const Provenance& provenance = make_provenance());

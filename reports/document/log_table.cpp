@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "reports/document/calibration_report.h"
 #include "reports/document/judgement_report.h"
+#include "reports/document/log_gate.h"
 #include "reports/document/log_report.h"
 #include "reports/document/study_table.h"
 #include "reports/render/number_text.h"
@@ -39,6 +41,10 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   if (logs.unmatched_rows > 0) {
     table.notes.push_back(
         fmt::format("{} rows have no truth at their time and are left out.", logs.unmatched_rows));
+  }
+  if (!logs.poses.empty()) {
+    table.notes.push_back(fmt::format("The covariance of the pose is judged as of the chart {} (--chart).",
+                                      logs.poses.front().charts.declared));
   }
   constexpr std::size_t kRemarks = 12;
   for (std::size_t i = 0; i < std::min(kRemarks, logs.remarks.size()); ++i) {
@@ -160,6 +166,9 @@ ReportTable log_table(const CheckedLogs& logs) {
   const Judgement& a = logs.analysis.judgement;
   ReportTable table = log_verdicts(logs, kShown);
   for (std::string& sentence : advice_sentences(a)) table.notes.push_back(std::move(sentence));
+  if (logs.gate) table.notes.push_back(gate_sentence(*logs.gate));
+  for (std::string& sentence : calibration_sentences(logs.calibration))
+    table.notes.push_back(std::move(sentence));
   add_fit_notes(table, a);
   for (std::string& sentence : statistics_sentences(a)) table.notes.push_back(std::move(sentence));
   table.notes.push_back(

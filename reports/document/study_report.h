@@ -20,7 +20,7 @@ struct ReportedStudy {
 /// The name of the one study, or the question that several answer.
 std::string report_title(std::span<const ReportedStudy> studies);
 
-/// Writes DIR/index.html with all studies and, for each, <name>.csv, <name>-run.csv, and its figures as SVG
+/// Writes DIR/index.html with all studies and, for each, NAME.csv, NAME-run.csv, and its figures as SVG
 /// and PDF in DIR/figures.
 ///
 /// Throws OutputError when a file cannot be written; no file is left half-written.

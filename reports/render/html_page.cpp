@@ -203,7 +203,7 @@ void HtmlPage::facts(const std::vector<std::pair<std::string, std::string>>& nam
 }
 
 void HtmlPage::verbatim(std::string_view text) {
-  body_ += "<pre>";
+  body_ += "<pre tabindex=\"0\">";  // may scroll on a phone
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     body_ += escape_html(text.substr(0, end)) + "\n";

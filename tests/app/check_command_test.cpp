@@ -101,6 +101,31 @@ TEST_F(CheckCommand, ArraysGiveTheNumbersOfTheRunToTheLastDigit) {
   }
 }
 
+TEST_F(CheckCommand, BagsGiveTheNumbersOfThePoseOfTheRun) {
+  write("plane.toml", kPlane);
+  for (const std::string scale : {"1", "0.3"}) {
+    const Json run = json({"run", "plane.toml", "--set", "filter.process_scale=" + scale, "--log", "logs",
+                           "--fresh", "--log-format", "mcap", "--format", "json", "--quiet"});
+    const Json check = json(
+        {"check", "logs", "--truth-topic", "/truth", "--chart", "planar", "--format", "json", "--quiet"});
+    EXPECT_EQ(check["files"], 150);
+    EXPECT_EQ(check["rows"], 150 * 15);
+    EXPECT_EQ(check["poses"][0]["chart"], "planar");
+    const Json &pose = run["vehicle_nees"], &seen = check["vehicle_nees"];
+    EXPECT_EQ(seen["verdict"], pose["verdict"]);
+    EXPECT_EQ(seen["expected"], pose["expected"]);
+    const double mean = pose["mean"];
+    EXPECT_NEAR(seen["mean"].get<double>(), mean, 1e-12 * mean);
+    // Rows of z, roll and pitch are zero: the chart of the standard judges the same three.
+    const Json standard = json({"check", "logs", "--truth-topic", "/truth", "--format", "json", "--quiet"});
+    EXPECT_NEAR(standard["nees"]["mean"].get<double>(), mean, 1e-12 * mean);
+  }
+  write("line.toml", kLine);
+  const Finished refused = run({"run", "line.toml", "--log", "line", "--log-format", "mcap", "--quiet"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("no pose in the plane"), std::string::npos) << refused.err;
+}
+
 TEST_F(CheckCommand, SameBitsForAnyNumberOfThreadsAndHoweverRunsLieInFiles) {
   write("a.toml", kLine);
   ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet"}).code, 0);
@@ -123,6 +148,8 @@ TEST_F(CheckCommand, SameBitsForAnyNumberOfThreadsAndHoweverRunsLieInFiles) {
   Json joined = json({"check", "all.csv", "--format", "json", "--quiet"});
   EXPECT_EQ(joined["files"], 1);
   joined["files"] = one["files"];
+  EXPECT_EQ(joined["calibration"]["unit_names"][1], "all:2");
+  joined["calibration"]["unit_names"] = one["calibration"]["unit_names"];
   EXPECT_EQ(joined, one);
 }
 
@@ -283,6 +310,101 @@ TEST_F(CheckCommand, JudgesATrajectoryAgainstItsTruth) {
   EXPECT_EQ(j["blocks"]["orientation"]["mean"], 0.0);
   EXPECT_TRUE(j["single_run"].is_object());
   EXPECT_NE(j["format"].get<std::string>().find("interpolated"), std::string::npos);
+}
+
+TEST_F(CheckCommand, ATrajectoryIsShiftedInTimeAndAlongALeverArm) {
+  std::string estimate, truth;
+  for (int i = 0; i < 300; ++i) {
+    const double t = 0.05 * i, s = 0.7 * (t + 0.1),
+                 noise = 0.02 * std::sin(37.0 * i) + 0.02 * std::cos(91.7 * i);
+    const auto row = [](double at, double x, double y) {
+      return std::to_string(at) + " " + std::to_string(x) + " " + std::to_string(y) + " 0.5 0 0 0 1";
+    };
+    // 0.1 s early, and at the height of the truth.
+    estimate += row(t, 4.0 * std::cos(s) + noise, 3.0 * std::sin(s) - noise);
+    for (int k = 0; k < 6; ++k) {
+      for (int j = k; j < 6; ++j) estimate += k == j ? " 1e-3" : " 0";
+    }
+    estimate += "\n";
+    truth += row(t, 4.0 * std::cos(0.7 * t), 3.0 * std::sin(0.7 * t)) + "\n";
+  }
+  write("e.tum", estimate);
+  write("t.txt", truth);
+  const std::vector<std::string> given = {
+      "check", "e.tum", "--truth", "t.txt", "--format", "json", "--quiet", "--max-time-difference", "0.06"};
+  const auto with = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = given;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  const Json plain = json(with({}));
+  EXPECT_TRUE(plain["poses"][0]["time_offset"].is_null());
+  EXPECT_EQ(plain["poses"][0]["charts"].size(), 9U);
+  const Json found = json(with({"--time-offset", "estimate"}));
+  const Json& offset = found["poses"][0]["time_offset"];
+  EXPECT_TRUE(offset["used"]) << offset;
+  EXPECT_LT(offset["lower"].get<double>(), 0.1);
+  EXPECT_GT(offset["upper"].get<double>(), 0.1);
+  EXPECT_LT(found["nees"]["mean"], 0.5 * plain["nees"]["mean"].get<double>());
+  const Json moved = json(with({"--time-offset", "0.1", "--lever-arm", "0,0,0"}));
+  EXPECT_NEAR(moved["nees"]["mean"].get<double>(), found["nees"]["mean"].get<double>(), 0.5);
+  const Json lifted = json(with({"--time-offset", "0.1", "--lever-arm", "0,0,-0.5"}));
+  EXPECT_NEAR(lifted["nees"]["mean"].get<double>(), moved["nees"]["mean"].get<double>() + 0.25e3, 0.5);
+  for (const auto& [option, value] : {std::pair{"--time-offset", "soon"}, std::pair{"--lever-arm", "1,2"}}) {
+    const Finished refused = run(with({option, value}));
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_NE(refused.err.find(std::string(option) + (option[2] == 't' ? " soon" : ": accepted")),
+              std::string::npos)
+        << refused.err;
+  }
+  write("log.csv", "innovation.1,S.1.1\n1,1\n");
+  const Finished refused = run({"check", "log.csv", "--time-offset", "1"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("accepted are bags and trajectories"), std::string::npos) << refused.err;
+}
+
+// The filter of the second version takes the process noise for a tenth of what it is.
+TEST_F(CheckCommand, AGateFailsWhereAVersionIsWorseThanTheBaseline) {
+  write("plane.toml", kPlane);
+  const auto play = [&](const std::string& folder, const std::string& scale) {
+    ASSERT_EQ(run({"run", "plane.toml", "--runs", "40", "--set", "filter.process_scale=" + scale, "--log",
+                   folder, "--quiet"})
+                  .code,
+              0);
+    write(folder + ".json", run({"check", folder, "--format", "json", "--quiet"}).out);
+  };
+  play("good", "1");
+  play("bad", "0.1");
+  const auto gate = [&](const std::string& logs, const std::string& baseline) {
+    return run({"check", logs, "--baseline", baseline, "--fail-on-inconsistent", "--junit", "j.xml",
+                "--markdown", "m.md", "--format", "json", "--quiet"});
+  };
+  const Finished worse = gate("bad", "good.json");
+  EXPECT_EQ(worse.code, 1);
+  const Json j = Json::parse(worse.out);
+  EXPECT_TRUE(j["baseline"]["became_inconsistent"]);
+  EXPECT_GE(j["baseline"]["worse"].size(), 2U);
+  for (const Json& change : j["baseline"]["changes"]) {
+    EXPECT_GT(change["lower"], change["part"] == "heading" ? 1.0 : 0.0);
+  }
+  EXPECT_NE(read("j.xml").find("failures=\"1\""), std::string::npos);
+  EXPECT_NE(read("m.md").find("WORSE: it was consistent, and is optimistic"), std::string::npos)
+      << read("m.md");
+  EXPECT_EQ(gate("good", "good.json").code, 0);
+  EXPECT_EQ(gate("bad", "bad.json").code, 0);   // as bad as before
+  EXPECT_EQ(gate("good", "bad.json").code, 0);  // better
+  EXPECT_NE(read("j.xml").find("failures=\"0\""), std::string::npos);
+  EXPECT_EQ(run({"check", "bad", "--fail-on-inconsistent", "--junit", "j.xml", "--quiet"}).code, 1);
+  EXPECT_EQ(read("j.xml").find("failures=\"0\""), std::string::npos);
+  const Json compared = json({"compare", "good.json", "bad.json", "--format", "json"});
+  EXPECT_EQ(compared["studies"][0]["changes"].size(), 0U);
+  EXPECT_GE(compared["studies"][1]["changes"].size(), 2U);
+  EXPECT_NE(run({"compare", "good.json", "bad.json"}).out.find("more optimistic in"), std::string::npos);
+  for (const char* name : {"absent.json", "plane.toml"}) {
+    const Finished refused = run({"check", "good", "--baseline", name});
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_NE(refused.err.find(std::string("--baseline ") + name), std::string::npos) << refused.err;
+  }
 }
 
 TEST_F(CheckCommand, WritesAReport) {

@@ -209,7 +209,7 @@ class Pages(unittest.TestCase):
     def test_what_scrolls_can_be_reached_and_everything_has_a_name(self):
         script = """(() => {
           const bad = [];
-          document.querySelectorAll('.scroll').forEach(e => { if (e.tabIndex !== 0) bad.push('scroll'); });
+          document.querySelectorAll('.scroll, pre').forEach(e => { if (e.tabIndex !== 0) bad.push('scroll'); });
           document.querySelectorAll('th, button, summary, a, figure svg').forEach(e => {
             if (!(e.textContent.trim() || e.getAttribute('aria-label'))) bad.push(e.outerHTML.slice(0, 80));
           });

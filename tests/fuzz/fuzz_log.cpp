@@ -53,7 +53,8 @@ std::filesystem::path truth_of(std::string_view format) {
   std::string text;
   if (format == "rtklib") {
     text =
-        "%  GPST  e(m) n(m) u(m) Q ns sde(m) sdn(m) sdu(m) sden(m) sdnu(m) sdue(m) age(s) ratio\n"
+        "%  GPST  e-baseline(m) n-baseline(m) u-baseline(m) Q ns sde(m) sdn(m) sdu(m) sden(m) sdnu(m) "
+        "sdue(m) age(s) ratio\n"
         "2020/01/01 00:00:00.000 1 2 3 1 9 0.01 0.01 0.02 0 0 0 0 9\n";
   } else {
     for (int i = 0; i < 40; ++i) text += std::to_string(i) + " 1 2 3 0 0 0 1\n";

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <optional>
 
@@ -29,6 +30,23 @@ std::string shape_text(const ArrayShape& array) {
   return fmt::format("{} ({})", array.name, fmt::join(array.dims, ", "));
 }
 
+/// An array of NIS alone: "nis_DIM" or "nis_NAME_DIM", (runs, steps) or (steps).
+struct NisArray {
+  std::string name;
+  std::size_t values = 0;
+  std::uint64_t runs = 0, steps = 0, dim = 0;
+};
+
+/// DIM of "nis_DIM" or "nis_NAME_DIM"; nothing for another name.
+std::optional<std::uint64_t> nis_dimension(std::string_view name) {
+  if (!name.starts_with("nis_")) return std::nullopt;
+  const std::string_view digits = name.substr(name.rfind('_') + 1);
+  std::uint64_t dim = 0;
+  const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), dim);
+  if (error != std::errc() || stop != digits.data() + digits.size()) return std::nullopt;
+  return dim;
+}
+
 /// Finds the arrays that are to be judged.
 class ArrayRoles {
  public:
@@ -40,18 +58,32 @@ class ArrayRoles {
       } else if (array.name.starts_with("innovation_")) {
         const std::string sensor = array.name.substr(kInnovation.size() + 1);
         sensors_.push_back(pair(sensor, array.name, "S_" + sensor));
+      } else if (const auto dim = nis_dimension(array.name)) {
+        nis_.push_back(nis_of(array, *dim));
       }
     }
-    if (!state_ && sensors_.empty()) {
-      fail(fmt::format("holds nothing to judge: error with P, or innovation with S; its arrays are {}",
-                       shapes()));
+    if (!state_ && sensors_.empty() && nis_.empty()) {
+      fail(fmt::format(
+          "holds nothing to judge: error with P, or innovation with S, or nis_DIM; its arrays are {}",
+          shapes()));
     }
-    for (const ArrayPair& sensor : sensors_) check_same(sensor);
+    const auto take = [this](std::size_t array, const auto& of) {
+      first_ = array;
+      runs_ = of.runs;
+      steps_ = of.steps;
+    };
+    if (!nis_.empty()) take(nis_.front().values, nis_.front());
+    if (!sensors_.empty()) take(sensors_.front().vectors, sensors_.front());
+    if (state_) take(state_->vectors, *state_);
+    for (const ArrayPair& sensor : sensors_) check_same(sensor.vectors, sensor.runs, sensor.steps);
+    for (const NisArray& sensor : nis_) check_same(sensor.values, sensor.runs, sensor.steps);
   }
 
   const std::optional<ArrayPair>& state() const { return state_; }
   const std::vector<ArrayPair>& sensors() const { return sensors_; }
-  const ArrayPair& any() const { return state_ ? *state_ : sensors_.front(); }
+  const std::vector<NisArray>& nis() const { return nis_; }
+  std::uint64_t runs() const { return runs_; }
+  std::uint64_t steps() const { return steps_; }
 
  private:
   std::optional<std::size_t> find(std::string_view name) const {
@@ -103,15 +135,36 @@ class ArrayRoles {
     return result;
   }
 
-  void check_same(const ArrayPair& sensor) const {
-    if (sensor.runs == any().runs && sensor.steps == any().steps) return;
-    fail(fmt::format("{} and {}: other runs or steps", shape_text(file_.arrays()[sensor.vectors]),
-                     shape_text(file_.arrays()[any().vectors])));
+  NisArray nis_of(const ArrayShape& array, std::uint64_t dim) const {
+    const std::size_t rank = array.dims.size();
+    if (dim == 0 || dim > kLargestDim || (rank != 1 && rank != 2) || array.dims.back() == 0 ||
+        array.dims.back() > kMostSteps) {
+      fail(fmt::format(
+          "{}: accepted are (runs, steps) or (steps), of at most {} steps, of innovations of 1 to {} "
+          "components",
+          shape_text(array), kMostSteps, kLargestDim));
+    }
+    constexpr std::size_t kPrefix = 4;  // "nis_"
+    const std::size_t last = array.name.rfind('_');
+    return {.name = last < kPrefix ? "" : array.name.substr(kPrefix, last - kPrefix),
+            .values = static_cast<std::size_t>(&array - file_.arrays().data()),
+            .runs = rank == 2 ? array.dims[0] : 1,
+            .steps = array.dims.back(),
+            .dim = dim};
+  }
+
+  void check_same(std::size_t array, std::uint64_t of_runs, std::uint64_t of_steps) const {
+    if (of_runs == runs() && of_steps == steps()) return;
+    fail(fmt::format("{} and {}: other runs or steps", shape_text(file_.arrays()[array]),
+                     shape_text(file_.arrays()[first_])));
   }
 
   const ArrayFile& file_;
   std::optional<ArrayPair> state_;
   std::vector<ArrayPair> sensors_;
+  std::vector<NisArray> nis_;
+  std::size_t first_ = 0;  ///< an array to which the others must fit
+  std::uint64_t runs_ = 0, steps_ = 0;
 };
 
 /// Reads one step after another of a pair of arrays.
@@ -176,6 +229,10 @@ RunLayout layout_of(const ArrayRoles& roles) {
     const auto dim = static_cast<Index>(sensor.dim);
     layout.sensors.push_back({.name = sensor.name, .dim = dim, .piece = dim});
   }
+  for (const NisArray& sensor : roles.nis()) {
+    const auto dim = static_cast<Index>(sensor.dim);
+    layout.sensors.push_back({.name = sensor.name, .dim = dim, .piece = dim, .nis_alone = true});
+  }
   return layout;
 }
 
@@ -194,7 +251,7 @@ std::uint64_t column_major_place(const std::vector<std::uint64_t>& dims, std::ui
 
 bool is_log_array(std::string_view name) {
   return name == "error" || name == "P" || name == kInnovation || name == kS ||
-         name.starts_with("innovation_") || name.starts_with("S_");
+         name.starts_with("innovation_") || name.starts_with("S_") || nis_dimension(name).has_value();
 }
 
 void read_arrays(ArrayFile& file, LogSink& judged) {
@@ -207,17 +264,26 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
   if (roles.state()) state.emplace(file, *roles.state());
   Step step;
   std::vector<Index> measured;
-  for (std::uint64_t run = 0; run < roles.any().runs; ++run) {
+  std::vector<std::vector<double>> nis(roles.nis().size());
+  for (std::uint64_t run = 0; run < roles.runs(); ++run) {
     sink.begin_run(layout);
-    for (std::uint64_t k = 0; k < roles.any().steps; ++k) {
+    for (std::size_t i = 0; i < nis.size(); ++i)
+      file.read(roles.nis()[i].values, run * roles.steps(), roles.steps(), nis[i]);
+    for (std::uint64_t k = 0; k < roles.steps(); ++k) {
       step.step = static_cast<std::int64_t>(k) + 1;
-      step.line = static_cast<std::int64_t>(run * roles.any().steps + k) + 1;
+      step.line = static_cast<std::int64_t>(run * roles.steps() + k) + 1;
       step.problem = {};
       if (state) state->read(run, k, step.states, step.error, step.P, step.problem);
-      step.innovations.resize(sensors.size());
+      step.innovations.resize(layout.sensors.size());
       for (std::size_t i = 0; i < sensors.size(); ++i) {
         Innovation& innovation = step.innovations[i];
         sensors[i].read(run, k, measured, innovation.nu, innovation.S, step.problem);
+      }
+      for (std::size_t i = 0; i < nis.size(); ++i) {
+        const double value = nis[i][k];
+        step.innovations[sensors.size() + i] =
+            value >= 0.0 ? nis_alone(value, static_cast<Index>(roles.nis()[i].dim)) : Innovation{};
+        if (value < 0.0) step.problem = "a NIS is negative";
       }
       sink.add(step);
     }
@@ -232,7 +298,8 @@ LogContents list_arrays(const ArrayFile& file) {
         array.dims.empty() ? 0 : 1;  // rows: all dimensions but the last, of P and S the last two
     const bool matrices = array.name == "P" || array.name == kS || array.name.starts_with("S_");
     const bool vectors = array.name == "error" || array.name.starts_with(kInnovation);
-    const std::size_t inner = std::min(array.dims.size(), std::size_t{matrices ? 2U : 1U});
+    const std::size_t of_row = matrices ? 2U : nis_dimension(array.name) ? 0U : 1U;
+    const std::size_t inner = std::min(array.dims.size(), of_row);
     for (std::size_t i = 0; i + inner < array.dims.size(); ++i)
       count *= static_cast<std::int64_t>(array.dims[i]);
     contents.topics.push_back({.name = array.name,
@@ -240,10 +307,11 @@ LogContents list_arrays(const ArrayFile& file) {
                                            ? array.type
                                            : fmt::format("{} ({})", array.type, fmt::join(array.dims, ", ")),
                                .count = count,
-                               .use = array.name == "error" ? "error"
-                                      : vectors             ? "innovations"
-                                      : matrices            ? "covariance"
-                                                            : "",
+                               .use = array.name == "error"       ? "error"
+                                      : nis_dimension(array.name) ? "NIS alone"
+                                      : vectors                   ? "innovations"
+                                      : matrices                  ? "covariance"
+                                                                  : "",
                                .covariance = matrices});
   }
   return contents;

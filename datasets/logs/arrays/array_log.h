@@ -11,7 +11,8 @@
 
 /// @file
 /// Runs of a filter as arrays: `error` (runs, steps, n) with `P` (runs, steps, n, n), and `innovation` (runs,
-/// steps, m) with `S` (runs, steps, m, m), or `innovation_NAME` with `S_NAME` for each of several sensors.
+/// steps, m) with `S` (runs, steps, m, m), or `innovation_NAME` with `S_NAME` for each of several sensors;
+/// `nis_DIM` or `nis_NAME_DIM` (runs, steps) where of innovations of DIM components NIS alone is known.
 /// One run may do without the first dimension, and scalars without those of the components: (runs, steps)
 /// with (runs, steps). NaN is silence: of a component of an error, a state that is
 /// not there; of one of an innovation, a dimension that was not measured.

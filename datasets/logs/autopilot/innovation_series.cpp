@@ -43,6 +43,18 @@ InnovationSeries::Row InnovationSeries::add(std::size_t sensor, double time_s, s
   return Row::taken;
 }
 
+std::size_t InnovationSeries::add_nis(std::string name) {
+  const std::size_t sensor = add_sensor(std::move(name), 1, false);
+  sensors_[sensor].nis_alone = true;
+  return sensor;
+}
+
+InnovationSeries::Row InnovationSeries::add_nis(std::size_t sensor, double time_s, double nis) {
+  if (!(nis > 0.0) || !std::isfinite(nis)) return Row::silent;  // 0: the sensor is not in use
+  const double root = std::sqrt(nis), one = 1.0;
+  return add(sensor, time_s, std::span(&root, 1), std::span(&one, 1));
+}
+
 bool InnovationSeries::empty() const { return std::ranges::none_of(sensors_, &SensorSeries::in_use); }
 
 bool InnovationSeries::any_vector() const {
@@ -59,6 +71,7 @@ void InnovationSeries::emit(LogSink& sink) const {
     speaking.push_back(&s);
     steps = std::max(steps, s.count());
     layout.sensors.push_back({.name = s.name, .dim = s.dim, .piece = s.dim});
+    layout.sensors.back().nis_alone = s.nis_alone;
     if (s.angle) layout.sensors.back().angles = {true};
   }
   sink.begin_run(layout);

@@ -31,6 +31,10 @@ class InnovationSeries {
 
   Row add(std::size_t sensor, double time_s, std::span<const double> nu, std::span<const double> variances);
 
+  /// The same of a sensor of one dimension of which NIS alone is known.
+  std::size_t add_nis(std::string name);
+  Row add_nis(std::size_t sensor, double time_s, double nis);
+
   /// Whether any sensor said anything.
   bool empty() const;
 
@@ -47,7 +51,7 @@ class InnovationSeries {
   struct SensorSeries {
     std::string name;
     Index dim = 1;
-    bool angle = false;
+    bool angle = false, nis_alone = false;
     std::vector<double> nu, variances;  ///< one after another
     std::int64_t repeated = 0;
     double first_s = 0.0, last_s = 0.0;

@@ -75,10 +75,12 @@ class UlogReader {
         return subscription(body);
       case 'D':
         return data(body);
+      case 'P':
+        return parameter(body);
       case 'O':
         return visitor_.dropout(1e-3 * body.take<std::uint16_t>());
       default:
-        return;  // information, parameters, texts: nothing that is judged
+        return;  // information, texts: nothing that is judged
     }
   }
 
@@ -106,6 +108,18 @@ class UlogReader {
   std::optional<std::uint64_t> next_appended() {
     if (next_offset_ == offsets_.size()) return std::nullopt;
     return offsets_[next_offset_++];
+  }
+
+  /// "float NAME" or "int32_t NAME" and the value.
+  void parameter(ByteCursor body) {
+    if (!visitor_.parameter) return;
+    const auto size = body.take<std::uint8_t>();
+    const std::string_view key = body.take_text(size);
+    const std::string_view name = key.substr(std::min(key.find(' '), key.size()));
+    if (name.empty()) return;
+    if (key.starts_with("float "))
+      visitor_.parameter(name.substr(1), static_cast<double>(body.take<float>()));
+    if (key.starts_with("int32_t ")) visitor_.parameter(name.substr(1), body.take<std::int32_t>());
   }
 
   /// "name:type field;type[n] field;…"

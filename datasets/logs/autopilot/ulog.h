@@ -42,6 +42,7 @@ struct UlogVisitor {
   std::function<void(std::size_t topic, const ByteCursor& message)> message;
   std::function<void(double seconds)> dropout;  ///< so long nothing could be written
   std::function<void(std::int64_t bytes)> advance;
+  std::function<void(std::string_view name, double value)> parameter{};  ///< with its first value
 };
 
 /// Whether a file that begins so is a ULog.

@@ -1,8 +1,10 @@
 #include "datasets/logs/autopilot/ulog_innovations.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -19,13 +21,14 @@ namespace {
 constexpr std::string_view kInnovations = "estimator_innovations";
 constexpr std::string_view kVariances = "estimator_innovation_variances";
 constexpr std::string_view kAidSource = "estimator_aid_src_";
+constexpr std::string_view kRatios = "estimator_innovation_test_ratios";
 
 bool is_angle(std::string_view name) {
   return name.find("heading") != std::string_view::npos || name.find("yaw") != std::string_view::npos;
 }
 
 bool holds_innovations(std::string_view topic) {
-  return topic == kInnovations || topic == kVariances || topic.starts_with(kAidSource);
+  return topic == kInnovations || topic == kVariances || topic == kRatios || topic.starts_with(kAidSource);
 }
 
 std::vector<double> numbers(const ByteCursor& message, const UlogField& field) {
@@ -132,16 +135,72 @@ class AidSources {
   std::int64_t rows_ = 0, rejected_ = 0;
 };
 
+/// A field of estimator_innovation_test_ratios that is NIS / gate² of an innovation of one dimension. Of two
+/// dimensions EKF2 writes the larger ratio of the two, which is no NIS.
+struct RatioField {
+  std::string_view field, gate;
+  double default_gate;  ///< EKF2's own, in standard deviations
+};
+
+constexpr RatioField kRatioFields[] = {
+    {"gps_vvel", "EKF2_GPS_V_GATE", 5.0}, {"gps_vpos", "EKF2_GPS_P_GATE", 5.0},
+    {"ev_vvel", "EKF2_EVV_GATE", 3.0},    {"ev_vpos", "EKF2_EVP_GATE", 5.0},
+    {"rng_vpos", "EKF2_RNG_GATE", 5.0},   {"baro_vpos", "EKF2_BARO_GATE", 5.0},
+    {"heading", "EKF2_HDG_GATE", 2.6},    {"mag_field", "EKF2_MAG_GATE", 3.0},
+    {"airspeed", "EKF2_TAS_GATE", 3.0},
+};
+
+using GateParameters = std::map<std::string, double, std::less<>>;
+
+/// The rows of estimator_innovation_test_ratios, for logs without innovation variances.
+class TestRatios {
+ public:
+  void add(const UlogTopic& topic, const ByteCursor& message, const GateParameters& gates) {
+    ++rows_;
+    const double time = sample_time(message, topic);
+    for (const RatioField& known : kRatioFields) {
+      const UlogField* const field = topic.field(known.field);
+      if (field == nullptr || field->type != "float") continue;
+      const auto set = gates.find(known.gate);
+      const double gate = std::max(1.0, set == gates.end() ? known.default_gate : set->second);
+      for (std::uint64_t i = 0; i < field->count; ++i) {
+        const std::string name =
+            field->count == 1 ? std::string(known.field) : fmt::format("{}.{}", known.field, i + 1);
+        const auto [place, is_new] = sensors_.try_emplace(name, 0);
+        if (is_new) place->second = series_.add_nis(name);
+        series_.add_nis(place->second, time, gate * gate * ulog_number(message, *field, i));
+      }
+      if (set == gates.end()) assumed_.insert(fmt::format("{} {:g}", known.gate, known.default_gate));
+    }
+  }
+
+  const InnovationSeries& series() const { return series_; }
+  std::int64_t rows() const { return rows_; }
+  /// "EKF2_GPS_P_GATE 5, …" of the gates that the log did not hold.
+  const std::set<std::string>& assumed() const { return assumed_; }
+
+ private:
+  std::map<std::string, std::size_t> sensors_;
+  std::set<std::string> assumed_;
+  InnovationSeries series_;
+  std::int64_t rows_ = 0;
+};
+
 /// What one of the estimators wrote.
 struct Estimator {
   InnovationPairs pairs;
   AidSources sources;
+  TestRatios ratios;
 
   bool has_sources() const { return !sources.series().empty(); }
-  const InnovationSeries& series() const { return has_sources() ? sources.series() : pairs.series(); }
+  bool has_ratios_alone() const { return !has_sources() && pairs.series().empty(); }
+  const InnovationSeries& series() const {
+    return has_sources() ? sources.series() : has_ratios_alone() ? ratios.series() : pairs.series();
+  }
 };
 
 struct UlogInnovations {
+  GateParameters gates;
   std::map<int, Estimator> estimators;  ///< by instance
   std::int64_t dropouts = 0;
   double dropped_s = 0.0;
@@ -167,6 +226,8 @@ UlogInnovations read_innovations(const std::filesystem::path& file, const LogRea
             Estimator& estimator = result.estimators[instance];
             if (topic.name.starts_with(kAidSource)) {
               estimator.sources.add(topic, message);
+            } else if (topic.name == kRatios) {
+              estimator.ratios.add(topic, message, result.gates);
             } else {
               estimator.pairs.add(topic, message);
             }
@@ -176,7 +237,11 @@ UlogInnovations read_innovations(const std::filesystem::path& file, const LogRea
             ++result.dropouts;
             result.dropped_s += seconds;
           },
-      .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
+      .advance = [&](std::int64_t bytes) { sink.advance(bytes); },
+      .parameter =
+          [&](std::string_view name, double value) {
+            if (name.ends_with("_GATE")) result.gates.insert_or_assign(std::string(name), value);
+          }};
   read_part(
       options, sink, [&] { read_ulog(file, visitor); }, [&] { return !result.estimators.empty(); });
   return result;
@@ -190,16 +255,39 @@ std::string instances(const UlogInnovations& log) {
   return text;
 }
 
+/// "1279 rows of …; what they only repeat is no new innovation, which"
+std::string source_text(const Estimator& estimator) {
+  constexpr const char* kRepeats = "what is only repeated is no new innovation, which";
+  if (estimator.has_sources())
+    return fmt::format("{} rows of estimator_aid_src_*; {}", estimator.sources.rows(), kRepeats);
+  if (estimator.has_ratios_alone())
+    return fmt::format("{} rows of {} and no innovation variances; {}", estimator.ratios.rows(), kRatios,
+                       kRepeats);
+  return fmt::format("{} rows of {} at {:.3g} Hz; {}", estimator.pairs.rows(), kInnovations,
+                     estimator.pairs.rate(), kRepeats);
+}
+
+void tell_ratios(const TestRatios& ratios, LogSink& sink) {
+  sink.remark(
+      "Of the innovations test ratios alone are known: NIS = ratio × gate². That tells the mean NIS of a "
+      "sensor, its "
+      "law, its gate and whether NIS are correlated in time; a bias, the sign of a correlation and "
+      "correlations "
+      "between sensors it does not tell. Of sensors of two dimensions (horizontal velocity and position, "
+      "flow) the "
+      "log holds the larger ratio of the two, which is no NIS: they are not judged.");
+  if (!ratios.assumed().empty()) {
+    sink.remark(fmt::format(
+        "The log does not hold the gates {}: these values, EKF2's own, are taken, and NIS goes with "
+        "their square.",
+        fmt::join(ratios.assumed(), ", ")));
+  }
+}
+
 void tell(int instance, const Estimator& estimator, const UlogInnovations& log, LogSink& sink) {
   const InnovationSeries& series = estimator.series();
-  sink.remark(
-      estimator.has_sources()
-          ? fmt::format("{} rows of estimator_aid_src_*; what a topic only repeats is no new innovation, "
-                        "which leaves {}.",
-                        estimator.sources.rows(), series.counts())
-          : fmt::format("{} rows of estimator_innovations at {:.3g} Hz; what they only repeat is no new "
-                        "innovation, which leaves {}.",
-                        estimator.pairs.rows(), estimator.pairs.rate(), series.counts()));
+  sink.remark(source_text(estimator) + fmt::format(" leaves {}.", series.counts()));
+  if (estimator.has_ratios_alone()) tell_ratios(estimator.ratios, sink);
   if (estimator.sources.rejected() > 0) {
     sink.remark(fmt::format("{} of these innovations did not pass the filter's gate; they are judged too.",
                             estimator.sources.rejected()));
@@ -236,7 +324,8 @@ void read_flight(const std::filesystem::path& file, const LogReadOptions& option
   if (names.empty()) {
     throw DataError(file, "",
                     "holds no innovations: read are estimator_innovations with "
-                    "estimator_innovation_variances, or estimator_aid_src_* (set SDLOG_PROFILE to log them)");
+                    "estimator_innovation_variances, estimator_aid_src_*, or test ratios, "
+                    "estimator_innovation_test_ratios (set SDLOG_PROFILE to log them)");
   }
   auto chosen = std::ranges::find_if(log.estimators, [&](const auto& e) {
     return !e.second.series().empty() && (!options.instance || e.first == *options.instance);

@@ -42,8 +42,10 @@ void ConventionCheck::add(const PoseEstimate& estimate, const UncertainPose& tru
 }
 
 void ConventionCheck::tell(const TruthComparison& truth, LogSink& sink) const {
-  if (samples_.empty()) return;
-  if (std::string text = charts(); !text.empty()) sink.remark(std::move(text));
+  if (samples_.empty()) return sink.charts({.declared = std::string(declared_.name)});
+  ChartFindings findings = charts();
+  if (std::string text = charts_text(findings); !text.empty()) sink.remark(std::move(text));
+  sink.charts(std::move(findings));
   if (std::string text = mistakes(truth); !text.empty()) sink.hint(std::move(text));
 }
 
@@ -62,32 +64,43 @@ ReadingFit ConventionCheck::fit(const PoseReading& reading) const {
   });
 }
 
-std::string ConventionCheck::charts() const {
-  constexpr double kDiffer = 1.1;
-  std::string text;
-  double least = HUGE_VAL, most = 0.0, least_carried = HUGE_VAL, most_carried = 0.0;
+ChartFindings ConventionCheck::charts() const {
+  ChartFindings findings{.declared = std::string(declared_.name), .rows = std::ssize(samples_)};
   for (const PoseChart& chart : pose_charts()) {
     if (chart.axes.orientation == OrientationError::planar) continue;
     const PoseReading reading{"", "", chart};
-    const double nees = mean_nees(
+    ChartNees nees{.chart = std::string(chart.name)};
+    nees.as_written = mean_nees(
         samples_, [&](const PoseSample& s, PoseError& e, PoseCovariance& P) { reading.read(s, e, P); });
-    const double carried = mean_nees(samples_, [&](const PoseSample& s, PoseError& e, PoseCovariance& P) {
+    nees.carried = mean_nees(samples_, [&](const PoseSample& s, PoseError& e, PoseCovariance& P) {
       const PoseCovariance J = error_change(s.estimate, s.truth, declared_.axes, chart.axes);
       e = pose_error(s.estimate, s.truth, chart.axes);
       P = declared_.position_first(s.written) +
           transported(s.truth_covariance, s.truth, kFixedAxes, declared_.axes);
       P = (J * P * J.transpose()).eval();
     });
-    text += fmt::format("{}{} {:.4g}", text.empty() ? "" : ", ", chart.name, nees);
+    if (samples_.size() >= kFewestForReading) nees.p_value = fit(reading).p_value;
+    findings.charts.push_back(std::move(nees));
+  }
+  return findings;
+}
+
+std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
+  constexpr double kDiffer = 1.1;
+  std::string text;
+  double least = HUGE_VAL, most = 0.0, least_carried = HUGE_VAL, most_carried = 0.0;
+  for (const ChartNees& nees : findings.charts) {
+    text += fmt::format("{}{} {:.4g}", text.empty() ? "" : ", ", nees.chart, nees.as_written);
     // What an author may have meant without a mistake in order or unit.
-    const PoseErrorAxes& axes = chart.axes;
-    if (std::isfinite(nees) && axes.position == PositionError::world && axes.unit == RotationUnit::vector) {
-      least = std::min(least, nees);
-      most = std::max(most, nees);
+    const PoseErrorAxes& axes = pose_chart_named(nees.chart).axes;
+    if (std::isfinite(nees.as_written) && axes.position == PositionError::world &&
+        axes.unit == RotationUnit::vector) {
+      least = std::min(least, nees.as_written);
+      most = std::max(most, nees.as_written);
     }
-    if (std::isfinite(carried)) {
-      least_carried = std::min(least_carried, carried);
-      most_carried = std::max(most_carried, carried);
+    if (std::isfinite(nees.carried)) {
+      least_carried = std::min(least_carried, nees.carried);
+      most_carried = std::max(most_carried, nees.carried);
     }
   }
   if (!charts_asked_ && !(most > kDiffer * least)) return "";

@@ -29,7 +29,8 @@ class ConventionCheck {
   void tell(const TruthComparison& truth, LogSink& sink) const;
 
  private:
-  std::string charts() const;
+  ChartFindings charts() const;
+  std::string charts_text(const ChartFindings& findings) const;
   std::string mistakes(const TruthComparison& truth) const;
   ReadingFit fit(const PoseReading& reading) const;
   double spacing() const;

@@ -127,4 +127,16 @@ PoseCovariance transported(const PoseCovariance& P, const SpatialPose& pose, Pos
   return J * P * J.transpose();
 }
 
+void move_on_body(const SpatialPose& A, PoseErrorAxes axes, SpatialPose& pose, PoseCovariance& P) {
+  constexpr PoseErrorAxes kRight{.position = PositionError::twist, .orientation = OrientationError::body};
+  const PoseCovariance J = group_element(inverse(A)).adjoint();
+  const PoseCovariance right = transported(P, pose, axes, kRight);
+  pose = {pose.position + pose.orientation * A.position, (pose.orientation * A.orientation).normalized()};
+  P = transported(J * right * J.transpose(), pose, kRight, axes);
+}
+
+SpatialPose inverse(const SpatialPose& pose) {
+  return {pose.orientation.conjugate() * -pose.position, pose.orientation.conjugate()};
+}
+
 }  // namespace credence

@@ -34,4 +34,11 @@ PoseCovariance error_change(const SpatialPose& estimate, const SpatialPose& trut
 PoseCovariance transported(const PoseCovariance& P, const SpatialPose& pose, PoseErrorAxes from,
                            PoseErrorAxes to);
 
+/// T ← T A, the pose of another frame on the same body, A its place there: P of errors in these axes goes
+/// with it. Errors to the right of T become Ad(A⁻¹) times as large, which is exact.
+void move_on_body(const SpatialPose& A, PoseErrorAxes axes, SpatialPose& pose, PoseCovariance& P);
+
+/// The world in the body.
+SpatialPose inverse(const SpatialPose& pose);
+
 }  // namespace credence

@@ -24,10 +24,6 @@ void scale(PoseCovariance& written, const PoseChart& chart, double position,
   written = (factors.asDiagonal() * written * factors.asDiagonal()).eval();
 }
 
-SpatialPose inverse(const SpatialPose& pose) {
-  return {pose.orientation.conjugate() * -pose.position, pose.orientation.conjugate()};
-}
-
 /// x y z w, read from the file in this order, were w x y z.
 Eigen::Quaterniond scalar_first(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 
@@ -176,7 +172,7 @@ void add_poses(double spacing_s, const TruthLookup& truth_at, MistakeList& list)
     const double shift_s = samples * spacing_s;
     list.add(fmt::format("the estimate's times are {:.3g} s, one sample, too {}", spacing_s,
                          samples > 0.0 ? "early" : "late"),
-             "the time of what was estimated",
+             fmt::format("the time of what was estimated, or --time-offset {:.3g}", shift_s),
              [shift_s, truth_at](PoseSample& s) { return truth_at(s.time_s + shift_s, s.truth); });
   }
 }

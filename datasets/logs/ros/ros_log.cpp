@@ -7,9 +7,11 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/convention_check.h"
+#include "datasets/logs/conventions/thinned.h"
 #include "datasets/logs/geodesy.h"
 #include "datasets/logs/partial_read.h"
 #include "datasets/logs/ros/covariance_sentinels.h"
@@ -18,6 +20,7 @@
 #include "datasets/logs/ros/ros2_sqlite.h"
 #include "datasets/logs/ros/ros_messages.h"
 #include "datasets/logs/symmetry.h"
+#include "datasets/logs/time_offset.h"
 
 namespace credence {
 namespace {
@@ -155,14 +158,21 @@ class TruthBuilder {
 class RosLog {
  public:
   RosLog(const std::filesystem::path& file, const RosScan& scan, const LogReadOptions& options, LogSink& sink)
-      : file_(file), scan_(scan), options_(options), sink_(sink), truth_choice_(options.truth_topic) {}
+      : file_(file),
+        scan_(scan),
+        options_(options),
+        sink_(sink),
+        matching_(options.matching),
+        truth_choice_(options.truth_topic) {}
 
   void judge() {
     first_pass();
     choose_estimate();
     if (options_.truth_topic.empty() && options_.truth.empty()) return look_at_covariance();
     const Trajectory truth = options_.truth.empty() ? topic_truth() : *options_.truth.of(file_);
-    const TruthComparison comparison(truth, options_.matching, chart().axes, true, alignment(truth));
+    to_point_ = options_.matching.lever_arm && !truth.has_orientation;
+    matching_ = with_time_offset(offset_samples(), truth, matching_, chart().axes, true, sink_);
+    const TruthComparison comparison(truth, matching_, chart().axes, true, alignment(truth));
     compare(truth, comparison);
   }
 
@@ -268,23 +278,51 @@ class RosLog {
     return stream;
   }
 
+  /// What a message says, the components that are estimated, and all of it at the truth's point where that
+  /// has no orientation (--lever-arm).
+  OffsetSample sample(const RosPose& pose, std::int64_t number, CovarianceSentinels& sentinels) const {
+    OffsetSample result{{pose.time_s, number, pose.pose, chart().position_first(*pose.covariance)}, {}};
+    PoseEstimate& estimate = result.estimate;
+    result.kept = sentinels.kept(estimate.covariance, pose.pose);
+    if (!to_point_) return result;
+    // What is not estimated would spread over the position.
+    const PoseCovariance all = std::exchange(estimate.covariance, PoseCovariance::Zero());
+    estimate.covariance(result.kept, result.kept) = all(result.kept, result.kept);
+    move_on_body(*matching_.lever_arm, chart().axes, estimate.pose, estimate.covariance);
+    return result;
+  }
+
+  /// For the time offset, if one is asked for; at most 4096.
+  std::vector<OffsetSample> offset_samples() const {
+    std::vector<OffsetSample> samples;
+    if (!matching_.find_time_offset) return samples;
+    CovarianceSentinels sentinels;
+    std::size_t stride = 1, seen = 0;
+    read_estimates([&](const RosPose& pose, std::int64_t number) {
+      if (keep_thinned(samples, stride, seen)) samples.push_back(sample(pose, number, sentinels));
+    });
+    return samples;
+  }
+
   Eigen::Isometry3d alignment(const Trajectory& truth) const {
-    if (options_.matching.alignment == TruthAlignment::none) return Eigen::Isometry3d::Identity();
+    if (matching_.alignment == TruthAlignment::none) return Eigen::Isometry3d::Identity();
     std::vector<SpatialPose> true_poses, estimates;
-    read_estimates([&](const RosPose& pose, std::int64_t) {
-      const auto found = truth_at(truth, pose.time_s, options_.matching);
+    CovarianceSentinels sentinels;
+    read_estimates([&](const RosPose& pose, std::int64_t number) {
+      const auto found = truth_at(truth, pose.time_s, matching_);
       if (!found) return;
       true_poses.push_back(found->pose);
-      estimates.push_back(pose.pose);
+      estimates.push_back(sample(pose, number, sentinels).estimate.pose);
     });
     if (true_poses.empty()) return Eigen::Isometry3d::Identity();
-    return align_truth(true_poses, estimates, options_.matching.alignment);
+    return align_truth(true_poses, estimates, matching_.alignment);
   }
 
   void compare(const Trajectory& truth, const TruthComparison& comparison) {
     CovarianceSentinels sentinels;
     ConventionCheck conventions(chart(), options_.chart.has_value());
     std::int64_t steps = 0, unmatched = 0, without = 0;
+    bool turn_known = true;
     sink_.begin_run(comparison.layout());
     Step step;
     const PoseStream stream = read_estimates([&](const RosPose& pose, std::int64_t number) {
@@ -293,15 +331,16 @@ class RosLog {
         ++unmatched;
         return;
       }
-      const PoseCovariance P = chart().position_first(*pose.covariance);
-      const std::vector<Index> kept = sentinels.kept(P, pose.pose);
-      const PoseEstimate estimate{pose.time_s, number, pose.pose, P};
+      const auto [estimate, kept] = sample(pose, number, sentinels);
       if (!comparison.compare(estimate, *at, kept, step)) {
         ++without;
         return;
       }
       constexpr double kLargestAsymmetry = 1e-6;
-      step.problem = is_symmetric(P(kept, kept), kLargestAsymmetry) ? "" : "a covariance is not symmetric";
+      step.problem = is_symmetric(estimate.covariance(kept, kept), kLargestAsymmetry)
+                         ? ""
+                         : "a covariance is not symmetric";
+      turn_known = turn_known && std::ranges::count_if(kept, [](Index i) { return i >= 3; }) > 0;
       step.step = ++steps;
       sink_.add(step);
       if (truth.has_orientation && kept.size() == 6 && step.problem.empty()) {
@@ -309,7 +348,7 @@ class RosLog {
       }
     });
     if (steps == 0 && without == 0) {
-      throw no_truth(file_, stream.first_s(), stream.last_s(), truth, options_.matching);
+      throw no_truth(file_, stream.first_s(), stream.last_s(), truth, matching_);
     }
     sink_.unmatched(unmatched);
     if (steps == 0 && !truth.covariances.empty()) {
@@ -318,6 +357,12 @@ class RosLog {
                       estimate().topic.name));
     }
     conventions.tell(comparison, sink_);
+    if (to_point_ && !turn_known) {
+      sink_.remark(fmt::format(
+          "{}: the orientation is not estimated in every row: the lever arm is turned by it as if "
+          "it were known exactly.",
+          estimate().topic.name));
+    }
     tell(stream, sentinels, without);
   }
 
@@ -328,7 +373,7 @@ class RosLog {
     if (without > 0) sink_.remark(fmt::format("{}: {} rows estimate nothing that is judged.", name, without));
     const std::string& truth_frame = truth_stream_.frame();
     if (!truth_frame.empty() && truth_frame != stream.frame() &&
-        options_.matching.alignment == TruthAlignment::none) {
+        matching_.alignment == TruthAlignment::none) {
       sink_.remark(fmt::format(
           "The estimate is in the frame '{}', the truth in '{}': nothing was done about it; --align "
           "moves the truth onto the estimate.",
@@ -363,6 +408,8 @@ class RosLog {
   const RosScan& scan_;
   const LogReadOptions& options_;
   LogSink& sink_;
+  TrajectoryMatching matching_;
+  bool to_point_ = false;  ///< the truth is a point on the body, beside its frame
   TopicChoice truth_choice_;
   std::vector<TopicSeen> topics_;
   std::size_t estimate_ = 0;
@@ -401,6 +448,7 @@ LogFormat format_of(std::string_view name, std::string_view title, std::string_v
           .title = title,
           .extensions = extensions,
           .takes_truth = true,
+          .has_poses = true,
           .recognises = [begins](std::string_view beginning,
                                  const std::filesystem::path&) { return begins(beginning); },
           .list = [scan](const std::filesystem::path& file) { return list_topics(file, scan); },

@@ -282,5 +282,47 @@ TEST(Judgement, InnovationsAloneAreJudgedWithoutTruth) {
   EXPECT_LT(a.sensors[0].fit.anderson_p_value, 1e-6);
 }
 
+/// One run of 2,000 NIS of two dimensions, as a log of NIS alone has it: of innovations with this lag-1
+/// correlation and an S that is too small by `factor`.
+Judgement judge_nis_alone(double correlation, double factor) {
+  RunLayout layout{.sensors = {{.name = "gps", .dim = 2, .piece = 2, .nis_alone = true}}};
+  layout.has_truth = false;
+  EvidenceRecorder sums(layout);
+  sums.begin_run();
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  Eigen::Vector2d u(normal(random), normal(random));
+  for (std::int64_t k = 1; k <= 2000; ++k) {
+    const Eigen::Vector2d fresh(normal(random), normal(random));
+    u = correlation * u + std::sqrt(1.0 - correlation * correlation) * fresh;
+    Step row;
+    row.step = k;
+    row.innovations = {nis_alone(factor * u.squaredNorm(), 2)};
+    sums.add(row);
+  }
+  return judge(sums.take());
+}
+
+TEST(Judgement, NisAloneTellsItsMeanItsLawAndItsCorrelation) {
+  const Judgement right = judge_nis_alone(0.0, 1.0);
+  EXPECT_EQ(right.word.verdict, Verdict::consistent);
+  EXPECT_EQ(right.nis.expected, 2.0);
+  const SensorJudgement& sensor = right.sensors.at(0);
+  EXPECT_EQ(sensor.mean.reason, "NIS alone has no sign");
+  EXPECT_TRUE(std::isnan(sensor.mean.p_value));
+  EXPECT_GT(sensor.fit.anderson_p_value, 0.01);
+  EXPECT_TRUE(sensor.whiteness.white);
+  EXPECT_EQ(sensor.whiteness.dim, 1);
+  // A wrong scale is no correlation.
+  const Judgement small = judge_nis_alone(0.0, 1.5);
+  EXPECT_EQ(small.word.verdict, Verdict::optimistic);
+  EXPECT_TRUE(small.sensors.at(0).whiteness.white);
+  // NIS of innovations with a correlation of 0.8 have one of 0.64.
+  const Judgement coloured = judge_nis_alone(0.8, 1.0);
+  EXPECT_LT(coloured.sensors.at(0).whiteness.p_value, 1e-6);
+  EXPECT_NEAR(coloured.sensors.at(0).whiteness.autocorrelation.at(0), 0.64, 0.15);
+  for (const CauseFound& cause : coloured.causes) EXPECT_NE(cause.cause, Cause::coloured_noise);
+}
+
 }  // namespace
 }  // namespace credence

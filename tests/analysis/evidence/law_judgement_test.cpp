@@ -131,6 +131,33 @@ TEST(LawJudgement, OneWrongStepIsNotCalledHeavyTails) {
   EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
 }
 
+// 20 σ at one step rejects its sum of χ² at any level, and no mean over runs can tell one such run from
+// chance.
+TEST(LawJudgement, OneGiantAmongFarValuesIsTheLawAndNotTheCovariance) {
+  RunLayout layout{.states = {"a"}, .angles = {false}, .sensors = {{.name = "", .dim = 1, .piece = 1}}};
+  EvidenceRecorder recorder(layout);
+  auto draw = gaussian(7);
+  Step step;
+  step.states = {0};
+  step.P = Matrix::Identity(1, 1);
+  for (int run = 0; run < 50; ++run) {
+    recorder.begin_run();
+    for (int k = 1; k <= 200; ++k) {
+      const bool far = k == 60 + run && run % 4 == 0;
+      step.step = k;
+      step.error = Vector::Constant(1, draw());
+      const double nu = far ? (run == 20 ? 20.0 : 4.5) : draw();
+      step.innovations = {{.nu = Vector::Constant(1, nu), .S = Matrix::Identity(1, 1)}};
+      recorder.add(step);
+    }
+  }
+  const Judgement j = judge(recorder.take());
+  EXPECT_EQ(j.nis.verdict, Verdict::optimistic);
+  EXPECT_GT(j.law.gaussianity.nis_tail_p_value, 0.01);
+  EXPECT_LT(j.law.gaussianity.far_nis_p_value, 1e-6);
+  EXPECT_EQ(j.word.verdict, Verdict::not_gaussian) << j.word.says;
+}
+
 TEST(LawJudgement, SensorsOfOnePriorAreNamedAndNotAccused) {
   const Judgement j = judge(synthetic(Defect::shared_prior, 128));
   EXPECT_EQ(j.word.verdict, Verdict::consistent) << j.word.says;

@@ -53,6 +53,16 @@ TEST(TailWeight, SeesStudentsNoiseOfTheRightVariance) {
   EXPECT_GE(rejections(100, 1.0, [&] { return student(generator) * std::sqrt(0.6); }), 95);
 }
 
+TEST(TailWeight, FarValuesAreCountedAndAScaleIsNotTakenForThem) {
+  // 20 of 10,000 beyond the 99.99 % quantile: binomial, 1 expected.
+  EXPECT_LT(far_tail_p_value({.inside = 9980, .total = 10000}, 0.9999), 1e-15);
+  EXPECT_EQ(far_tail_p_value({.inside = 9990, .total = 10000}, 0.9999), 1.0);
+  // A factor 1.2 on two dof: P(χ² > 18.42/1.2) = 4.6e-4.
+  EXPECT_EQ(far_tail_p_value({.inside = 999540, .total = 1000000}, 0.9999), 1.0);
+  EXPECT_EQ(far_tail_p_value({.inside = 10000, .total = 10000}, 0.9999), 1.0);
+  EXPECT_EQ(far_tail_p_value({}, 0.9999), 1.0);
+}
+
 TEST(TailWeight, TooLittleData) {
   EXPECT_TRUE(std::isnan(heavy_tail_p_value({})));
   EXPECT_TRUE(std::isnan(heavy_tail_p_value({.count = 9, .mean = 1.0, .m2 = 1.0})));

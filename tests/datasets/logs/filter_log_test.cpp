@@ -59,6 +59,22 @@ TEST_F(FilterLog, HoldsErrorsCovariancesAndInnovations) {
   EXPECT_EQ(rows[1].innovations.at(0).nu.size(), 0);
 }
 
+TEST_F(FilterLog, NisAloneHasItsDimensionAndNoSign) {
+  const std::string text = "step,nis.2,nis.baro.1\n1,8,\n2,0.5,4\n3,-1,1\n";
+  const auto rows = read(text);
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].innovations.at(0).nu, Vector::Constant(2, 2.0));
+  EXPECT_EQ(rows[0].innovations.at(0).S, Matrix::Identity(2, 2));
+  EXPECT_EQ(rows[0].innovations.at(1).nu.size(), 0);
+  EXPECT_EQ(rows[1].innovations.at(1).nu, Vector::Constant(1, 2.0));
+  EXPECT_EQ(rows[2].problem, "a NIS is negative");
+  const FilterLogReader reader(write(text));
+  EXPECT_TRUE(reader.layout().sensors.at(0).nis_alone);
+  EXPECT_EQ(reader.layout().sensors.at(1).name, "baro");
+  EXPECT_NE(error("nis.a.1,innovation.a.1,S.a.1.1\n1,1,1\n").find("name one of them"), std::string::npos);
+  EXPECT_NE(error("nis\n1\n").find("unknown column 'nis'"), std::string::npos);
+}
+
 TEST_F(FilterLog, LeavesOutStatesThatAreBlankWithTheirVariances) {
   const auto rows = read(kHeader + "1,,3,,2.5,,,9,,\n2,1,3,,3,4,0,9,,\n");
   ASSERT_EQ(rows.size(), 2U);

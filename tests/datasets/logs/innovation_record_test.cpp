@@ -30,5 +30,17 @@ TEST(InnovationRecord, IsWhitenedRunByRun) {
   EXPECT_NEAR(record.log_determinant, std::log(4.0 * 9.0 * 0.25), 1e-12);
 }
 
+TEST(InnovationRecord, NisAloneIsLeftOutAndCounted) {
+  const TemporaryFolder folder;
+  const std::vector<std::filesystem::path> files = {
+      folder.write("a.csv", "innovation.1,S.1.1,nis.gps.2\n2,4,1\n-2,4,3\n")};
+  const std::vector<SensorRecord> records = read_innovations(
+      files,
+      [](const std::filesystem::path& file, LogSink& sink) { log_format_of(file).read(file, {}, sink); });
+  ASSERT_EQ(records.size(), 1U);
+  EXPECT_EQ(records[0].name, "");
+  EXPECT_EQ(records[0].runs.at(0).nis.size(), 2U);
+}
+
 }  // namespace
 }  // namespace credence

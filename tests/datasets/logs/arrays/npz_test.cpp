@@ -195,6 +195,22 @@ TEST(Npz, OneRunNeedsNoDimensionOfRunsAndSensorsHaveNames) {
   EXPECT_EQ(sink.runs[0].steps[1].innovations[1].S(0, 0), 8.0);
 }
 
+TEST(Npz, NisAloneNamesItsDimension) {
+  const Npy gps{"nis_gps_2", {2, 3}, {1, 2, 3, 4, NAN, 6}}, other{"nis_1", {2, 3}, {1, 2, 3, 4, 5, -6}};
+  const Npy unrelated{"nis_mean", {1}, {1}};
+  const RecordedSink sink = read(npz_bytes({gps, other, unrelated}));
+  ASSERT_EQ(sink.runs.size(), 2U);
+  const RunLayout& layout = sink.runs[0].layout;
+  ASSERT_EQ(layout.sensors.size(), 2U);
+  EXPECT_EQ(layout.sensors[0].name, "gps");
+  EXPECT_EQ(layout.sensors[0].dim, 2);
+  EXPECT_EQ(layout.sensors[1].name, "");
+  EXPECT_TRUE(layout.sensors[1].nis_alone);
+  EXPECT_NEAR(sink.runs[1].steps[2].innovations[0].nu.squaredNorm(), 6.0, 1e-12);
+  EXPECT_EQ(sink.runs[1].steps[1].innovations[0].nu.size(), 0);
+  EXPECT_EQ(sink.runs[1].steps[2].problem, "a NIS is negative");
+}
+
 TEST(Npz, ErrorsNameTheArray) {
   const auto fails_with = [](const std::string& bytes, const std::string& message) {
     EXPECT_THAT([&] { read(bytes); }, ::testing::ThrowsMessage<DataError>(HasSubstr(message)));

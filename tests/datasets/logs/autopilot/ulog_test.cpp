@@ -6,6 +6,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/autopilot/ulog_innovations.h"
 #include "tests/datasets/data_folder.h"
+#include "tests/datasets/logs/autopilot/ulog_writer.h"
 #include "tests/datasets/logs/byte_writer.h"
 #include "tests/datasets/logs/hostile.h"
 #include "tests/datasets/logs/recorded_sink.h"
@@ -17,30 +18,7 @@ using testing::ByteWriter;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::RecordedSink;
-
-/// Writes a flight log as the specification says.
-class UlogWriter {
- public:
-  UlogWriter() {
-    file_.text(std::string("\x55\x4c\x6f\x67\x01\x12\x35\x01", 8)).add<std::uint64_t>(1000);
-    message('B', std::string(40, '\0'));
-  }
-
-  void message(char type, const std::string& body) {
-    file_.add(static_cast<std::uint16_t>(body.size())).add(type).text(body);
-  }
-  void format(const std::string& text) { message('F', text); }
-  void subscribe(std::uint16_t id, int instance, const std::string& name) {
-    message('A', ByteWriter().add(static_cast<std::uint8_t>(instance)).add(id).text(name).bytes());
-  }
-  void data(std::uint16_t id, const std::string& body) {
-    message('D', ByteWriter().add(id).text(body).bytes());
-  }
-  const std::string& bytes() const { return file_.bytes(); }
-
- private:
-  ByteWriter file_;
-};
+using testing::UlogWriter;
 
 /// Two sensors, gps of two components and heading.
 UlogWriter with_innovations() {
@@ -175,6 +153,55 @@ TEST(Ulog, TopicsOfSingleSensorsAreTakenBeforeThatOfAll) {
   EXPECT_EQ(sink.runs.front().layout.sensors[0].name, "baro_hgt");
   EXPECT_EQ(sink.runs.front().steps.size(), 3U);
   EXPECT_THAT(sink.said(), HasSubstr("1 of these innovations did not pass the filter's gate"));
+}
+
+TEST(Ulog, TestRatiosAloneGiveNis) {
+  UlogWriter log;
+  const std::string key = "float EKF2_BARO_GATE";
+  log.message('P', ByteWriter().add(static_cast<std::uint8_t>(key.size())).text(key).add(4.0F).bytes());
+  log.format(
+      "estimator_innovation_test_ratios:uint64_t timestamp;uint64_t timestamp_sample;float[2] gps_hpos;float "
+      "baro_vpos;float heading;float[3] mag_field;float airspeed;");
+  log.subscribe(1, 0, "estimator_innovation_test_ratios");
+  for (int i = 0; i < 40; ++i) {
+    const auto time = static_cast<std::uint64_t>(10'000 * i);
+    const auto ratio = static_cast<float>(1 + i / 2);  // every one is said twice
+    ByteWriter row;
+    row.add(time).add(time).add(0.5F).add(0.0F).add(0.25F * ratio).add(ratio);
+    log.data(1, row.add(ratio).add(2.0F * ratio).add(3.0F * ratio).add(0.0F).bytes());
+  }
+  const RecordedSink sink = read(log.bytes());
+  const RecordedSink::Run& run = sink.runs.at(0);
+  std::vector<std::string> names;
+  for (const Sensor& sensor : run.layout.sensors) {
+    EXPECT_TRUE(sensor.nis_alone);
+    names.push_back(sensor.name);
+  }
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"baro_vpos", "heading", "mag_field.1", "mag_field.2", "mag_field.3"}));
+  ASSERT_EQ(run.steps.size(), 20U);
+  const auto nis = [&](std::size_t k, std::size_t sensor) {
+    return run.steps[k].innovations[sensor].nu.squaredNorm();
+  };
+  EXPECT_NEAR(nis(2, 0), 0.25 * 3.0 * 4.0 * 4.0, 1e-5);  // ratio × gate²
+  EXPECT_NEAR(nis(2, 1), 3.0 * 2.6 * 2.6, 1e-5);
+  EXPECT_NEAR(nis(2, 4), 9.0 * 3.0 * 3.0, 1e-5);
+  EXPECT_THAT(sink.said(),
+              HasSubstr("40 rows of estimator_innovation_test_ratios and no innovation variances"));
+  EXPECT_THAT(sink.said(), HasSubstr("does not hold the gates EKF2_HDG_GATE 2.6, EKF2_MAG_GATE 3"));
+  EXPECT_THAT(sink.said(), HasSubstr("which is no NIS"));
+}
+
+TEST(Ulog, InnovationsWithVariancesAreTakenBeforeTestRatios) {
+  UlogWriter log = flight();
+  log.format("estimator_innovation_test_ratios:uint64_t timestamp;float heading;");
+  log.subscribe(9, 0, "estimator_innovation_test_ratios");
+  for (int i = 0; i < 9; ++i) {
+    log.data(9, ByteWriter().add<std::uint64_t>(5).add(static_cast<float>(i)).bytes());
+  }
+  const RecordedSink sink = read(log.bytes());
+  EXPECT_FALSE(sink.runs.at(0).layout.sensors.at(1).nis_alone);
+  EXPECT_EQ(sink.runs.at(0).steps.size(), 20U);
 }
 
 TEST(Ulog, DataAppendedAfterACutAreRead) {

@@ -85,6 +85,37 @@ TEST(PoseError, JacobianIsThatOfDifferences) {
   }
 }
 
+// J of errors about T A by errors about T, from differences of both.
+TEST(PoseError, CovarianceGoesAlongWhereTheFrameMovesOnTheBody) {
+  std::mt19937_64 random(4);
+  for (const PoseChart& chart : spatial_charts()) {
+    const SpatialPose pose = moved({}, random_vector(random, 0.5)), A = moved({}, random_vector(random, 0.7));
+    const auto on_body = [&](const SpatialPose& p) {
+      return SpatialPose{p.position + p.orientation * A.position, p.orientation * A.orientation};
+    };
+    constexpr double kStep = 1e-6;
+    PoseCovariance at_pose, at_other;
+    for (Index c = 0; c < 6; ++c) {
+      const SpatialPose before = moved(pose, -kStep * PoseError::Unit(c));
+      const SpatialPose behind = moved(pose, kStep * PoseError::Unit(c));
+      at_pose.col(c) =
+          (pose_error(pose, behind, chart.axes) - pose_error(pose, before, chart.axes)) / (2.0 * kStep);
+      at_other.col(c) = (pose_error(on_body(pose), on_body(behind), chart.axes) -
+                         pose_error(on_body(pose), on_body(before), chart.axes)) /
+                        (2.0 * kStep);
+    }
+    const PoseCovariance J = at_other * at_pose.inverse();
+    const PoseCovariance P = PoseError::LinSpaced(1.0, 2.0).asDiagonal();
+    SpatialPose other = pose;
+    PoseCovariance carried = P;
+    move_on_body(A, chart.axes, other, carried);
+    EXPECT_LT((carried - J * P * J.transpose()).norm(), 1e-6) << chart.name;
+    EXPECT_LT((other.position - on_body(pose).position).norm(), 1e-12);
+    move_on_body(inverse(A), chart.axes, other, carried);
+    EXPECT_LT((carried - P).norm(), 1e-9) << chart.name;
+  }
+}
+
 TEST(PoseError, CovarianceCarriedOverAndBackIsTheSame) {
   std::mt19937_64 random(3);
   const SpatialPose pose = moved({}, random_vector(random, 0.5));

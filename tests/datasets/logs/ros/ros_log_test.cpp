@@ -286,6 +286,81 @@ TEST(RosLog, ATruthMayBePositionsAlone) {
   EXPECT_EQ(sink.runs[0].steps[7].P, Matrix(covariance(7).topLeftCorner<3, 3>()));
 }
 
+const SpatialPose kLever{{0.4, -0.2, 0.7}, rotation({0.1, 0.2, -0.3})};
+
+/// A bag whose truth is at kLever on the body, of poses with a covariance or of points.
+BagContent bag_with_lever(const std::string& type, const PoseCovariance& truth_covariance) {
+  BagContent content = bag(Kind::cdr);
+  content.topics[1].type = type;
+  for (auto& message : content.messages) {
+    if (message.topic != 1) continue;
+    const int i = static_cast<int>(std::lround((message.time_s - 1000.0) / 0.125));
+    SpatialPose truth = true_pose(i);
+    truth = {truth.position + truth.orientation * kLever.position, truth.orientation * kLever.orientation};
+    MessageWriter writer(Kind::cdr);
+    writer.header(time_of(i), "map");
+    if (type == "geometry_msgs/PointStamped") {
+      writer.vector(truth.position);
+    } else {
+      writer.pose(truth).matrix(truth_covariance);
+    }
+    message.bytes = writer.bytes();
+  }
+  return content;
+}
+
+TEST(RosLog, ATruthWithOrientationsIsMovedAlongTheLeverArm) {
+  const PoseCovariance C = 0.5 * PoseCovariance::Identity();
+  LogReadOptions options = with_truth();
+  options.matching.lever_arm = kLever;
+  const BagContent content = bag_with_lever("geometry_msgs/PoseWithCovarianceStamped", C);
+  const RecordedSink sink = read_mcap(content, options);
+  for (int i = 0; i < 12; ++i) {
+    const Step& step = sink.runs.at(0).steps.at(static_cast<std::size_t>(i));
+    EXPECT_LT((step.error.head<3>() - kShift).norm(), 1e-12);
+    EXPECT_LT((step.error.tail<3>() - kTurn).norm(), 1e-12);
+    // p = p' − R l: the turns of the truth reach its position over the arm, [R l]× of them.
+    const Eigen::Vector3d arm = true_pose(i).orientation * kLever.position;
+    Eigen::Matrix3d cross;
+    cross << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+    PoseCovariance J = PoseCovariance::Identity();
+    J.topRightCorner<3, 3>() = cross;
+    EXPECT_LT((step.P - Matrix(covariance(i) + J * C * J.transpose())).norm(), 1e-12);
+  }
+}
+
+TEST(RosLog, ATruthOfPointsTakesTheEstimateToTheEndOfTheLeverArm) {
+  LogReadOptions options = with_truth();
+  options.matching.lever_arm = SpatialPose{kLever.position, Eigen::Quaterniond::Identity()};
+  const BagContent content = bag_with_lever("geometry_msgs/PointStamped", {});
+  const RecordedSink sink = read_mcap(content, options);
+  for (int i = 0; i < 12; ++i) {
+    const Step& step = sink.runs.at(0).steps.at(static_cast<std::size_t>(i));
+    const Eigen::Vector3d arm = estimated_pose(i).orientation * kLever.position;
+    const Eigen::Vector3d error = kShift + arm - true_pose(i).orientation * kLever.position;
+    EXPECT_LT((step.error - error).norm(), 1e-12);
+    Eigen::Matrix<double, 3, 6> J;  // p̂' = p̂ + Exp(e) R̂ l
+    J << Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero();
+    J.rightCols<3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
+    EXPECT_LT((step.P - Matrix(J * covariance(i) * J.transpose())).norm(), 1e-12);
+  }
+  // What is not estimated stays out of the position.
+  const auto sentinels = [](int i) {
+    PoseCovariance P = covariance(i);
+    P.diagonal().tail<3>().setConstant(1e6);
+    P(0, 5) = P(5, 0) = 0.0;
+    return P;
+  };
+  BagContent unknown = bag_with_lever("geometry_msgs/PointStamped", {});
+  for (auto& message : unknown.messages) {
+    const int i = static_cast<int>(std::lround((message.time_s - 1000.0) / 0.125));
+    if (message.topic == 0) message.bytes = odometry(Kind::cdr, i, sentinels(i));
+  }
+  const RecordedSink without = read_mcap(unknown, options);
+  EXPECT_LT((without.runs.at(0).steps.at(3).P - Matrix(covariance(3).topLeftCorner<3, 3>())).norm(), 1e-12);
+  EXPECT_THAT(without.said(), HasSubstr("the orientation is not estimated in every row"));
+}
+
 TEST(RosLog, TheTruthsOwnCovarianceIsAdded) {
   BagContent content = bag(Kind::cdr);
   content.topics[1].type = "geometry_msgs/PoseWithCovarianceStamped";

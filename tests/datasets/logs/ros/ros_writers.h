@@ -200,6 +200,7 @@ inline void write_ros2_sqlite(const std::filesystem::path& file, const BagConten
   if (sqlite3_open(file.c_str(), &database) != SQLITE_OK) throw std::runtime_error("cannot be opened");
   sqlite3_exec(
       database,
+      "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; BEGIN;"
       "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"
       "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);",
       nullptr, nullptr, nullptr);
@@ -225,6 +226,7 @@ inline void write_ros2_sqlite(const std::filesystem::path& file, const BagConten
     sqlite3_reset(row);
   }
   sqlite3_finalize(row);
+  sqlite3_exec(database, "COMMIT", nullptr, nullptr, nullptr);
   sqlite3_close(database);
 }
 

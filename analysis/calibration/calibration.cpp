@@ -1,0 +1,242 @@
+#include "analysis/calibration/calibration.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/laws/chi_square.h"
+#include "analysis/laws/coverage.h"
+#include "analysis/laws/multiple_tests.h"
+#include "analysis/laws/run_mean.h"
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+using UnitSums = std::vector<const CalibrationSum*>;
+
+constexpr std::string_view kTooFew = "fewer than five units";
+
+/// Runs where there are enough, else the stretches of all; nothing where some run has none.
+UnitSums units_of(std::span<const CalibrationRun> runs, std::string& name) {
+  UnitSums units;
+  if (std::ssize(runs) >= kFewestRunsCompared) {
+    name = "runs";
+    for (const CalibrationRun& run : runs) units.push_back(&run.whole);
+    return units;
+  }
+  const auto whole = [](const CalibrationRun& run) { return !run.stretches.empty(); };
+  if (runs.empty() || !std::ranges::all_of(runs, whole)) return units;
+  name = "stretches";
+  for (const CalibrationRun& run : runs) {
+    for (const CalibrationSum& stretch : run.stretches) units.push_back(&stretch);
+  }
+  return units;
+}
+
+double per_row(double sum, const CalibrationSum& unit) { return sum / static_cast<double>(unit.rows); }
+
+MeanInterval interval_of(const SkewedMoments& moments, double confidence) {
+  if (moments.count >= kFewestRunsCompared) return run_mean_interval(moments, confidence);
+  MeanInterval interval{.mean = moments.mean, .lower = kNaN, .upper = kNaN, .count = moments.count};
+  interval.reason = kTooFew;
+  return interval;
+}
+
+double p_value_of(const SkewedMoments& moments) {
+  return moments.count >= kFewestRunsCompared ? run_mean_p_values(moments, 1.0).two_sided() : kNaN;
+}
+
+std::vector<SigmaBin> sigma_bins(const CalibrationSum& all, const UnitSums& units, double confidence) {
+  std::vector<SigmaBin> bins;
+  std::vector<double> p_values;
+  for (const auto& [place, sums] : all.bins) {
+    const auto rows = static_cast<double>(sums.rows);
+    SkewedMoments moments;
+    for (const CalibrationSum* unit : units) {
+      const auto found = unit->bins.find(place);
+      if (found != unit->bins.end())
+        moments.add(found->second.normalised / static_cast<double>(found->second.rows));
+    }
+    SigmaBin bin{.state = place.first,
+                 .lower = std::pow(10.0, 0.25 * place.second),
+                 .upper = std::pow(10.0, 0.25 * (place.second + 1)),
+                 .claimed = std::sqrt(sums.variance / rows),
+                 .rmse = std::sqrt(sums.squared / rows),
+                 .rows = sums.rows,
+                 .factor = interval_of(moments, confidence),
+                 .p_value = p_value_of(moments)};
+    p_values.push_back(bin.p_value);
+    bins.push_back(bin);
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 0; i < bins.size(); ++i) bins[i].adjusted = adjusted[i];
+  return bins;
+}
+
+SkewedMoments moments_of(const UnitSums& units, double CalibrationSum::*sum) {
+  SkewedMoments moments;
+  for (const CalibrationSum* unit : units) moments.add(per_row(unit->*sum, *unit));
+  return moments;
+}
+
+/// Each unit with the factors of the others; `by_parts` false: one for all parts.
+HeldOutNees held_out(const UnitSums& units, double states, bool by_parts, double confidence) {
+  HeldOutNees result;
+  SkewedMoments scaled;
+  const std::size_t parts = units.empty() ? 0 : units.front()->marginal.size();
+  const auto others = static_cast<double>(std::ssize(units) - 1);
+  std::vector<double> sums(by_parts ? parts : 1, 0.0);
+  const auto of = [&](const CalibrationSum& unit, std::size_t a) {
+    return per_row(by_parts ? unit.marginal[a] : unit.nees, unit);
+  };
+  for (const CalibrationSum* unit : units) {
+    for (std::size_t a = 0; a < sums.size(); ++a) sums[a] += of(*unit, a);
+  }
+  for (const CalibrationSum* unit : units) {
+    const auto factor = [&](std::size_t part) {
+      const std::size_t a = by_parts ? part : 0;
+      return (sums[a] - of(*unit, a)) / others;
+    };
+    double nees = 0.0;
+    std::size_t pair = 0;
+    for (std::size_t a = 0; a < parts; ++a) {
+      for (std::size_t b = a; b < parts; ++b) nees += unit->pairs[pair++] / std::sqrt(factor(a) * factor(b));
+    }
+    scaled.add(per_row(nees, *unit) / states);
+  }
+  result.nees = interval_of(scaled, confidence);
+  result.p_value = p_value_of(scaled);
+  return result;
+}
+
+/// The ⌈0.95 (M + 1)⌉-th of M scores; NaN where there are too few.
+double conformal_quantile(std::vector<double> scores) {
+  constexpr double kShare = 0.95;
+  const auto rank = static_cast<std::size_t>(std::ceil(kShare * static_cast<double>(scores.size() + 1)));
+  if (rank > scores.size()) return kNaN;
+  std::ranges::nth_element(scores, scores.begin() + static_cast<std::ptrdiff_t>(rank - 1));
+  return scores[rank - 1];
+}
+
+ConformalFactor conformal_factor(std::span<const CalibrationRun> runs) {
+  ConformalFactor result{.runs = std::ssize(runs)};
+  std::vector<double> scores;
+  for (const CalibrationRun& run : runs) scores.push_back(run.coverage_factor);
+  result.factor = conformal_quantile(scores);
+  std::vector<double> sorted = scores;
+  std::ranges::sort(sorted);
+  if (!sorted.empty())
+    result.least = sorted[static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(sorted.size()))) - 1];
+  constexpr std::size_t kFewestOthers = 19;
+  if (scores.size() <= kFewestOthers) return result;
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    std::vector<double> others = scores;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    ++result.held_out;
+    if (scores[i] <= conformal_quantile(std::move(others))) ++result.covered;
+  }
+  return result;
+}
+
+ProtectionLevel protection_level(std::span<const CalibrationRun> runs, std::size_t r) {
+  constexpr double kTail = 0.05;
+  ProtectionLevel level{.risk = CalibrationRecorder::kRisks[r]};
+  for (const CalibrationRun& run : runs) {
+    if (run.position_dim == 0) continue;
+    level.rows += run.whole.rows;
+    level.beyond += run.beyond[r];
+    level.effective_rows += run.effective_rows;
+  }
+  if (level.rows == 0) return level;
+  const auto dof = static_cast<double>(runs.back().position_dim);
+  level.k = std::sqrt(chi_square_upper_quantile(level.risk, dof));
+  const auto total = static_cast<std::int64_t>(std::floor(level.effective_rows));
+  const double share = static_cast<double>(level.beyond) / static_cast<double>(level.rows);
+  const auto outside = std::min(total, static_cast<std::int64_t>(std::ceil(share * level.effective_rows)));
+  const CoverageCount count{.inside = outside, .total = total};
+  level.upper_limit = clopper_pearson(count, 1.0 - 2.0 * kTail).upper;
+  level.needed_rows = std::log(kTail) / std::log1p(-level.risk);
+  return level;
+}
+
+}  // namespace
+
+Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
+                              double confidence) {
+  Calibration result;
+  const UnitSums units = units_of(runs, result.units);
+  result.unit_count = std::ssize(units);
+  result.conformal = conformal_factor(runs);
+  double states = 0.0;
+  for (const Block& part : parts) states += static_cast<double>(part.states.size());
+  for (std::size_t r = 0; r < result.protection.size(); ++r) result.protection[r] = protection_level(runs, r);
+  CalibrationSum all;
+  for (const CalibrationRun& run : runs) all.merge(run.whole);
+  result.bins = sigma_bins(all, units, confidence);
+  result.whole = {"state", interval_of(moments_of(units, &CalibrationSum::nees), confidence)};
+  result.with_factor = held_out(units, states, false, confidence);
+  if (parts.size() < 2) return result;
+  result.with_part_factors = held_out(units, states, true, confidence);
+  for (std::size_t a = 0; a < parts.size(); ++a) {
+    SkewedMoments moments;
+    for (const CalibrationSum* unit : units) moments.add(per_row(unit->marginal[a], *unit));
+    result.parts.push_back({parts[a].name, interval_of(moments, confidence)});
+  }
+  return result;
+}
+
+UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts) {
+  UnitFactors result;
+  const UnitSums units = units_of(runs, result.units);
+  for (const CalibrationRun& run : runs) {
+    if (result.units == "runs") result.names.push_back(run.name);
+    for (std::size_t s = 0; result.units == "stretches" && s < run.stretches.size(); ++s)
+      result.names.push_back(fmt::format("{} {}", run.name, s + 1));
+  }
+  result.parts = {"NEES"};
+  result.factors.resize(1);
+  for (const CalibrationSum* unit : units) result.factors[0].push_back(per_row(unit->nees, *unit));
+  for (std::size_t a = 0; a < parts.size() && parts.size() > 1; ++a) {
+    result.parts.push_back(parts[a].name);
+    std::vector<double>& factors = result.factors.emplace_back();
+    for (const CalibrationSum* unit : units) factors.push_back(per_row(unit->marginal[a], *unit));
+  }
+  return result;
+}
+
+std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitFactors& first,
+                                          double confidence) {
+  std::vector<FactorChange> changes;
+  std::vector<double> p_values;
+  for (std::size_t a = 0; a < second.parts.size() && second.units == first.units; ++a) {
+    const auto part = std::ranges::find(first.parts, second.parts[a]);
+    if (part == first.parts.end()) continue;
+    const std::vector<double>& before = first.factors[static_cast<std::size_t>(part - first.parts.begin())];
+    Moments logarithms;
+    for (std::size_t i = 0; i < second.names.size(); ++i) {
+      const auto unit = std::ranges::find(first.names, second.names[i]);
+      if (unit == first.names.end()) continue;
+      const double ratio =
+          second.factors[a][i] / before[static_cast<std::size_t>(unit - first.names.begin())];
+      if (ratio > 0.0 && std::isfinite(ratio)) logarithms.add(std::log(ratio));
+    }
+    if (logarithms.count < 2) continue;
+    const MeanInterval log_ratio = student_interval(logarithms, confidence);
+    FactorChange change{.part = second.parts[a], .ratio = log_ratio};
+    change.ratio.mean = std::exp(log_ratio.mean);
+    change.ratio.lower = std::exp(log_ratio.lower);
+    change.ratio.upper = std::exp(log_ratio.upper);
+    change.p_value = student_two_sided_p_value(log_ratio.mean / log_ratio.standard_error,
+                                               static_cast<double>(logarithms.count - 1));
+    if (std::isnan(change.p_value)) change.p_value = 1.0;  // the same numbers
+    p_values.push_back(change.p_value);
+    changes.push_back(std::move(change));
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 0; i < changes.size(); ++i) changes[i].adjusted = adjusted[i];
+  return changes;
+}
+
+}  // namespace credence

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/calibration/calibration_sums.h"
+#include "analysis/laws/student.h"
+
+/// @file
+/// Where P lies, by how much, and what would mend it, judged on runs that were left out.
+///
+/// Units are whole runs, from five on; of fewer runs their stretches, ten of each, longer than ten
+/// correlation times of NEES. Every mean over units takes the tests of run_mean.h, which need neither a
+/// Gaussian law nor independence in time.
+
+namespace credence {
+
+/// The factor between true and claimed variance of one state where it claims standard deviations in a range.
+struct SigmaBin {
+  Index state = 0;
+  double lower = 0.0, upper = 0.0;   ///< of the claimed σ
+  double claimed = 0.0, rmse = 0.0;  ///< root mean squares over the rows
+  std::int64_t rows = 0;
+  MeanInterval factor;    ///< mean e²/σ² over units; reason: fewer than five of them came here
+  double p_value = 0.0;   ///< that it is 1; NaN without a test
+  double adjusted = 0.0;  ///< Holm over all bins
+};
+
+/// The factor on P in one part of the state.
+struct PartFactor {
+  std::string name;
+  MeanInterval factor;
+};
+
+/// NEES over n of units whose P was scaled by factors that the other units gave.
+struct HeldOutNees {
+  MeanInterval nees;
+  double p_value = 0.0;  ///< that its mean is 1; NaN with the reason of `nees`
+};
+
+/// The factor on P with which a further run, exchangeable with these, has 95 % of its rows within their 95 %
+/// ellipsoid, with probability at least 95 % (split conformal prediction over runs [Vovk 2005]): no law is
+/// assumed.
+struct ConformalFactor {
+  double factor = 0.0;  ///< NaN with fewer than 19 runs
+  double least = 0.0;   ///< that 95 % of the runs at hand need
+  std::int64_t runs = 0;
+  /// Of the runs, each judged by the factor that the others give: covered ones. 0 of 0 below 20 runs.
+  std::int64_t held_out = 0, covered = 0;
+};
+
+/// Position errors against the protection level k √λ_max(P), P(χ²(d) > k²) = risk: a bound of the claimed
+/// risk of an error beyond it (Stanford diagram).
+struct ProtectionLevel {
+  double risk = 0.0, k = 0.0;
+  std::int64_t rows = 0, beyond = 0;
+  double effective_rows = 0.0;  ///< independent ones
+  double upper_limit = 1.0;     ///< of the risk at 95 %, Clopper-Pearson over the effective rows
+  double needed_rows = 0.0;     ///< independent rows, none beyond, that would show the risk at 95 %
+};
+
+struct Calibration {
+  std::string units;  ///< "runs", "stretches", or "" where neither will do
+  std::int64_t unit_count = 0;
+  std::vector<SigmaBin> bins;  ///< by state, then σ
+  PartFactor whole;
+  std::vector<PartFactor> parts;  ///< none where the state is one part
+  HeldOutNees with_factor, with_part_factors;
+  ConformalFactor conformal;
+  std::array<ProtectionLevel, CalibrationRecorder::kRisks.size()> protection;  ///< rows 0: no position
+};
+
+Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
+                              double confidence);
+
+/// How the factor on P of one part differs between two stacks, or versions, that met the same data.
+struct FactorChange {
+  std::string part;
+  MeanInterval ratio;     ///< of the second's factor to the first's: geometric mean over units
+  double p_value = 0.0;   ///< that it is 1: paired t of the logarithms
+  double adjusted = 0.0;  ///< Holm over the parts
+};
+
+/// Factors of one log, unit by unit, as the documents of `check` hold them.
+struct UnitFactors {
+  std::string units;                         ///< "runs" or "stretches"
+  std::vector<std::string> names;            ///< of the units
+  std::vector<std::string> parts;            ///< "NEES" and those of the state
+  std::vector<std::vector<double>> factors;  ///< of each part, unit by unit
+};
+
+UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts);
+
+/// Of the parts and units that both have; none with fewer than two units in common.
+std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitFactors& first,
+                                          double confidence);
+
+}  // namespace credence

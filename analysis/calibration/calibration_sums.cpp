@@ -1,0 +1,185 @@
+#include "analysis/calibration/calibration_sums.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "analysis/laws/chi_square.h"
+#include "analysis/laws/effective_sample.h"
+
+namespace credence {
+namespace {
+
+/// Of the open run; with fewer than half of them two are joined.
+constexpr std::size_t kGroups = 160;
+
+void add_to(std::vector<double>& sums, const std::vector<double>& more) {
+  if (sums.size() < more.size()) sums.resize(more.size(), 0.0);
+  for (std::size_t i = 0; i < more.size(); ++i) sums[i] += more[i];
+}
+
+/// Averages of at most 20,000 neighbours: correlation times cost the square of the length.
+std::vector<double> thinned_averages(const std::vector<double>& values, std::size_t& group) {
+  constexpr std::size_t kLongest = 20'000;
+  group = std::max<std::size_t>(1, (values.size() + kLongest - 1) / kLongest);
+  std::vector<double> averages;
+  for (std::size_t i = 0; i + group <= values.size(); i += group) {
+    const auto these = std::span(values).subspan(i, group);
+    averages.push_back(std::accumulate(these.begin(), these.end(), 0.0) / static_cast<double>(group));
+  }
+  return averages;
+}
+
+}  // namespace
+
+void CalibrationSum::merge(const CalibrationSum& later) {
+  rows += later.rows;
+  nees += later.nees;
+  add_to(marginal, later.marginal);
+  add_to(pairs, later.pairs);
+  for (const auto& [place, bin] : later.bins) {
+    Bin& here = bins[place];
+    here.rows += bin.rows;
+    here.squared += bin.squared;
+    here.variance += bin.variance;
+    here.normalised += bin.normalised;
+  }
+}
+
+std::vector<Block> calibration_parts(const RunLayout& layout) {
+  constexpr std::size_t kMostParts = 4;
+  std::vector<Block> parts;
+  std::vector<bool> taken(layout.states.size(), false);
+  const bool map = std::ranges::count(layout.blocks, Part::map, &Block::part) > 0;
+  for (const Block& block : layout.blocks) {
+    if (block.part == Part::pose || (map && block.part == Part::landmark) || block.states.empty()) continue;
+    const auto is_taken = [&](Index s) { return taken[static_cast<std::size_t>(s)]; };
+    if (std::ranges::any_of(block.states, is_taken)) continue;
+    for (const Index s : block.states) taken[static_cast<std::size_t>(s)] = true;
+    parts.push_back(block);
+  }
+  if (parts.size() > 1 && parts.size() <= kMostParts && std::ranges::all_of(taken, std::identity()))
+    return parts;
+  Block all{.name = "state"};
+  for (Index i = 0; i < std::ssize(layout.states); ++i) all.states.push_back(i);
+  return {std::move(all)};
+}
+
+void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
+  close_run();
+  const Index n = std::ssize(layout.states);
+  open_ = layout.has_truth && layout.joint_covariance && n > 0 && n <= kLargest && runs_.size() < kMostRuns;
+  if (!open_) return;
+  if (layout != layout_ || parts_.empty()) {
+    layout_ = layout;
+    parts_ = calibration_parts(layout);
+    const auto position = std::ranges::find(layout.blocks, Part::position, &Block::part);
+    position_ = position == layout.blocks.end() ? std::vector<Index>{} : position->states;
+    for (std::size_t r = 0; r < kRisks.size() && !position_.empty(); ++r)
+      limits_[r] = chi_square_upper_quantile(kRisks[r], static_cast<double>(position_.size()));
+  }
+  run_ = {.name = std::move(name), .whole = {}, .position_dim = std::ssize(position_)};
+  groups_.clear();
+  nees_.clear();
+  rows_per_group_ = 1;
+}
+
+void CalibrationRecorder::add(const Step& step) {
+  const auto n = static_cast<Index>(layout_.states.size());
+  if (!open_ || !step.problem.empty() || std::ssize(step.states) != n || step.error.size() != n) return;
+  const Eigen::LLT<Matrix> factor(step.P);
+  if (factor.info() != Eigen::Success || !step.error.allFinite() || !(step.P.diagonal().array() > 0.0).all())
+    return;
+  const Vector solved = factor.solve(step.error);  // P⁻¹ e
+  const double nees = step.error.dot(solved) / static_cast<double>(n);
+  if (!std::isfinite(nees)) return;
+  if (groups_.empty() || groups_.back().rows == rows_per_group_) {
+    if (groups_.size() == kGroups) {
+      for (std::size_t i = 0; i < kGroups / 2; ++i) {
+        CalibrationSum both = std::move(groups_[2 * i]);
+        both.merge(groups_[2 * i + 1]);
+        groups_[i] = std::move(both);
+      }
+      groups_.resize(kGroups / 2);
+      rows_per_group_ *= 2;
+    }
+    groups_.emplace_back();
+  }
+  CalibrationSum& sum = groups_.back();
+  ++sum.rows;
+  sum.nees += nees;
+  nees_.push_back(nees);
+  const std::size_t m = parts_.size();
+  sum.marginal.resize(m, 0.0);
+  sum.pairs.resize(m * (m + 1) / 2, 0.0);
+  // (P⁻¹)_ab e_b: of one part at a time.
+  std::size_t pair = 0;
+  const Matrix inverse = m > 1 ? Matrix(factor.solve(Matrix::Identity(n, n))) : Matrix();
+  for (std::size_t a = 0; a < m; ++a) {
+    const std::vector<Index>& at = parts_[a].states;
+    const Vector e = step.error(at);
+    sum.marginal[a] += m == 1 ? nees
+                              : Matrix(step.P(at, at)).llt().matrixL().solve(e).squaredNorm() /
+                                    static_cast<double>(at.size());
+    for (std::size_t b = a; b < m; ++b) {
+      const std::vector<Index>& to = parts_[b].states;
+      const double product =
+          m == 1 ? static_cast<double>(n) * nees : e.dot(Matrix(inverse(at, to)) * Vector(step.error(to)));
+      sum.pairs[pair++] += (a == b ? 1.0 : 2.0) * product;
+    }
+  }
+  for (Index i = 0; i < n; ++i) {
+    const double squared = step.error[i] * step.error[i], variance = step.P(i, i);
+    CalibrationSum::Bin& bin = sum.bins[{i, static_cast<int>(std::floor(2.0 * std::log10(variance)))}];
+    ++bin.rows;
+    bin.squared += squared;
+    bin.variance += variance;
+    bin.normalised += squared / variance;
+  }
+  if (position_.empty()) return;
+  const Matrix P = step.P(position_, position_);
+  const double largest = P.rows() == 1 ? P(0, 0) : P.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
+  const double squared = step.error(position_).squaredNorm();
+  for (std::size_t r = 0; r < kRisks.size(); ++r) {
+    if (squared > limits_[r] * largest) ++run_.beyond[r];
+  }
+}
+
+void CalibrationRecorder::close_run() {
+  if (!std::exchange(open_, false) || nees_.empty()) return;
+  const double n = static_cast<double>(layout_.states.size());
+  for (const CalibrationSum& group : groups_) run_.whole.merge(group);
+  std::size_t thinned = 1;
+  const std::vector<double> series = thinned_averages(nees_, thinned);
+  const double mean = run_.whole.nees / static_cast<double>(run_.whole.rows);
+  const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series}, mean);
+  if (sample.reason.empty()) {
+    const double time = static_cast<double>(thinned) * sample.correlation_time;
+    run_.effective_rows = std::max(1.0, static_cast<double>(run_.whole.rows) / time);
+    const std::size_t groups = groups_.size() / CalibrationRun::kStretches;
+    const double length = static_cast<double>(groups) * static_cast<double>(rows_per_group_);
+    if (groups > 0 && length >= 10.0 * time) {
+      for (std::size_t s = 0; s < CalibrationRun::kStretches; ++s) {
+        CalibrationSum stretch;
+        for (std::size_t g = 0; g < groups; ++g) stretch.merge(groups_[s * groups + g]);
+        run_.stretches.push_back(std::move(stretch));
+      }
+    }
+  }
+  constexpr double kCovered = 0.95;
+  const auto place = static_cast<std::size_t>(std::ceil(kCovered * static_cast<double>(nees_.size()))) - 1;
+  std::ranges::nth_element(nees_, nees_.begin() + static_cast<std::ptrdiff_t>(place));
+  run_.coverage_factor = n * nees_[place] / chi_square_quantile(kCovered, n);
+  runs_.push_back(std::move(run_));
+}
+
+std::vector<CalibrationRun> CalibrationRecorder::take() {
+  close_run();
+  return std::exchange(runs_, {});
+}
+
+}  // namespace credence

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/record/run_layout.h"
+#include "core/record/step.h"
+
+/// @file
+/// Where and by how much a covariance is wrong, as sums over stretches of runs; calibration.h concludes.
+
+namespace credence {
+
+/// Sums over some rows of one run; two of them add up to the sums over both.
+struct CalibrationSum {
+  /// A state at claimed standard deviations from 10^(bin/4) to 10^((bin+1)/4).
+  struct Bin {
+    std::int64_t rows = 0;
+    double squared = 0.0, variance = 0.0;  ///< Σ e², Σ σ²
+    double normalised = 0.0;               ///< Σ e²/σ²
+  };
+
+  std::int64_t rows = 0;
+  double nees = 0.0;             ///< Σ eᵀ P⁻¹ e / n
+  std::vector<double> marginal;  ///< of each part: Σ e_aᵀ (P_aa)⁻¹ e_a / n_a
+  /// Of each pair a ≤ b of parts, by rows: Σ e_aᵀ (P⁻¹)_ab e_b, twice for a < b. With P scaled by f_a in part
+  /// a, and √(f_a f_b) between two, NEES is the sum of these over √(f_a f_b).
+  std::vector<double> pairs;
+  std::map<std::pair<Index, int>, Bin> bins;  ///< by state and bin
+
+  void merge(const CalibrationSum& later);
+};
+
+/// What a run leaves behind.
+struct CalibrationRun {
+  static constexpr std::size_t kStretches = 10;
+
+  std::string name;  ///< of its file, with its number where the file holds several
+  CalibrationSum whole;
+  std::vector<CalibrationSum> stretches{};  ///< ten equal ones; none where one is shorter than ten
+                                            ///< correlation times of NEES
+  double effective_rows = 1.0;              ///< independent rows that the run is worth; at least 1
+  /// The factor on P with which 95 % of the rows lie in their 95 % ellipsoid: the quantile of NEES /
+  /// χ²₀.₉₅(n).
+  double coverage_factor = 0.0;
+  /// Rows whose position error is beyond the protection level of each of kRisks.
+  std::array<std::int64_t, 3> beyond{};
+  Index position_dim = 0;  ///< 0: there is no position
+};
+
+/// Adds up the rows of runs. Looked at are states of up to twelve dimensions whose covariance is known as a
+/// whole, complete in a row; rows with a P that is not positive definite are left to EvidenceRecorder.
+class CalibrationRecorder {
+ public:
+  static constexpr Index kLargest = 12;
+  static constexpr std::size_t kMostRuns = 4096;
+  static constexpr std::array<double, 3> kRisks = {1e-2, 1e-3, 1e-5};
+
+  void begin_run(const RunLayout& layout, std::string name);
+  void add(const Step& step);
+
+  /// Of the runs so far, at most kMostRuns, in their order.
+  std::vector<CalibrationRun> take();
+  /// The parts of the last layout: its blocks that cut the state; one, "state", where none do.
+  const std::vector<Block>& parts() const { return parts_; }
+
+ private:
+  void close_run();
+
+  RunLayout layout_;
+  std::vector<Block> parts_;
+  std::vector<Index> position_;         ///< states of the position
+  std::array<double, 3> limits_{};      ///< χ² of kRisks
+  std::vector<CalibrationSum> groups_;  ///< of the open run: equal numbers of rows, at most twice kGroups
+  std::int64_t rows_per_group_ = 1;
+  std::vector<double> nees_;  ///< of the open run, of each row over n
+  CalibrationRun run_;
+  bool open_ = false;
+  std::vector<CalibrationRun> runs_;
+};
+
+/// A partition of the states by blocks, poses apart as position and heading, landmarks together; one part of
+/// all where none is.
+std::vector<Block> calibration_parts(const RunLayout& layout);
+
+}  // namespace credence

@@ -1,0 +1,218 @@
+#include "datasets/logs/time_offset.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "analysis/laws/effective_sample.h"
+#include "analysis/laws/student.h"
+#include "montecarlo/engine/moments.h"
+
+namespace credence {
+namespace {
+
+constexpr double kFarthest_s = 1.0;
+
+/// e_k(τ) of the samples; nothing for those without a truth at their time.
+class OffsetErrors {
+ public:
+  OffsetErrors(std::span<const OffsetSample> samples, const Trajectory& truth,
+               const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance)
+      : samples_(samples),
+        truth_(truth),
+        matching_(matching),
+        axes_(axes),
+        joint_covariance_(joint_covariance) {
+    each(0.0, 1, [this](std::size_t i, const Step& step) {
+      const Eigen::LLT<Matrix> factor(step.P);
+      if (factor.info() != Eigen::Success) return;
+      weights_[i] = factor.solve(Matrix::Identity(step.P.rows(), step.P.cols()));
+    });
+  }
+
+  /// Mean of eᵀ P⁻¹ e over every `stride`-th sample; infinite where fewer than half of them have a truth.
+  double cost(double tau, std::size_t stride) {
+    Moments mean;
+    each(tau, stride, [&](std::size_t i, const Step& step) {
+      if (weights_[i].rows() == step.error.size()) mean.add(step.error.dot(weights_[i] * step.error));
+    });
+    const auto asked = static_cast<std::int64_t>(samples_.size() / stride);
+    return 2 * mean.count >= asked && mean.count > 0 ? mean.mean : std::numeric_limits<double>::infinity();
+  }
+
+  std::vector<std::optional<Vector>> errors(double tau) {
+    std::vector<std::optional<Vector>> all(samples_.size());
+    each(tau, 1, [&](std::size_t i, const Step& step) { all[i] = step.error; });
+    return all;
+  }
+
+  const Matrix& weight(std::size_t i) const { return weights_[i]; }
+
+ private:
+  template <class Take>
+  void each(double tau, std::size_t stride, Take take) {
+    weights_.resize(samples_.size());
+    TrajectoryMatching shifted = matching_;
+    shifted.time_offset_s = tau;
+    const TruthComparison comparison(truth_, shifted, axes_, joint_covariance_, alignment(shifted, stride));
+    Step step;
+    for (std::size_t i = 0; i < samples_.size(); i += stride) {
+      const OffsetSample& sample = samples_[i];
+      const std::optional<UncertainPose> at = comparison.truth_at(sample.estimate.time_s);
+      if (at && comparison.compare(sample.estimate, *at, sample.kept, step)) take(i, step);
+    }
+  }
+
+  Eigen::Isometry3d alignment(const TrajectoryMatching& shifted, std::size_t stride) const {
+    if (shifted.alignment == TruthAlignment::none) return Eigen::Isometry3d::Identity();
+    std::vector<SpatialPose> true_poses, estimates;
+    for (std::size_t i = 0; i < samples_.size(); i += stride) {
+      const auto at = truth_at(truth_, samples_[i].estimate.time_s, shifted);
+      if (!at) continue;
+      true_poses.push_back(at->pose);
+      estimates.push_back(samples_[i].estimate.pose);
+    }
+    if (true_poses.empty()) return Eigen::Isometry3d::Identity();
+    return align_truth(true_poses, estimates, shifted.alignment);
+  }
+
+  std::span<const OffsetSample> samples_;
+  const Trajectory& truth_;
+  TrajectoryMatching matching_;
+  PoseErrorAxes axes_;
+  bool joint_covariance_;
+  std::vector<Matrix> weights_;  ///< P⁻¹ at τ = 0; empty where there is none
+};
+
+/// Where the cost is least, on a grid and then between its points; NaN at the ends of the range.
+double least_cost(OffsetErrors& errors, std::size_t samples) {
+  constexpr int kGrid = 50;  // points on each side
+  constexpr std::size_t kOnGrid = 256;
+  constexpr double kStep = kFarthest_s / kGrid;
+  const std::size_t stride = std::max<std::size_t>(1, samples / kOnGrid);
+  int best = -kGrid;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = -kGrid; i <= kGrid; ++i) {
+    if (const double cost = errors.cost(i * kStep, stride); cost < least) {
+      least = cost;
+      best = i;
+    }
+  }
+  if (std::abs(best) == kGrid) return kNaN;
+  constexpr int kBits = 24;
+  return boost::math::tools::brent_find_minima([&](double tau) { return errors.cost(tau, 1); },
+                                               (best - 1) * kStep, (best + 1) * kStep, kBits)
+      .first;
+}
+
+/// q_k of the rows in order, whose mean is zero at τ̂; empty where nothing moves.
+std::vector<double> influences(OffsetErrors& errors, double tau) {
+  constexpr double kDifference_s = 0.01;
+  const auto at = errors.errors(tau), before = errors.errors(tau - kDifference_s),
+             behind = errors.errors(tau + kDifference_s);
+  std::vector<double> q;
+  double information = 0.0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (!at[i] || !before[i] || !behind[i] || errors.weight(i).rows() != at[i]->size() ||
+        before[i]->size() != at[i]->size() || behind[i]->size() != at[i]->size()) {
+      continue;
+    }
+    const Vector v = (*before[i] - *behind[i]) / (2.0 * kDifference_s);
+    const Vector weighted = errors.weight(i) * v;
+    q.push_back(weighted.dot(*at[i]));
+    information += weighted.dot(v);
+  }
+  if (!(information > 0.0)) return {};
+  for (double& value : q) value *= static_cast<double>(q.size()) / information;
+  return q;
+}
+
+/// A sentence for the report.
+std::string time_offset_text(const TimeOffset& offset) {
+  const auto order = [](double value_s) { return value_s > 0.0 ? "behind" : "ahead of"; };
+  if (!offset.estimated) {
+    return fmt::format(
+        "The estimate's times were taken to be {:.6g} s {} those of the truth (--time-offset).",
+        std::abs(offset.value_s), order(offset.value_s));
+  }
+  if (!offset.reason.empty()) {
+    return fmt::format(
+        "No time offset was used, as none could be estimated with an interval: {}{}.", offset.reason,
+        std::isnan(offset.value_s) ? "" : fmt::format(" (the best fit is {:.4g} s)", offset.value_s));
+  }
+  const bool none = offset.lower_s <= 0.0 && offset.upper_s >= 0.0;
+  return fmt::format(
+      "The time offset was estimated from these errors, and used: the estimate's times are {:.4g} s {} those "
+      "of the "
+      "truth ({:.4g} … {:.4g} at {:g} %, from stretches of {} rows){}. NEES is that of the best time, one "
+      "dof of the whole log lower.",
+      std::abs(offset.value_s), order(offset.value_s), offset.lower_s, offset.upper_s,
+      100.0 * offset.confidence, offset.rows, none ? "; no offset at all fits as well" : "");
+}
+
+}  // namespace
+
+TimeOffset find_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
+                            const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance,
+                            double confidence) {
+  constexpr std::size_t kStretches = 10;
+  constexpr double kShortestStretch = 10.0;  // in correlation times
+  TimeOffset offset{.confidence = confidence, .estimated = true};
+  OffsetErrors errors(samples, truth, matching, axes, joint_covariance);
+  offset.value_s = least_cost(errors, samples.size());
+  if (std::isnan(offset.value_s)) {
+    offset.reason = fmt::format("no time within {:g} s fits better than those beyond", kFarthest_s);
+    return offset;
+  }
+  const std::vector<double> q = influences(errors, offset.value_s);
+  offset.rows = std::ssize(q);
+  const std::size_t length = q.size() / kStretches;
+  if (length == 0) {
+    offset.reason = q.empty() ? "nothing moves" : "too few rows";
+    return offset;
+  }
+  const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{q}, 0.0);
+  if (!sample.reason.empty()) {
+    offset.reason = sample.reason;
+    return offset;
+  }
+  if (static_cast<double>(length) < kShortestStretch * sample.correlation_time) {
+    offset.reason = fmt::format(
+        "the log is {:.3g} times as long as its errors are correlated, and {:g} times are asked for",
+        static_cast<double>(q.size()) / sample.correlation_time,
+        kShortestStretch * static_cast<double>(kStretches));
+    return offset;
+  }
+  Moments stretches;
+  for (std::size_t s = 0; s < kStretches; ++s) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < length; ++i) sum += q[s * length + i];
+    stretches.add(sum / static_cast<double>(length));
+  }
+  const double half = student_interval(stretches, confidence).half_width();
+  offset.lower_s = offset.value_s - half;
+  offset.upper_s = offset.value_s + half;
+  if (!(half < kFarthest_s)) offset.reason = "its interval is wider than the times that were tried";
+  return offset;
+}
+
+TrajectoryMatching with_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
+                                    TrajectoryMatching matching, PoseErrorAxes axes, bool joint_covariance,
+                                    LogSink& sink) {
+  if (!matching.find_time_offset && matching.time_offset_s == 0.0) return matching;
+  TimeOffset offset{.value_s = matching.time_offset_s, .rows = std::ssize(samples)};
+  if (matching.find_time_offset) {
+    offset = find_time_offset(samples, truth, matching, axes, joint_covariance);
+    matching.time_offset_s = offset.reason.empty() ? offset.value_s : 0.0;
+  }
+  sink.remark(time_offset_text(offset));
+  sink.time_offset(std::move(offset));
+  return matching;
+}
+
+}  // namespace credence

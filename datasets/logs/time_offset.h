@@ -1,0 +1,41 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "datasets/logs/pose_facts.h"
+#include "datasets/logs/trajectory_errors.h"
+
+namespace credence {
+
+/// An estimate with those of its six components that are estimated.
+struct OffsetSample {
+  PoseEstimate estimate;
+  std::vector<Index> kept;
+};
+
+/// The time τ, the same for all rows, for which the truth at t + τ fits the estimates at t best:
+///
+///   τ̂ = argmin Σ_k e_k(τ)ᵀ P_k⁻¹ e_k(τ),  |τ| ≤ 1 s,  the truth aligned anew for every τ where it is
+///   aligned.
+///
+/// The interval rests neither on P being right nor on errors that are independent in time. With
+/// v_k = −de_k/dτ the influence of a row on τ̂ is q_k = v_kᵀ P_k⁻¹ e_k / mean(vᵀ P⁻¹ v), whose averages over
+/// ten equal stretches of the log are nearly independent (batch means): τ̂ ± t(9) s/√10. There is none, with
+/// the reason, where a stretch is shorter than ten correlation times of q, as in test_single_run, and where
+/// nothing moves enough.
+///
+/// Not told from a time by these errors: a constant error along the motion of a body that moves at one speed,
+/// as a wrong lever arm makes it.
+TimeOffset find_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
+                            const TrajectoryMatching& matching, PoseErrorAxes axes, bool joint_covariance,
+                            double confidence = 0.95);
+
+/// The matching with the time offset that it asks for, told to `sink`: an estimated one only where it has an
+/// interval.
+TrajectoryMatching with_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
+                                    TrajectoryMatching matching, PoseErrorAxes axes, bool joint_covariance,
+                                    LogSink& sink);
+
+}  // namespace credence

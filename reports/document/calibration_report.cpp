@@ -1,0 +1,217 @@
+#include "reports/document/calibration_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/nan.h"
+#include "reports/render/interval_text.h"
+#include "reports/render/number_text.h"
+
+namespace credence {
+namespace {
+
+std::string factor_text(const MeanInterval& factor) {
+  return factor.reason.empty() ? interval_text(factor.mean, factor.lower, factor.upper)
+                               : number_text(factor.mean, 3);
+}
+
+std::string held_out_text(const HeldOutNees& held_out) {
+  return fmt::format("{} times n, p = {}", factor_text(held_out.nees), p_value_text(held_out.p_value));
+}
+
+std::string state_name(std::span<const std::string> states, Index state) {
+  const auto i = static_cast<std::size_t>(state);
+  return i < states.size() ? states[i] : fmt::format("x{}", state + 1);
+}
+
+std::string conformal_sentence(const ConformalFactor& c) {
+  if (std::isnan(c.factor)) {
+    return c.runs < 2
+               ? ""
+               : fmt::format(
+                     "A factor that covers further runs whatever their law takes 19 runs, and there are "
+                     "{}; those at hand need {}.",
+                     c.runs, number_text(c.least, 3));
+  }
+  std::string text = fmt::format(
+      "Whatever the law of the errors: with P times {}, at least 95 % of further runs have at least 95 % of "
+      "their rows within the 95 % ellipsoid (conformal over {} runs, which must be exchangeable).",
+      number_text(c.factor, 3), c.runs);
+  if (c.held_out > 0)
+    text += fmt::format(" Of runs left out one by one it covered {} of {}.", c.covered, c.held_out);
+  return text;
+}
+
+std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLevel& last) {
+  return fmt::format(
+      "Position errors beyond the protection level of {:g} (k = {}): {} of {} rows, worth {} independent "
+      "ones: the "
+      "risk is at most {} at 95 % (Clopper-Pearson). To show {:g} takes {} independent rows with none "
+      "beyond.",
+      shown.risk, number_text(shown.k, 3), shown.beyond, shown.rows, number_text(shown.effective_rows, 3),
+      number_text(shown.upper_limit, 2), last.risk, static_cast<std::int64_t>(std::ceil(last.needed_rows)));
+}
+
+Json calibration_interval_json(const MeanInterval& i) {
+  Json j = {{"value", json_number(i.mean)}, {"lower", json_number(i.lower)}, {"upper", json_number(i.upper)}};
+  if (!i.reason.empty()) j["reason"] = i.reason;
+  return j;
+}
+
+Json held_out_json(const HeldOutNees& held_out) {
+  Json j = calibration_interval_json(held_out.nees);
+  j["p_value"] = json_number(held_out.p_value);
+  return j;
+}
+
+/// Claimed σ and RMSE of the bins of one state.
+Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title) {
+  FigureData claimed, rmse, lower, upper;
+  for (const SigmaBin& bin : bins) {
+    const bool interval = std::isfinite(bin.factor.lower) && std::isfinite(bin.factor.upper);
+    claimed.push_back(bin.claimed);
+    rmse.push_back(bin.rmse);
+    lower.push_back(interval ? bin.claimed * std::sqrt(bin.factor.lower) : bin.rmse);
+    upper.push_back(interval ? bin.claimed * std::sqrt(bin.factor.upper) : bin.rmse);
+  }
+  Panel panel{.title = title, .x_label = "claimed σ", .y_label = "RMSE"};
+  panel.log_x = panel.log_y = true;
+  constexpr double kRoom = 1.3;  // no point on the frame
+  panel.x_range = AxisRange{claimed.front() / kRoom, claimed.back() * kRoom};
+  panel.series.push_back(line_series("equal", ColourRole::exact, claimed, claimed));
+  panel.series.push_back(error_bar_series("measured", ColourRole::first, claimed, rmse, lower, upper));
+  return panel;
+}
+
+}  // namespace
+
+std::vector<std::string> calibration_sentences(const Calibration& c) {
+  std::vector<std::string> sentences;
+  if (c.unit_count > 0 && c.whole.factor.reason.empty()) {
+    std::string text = fmt::format("The factor on P is {}", factor_text(c.whole.factor));
+    for (const PartFactor& part : c.parts) {
+      text += fmt::format("{} in {} {}", &part == c.parts.data() ? ":" : ",", part.name,
+                          factor_text(part.factor));
+    }
+    text += fmt::format(". On {} left out, scaled by what the others give, NEES is {}", c.units,
+                        held_out_text(c.with_factor));
+    if (!c.parts.empty()) text += fmt::format("; scaled part by part {}", held_out_text(c.with_part_factors));
+    sentences.push_back(text + ".");
+  }
+  if (std::string text = conformal_sentence(c.conformal); !text.empty()) sentences.push_back(std::move(text));
+  if (c.protection.front().rows > 0)
+    sentences.push_back(protection_sentence(c.protection[1], c.protection.back()));
+  return sentences;
+}
+
+ReportTable sigma_table(const Calibration& c, std::span<const std::string> states) {
+  using enum ColumnAlign;
+  ReportTable table{
+      .title = "Errors where the filter claims a small σ, and where it claims a large one",
+      .columns = {{"state", words},
+                  {"claimed σ", words},
+                  {"claimed (rms)"},
+                  {"RMSE"},
+                  {"factor on σ²", words},
+                  {"p", words},
+                  {"p, adjusted", words},
+                  {"rows"}},
+      .rows = {},
+      .notes = {"Of every range of the claimed σ, a quarter of a decade wide: the factor between true and "
+                "claimed variance with its interval over runs, or stretches of a run, and the test that "
+                "it is 1; adjusted by Holm over all rows of this table. Units are those of the states."}};
+  for (const SigmaBin& bin : c.bins) {
+    const bool tested = !std::isnan(bin.p_value);
+    table.add({state_name(states, bin.state),
+               fmt::format("{} … {}", number_text(bin.lower, 3), number_text(bin.upper, 3)), bin.claimed,
+               bin.rmse, factor_text(bin.factor), tested ? p_value_text(bin.p_value) : "–",
+               tested ? p_value_text(bin.adjusted) : "–", bin.rows});
+  }
+  return table;
+}
+
+Figure sigma_figure(const std::string& name, const Calibration& c, std::span<const std::string> states) {
+  constexpr std::size_t kPanels = 6;
+  Figure figure{.name = name + "-sigma",
+                .caption =
+                    "RMSE against the σ that the filter claims, in ranges of σ: points above the line are "
+                    "optimistic, points below it pessimistic; bars are intervals."};
+  for (std::size_t i = 0; i < c.bins.size() && figure.panels.size() < kPanels;) {
+    std::size_t end = i;
+    while (end < c.bins.size() && c.bins[end].state == c.bins[i].state) ++end;
+    if (end - i > 1)
+      figure.panels.push_back(
+          sigma_panel(std::span(c.bins).subspan(i, end - i), state_name(states, c.bins[i].state)));
+    i = end;
+  }
+  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
+  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
+  return figure;
+}
+
+Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<const std::string> states) {
+  Json bins = Json::array();
+  for (const SigmaBin& bin : c.bins) {
+    bins.push_back({{"state", state_name(states, bin.state)},
+                    {"sigma_from", bin.lower},
+                    {"sigma_to", bin.upper},
+                    {"claimed_rms", json_number(bin.claimed)},
+                    {"rmse", json_number(bin.rmse)},
+                    {"rows", bin.rows},
+                    {"factor", calibration_interval_json(bin.factor)},
+                    {"p_value", json_number(bin.p_value)},
+                    {"adjusted_p_value", json_number(bin.adjusted)}});
+  }
+  Json parts = Json::object();
+  for (const PartFactor& part : c.parts) parts[part.name] = calibration_interval_json(part.factor);
+  Json protection = Json::array();
+  for (const ProtectionLevel& level : c.protection) {
+    if (level.rows == 0) continue;
+    protection.push_back({{"risk", level.risk},
+                          {"k_sigma", level.k},
+                          {"rows", level.rows},
+                          {"beyond", level.beyond},
+                          {"effective_rows", json_number(level.effective_rows)},
+                          {"risk_upper_limit", json_number(level.upper_limit)},
+                          {"effective_rows_needed", json_number(level.needed_rows)}});
+  }
+  Json factors = Json::object();
+  for (std::size_t a = 0; a < units.parts.size(); ++a)
+    factors[units.parts[a]] = json_numbers(units.factors[a]);
+  return {{"units", c.units.empty() ? Json(nullptr) : Json(c.units)},
+          {"factor", calibration_interval_json(c.whole.factor)},
+          {"part_factors", std::move(parts)},
+          {"held_out_nees_over_dof",
+           {{"with_factor", held_out_json(c.with_factor)},
+            {"with_part_factors", held_out_json(c.with_part_factors)}}},
+          {"conformal",
+           {{"factor", json_number(c.conformal.factor)},
+            {"runs", c.conformal.runs},
+            {"held_out", c.conformal.held_out},
+            {"covered", c.conformal.covered}}},
+          {"protection_levels", std::move(protection)},
+          {"by_sigma", std::move(bins)},
+          {"unit_names", units.names},
+          {"unit_factors", std::move(factors)}};
+}
+
+UnitFactors unit_factors_of(const Json& calibration) {
+  UnitFactors units;
+  if (!calibration.is_object() || !calibration.contains("units") || !calibration["units"].is_string())
+    return units;
+  units.units = calibration["units"].get<std::string>();
+  units.names = calibration.value("unit_names", std::vector<std::string>());
+  const Json factors = calibration.value("unit_factors", Json::object());
+  for (const auto& [part, values] : factors.items()) {
+    std::vector<double> numbers;
+    for (const Json& value : values) numbers.push_back(value.is_number() ? value.get<double>() : kNaN);
+    if (numbers.size() != units.names.size()) continue;
+    units.parts.push_back(part);
+    units.factors.push_back(std::move(numbers));
+  }
+  return units;
+}
+
+}  // namespace credence

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/calibration/calibration.h"
+#include "reports/document/report_table.h"
+#include "reports/figures/figure.h"
+#include "reports/render/json_numbers.h"
+
+/// @file
+/// What is said of where P lies and what would mend it (analysis/calibration).
+
+namespace credence {
+
+/// Factors on P judged on what was left out, the conformal factor, and position errors against protection
+/// levels; none where nothing is known of a whole state.
+std::vector<std::string> calibration_sentences(const Calibration& calibration);
+
+/// One row for every state and range of its claimed σ.
+ReportTable sigma_table(const Calibration& calibration, std::span<const std::string> states);
+
+/// The claimed σ of every state against its RMSE, without panels where every state has one range alone.
+Figure sigma_figure(const std::string& name, const Calibration& calibration,
+                    std::span<const std::string> states);
+
+/// The key `calibration` of the document of `check` (docs/formats.md).
+Json calibration_json(const Calibration& calibration, const UnitFactors& units,
+                      std::span<const std::string> states);
+
+/// From that key; nothing of a document without it.
+UnitFactors unit_factors_of(const Json& calibration);
+
+}  // namespace credence

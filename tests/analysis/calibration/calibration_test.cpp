@@ -1,0 +1,186 @@
+#include "analysis/calibration/calibration.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+
+namespace credence {
+namespace {
+
+RunLayout pose_layout() {
+  RunLayout layout{.states = {"vehicle.x", "vehicle.y", "vehicle.heading"}, .angles = {false, false, true}};
+  add_named_blocks(layout);
+  return layout;
+}
+
+/// Runs of errors with covariance F P F, correlated by `correlation` from row to row; P changes in size by
+/// 10 within a run.
+struct Played {
+  std::vector<CalibrationRun> runs;
+  std::vector<Block> parts;
+};
+
+Played play(std::uint64_t seed, int runs, int rows, const Eigen::Vector3d& F, double correlation = 0.0,
+            double tail = 1.0) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  CalibrationRecorder recorder;
+  Eigen::Matrix3d C;
+  C << 1.0, 0.3, 0.2, 0.3, 1.0, -0.4, 0.2, -0.4, 1.0;
+  for (int run = 0; run < runs; ++run) {
+    recorder.begin_run(pose_layout(), "run-" + std::to_string(run));
+    const double size = uniform(random) < 0.5 ? 1.0 : tail;  // of a run as a whole
+    Eigen::Vector3d white = Eigen::Vector3d::NullaryExpr([&] { return normal(random); });
+    for (int k = 0; k < rows; ++k) {
+      const Eigen::Vector3d fresh = Eigen::Vector3d::NullaryExpr([&] { return normal(random); });
+      white = correlation * white + std::sqrt(1.0 - correlation * correlation) * fresh;
+      const Eigen::Vector3d sigma = (k % 2 == 0 ? 1.0 : 10.0) * Eigen::Vector3d(0.2, 0.1, 0.02);
+      const Eigen::Matrix3d P = sigma.asDiagonal() * C * sigma.asDiagonal();
+      Step step;
+      step.step = k + 1;
+      step.states = {0, 1, 2};
+      step.error = size * F.cwiseProduct(Eigen::Vector3d(P.llt().matrixL() * white));
+      step.P = P;
+      recorder.add(step);
+    }
+  }
+  Played played{recorder.take(), recorder.parts()};
+  return played;
+}
+
+Calibration judged(const Played& played, double confidence = 0.95) {
+  return judge_calibration(played.runs, played.parts, confidence);
+}
+
+const Eigen::Vector3d kRight = Eigen::Vector3d::Ones();
+
+TEST(CalibrationParts, ArePositionAndHeadingOfAPose) {
+  const std::vector<Block> parts = calibration_parts(pose_layout());
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(parts[0].states, (std::vector<Index>{0, 1}));
+  EXPECT_EQ(parts[1].states, std::vector<Index>{2});
+  RunLayout map{.states = {"vehicle.x", "vehicle.y", "vehicle.heading", "landmark1.x", "landmark2.x"},
+                .angles = {false, false, true, false, false}};
+  add_named_blocks(map);
+  ASSERT_EQ(calibration_parts(map).size(), 3U);
+  EXPECT_EQ(calibration_parts(map)[2].states, (std::vector<Index>{3, 4}));
+  EXPECT_EQ(calibration_parts({.states = {"a", "b"}, .angles = {false, false}}).at(0).states.size(), 2U);
+}
+
+TEST(Calibration, PairsGiveNeesOfAScaledCovariance) {
+  // One row by hand: P' = D P D with D = diag(√f).
+  CalibrationRecorder recorder;
+  recorder.begin_run(pose_layout(), "one");
+  Step step;
+  step.step = 1;
+  step.states = {0, 1, 2};
+  step.error = Eigen::Vector3d(0.3, -0.2, 0.5);
+  step.P.resize(3, 3);
+  step.P << 1.0, 0.2, 0.3, 0.2, 2.0, -0.1, 0.3, -0.1, 0.5;
+  recorder.add(step);
+  const CalibrationSum sum = recorder.take().at(0).whole;
+  const double position = 4.0, heading = 0.25;
+  const Eigen::Vector3d D(2.0, 2.0, 0.5);
+  const Matrix scaled = D.asDiagonal() * step.P * D.asDiagonal();
+  EXPECT_NEAR(sum.pairs[0] / position + sum.pairs[1] / std::sqrt(position * heading) + sum.pairs[2] / heading,
+              step.error.dot(scaled.inverse() * step.error), 1e-12);
+  EXPECT_NEAR(sum.marginal[1], 0.5, 1e-12);
+  EXPECT_NEAR(3.0 * sum.nees, step.error.dot(step.P.inverse() * step.error), 1e-12);
+}
+
+TEST(Calibration, FactorsOfPartsAreFoundAndHoldOnWhatWasLeftOut) {
+  constexpr double kFiveSigma = 1.0 - 5.7e-7;
+  const Calibration c = judged(play(1, 60, 50, Eigen::Vector3d(1.0, 1.0, 3.0)), kFiveSigma);
+  EXPECT_EQ(c.units, "runs");
+  ASSERT_EQ(c.parts.size(), 2U);
+  EXPECT_LT(c.parts[0].factor.lower, 1.0);
+  EXPECT_GT(c.parts[0].factor.upper, 1.0);
+  EXPECT_LT(c.parts[1].factor.lower, 9.0);
+  EXPECT_GT(c.parts[1].factor.upper, 9.0);
+  EXPECT_GT(c.with_part_factors.p_value, 1e-3);
+  EXPECT_NEAR(c.with_part_factors.nees.mean, 1.0, 0.1);
+  // Where the claimed σ of the heading is small it is too small as where it is large.
+  for (const SigmaBin& bin : c.bins) {
+    EXPECT_EQ(bin.adjusted < 0.05, bin.state == 2) << bin.state << ' ' << bin.lower;
+    EXPECT_NEAR(bin.rmse / bin.claimed, bin.state == 2 ? 3.0 : 1.0, 0.25);
+  }
+  EXPECT_EQ(c.bins.size(), 6U);
+}
+
+// One run of a correlated error: its stretches are units, and 100 right runs are refused as often as said.
+TEST(Calibration, OneRunIsJudgedByItsStretches) {
+  int refused = 0, judged_runs = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const Calibration c = judged(play(seed, 1, 2000, kRight, 0.7));
+    if (c.units.empty()) continue;
+    ++judged_runs;
+    EXPECT_EQ(c.units, "stretches");
+    EXPECT_EQ(c.unit_count, 10);
+    for (const SigmaBin& bin : c.bins) {
+      if (bin.adjusted <= 0.05) {
+        ++refused;
+        break;
+      }
+    }
+  }
+  EXPECT_GT(judged_runs, 50);
+  EXPECT_LE(refused, 16);  // 5 and 5 standard errors of a binomial(100, 0.05)
+  const Calibration wrong = judged(play(7, 1, 2000, 2.0 * kRight, 0.7));
+  EXPECT_GT(wrong.whole.factor.lower, 1.5);
+  EXPECT_TRUE(judged(play(8, 1, 60, kRight, 0.95)).units.empty());
+}
+
+// Over 100 sets of 40 runs with heavy tails: a further run is covered in at least 95 % of the cases.
+TEST(Calibration, TheConformalFactorCoversFurtherRuns) {
+  int covered = 0;
+  constexpr int kSets = 100;
+  for (std::uint64_t seed = 1; seed <= kSets; ++seed) {
+    const Played played = play(seed, 41, 20, kRight, 0.5, 3.0);
+    const Calibration c = judge_calibration(std::span(played.runs).first(40), played.parts, 0.95);
+    EXPECT_EQ(c.conformal.held_out, 40);
+    covered += played.runs.back().coverage_factor <= c.conformal.factor ? 1 : 0;
+  }
+  EXPECT_GE(covered, 84);  // 95 less 5 standard errors of a binomial(100, 0.95)
+  EXPECT_TRUE(std::isnan(judged(play(1, 18, 20, kRight)).conformal.factor));
+  EXPECT_FALSE(std::isnan(judged(play(1, 19, 20, kRight)).conformal.factor));
+}
+
+TEST(Calibration, ProtectionLevelsCountWhatLiesBeyond) {
+  const Calibration c = judged(play(3, 20, 100, 4.0 * kRight));
+  const ProtectionLevel& level = c.protection[0];
+  EXPECT_NEAR(level.k, 3.0349, 1e-3);  // χ²(2): 9.2103 at 1 %
+  EXPECT_EQ(level.rows, 2000);
+  EXPECT_GT(level.beyond, 200);
+  EXPECT_GT(level.upper_limit, 0.1);
+  EXPECT_NEAR(c.protection[2].needed_rows, 299'571.7, 1.0);  // ln 0.05 / ln(1 − 1e-5)
+  const Calibration right = judged(play(4, 20, 100, kRight));
+  EXPECT_LT(right.protection[2].upper_limit, 0.01);
+  EXPECT_GT(right.protection[2].upper_limit, 1e-3);  // some 2,000 rows show no more
+  EXPECT_GT(right.protection[0].effective_rows, 1000.0);
+}
+
+TEST(Calibration, AChangeIsFoundInThePartWhereItIs) {
+  const Played before = play(5, 30, 40, kRight), same = play(6, 30, 40, kRight);
+  const Played after = play(6, 30, 40, Eigen::Vector3d(1.0, 1.0, 1.5));
+  const UnitFactors first = unit_factors(before.runs, before.parts);
+  for (const FactorChange& change : compare_factors(unit_factors(same.runs, same.parts), first, 0.95))
+    EXPECT_GT(change.adjusted, 1e-3) << change.part;
+  const std::vector<FactorChange> changes =
+      compare_factors(unit_factors(after.runs, after.parts), first, 0.95);
+  ASSERT_EQ(changes.size(), 3U);
+  EXPECT_EQ(changes[1].part, "position");
+  EXPECT_GT(changes[1].adjusted, 1e-3);
+  EXPECT_LT(changes[2].adjusted, 1e-6);
+  EXPECT_LT(changes[2].ratio.lower, 2.25);
+  EXPECT_GT(changes[2].ratio.upper, 2.25);
+  UnitFactors other = first;
+  for (std::string& name : other.names) name += " of another log";
+  EXPECT_TRUE(compare_factors(other, first, 0.95).empty());
+}
+
+}  // namespace
+}  // namespace credence
