@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 
+#include "analysis/stability/lifted_model.h"
 #include "analysis/stability/planar_stability.h"
 #include "analysis/stability/stability_analysis.h"
 #include "app/commands.h"
@@ -48,13 +49,17 @@ std::vector<std::string> own_names(const Scenario& scenario, const LinearProblem
 
 StabilityOutput linear_output(const Scenario& scenario, const LinearProblem& problem,
                               const StabilityOptions& options) {
-  const Index steps = scenario.study.steps;
-  const StabilityAnalysis a = analyse_stability(
-      problem.assumed, problem.rule, steps, std::max(options.horizon, steps), own_names(scenario, problem));
+  const std::vector<LinearModel> period = problem.assumed_period();
+  const Index length = std::ssize(period), steps = std::max<Index>(1, scenario.study.steps / length);
+  const StabilityAnalysis a =
+      analyse_stability(lifted_model(period), problem.rule, steps,
+                        std::max({options.horizon / length, steps, Index{4}}), own_names(scenario, problem));
   if (!options.out.empty()) write_stability_report(options.out, scenario, a, make_provenance(this_command()));
-  return {stability_answer(a),
-          {stability_verdict_table(a), stability_rank_table(a)},
-          stability_json(scenario, a)};
+  ReportAnswer answer = stability_answer(a);
+  if (length > 1) {
+    answer.text += fmt::format("; a step is here a whole period of {}, with P at its end", length);
+  }
+  return {answer, {stability_verdict_table(a), stability_rank_table(a)}, stability_json(scenario, a)};
 }
 
 StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& options) {

@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "app/binary_frames.h"
+
 namespace credence {
 namespace {
 
@@ -44,6 +46,10 @@ void copy_input(const fs::path& target) {
 StandardInputFile::StandardInputFile() : folder_(new_folder()) {
   try {
     copy_input(path());
+    if (holds_frames(path())) {
+      frames_to_csv(path(), folder_ / "csv");
+      fs::rename(folder_ / "csv", path());
+    }
   } catch (...) {
     std::error_code ignored;
     fs::remove_all(folder_, ignored);

@@ -7,7 +7,7 @@
 namespace credence {
 
 /// What comes on standard input as a file, for as long as this lives: formats of logs are seen from how a
-/// file begins, and some are read twice.
+/// file begins, and some are read twice. Binary frames become the CSV that they stand for.
 class StandardInputFile {
  public:
   StandardInputFile();   ///< reads to the end; throws std::runtime_error where it cannot be kept

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "datasets/arrays/array_evidence.h"
+#include "montecarlo/engine/result_store_error.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
@@ -170,6 +171,7 @@ py::array_t<double> normals_of_four_steps(const NoiseSource& source, std::int64_
 PYBIND11_MODULE(_credence, m) {
   m.doc() = "The compiled half of the module credence.";
   py::register_exception<OutputError>(m, "OutputError", PyExc_OSError);
+  py::register_exception<StoreError>(m, "StoreError", PyExc_OSError);
   py::register_exception<ScenarioError>(m, "ScenarioError", PyExc_ValueError);
 
   py::class_<Told>(m, "Told")
@@ -177,6 +179,7 @@ PYBIND11_MODULE(_credence, m) {
       .def_readonly("says", &Told::says)
       .def_readonly("p_value", &Told::p_value)
       .def_readonly("complete", &Told::complete)
+      .def_readonly("is_sweep", &Told::is_sweep)
       .def("text", [](const Told& told) { return told.text(); })
       .def("json", [](const Told& told) { return told.json(); })
       .def("tuned", [](const Told& told) { return told.tuned(); })
@@ -208,6 +211,15 @@ PYBIND11_MODULE(_credence, m) {
 
   py::class_<NoiseSource>(m, "NoiseSource")
       .def(py::init<std::uint64_t, std::uint64_t>())
+      .def("shaped",
+           [](const NoiseSource& source, double process_correlation, double measurement_correlation,
+              int student_dof, double outlier_rate, double outlier_scale) {
+             return source.shaped({.correlation = process_correlation},
+                                  {.correlation = measurement_correlation,
+                                   .student_dof = student_dof,
+                                   .outlier_rate = outlier_rate,
+                                   .outlier_scale = outlier_scale});
+           })
       .def("normals", &normals)
       .def("normals_of_four_steps", &normals_of_four_steps);
 
@@ -220,6 +232,10 @@ PYBIND11_MODULE(_credence, m) {
     const ScenarioDocument document =
         text ? read_scenario_text(*text, file, overrides) : read_scenario(file, overrides);
     return interruptible([&](const std::atomic<bool>& stop) { return run_sweep(document, threads, stop); });
+  });
+  m.def("load", [](const std::filesystem::path& directory, int threads) {
+    return interruptible(
+        [&](const std::atomic<bool>& stop) { return load_stored(directory, threads, stop); });
   });
   m.def("tune", [](const std::string& file, const std::optional<std::string>& text,
                    const std::vector<std::string>& overrides, const std::string& free, int threads) {

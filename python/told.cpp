@@ -15,6 +15,8 @@
 #include "core/nan.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/experiment.h"
+#include "montecarlo/engine/result_store.h"
+#include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
@@ -45,8 +47,9 @@ std::vector<StudyAnalysis> studies(std::span<const Scenario> scenarios,
   std::vector<StudyTask> tasks;
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
     const StopSettings& stop = scenarios[i].stop;
-    StudyTask& task = tasks.emplace_back(
-        StudyTask{.id = "", .experiment = experiments[i].get(), .runs = scenarios[i].most_runs()});
+    StudyTask& task = tasks.emplace_back(StudyTask{.id = configuration_id(scenarios[i]),
+                                                   .experiment = experiments[i].get(),
+                                                   .runs = scenarios[i].most_runs()});
     task.max_seconds = stop.max_seconds;
     if (!stop.asked()) continue;
     task.enough = [&watch = watches[i]](const StudyStatistics& chunk, const StudyStatistics& prefix) {
@@ -92,14 +95,26 @@ Told tell(JudgedFilter judged) {
           .write_report = [filter](const std::filesystem::path& folder) { filter->write_report(folder); }};
 }
 
-Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>& stop) {
+namespace {
+
+/// Where the runs come from, and what explains them.
+struct Sources {
+  EngineOptions studies, evidence;
+};
+
+Sources played(int threads, const std::atomic<bool>& stop) {
   EngineOptions options;
   options.threads = threads;
   options.stop = &stop;
+  return {options, options};
+}
+
+Told told_scenario(const Scenario& scenario, const Sources& sources) {
   const std::shared_ptr<const Experiment> experiment = make_experiment(scenario);
-  std::vector<StudyAnalysis> all = studies(std::span(&scenario, 1), std::span(&experiment, 1), options);
+  std::vector<StudyAnalysis> all =
+      studies(std::span(&scenario, 1), std::span(&experiment, 1), sources.studies);
   if (all.empty()) throw std::runtime_error("interrupted before the first runs were done");
-  add_judgement(all.front(), *experiment, options);
+  add_judgement(all.front(), *experiment, sources.evidence);
   const auto a = std::make_shared<const StudyAnalysis>(std::move(all.front()));
   return {.verdict = std::string(to_string(overall_verdict(*a))),
           .says = JudgedFilter::word_says(a->word, a->nees),
@@ -114,11 +129,7 @@ Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>
               }};
 }
 
-Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<bool>& stop) {
-  EngineOptions options;
-  options.threads = threads;
-  options.stop = &stop;
-  SweepPlan plan = plan_sweep(document);
+Told told_sweep(SweepPlan plan, const Sources& sources) {
   std::vector<Scenario> scenarios;
   std::vector<std::shared_ptr<const Experiment>> experiments;
   for (const SweepPoint& point : plan.points) {
@@ -126,14 +137,41 @@ Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<
     experiments.push_back(make_experiment(point.scenario));
   }
   const auto a = std::make_shared<const SweepAnalysis>(
-      analyse_sweep(std::move(plan), studies(scenarios, experiments, options)));
+      analyse_sweep(std::move(plan), studies(scenarios, experiments, sources.studies)));
   return {.verdict = "",
           .says = "",
           .p_value = kNaN,
           .complete = a->studies.size() == scenarios.size(),
+          .is_sweep = true,
           .text = [a] { return sweep_text(*a); },
           .json = [a] { return sweep_json(*a); },
           .write_report = [a](const std::filesystem::path& folder) { write_sweep_report(folder, *a); }};
+}
+
+}  // namespace
+
+Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>& stop) {
+  return told_scenario(scenario, played(threads, stop));
+}
+
+Told run_sweep(const ScenarioDocument& document, int threads, const std::atomic<bool>& stop) {
+  return told_sweep(plan_sweep(document), played(threads, stop));
+}
+
+Told load_stored(const std::filesystem::path& directory, int threads, const std::atomic<bool>& stop) {
+  static constexpr std::atomic<bool> kNothingNew{true};
+  ResultStore store = ResultStore::open_to_read(directory);
+  SweepPlan plan = plan_sweep(read_scenario_text(store.scenario(), directory.string()));
+  if (std::string name = store.name(); !name.empty()) plan.name = std::move(name);
+  for (SweepPoint& point : plan.points) point.scenario.name = plan.name;
+  Sources sources = played(threads, stop);
+  sources.studies.stop = &kNothingNew;
+  sources.studies.store = &store;
+  if (!plan.axes.empty()) return told_sweep(std::move(plan), sources);
+  if (store.chunks(configuration_id(plan.points.front().scenario)).empty()) {
+    throw StoreError(directory.string() + ": no runs are stored yet");
+  }
+  return told_scenario(plan.points.front().scenario, sources);
 }
 
 Told tune(const Scenario& scenario, const std::string& free, int threads, const std::atomic<bool>& stop) {

@@ -42,7 +42,7 @@ std::vector<Index> states_of(const RunLayout& layout, Part part) {
 void analyse_linear(const LinearExperiment& experiment, StudyAnalysis& analysis) {
   const auto& steps = experiment.filter_steps();
   analysis.linear = true;
-  analysis.exact = exact_moments(experiment.true_model(), experiment.assumed_model(), steps);
+  analysis.exact = exact_moments(std::span(experiment.true_models()), experiment.assumed_models(), steps);
   const std::vector<Index> position = states_of(experiment.layout(), Part::position);
   const std::vector<Index> map = states_of(experiment.layout(), Part::map);
   for (const LinearFilterStep& step : steps) {

@@ -96,17 +96,26 @@ std::vector<ExactMoments> exact_moments(const LinearModel& truth,
 
 std::vector<ExactMoments> exact_moments(const LinearModel& truth, const LinearModel& assumed,
                                         const std::vector<LinearFilterStep>& steps) {
-  const LinearModel model = error_model(truth, assumed);
-  const Index n = truth.state_dim(), states = model.state_dim();
-  const Matrix GQG = model.G * model.Q * model.G.transpose();
+  return exact_moments(std::span(&truth, 1), std::span(&assumed, 1), steps);
+}
+
+std::vector<ExactMoments> exact_moments(std::span<const LinearModel> truth,
+                                        std::span<const LinearModel> assumed,
+                                        const std::vector<LinearFilterStep>& steps) {
+  const std::vector<LinearModel> models = error_models(truth, assumed);
+  const Index n = truth.front().state_dim(), states = models.front().state_dim();
+  std::vector<Matrix> GQG;
+  for (const LinearModel& model : models) GQG.emplace_back(model.G * model.Q * model.G.transpose());
   std::vector<ExactMoments> moments;
   moments.reserve(steps.size());
-  Matrix Sigma = model.P0;
+  Matrix Sigma = models.front().P0;
   for (const LinearFilterStep& step : steps) {
     if (!step.ok) break;
-    require_sizes(truth, step);
+    const std::size_t phase = moments.size() % models.size();
+    const LinearModel& model = models[phase];
+    require_sizes(truth[phase], step);
     ExactMoments now;
-    const Matrix prior = symmetrised(model.F * Sigma * model.F.transpose() + GQG);
+    const Matrix prior = symmetrised(model.F * Sigma * model.F.transpose() + GQG[phase]);
     const Matrix K = padded(step.K, states, step.K.cols());
     const Matrix A = Matrix::Identity(states, states) - K * model.H;
     Sigma = symmetrised(A * prior * A.transpose() + K * model.R * K.transpose());

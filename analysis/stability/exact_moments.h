@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/filters/linear_filter.h"
@@ -35,6 +36,11 @@ std::vector<ExactMoments> exact_moments(const LinearModel& truth, const std::vec
 /// The same for a filter that may have another F or H: the covariance is then that of [e; x]
 /// (core/models/model_mismatch.h), with x̂_0 = 0, and Σ is its block of e.
 std::vector<ExactMoments> exact_moments(const LinearModel& truth, const LinearModel& assumed,
+                                        const std::vector<LinearFilterStep>& steps);
+
+/// The same where both repeat themselves after a period, of whose steps these are the models.
+std::vector<ExactMoments> exact_moments(std::span<const LinearModel> truth,
+                                        std::span<const LinearModel> assumed,
                                         const std::vector<LinearFilterStep>& steps);
 
 /// tr(P⁻¹ Σ) on the range of P.

@@ -10,7 +10,7 @@
 
 #include "core/memory_need.h"
 #include "core/nan.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/path_length.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/slam_settings.h"
@@ -94,7 +94,7 @@ PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index 
   run.world = std::move(world);
   const PlanarNoise noise = PlanarNoise::of(longer);
   std::optional<NoiseSource> source;
-  if (at == Linearisation::estimate) source.emplace(longer.study.seed, noise_group(longer));
+  if (at == Linearisation::estimate) source.emplace(noise_source(longer));
   PlanarDrive drive(run.world, noise, source);
   filter.reset(drive.start(0), noise.initial_covariance());
   Recorder recorder(longer, run.world, run.loop);

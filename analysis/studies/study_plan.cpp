@@ -69,10 +69,11 @@ std::optional<double> exact_effective_steps(const Experiment& experiment) {
   const double count = static_cast<double>(steps.size());
   constexpr double kMostOperations = 1e9;
   if (count * count * n * n * n > kMostOperations || !steps.back().ok) return std::nullopt;
-  const LinearModel& model = linear->true_model();
-  if (!knows_dynamics(model, linear->assumed_model())) return std::nullopt;
+  const std::vector<LinearModel>& models = linear->true_models();
+  if (!knows_dynamics(std::span(models), linear->assumed_models())) return std::nullopt;
   std::vector<Matrix> transitions, covariances;
   for (const LinearFilterStep& step : steps) {
+    const LinearModel& model = model_at(models, std::ssize(transitions) + 1);
     transitions.emplace_back((Matrix::Identity(step.P.rows(), step.P.rows()) - step.K * model.H) * model.F);
     covariances.push_back(step.P);
   }

@@ -13,7 +13,7 @@
 #include "core/parallel_tasks.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/key_fields.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
@@ -59,8 +59,8 @@ std::vector<MeasuredRun> measure_runs(const Scenario& scenario, LinearProblem pr
   }
   // Of a filter that is right: one that is not may fail where the world does not.
   problem.assumed = problem.truth;
-  const auto experiment = make_linear_experiment(std::move(problem), scenario.study.steps,
-                                                 NoiseSource(scenario.study.seed, noise_group(scenario)));
+  const auto experiment =
+      make_linear_experiment(std::move(problem), scenario.study.steps, noise_source(scenario));
   std::vector<MeasuredRun> measured(static_cast<std::size_t>(runs));
   for_each_task(runs, threads, nullptr, [&](std::int64_t i) {
     MeasuredRun& run = measured[static_cast<std::size_t>(i)];
@@ -183,7 +183,7 @@ std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
                                                    const BlackBoxScore::Watch& watch) {
   require_keys(scenario, free);
   const std::optional<LinearProblem> linear = linear_problem(scenario);
-  if (linear && scenario.noise.detection_probability == 1.0 &&
+  if (linear && !linear->is_periodic() && scenario.noise.detection_probability == 1.0 &&
       scenario.filter.inflation == FilterInflation::none) {
     return std::make_unique<LinearScenarioScore>(scenario, *linear, free, threads);
   }

@@ -19,12 +19,13 @@ constexpr Index kSteps = 100;
 
 LinearErrorSystem monobot(Index landmarks) {
   const LinearModel model = monobot_model(landmarks, 0, 0.1, 0.1, 1.0);
-  LinearErrorSystem system{.F = model.F,
-                           .noise_input = model.G * psd_root(model.Q),
-                           .H = model.H,
-                           .measurement_root = psd_root(model.R),
-                           .initial_root = psd_root(model.P0),
-                           .steps = {}};
+  LinearErrorSystem system{{.F = model.F,
+                            .noise_input = model.G * psd_root(model.Q),
+                            .H = model.H,
+                            .measurement_root = psd_root(model.R)},
+                           psd_root(model.P0),
+                           {},
+                           {}};
   for (const LinearFilterStep& step : linear_filter_steps(model, {}, kSteps)) {
     system.steps.push_back({.K = step.K,
                             .innovation_whitening = psd_whitening(step.S),

@@ -61,48 +61,72 @@ LinearFilterStep advance(const LinearModel& model, const InflationRule& rule, co
 }  // namespace
 
 LinearFilter::LinearFilter(LinearModel assumed, InflationRule rule)
-    : assumed_(std::move(assumed)),
-      seen_(assumed_),
-      rule_(std::move(rule)),
-      GQG_(process_covariance(assumed_)) {
-  require_diagonal(assumed_);
+    : LinearFilter(std::vector{std::move(assumed)}, std::move(rule)) {}
+
+LinearFilter::LinearFilter(std::vector<LinearModel> period, InflationRule rule)
+    : period_(std::move(period)), seen_(period_.front()), rule_(std::move(rule)) {
+  for (const LinearModel& model : period_) {
+    if (rule_.is_sequential()) require_diagonal(model);
+    GQG_.push_back(process_covariance(model));
+  }
   reset();
 }
 
-void LinearFilter::reset() { reset(assumed_.P0); }
+void LinearFilter::reset() { reset(period_.front().P0); }
 
 void LinearFilter::reset(Matrix P) {
   step_ = {};
   step_.P = std::move(P);
+  steps_ = 0;
   inflation_.reset();
 }
 
 const LinearFilterStep& LinearFilter::step(std::span<const Index> rows) {
-  seen_.H = assumed_.H(rows, Eigen::all);
-  seen_.R = assumed_.R(rows, rows);
-  step_ = advance(seen_, rule_, GQG_, step_.P, inflation_, workspace_);
+  const auto phase = static_cast<std::size_t>(steps_++ % std::ssize(period_));
+  if (period_.size() > 1) seen_.F = period_[phase].F;
+  seen_.H = period_[phase].H(rows, Eigen::all);
+  seen_.R = period_[phase].R(rows, rows);
+  step_ = advance(seen_, rule_, GQG_[phase], step_.P, inflation_, workspace_);
   return step_;
 }
 
-std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
-                                                  Index steps) {
-  InflationAlongRun along;
-  return linear_filter_steps(assumed, rule, steps, along);
-}
+namespace {
 
-std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
-                                                  Index steps, InflationAlongRun& along) {
-  if (rule.is_sequential()) require_diagonal(assumed);
-  const Matrix GQG = process_covariance(assumed);
+std::vector<LinearFilterStep> steps_of(std::span<const LinearModel> period, const InflationRule& rule,
+                                       Index steps, InflationAlongRun& along) {
+  std::vector<Matrix> GQG;
+  for (const LinearModel& model : period) {
+    if (rule.is_sequential()) require_diagonal(model);
+    GQG.push_back(process_covariance(model));
+  }
   SequentialWorkspace workspace;
   std::vector<LinearFilterStep> result;
   result.reserve(static_cast<std::size_t>(steps));
   for (Index k = 0; k < steps; ++k) {
-    const Matrix& P = result.empty() ? assumed.P0 : result.back().P;
-    result.push_back(advance(assumed, rule, GQG, P, along, workspace));
+    const Matrix& P = result.empty() ? period.front().P0 : result.back().P;
+    const auto phase = static_cast<std::size_t>(k % std::ssize(period));
+    result.push_back(advance(period[phase], rule, GQG[phase], P, along, workspace));
     if (!result.back().ok) break;
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
+                                                  Index steps) {
+  return linear_filter_steps(std::span(&assumed, 1), rule, steps);
+}
+
+std::vector<LinearFilterStep> linear_filter_steps(std::span<const LinearModel> period,
+                                                  const InflationRule& rule, Index steps) {
+  InflationAlongRun along;
+  return steps_of(period, rule, steps, along);
+}
+
+std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
+                                                  Index steps, InflationAlongRun& along) {
+  return steps_of({&assumed, 1}, rule, steps, along);
 }
 
 }  // namespace credence

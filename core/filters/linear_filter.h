@@ -25,9 +25,11 @@ struct LinearFilterStep {
 /// measurement at every step.
 class LinearFilter {
  public:
-  /// `assumed` is the model with the noise that the filter assumes; R must be diagonal. Throws
-  /// std::invalid_argument where it is not.
+  /// `assumed` is the model with the noise that the filter assumes. A sequential rule needs a diagonal R,
+  /// else std::invalid_argument.
   LinearFilter(LinearModel assumed, InflationRule rule);
+  /// Of a periodic model: those of its steps 1 … p.
+  LinearFilter(std::vector<LinearModel> period, InflationRule rule);
 
   /// Back to P0, or to another P of a state and time.
   void reset();
@@ -41,9 +43,11 @@ class LinearFilter {
   const LinearFilterStep& last() const { return step_; }
 
  private:
-  LinearModel assumed_, seen_;
+  std::vector<LinearModel> period_;
+  LinearModel seen_;
   InflationRule rule_;
-  Matrix GQG_;
+  std::vector<Matrix> GQG_;
+  Index steps_ = 0;  ///< since the last reset
   InflationAlongRun inflation_;
   SequentialWorkspace workspace_;
   LinearFilterStep step_;
@@ -57,6 +61,10 @@ class LinearFilter {
 /// std::invalid_argument.
 std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
                                                   Index steps);
+
+/// The same for a periodic model, of whose steps 1 … p `period` has the models; P0 is that of the first.
+std::vector<LinearFilterStep> linear_filter_steps(std::span<const LinearModel> period,
+                                                  const InflationRule& rule, Index steps);
 
 /// The same for the next `steps` of a run whose P is now assumed.P0, and whose inflation so far is `along`.
 std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "core/record/block_layout.h"
 #include "core/types.h"
 
@@ -19,6 +21,11 @@ struct LinearModel {
   Index state_dim() const { return F.rows(); }
   Index measurement_dim() const { return H.rows(); }
 };
+
+/// The model of step k, from 1 on, of a system whose matrices repeat themselves after those of `period`.
+inline const LinearModel& model_at(std::span<const LinearModel> period, Index k) {
+  return period[static_cast<std::size_t>(k - 1) % period.size()];
+}
 
 /// The monobot (theory, section 2; [Vidal-Calleja 2004], eqs (13)-(15)): a vehicle on a line that sees every
 /// landmark at every step, x = [r, f_1 … f_N], F = I, G = [1 0 … 0]ᵀ, z_i = f_i − r + w_i.

@@ -1,13 +1,21 @@
 #include "core/models/model_mismatch.h"
 
+#include <algorithm>
+
 namespace credence {
 
 bool knows_dynamics(const LinearModel& truth, const LinearModel& assumed) {
   return truth.F == assumed.F && truth.H == assumed.H;
 }
 
-LinearModel error_model(const LinearModel& truth, const LinearModel& assumed) {
-  if (knows_dynamics(truth, assumed)) return truth;
+bool knows_dynamics(std::span<const LinearModel> truth, std::span<const LinearModel> assumed) {
+  return std::ranges::equal(truth, assumed,
+                            [](const LinearModel& a, const LinearModel& b) { return knows_dynamics(a, b); });
+}
+
+namespace {
+
+LinearModel error_and_state_model(const LinearModel& truth, const LinearModel& assumed) {
   const Index n = truth.state_dim(), m = truth.measurement_dim(), q = truth.G.cols();
   LinearModel model = truth;
   model.F = Matrix::Zero(2 * n, 2 * n);
@@ -18,6 +26,20 @@ LinearModel error_model(const LinearModel& truth, const LinearModel& assumed) {
   model.H << assumed.H, truth.H - assumed.H;
   model.P0 = truth.P0.replicate(2, 2);
   return model;
+}
+
+}  // namespace
+
+LinearModel error_model(const LinearModel& truth, const LinearModel& assumed) {
+  return knows_dynamics(truth, assumed) ? truth : error_and_state_model(truth, assumed);
+}
+
+std::vector<LinearModel> error_models(std::span<const LinearModel> truth,
+                                      std::span<const LinearModel> assumed) {
+  std::vector<LinearModel> models(truth.begin(), truth.end());
+  if (knows_dynamics(truth, assumed)) return models;
+  std::ranges::transform(truth, assumed, models.begin(), error_and_state_model);
+  return models;
 }
 
 Matrix padded(const Matrix& matrix, Index rows, Index columns) {

@@ -50,6 +50,12 @@ Moments without_zeros(double mean, double m2, std::int64_t count) {
       .count = count, .mean = own, .m2 = std::max(0.0, m2 - own * own * n * (kNoiseLanes - n) / kNoiseLanes)};
 }
 
+std::vector<LinearModel> joined(const LinearModel& first, const std::vector<LinearModel>& later) {
+  std::vector<LinearModel> all{first};
+  all.insert(all.end(), later.begin(), later.end());
+  return all;
+}
+
 /// Steps whose noise fills half of a common L1 cache.
 Index steps_of_block(Index measurements) {
   constexpr Index kDoubles = 2048;
@@ -58,10 +64,16 @@ Index steps_of_block(Index measurements) {
 
 }  // namespace
 
+std::vector<LinearModel> IntermittentProblem::truth_period() const { return joined(truth, truth_later); }
+
+std::vector<LinearModel> IntermittentProblem::assumed_period() const {
+  return joined(assumed, assumed_later);
+}
+
 bool IntermittentLanes::support(const IntermittentProblem& p) {
   const bool decorrelates = p.rule.inflation != Inflation::none;
-  return is_monobot(p.truth) && is_monobot(p.assumed) && p.truth.H == p.assumed.H &&
-         p.assumed.R(0, 0) > 0.0 && p.assumed.P0(0, 0) > 0.0 &&
+  return p.measurement_delay == 0 && !p.is_periodic() && is_monobot(p.truth) && is_monobot(p.assumed) &&
+         p.truth.H == p.assumed.H && p.assumed.R(0, 0) > 0.0 && p.assumed.P0(0, 0) > 0.0 &&
          (!decorrelates || p.rule.solution == InflationSolution::pairwise);
 }
 

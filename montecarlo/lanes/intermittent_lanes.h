@@ -14,12 +14,20 @@
 
 namespace credence {
 
-/// A linear world whose measurements are missed at random, and the filter in it.
+/// A linear world whose measurements may be missed at random, and the filter in it.
 struct IntermittentProblem {
   LinearModel truth;    ///< makes the noise
   LinearModel assumed;  ///< what the filter believes
   InflationRule rule;
   double detection_probability = 1.0;  ///< of every measurement at every step, independently
+  Index measurement_delay = 0;         ///< steps after which a measurement reaches the filter
+  /// Of the steps 2 … p of a period; empty: the same always.
+  std::vector<LinearModel> truth_later{}, assumed_later{};
+
+  bool is_periodic() const { return !truth_later.empty(); }
+  /// Of all steps of a period, which may be a single one.
+  std::vector<LinearModel> truth_period() const;
+  std::vector<LinearModel> assumed_period() const;
 };
 
 /// LinearFilter for 32 runs of a monobot at a time, each with the measurements and so the P, K and S of its

@@ -91,6 +91,9 @@ void LinearSimulator::simulate(const NoiseSource& noise, Index first_run, Index 
   const bool run_sums = !run_nees.empty();
   if (run_sums)
     require(std::ssize(run_nees) == runs, "there are not as many run_nees as runs: ", std::ssize(run_nees));
+  if (!noise.is_plain()) {
+    throw std::invalid_argument("simulate_linear: the lanes draw white Gaussian noise alone");
+  }
   if (runs == 0) return;
 
   const Workspace workspace(plan, runs);

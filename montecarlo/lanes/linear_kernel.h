@@ -22,19 +22,31 @@ namespace credence {
 
 class LinearPlanStorage;
 
+/// What moves an error in one step, and what is measured of it.
+struct LinearErrorDynamics {
+  Matrix F;
+  Matrix noise_input;       ///< G_q = G chol(Q)
+  Matrix H;                 ///< m×n
+  Matrix measurement_root;  ///< R_r = chol(R)
+};
+
 /// Error dynamics of a linear filter, step k = 1 … steps.size(), with the error e = x − x̂:
 ///
 ///   e_0 = L n,  e⁻ = F e + G_q v,  nu = H e⁻ + R_r w,  e = e⁻ − K_k nu,
 ///   NIS_k = ‖W_k nu‖²,  NEES_k = ‖V_k e‖²,  n, v, w standard normal.
 ///
 /// The noise that drives it is the true one, whatever the filter assumes. Shapes: F n×n, noise_input n×q,
-/// H m×n, measurement_root m×m, initial_root n×n.
-struct LinearErrorSystem {
-  Matrix F;
-  Matrix noise_input;       ///< G_q = G chol(Q)
-  Matrix H;                 ///< m×n
-  Matrix measurement_root;  ///< R_r = chol(R)
-  Matrix initial_root;      ///< L = chol(P0)
+/// H m×n, measurement_root m×m, initial_root n×n. F, G_q, H and R_r may be periodic.
+struct LinearErrorSystem : LinearErrorDynamics {
+  Matrix initial_root;                     ///< L = chol(P0)
+  std::vector<LinearErrorDynamics> later;  ///< of the steps 2 … p of a period; empty: the same always
+
+  Index period() const { return 1 + std::ssize(later); }
+  /// Of step k, from 1 on.
+  const LinearErrorDynamics& at(Index k) const {
+    const auto phase = static_cast<std::size_t>((k - 1) % period());
+    return phase == 0 ? *this : later[phase - 1];
+  }
 
   struct Step {
     Matrix K;                     ///< gain, n×m
@@ -64,8 +76,8 @@ class LinearSimulator {
   /// first_run + i in accumulator i mod 8, added up as ((0+4)+(2+6))+((1+5)+(3+7)), and merged into `nees`
   /// and `nis` as one chunk. `run_nees`, unless empty, gets the sum of the NEES of each run over its steps: d
   /// of the steps in their order, then the dof. Uses the instruction set of `noise`. Not finite where an
-  /// error is not. Throws std::invalid_argument for negative runs, or spans that are not as long as there are
-  /// steps or runs.
+  /// error is not. Throws std::invalid_argument for negative runs, spans that are not as long as there are
+  /// steps or runs, or noise that is not white and Gaussian.
   void simulate(const NoiseSource& noise, Index first_run, Index runs, std::span<Moments> nees,
                 std::span<Moments> nis, std::span<double> run_nees = {}) const;
 

@@ -32,12 +32,18 @@ struct LinearPlanStep {
   double nees_scale;               ///< of NEES in the original units
 };
 
+/// The matrices of one step of a period.
+struct LinearPlanPhase {
+  bool identity;  ///< F = I
+  SparseRows F, noise_input, H, measurement_root;
+};
+
 /// A LinearErrorSystem, in the units of linear_kernel_units.h, as the kernels want it.
 struct LinearPlan {
   std::int32_t states, process_noises, measurements;
-  std::int64_t steps;
-  bool identity;  ///< F = I
-  SparseRows F, noise_input, H, measurement_root, initial_root;
+  std::int64_t steps, period;
+  const LinearPlanPhase* phase;  ///< `period` of them
+  SparseRows initial_root;
   const LinearPlanStep* step;  ///< `steps` of them
   /// Not null for a small monobot: for every step K by rows, then the lower triangles of both whitenings by
   /// rows.

@@ -14,7 +14,8 @@ bool ends_in_one(const Matrix& matrix) {
 /// first.
 bool is_small_monobot(const LinearErrorSystem& system) {
   const Index n = system.F.rows(), m = system.H.rows(), anchors = m - (n - 1);
-  if ((n != 2 && n != 3) || anchors < 0 || anchors > 1 || !system.F.isIdentity(0.0)) return false;
+  if (system.period() > 1 || (n != 2 && n != 3) || anchors < 0 || anchors > 1 || !system.F.isIdentity(0.0))
+    return false;
   if (system.noise_input.cols() != 1 || system.noise_input(0, 0) != 1.0 ||
       !(system.noise_input.bottomRows(n - 1).array() == 0.0).all())
     return false;
@@ -60,6 +61,13 @@ LinearPlanStorage::Sparse::Sparse(const Matrix& matrix) {
   }
 }
 
+LinearPlanStorage::Phase::Phase(const LinearErrorDynamics& dynamics)
+    : identity(dynamics.F.isIdentity(0.0)),
+      F(dynamics.F),
+      noise_input(dynamics.noise_input),
+      H(dynamics.H),
+      measurement_root(dynamics.measurement_root) {}
+
 LinearPlanStorage::Dense LinearPlanStorage::append(const Matrix& matrix) {
   const Dense dense{static_cast<std::int32_t>(matrix.rows()), static_cast<std::int32_t>(matrix.cols()),
                     begin_.size(), values_.size()};
@@ -89,11 +97,7 @@ void LinearPlanStorage::append_monobot(const LinearErrorSystem& system) {
 }
 
 LinearPlanStorage::LinearPlanStorage(const LinearSystemInUnits& in_units)
-    : F_(in_units.system.F),
-      noise_input_(in_units.system.noise_input),
-      H_(in_units.system.H),
-      measurement_root_(in_units.system.measurement_root),
-      initial_root_(in_units.system.initial_root),
+    : initial_root_(in_units.system.initial_root),
       nis_scale_(in_units.nis_scale),
       nees_scale_(in_units.nees_scale) {
   const LinearErrorSystem& system = in_units.system;
@@ -113,15 +117,20 @@ LinearPlanStorage::LinearPlanStorage(const LinearSystemInUnits& in_units)
                       .nees_scale = nees_scale_[k]});
   }
   if (is_small_monobot(system)) append_monobot(system);
+  for (Index k = 1; k <= system.period(); ++k) phases_.emplace_back(system.at(k));
+  for (const Phase& phase : phases_) {
+    plan_phases_.push_back({.identity = phase.identity,
+                            .F = phase.F.rows(),
+                            .noise_input = phase.noise_input.rows(),
+                            .H = phase.H.rows(),
+                            .measurement_root = phase.measurement_root.rows()});
+  }
   plan_ = {.states = static_cast<std::int32_t>(system.F.rows()),
            .process_noises = static_cast<std::int32_t>(system.noise_input.cols()),
            .measurements = static_cast<std::int32_t>(system.H.rows()),
            .steps = static_cast<std::int64_t>(system.steps.size()),
-           .identity = system.F.isIdentity(0.0),
-           .F = F_.rows(),
-           .noise_input = noise_input_.rows(),
-           .H = H_.rows(),
-           .measurement_root = measurement_root_.rows(),
+           .period = system.period(),
+           .phase = plan_phases_.data(),
            .initial_root = initial_root_.rows(),
            .step = steps_.data(),
            .monobot_coefficients = monobot_coefficients_.empty() ? nullptr : monobot_coefficients_.data(),

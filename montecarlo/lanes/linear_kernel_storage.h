@@ -42,7 +42,16 @@ class LinearPlanStorage {
   DenseRows rows_of(const Dense& dense) const;
   void append_monobot(const LinearErrorSystem& system);
 
-  Sparse F_, noise_input_, H_, measurement_root_, initial_root_;
+  /// Those of one step of a period.
+  struct Phase {
+    explicit Phase(const LinearErrorDynamics& dynamics);
+    bool identity;
+    Sparse F, noise_input, H, measurement_root;
+  };
+
+  std::vector<Phase> phases_;
+  std::vector<LinearPlanPhase> plan_phases_;
+  Sparse initial_root_;
   std::vector<std::int32_t> begin_, end_;
   std::vector<double> values_, nis_scale_, nees_scale_;
   std::vector<LinearPlanStep> steps_;

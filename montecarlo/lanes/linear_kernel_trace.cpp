@@ -45,17 +45,18 @@ LinearRunTrace trace_linear(const LinearErrorSystem& in_si, const NoiseSource& n
   for (std::size_t k = 0; k < system.steps.size(); ++k) {
     const LinearErrorSystem::Step& step = system.steps[k];
     const Index number = static_cast<Index>(k) + 1;
-    const Vector v = normals(noise, run, number, NoisePurpose::process, system.noise_input.cols());
-    const Vector w = normals(noise, run, number, NoisePurpose::measurement, system.H.rows());
-    e = product(system.F, e);
-    add_product(system.noise_input, v, e);
-    Vector nu = product(system.H, e);
-    add_product(system.measurement_root, w, nu);
+    const LinearErrorDynamics& now = system.at(number);
+    const Vector v = normals(noise, run, number, NoisePurpose::process, now.noise_input.cols());
+    const Vector w = normals(noise, run, number, NoisePurpose::measurement, now.H.rows());
+    e = product(now.F, e);
+    add_product(now.noise_input, v, e);
+    Vector nu = product(now.H, e);
+    add_product(now.measurement_root, w, nu);
     add_product(-step.K, nu, e);
     trace.errors.push_back(unit * e);
     trace.innovations.push_back(unit * nu);
-    trace.process_noise.push_back(unit * product(system.noise_input, v));
-    trace.measurement_noise.push_back(unit * product(system.measurement_root, w));
+    trace.process_noise.push_back(unit * product(now.noise_input, v));
+    trace.measurement_noise.push_back(unit * product(now.measurement_root, w));
     trace.nees.push_back(nees_scale[k] * product_squared_norm(step.error_whitening, e));
     trace.nis.push_back(nis_scale[k] * product_squared_norm(step.innovation_whitening, nu));
   }

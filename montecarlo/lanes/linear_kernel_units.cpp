@@ -39,10 +39,13 @@ double scale_whitening(double unit, Matrix& whitening) {
 
 void check_linear_error_system(const LinearErrorSystem& system) {
   const Index n = system.F.rows(), m = system.H.rows();
-  require_shape("F", system.F, n, n);
-  require_shape("noise_input", system.noise_input, n, system.noise_input.cols());
-  require_shape("H", system.H, m, n);
-  require_shape("measurement_root", system.measurement_root, m, m);
+  for (Index k = 1; k <= system.period(); ++k) {
+    const LinearErrorDynamics& dynamics = system.at(k);
+    require_shape("F", dynamics.F, n, n);
+    require_shape("noise_input", dynamics.noise_input, n, system.noise_input.cols());
+    require_shape("H", dynamics.H, m, n);
+    require_shape("measurement_root", dynamics.measurement_root, m, m);
+  }
   require_shape("initial_root", system.initial_root, n, n);
   for (const LinearErrorSystem::Step& step : system.steps) {
     require_shape("K", step.K, n, m);
@@ -55,8 +58,12 @@ LinearSystemInUnits linear_system_in_units(const LinearErrorSystem& system) {
   check_linear_error_system(system);
   LinearSystemInUnits out{
       .system = system, .unit = first_nonzero(system.noise_input), .nis_scale = {}, .nees_scale = {}};
-  out.system.noise_input /= out.unit;
-  out.system.measurement_root /= out.unit;
+  const auto scale = [&](LinearErrorDynamics& dynamics) {
+    dynamics.noise_input /= out.unit;
+    dynamics.measurement_root /= out.unit;
+  };
+  scale(out.system);
+  for (LinearErrorDynamics& dynamics : out.system.later) scale(dynamics);
   out.system.initial_root /= out.unit;
   for (LinearErrorSystem::Step& step : out.system.steps) {
     out.nis_scale.push_back(scale_whitening(out.unit, step.innovation_whitening));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "montecarlo/random/normal_kernel.h"
 
@@ -80,10 +81,34 @@ double event(std::uint64_t word, std::uint64_t threshold) {
 NoiseSource::NoiseSource(std::uint64_t seed, std::uint64_t group, InstructionSet set)
     : key_(splitmix64(splitmix64(seed) ^ group)), kernel_(&normal_kernel(set)), set_(set) {}
 
+NoiseSource NoiseSource::shaped(const NoiseShape& process, const NoiseShape& measurement) const {
+  check_noise_shape(process);
+  check_noise_shape(measurement);
+  NoiseSource result = *this;
+  result.process_ = process;
+  result.measurement_ = measurement;
+  return result;
+}
+
+NoiseSource NoiseSource::plain() const {
+  NoiseSource result = *this;
+  result.process_ = result.measurement_ = {};
+  return result;
+}
+
+const NoiseShape* NoiseSource::shape_of(NoisePurpose purpose) const {
+  if (purpose == NoisePurpose::process && !process_.is_plain()) return &process_;
+  if (purpose == NoisePurpose::measurement && !measurement_.is_plain()) return &measurement_;
+  return nullptr;
+}
+
 void NoiseSource::normals(std::int64_t run, std::int64_t step, NoisePurpose purpose, std::span<double> out,
                           std::int64_t first_slot) const {
   const auto count = static_cast<std::int64_t>(out.size());
   check_key(run, step, first_slot, count);
+  if (const NoiseShape* shape = shape_of(purpose)) {
+    return shaped_normals(plain(), *shape, run, step, purpose, first_slot, count, out);
+  }
   kernel_->slots(block_key(key_, run, (step + 3) / 4, purpose), static_cast<unsigned>((step + 3) % 4),
                  static_cast<std::uint32_t>(first_slot), out.data(), count);
 }
@@ -91,6 +116,9 @@ void NoiseSource::normals(std::int64_t run, std::int64_t step, NoisePurpose purp
 void NoiseSource::normals_of_four_steps(std::int64_t run, std::int64_t first_step, NoisePurpose purpose,
                                         std::int64_t slots, std::span<double> out) const {
   check_four_steps(run, first_step, slots, out);
+  if (const NoiseShape* shape = shape_of(purpose)) {
+    return shaped_normals(plain(), *shape, run, first_step, purpose, 0, slots, out);
+  }
   kernel_->steps(block_key(key_, run, (first_step + 3) / 4, purpose), 0, out.data(), slots);
 }
 
@@ -104,6 +132,19 @@ double NoiseSource::normal(std::int64_t run, std::int64_t step, NoisePurpose pur
 void NoiseSource::normals_of_runs(std::int64_t first_run, std::int64_t first_step, std::int64_t steps,
                                   NoisePurpose purpose, std::int64_t slots, std::span<double> out) const {
   check_runs(first_run, first_step, steps, slots, out);
+  if (const NoiseShape* shape = shape_of(purpose)) {
+    std::vector<double> of_run(static_cast<std::size_t>(slots * steps));
+    for (std::int64_t lane = 0; lane < kLanes; ++lane) {
+      shaped_normals(plain(), *shape, first_run + lane, first_step, purpose, 0, slots, of_run);
+      for (std::int64_t k = 0; k < steps; ++k) {
+        for (std::int64_t slot = 0; slot < slots; ++slot) {
+          out[static_cast<std::size_t>((slot * steps + k) * kLanes + lane)] =
+              of_run[static_cast<std::size_t>(k * slots + slot)];
+        }
+      }
+    }
+    return;
+  }
   kernel_->runs(block_key(key_, first_run, (first_step + 3) / 4, purpose), steps / 4, slots, out.data());
 }
 

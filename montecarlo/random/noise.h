@@ -4,6 +4,7 @@
 #include <span>
 
 #include "core/simd/cpu_dispatch.h"
+#include "montecarlo/random/noise_shape.h"
 
 /// @file
 /// Random numbers as a pure function of what they are for: no state, no order of drawing, no worker.
@@ -43,9 +44,13 @@ enum class NoisePurpose : std::uint32_t {
   world = 3,        ///< layout of the world: landmarks, paths
   decision = 4,     ///< what a study decides at random: resampling, permutations
   detection = 5,    ///< whether the sensor sees what it could see at `step`
+  tail = 6,         ///< tails and outliers of the noise at `step` (noise_shape.h)
 };
 
 /// Standard normals, and uniforms, as a pure function of (seed, noise group, run, step, purpose, slot).
+///
+/// Process and measurement noise may have another shape than white and Gaussian (noise_shape.h); every way to
+/// a number of these purposes then gives the shaped one, slower.
 ///
 /// Cheap to copy, safe to share between threads. All functions throw std::invalid_argument unless
 /// 0 <= run, 0 <= step < 2^32 − 3 and 0 <= slot < 2^24.
@@ -54,6 +59,14 @@ class NoiseSource {
   /// `group` names what shares its noise: two filters under test in one noise group see the same noise.
   /// `set` changes the speed alone; throws std::invalid_argument if this machine does not support it.
   NoiseSource(std::uint64_t seed, std::uint64_t group, InstructionSet set = best_instruction_set());
+
+  /// The same source with noise of these shapes. Throws std::invalid_argument for a shape that cannot be.
+  NoiseSource shaped(const NoiseShape& process, const NoiseShape& measurement) const;
+
+  const NoiseShape& process_shape() const { return process_; }
+  const NoiseShape& measurement_shape() const { return measurement_; }
+  /// Whether all of its noise is white and Gaussian.
+  bool is_plain() const { return process_.is_plain() && measurement_.is_plain(); }
 
   /// out[i] = the standard normal of slot first_slot + i.
   void normals(std::int64_t run, std::int64_t step, NoisePurpose purpose, std::span<double> out,
@@ -98,9 +111,14 @@ class NoiseSource {
   InstructionSet instruction_set() const { return set_; }
 
  private:
+  /// The shape of a purpose that has one which is not plain, else null.
+  const NoiseShape* shape_of(NoisePurpose purpose) const;
+  NoiseSource plain() const;
+
   std::uint64_t key_;
   const NormalKernel* kernel_;
   InstructionSet set_;
+  NoiseShape process_, measurement_;
 };
 
 }  // namespace credence

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/scenario/world_schema.h"
 
@@ -67,8 +68,9 @@ struct Resolution {
   }
 
   void check() const {
-    find_world(scenario.world.model)
-        ->check(scenario, {refuse<ImpossibleCombination>(), refuse<ScenarioError>()});
+    const Refusal refusal{refuse<ImpossibleCombination>(), refuse<ScenarioError>()};
+    check_noise_switches(scenario, refusal);
+    find_world(scenario.world.model)->check(scenario, refusal);
   }
 };
 

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/world_schema.h"
 
 namespace credence {
@@ -46,19 +47,6 @@ KeyRow model_key() {
           .meaning = meaning_of_model(),
           .field = ChoiceField{get, set, names},
           .default_words = "required"};
-}
-
-KeyRow detection_key() {
-  return {
-      .section = "noise",
-      .name = "detection_probability",
-      .unit = "",
-      .meaning =
-          "chance that a landmark in view (else a component of the measurement) is measured at a step; the "
-          "others "
-          "are missed",
-      .field = real_field<&Scenario::noise, &NoiseSettings::detection_probability>({0.0, 1.0, true, false}),
-      .in_effect = [](const Scenario& s) { return s.noise.detection_probability < 1.0; }};
 }
 
 std::vector<KeyRow> study_keys() {
@@ -133,7 +121,7 @@ void append(const KeyRow& row, std::string_view world, std::vector<ScenarioKey>&
 /// In each section the worlds' keys stand between those that all worlds have.
 std::vector<ScenarioKey> all_keys() {
   constexpr std::string_view kSections[] = {"world", "noise", "initial", "filter", "study", "study.stop"};
-  std::vector<KeyRow> last = {detection_key()};
+  std::vector<KeyRow> last = noise_switch_keys();
   for (auto&& rows : {study_keys(), stop_keys()}) last.insert(last.end(), rows.begin(), rows.end());
   std::vector<ScenarioKey> table;
   const auto append_common = [&](const KeyRow& row) {

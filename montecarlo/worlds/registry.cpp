@@ -8,12 +8,13 @@
 
 #include "core/memory_need.h"
 #include "montecarlo/engine/engine.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/inertial/inertial_world.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/linear/linear_world.h"
 #include "montecarlo/worlds/localisation/localisation_world.h"
 #include "montecarlo/worlds/monobot/monobot_world.h"
+#include "montecarlo/worlds/pendulum/pendulum_world.h"
 #include "montecarlo/worlds/planar/planar_registration.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_world.h"
 #include "montecarlo/worlds/spatial_slam/spatial_slam_world.h"
@@ -24,7 +25,8 @@ namespace {
 
 constexpr std::array kWorlds = {
     &kMonobotWorld,    &kPlanarWorld,       &kLinearWorld,   &kTrackingWorld,
-    &kPlanarSlamWorld, &kLocalisationWorld, &kInertialWorld, &kSpatialSlamWorld,
+    &kPlanarSlamWorld, &kLocalisationWorld, &kInertialWorld, &kPendulumWorld,
+    &kSpatialSlamWorld,
 };
 
 /// The experiment, the statistics of its steps, and a bit for each chunk.
@@ -64,8 +66,8 @@ std::optional<LinearProblem> linear_problem(const Scenario& scenario) {
 std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
   require_experiment_memory(scenario);
   if (std::optional<LinearProblem> problem = linear_problem(scenario)) {
-    const NoiseSource source(scenario.study.seed, noise_group(scenario));
-    return make_linear_experiment(std::move(*problem), scenario.study.steps, source);
+    problem->measurement_delay = measurement_delay(scenario);
+    return make_linear_experiment(std::move(*problem), scenario.study.steps, noise_source(scenario));
   }
   return world_of(scenario).experiment(scenario);
 }

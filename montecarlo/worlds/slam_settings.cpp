@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/noise_switches.h"
 
 namespace credence {
 namespace {
@@ -139,8 +140,10 @@ std::string slam_text(const Scenario& scenario) {
                                   ? "partially observable"
                                   : fmt::format("{} anchor{}", world.anchors, world.anchors == 1 ? "" : "s");
   const double seen = scenario.noise.detection_probability;
-  return fmt::format("{}, {} landmark{}, {}{}", world.model, world.landmarks, world.landmarks == 1 ? "" : "s",
-                     anchors, seen < 1.0 ? fmt::format(", each measured with probability {:g}", seen) : "");
+  return fmt::format("{}, {} landmark{}, {}{}{}", world.model, world.landmarks,
+                     world.landmarks == 1 ? "" : "s", anchors,
+                     seen < 1.0 ? fmt::format(", each measured with probability {:g}", seen) : "",
+                     noise_switches_text(scenario));
 }
 
 std::string slam_size_text(const Scenario& scenario) {

@@ -1,15 +1,15 @@
 """Can this covariance be trusted?
 
-``check`` judges arrays of errors and covariances, ``run`` a scenario, ``study`` a world and a filter written in
+``check`` judges arrays of errors and covariances, ``run`` a scenario, ``load`` what one has stored, ``study`` a world and a filter written in
 Python. Each returns a ``Result``: its verdict, the tests and the causes behind it, and its report. ``tune`` returns the
 noise that the innovations of a scenario ask for, ``tune_filter`` that of a filter written in Python.
 """
 
 from ._check import check
-from ._credence import OutputError, ScenarioError
+from ._credence import OutputError, ScenarioError, StoreError
 from ._play import Noise, PlugError
 from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
-from ._run import Sweep, noise_group, run, sweep
+from ._run import Sweep, load, noise_group, run, sweep
 from ._study import study
 from ._tune import Parameter, Tuning, tune
 from ._tune_filter import FilterTuning, tune_filter
@@ -26,11 +26,13 @@ __all__ = [
     "Result",
     "ScenarioError",
     "Sensor",
+    "StoreError",
     "Sweep",
     "Test",
     "Tuning",
     "Verdict",
     "check",
+    "load",
     "noise_group",
     "run",
     "study",

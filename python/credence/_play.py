@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, Optional
@@ -17,6 +18,18 @@ _INPUT_SLOTS = 1 << 20  # beyond those of the process noise
 
 class PlugError(ValueError):
     """The world or the filter is not what ``study`` needs; the message says where."""
+
+
+@dataclass(frozen=True)
+class Switches:
+    """What makes the noise of a study other than its filter believes, as the keys of [noise] in docs/scenario.md do."""
+
+    outlier_rate: float = 0.0
+    outlier_scale: float = 10.0
+    student_dof: int = 0
+    measurement_correlation: float = 0.0
+    process_correlation: float = 0.0
+    measurement_delay: int = 0
 
 
 class Noise:
@@ -35,8 +48,11 @@ class Noise:
 class _Source:
     """The normals of a few runs; those of four steps are made at once."""
 
-    def __init__(self, seed: int, group: int, first_run: int, runs: int, batch: bool):
-        self._noise = _credence.NoiseSource(seed, group)
+    def __init__(self, plan: "Plan", first_run: int, runs: int):
+        s, batch = plan.switches, plan.batch
+        self._noise = _credence.NoiseSource(plan.seed, plan.noise_group).shaped(
+            s.process_correlation, s.measurement_correlation, s.student_dof, s.outlier_rate, s.outlier_scale
+        )
         self._first_run, self._runs, self._batch = first_run, runs, batch
         self._blocks: dict = {}
 
@@ -62,6 +78,7 @@ class Plan:
     noise_group: int
     batch: bool
     angles: Any = None
+    switches: Switches = Switches()
 
 
 @dataclass
@@ -133,7 +150,7 @@ class _Play:
     def play(self) -> Chunk:
         plan, runs = self._plan, self._runs
         world, made = plan.world, plan.make_filter()
-        source = _Source(plan.seed, plan.noise_group, self._first_run, runs, plan.batch)
+        source = _Source(plan, self._first_run, runs)
         mean, P0, n = _initial(plan, runs)
         angles = np.zeros(n, dtype=bool)
         if plan.angles is not None:
@@ -142,6 +159,7 @@ class _Play:
         self.chunk = chunk
         truth = world.initial(Noise(source, 0, _credence.Purpose.initial))
         made.reset(mean, P0)
+        late = collections.deque()  # measurements on their way
         for k in range(1, plan.steps + 1):
             self.step = k
             truth = world.step(truth, k, Noise(source, k, _credence.Purpose.process))
@@ -150,6 +168,8 @@ class _Play:
             else:
                 made.predict()
             z = world.measure(truth, k, Noise(source, k, _credence.Purpose.measurement))
+            late.append(z)
+            z = late.popleft() if len(late) > plan.switches.measurement_delay else None
             if z is not None:
                 made.update(z)
             self._show(made, truth, z, k, n, angles)

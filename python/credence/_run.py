@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import math
 import os
@@ -119,6 +120,9 @@ class Sweep:
     def __repr__(self) -> str:
         return self._told.text()
 
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self._told.text())}</pre>"
+
 
 def _column_type(values: list) -> str:
     if all(isinstance(v, bool) for v in values):
@@ -136,6 +140,16 @@ def sweep(scenario: Scenario, *, threads: int = 0, **overrides: Any) -> Sweep:
     scenario, overrides: as in ``run``; a dict may have a section "sweep": {"filter.process_scale": [0.5, 1.0]}.
     """
     return Sweep(_credence.sweep(*_read(scenario, overrides), threads))
+
+
+def load(directory: "str | os.PathLike[str]", *, threads: int = 0) -> "Result | Sweep":
+    """What ``credence run --out DIR`` or ``credence sweep --out DIR`` has stored, also while it still runs: a Result, or
+    of a sweep a Sweep, whose ``array`` is a structured array.
+
+    Verdicts are those of ``credence show DIR``. Raises StoreError, an OSError, where no results are stored.
+    """
+    told = _credence.load(os.fspath(directory), threads)
+    return Sweep(told) if told.is_sweep else Result(told)
 
 
 def noise_group(scenario: Scenario, **overrides: Any) -> int:

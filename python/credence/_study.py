@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import dataclasses
 import multiprocessing
 from typing import Any, Callable, Mapping, Optional, Sequence
 
@@ -11,8 +12,16 @@ import numpy as np
 from . import _credence
 from ._arrays import indices, state_names
 from ._check import collector
-from ._play import CHUNK, Chunk, Plan, PlugError, play_chunk, require_same_twice
+from ._play import CHUNK, Chunk, Plan, PlugError, Switches, play_chunk, require_same_twice
 from ._result import Result
+
+
+def _switches(noise: Optional[Mapping[str, Any]]) -> Switches:
+    known = [field.name for field in dataclasses.fields(Switches)]
+    for key in noise or {}:
+        if key not in known:
+            raise ValueError(f"noise['{key}']: expected one of {', '.join(known)}")
+    return Switches(**(noise or {}))
 
 
 def study(
@@ -31,6 +40,7 @@ def study(
     batch: bool = True,
     workers: int = 1,
     name: str = "study",
+    noise: Optional[Mapping[str, Any]] = None,
 ) -> Result:
     """Judges a filter in a world, both written in Python, by a Monte Carlo study.
 
@@ -54,6 +64,9 @@ def study(
     workers: processes; world and filter must then be importable, and the script guarded by
         ``if __name__ == "__main__":``. The bits do not depend on it: the same 64 runs are always one batch.
     names, angles, blocks, confidence, inflated: as in ``check``.
+    noise: what makes it other than a filter believes: {"outlier_rate": 0.01, "outlier_scale": 10, "student_dof": 4,
+        "measurement_correlation": 0.5, "process_correlation": 0.5, "measurement_delay": 1}, each as the key of [noise]
+        in docs/scenario.md. Of what world.step and world.input draw, and of what world.measure draws.
 
     An exception of the filter is a failed run, which is counted and named with seed, run and step: the batch is then
     played run by run. Raises PlugError, a ValueError, for a world or filter that is not such.
@@ -63,7 +76,7 @@ def study(
     n = np.asarray(world.prior()[0]).shape[-1]
     states = state_names(names, n)
     marked = None if angles is None else indices(angles, states, "angles")
-    plan = Plan(world, filter, steps, seed, noise_group, batch, marked)
+    plan = Plan(world, filter, steps, seed, noise_group, batch, marked, _switches(noise))
     require_same_twice(plan, runs)
 
     bounds = [(first, min(CHUNK, runs - first)) for first in range(0, runs, CHUNK)]

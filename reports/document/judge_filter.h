@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "montecarlo/worlds/plugged/batch_experiment.h"
 #include "montecarlo/worlds/plugged/model_plug.h"
 #include "montecarlo/worlds/plugged/plugged_experiment.h"
 #include "reports/document/judged_filter.h"
@@ -23,6 +24,17 @@ struct JudgeOptions {
       0.95;               ///< a consistent filter is called anything else with probability 1 − this at most
   bool inflated = false;  ///< the filter inflates its covariance on purpose
   bool check_plug = true;  ///< play a few runs first, and throw where something is wrong with them
+  /// What makes the noise of the world other than a filter believes.
+  NoiseShape process_noise{}, measurement_noise{};
+  Index measurement_delay = 0;  ///< steps after which a measurement reaches the filter
+
+  PlugSettings plug() const {
+    return {.steps = steps,
+            .seed = seed,
+            .process_shape = process_noise,
+            .measurement_shape = measurement_noise,
+            .measurement_delay = measurement_delay};
+  }
 };
 
 /// Judges an experiment by all of its runs. `said(run)` is asked what a filter that threw said.
@@ -37,9 +49,17 @@ JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& 
 template <class World, class MakeFilter>
 JudgedFilter judge_filter(World world, MakeFilter make_filter, const JudgeOptions& options = {}) {
   const PluggedExperiment<World, MakeFilter> experiment(std::move(world), std::move(make_filter),
-                                                        {.steps = options.steps, .seed = options.seed});
+                                                        options.plug());
   if (options.check_plug) require_sound(experiment.problems());
   return judge_experiment(experiment, options, [&](std::int64_t run) { return experiment.said(run); });
+}
+
+/// The same for a filter that brings lanes (BatchFilter): `make_batch()` gives one of kLanes runs.
+template <class World, class MakeBatch>
+JudgedFilter judge_batch(World world, MakeBatch make_batch, const JudgeOptions& options = {}) {
+  const BatchExperiment<World, MakeBatch> experiment(std::move(world), std::move(make_batch), options.plug());
+  if (options.check_plug) require_sound(experiment.problems());
+  return judge_experiment(experiment, options);
 }
 
 /// Judges the extended Kalman filter of a model in the world of that model, or of another one.

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -121,6 +122,61 @@ TEST_F(WorldsCommand, PlanAndASingleRunWork) {
   const Finished one = run({"run", scenario("linear"), "--only-run", "3"});
   EXPECT_EQ(one.code, 0) << one.err;
   EXPECT_THAT(one.out, HasSubstr("error of angle, speed, load ± 2σ"));
+}
+
+// The same filter in C, by binary frames, and built in: the pipe keeps every bit, and sums are in another
+// order.
+TEST_F(WorldsCommand, AFilterInAnotherLanguageHasItsVerdictThroughThePipe) {
+  const std::string folder = (source_folder() / "examples/pipe").string(),
+                    walk = folder + "/random_walk.toml";
+  const Finished made =
+      finish(start_program({"cc", "-std=c99", "-O1", "-o", "my_filter", folder + "/my_filter.c"}));
+  if (made.code != 0) GTEST_SKIP() << "no C compiler: " << made.err;
+  const std::string credence = credence_binary().string();
+  const Finished piped = finish(start_program(
+      {"sh", "-c",
+       credence + " world " + walk + " --frames | ./my_filter | " + credence + " check - --format json"}));
+  ASSERT_EQ(piped.code, 0) << piped.err;
+  const Json judged = Json::parse(piped.out), wanted = json({"run", walk, "--format", "json"});
+  EXPECT_EQ(judged["verdict"], wanted["verdict"]);
+  for (const char* of : {"nees", "nis"}) {
+    EXPECT_NEAR(judged[of]["mean"].get<double>(), wanted[of]["mean"].get<double>(), 1e-9) << of;
+  }
+}
+
+TEST_F(WorldsCommand, FramesAreTheRowsOfTheText) {
+  const std::vector<std::string> command = {"world", scenario("pendulum"), "--runs", "2", "--steps", "3"};
+  std::vector<std::string> binary = command;
+  binary.emplace_back("--frames");
+  const std::string text = run(command).out, frames = run(binary).out;
+  const auto body = [](const std::string& all) { return all.substr(all.find("run,step")); };
+  const std::string names = body(text).substr(0, body(text).find('\n') + 1);
+  EXPECT_THAT(frames, testing::StartsWith("# credence frames 1\n"));
+  EXPECT_THAT(body(frames), testing::StartsWith(names));
+  const auto columns = static_cast<std::size_t>(std::ranges::count(names, ',')) + 1;
+  EXPECT_EQ(body(frames).size() - names.size(), 2 * 4 * columns * sizeof(double));
+  EXPECT_EQ(std::ranges::count(body(text), '\n'), 1 + 2 * 4);
+}
+
+TEST_F(WorldsCommand, AStreamThatBreaksOffIsNamed) {
+  const Finished broken =
+      finish(start_program({"sh", "-c",
+                            "printf '# credence frames 1\\nrun,step,error.x,P.1.1\\nabc' | " +
+                                credence_binary().string() + " check -"}));
+  EXPECT_NE(broken.code, 0);
+  EXPECT_THAT(broken.err, HasSubstr("row 1 breaks off after 3 of 32 bytes"));
+}
+
+TEST_F(WorldsCommand, StabilityOfAPeriodicWorldIsThatOfItsPeriod) {
+  write("periodic.toml",
+        "[world]\nmodel = \"linear\"\nperiod = 2\nF = [[1, 0], [0, 1]]\nH = [[1, 0], [0, 1]]\n"
+        "Q = [[0.1, 0], [0, 0.1]]\nR = [[1]]\nP0 = [[1, 0], [0, 1]]\n");
+  const Finished seen = run({"stability", "periodic.toml"});
+  EXPECT_EQ(seen.code, 0) << seen.err;
+  EXPECT_THAT(seen.out, HasSubstr("a step is here a whole period of 2"));
+  EXPECT_TRUE(json({"stability", "periodic.toml", "--format", "json"})["predicted_bounded"]);
+  EXPECT_FALSE(json(
+      {"stability", "periodic.toml", "--set", "world.H=[[1, 0]]", "--format", "json"})["predicted_bounded"]);
 }
 
 }  // namespace

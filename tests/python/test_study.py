@@ -169,3 +169,49 @@ def test_plugs_that_are_none_are_named():
     assert message(World(), Short) == "filter.S has shape (10, 1, 1): expected (64, 1, 1) or (1, 1)"
     with pytest.raises(ValueError, match="runs = 0"):
         credence.study(World(), Filter, runs=0)
+
+
+@pytest.mark.parametrize(
+    "noise, wrong",
+    [
+        ({"outlier_rate": 0.05, "outlier_scale": 10.0}, True),
+        ({"measurement_correlation": 0.9}, True),
+        ({"measurement_delay": 3}, True),
+        ({"process_correlation": 0.0}, False),
+    ],
+)
+def test_switches_of_the_noise_change_the_verdict(noise, wrong):
+    result = credence.study(World(), Filter, noise=noise, **STUDY)
+    plain = credence.study(World(), Filter, **STUDY)
+    if wrong:
+        assert result.verdict in ("optimistic", "mixed")
+    else:
+        assert result.to_dict() == plain.to_dict()
+
+
+def test_a_late_measurement_is_late_by_so_many_steps():
+    heard = []
+
+    class Listening(Filter):
+        def update(self, z):
+            heard.append(z[0, 0])
+            super().update(z)
+
+    said = []
+
+    class Spoken(World):
+        def measure(self, x, k, noise):
+            z = super().measure(x, k, noise)
+            said.append(z[0, 0])
+            return z
+
+    credence.study(Spoken(), Listening, runs=1, steps=10, noise={"measurement_delay": 2})
+    # The plug is tried twice over 5 steps first.
+    assert heard[-8:] == said[-10:-2] and len(heard) == 2 * 3 + 8
+
+
+def test_a_switch_that_there_is_not_is_named():
+    with pytest.raises(ValueError, match=r"noise\['outliers'\]"):
+        credence.study(World(), Filter, noise={"outliers": 0.1}, **STUDY)
+    with pytest.raises(ValueError, match="degrees of freedom"):
+        credence.study(World(), Filter, noise={"student_dof": 2}, **STUDY)

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "montecarlo/scenario/key_fields.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/slam_settings.h"
 
 namespace credence {
@@ -73,18 +73,14 @@ ChartSettings chart_settings(const Scenario& scenario) {
           .reset = reset ? CovarianceReset::full : CovarianceReset::none};
 }
 
-PlugSettings plug_settings(const Scenario& scenario) {
-  return {.steps = scenario.study.steps, .seed = scenario.study.seed, .noise_group = noise_group(scenario)};
-}
-
 std::string charted_text(const Scenario& scenario) {
   const ChartSettings charts = chart_settings(scenario);
   const double seen = scenario.noise.detection_probability;
   return fmt::format(
-      "aided by {} every {} steps{}, error in the {} chart{}{}", word_value(scenario, "world.aiding"),
+      "aided by {} every {} steps{}{}, error in the {} chart{}{}", word_value(scenario, "world.aiding"),
       integer_value(scenario, "world.aiding_interval"),
-      seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "", chart_name(charts.filter),
-      charts.reset == CovarianceReset::full ? ", P reset" : "",
+      seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "", noise_switches_text(scenario),
+      chart_name(charts.filter), charts.reset == CovarianceReset::full ? ", P reset" : "",
       charts.judged == charts.filter ? "" : fmt::format(", judged in the {} one", chart_name(charts.judged)));
 }
 

@@ -27,7 +27,6 @@ bool aided_by_satellites(const Scenario& scenario);
 
 AidingSettings aiding_settings(const Scenario& scenario);
 ChartSettings chart_settings(const Scenario& scenario);
-PlugSettings plug_settings(const Scenario& scenario);
 
 /// "aided by landmarks every 100 steps, error componentwise": a few words for reports.
 std::string charted_text(const Scenario& scenario);

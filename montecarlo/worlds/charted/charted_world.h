@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/filters/chart_ekf.h"
-#include "montecarlo/worlds/plugged/plugged_experiment.h"
+#include "montecarlo/worlds/plugged/scenario_plug.h"
 
 /// @file
 /// Worlds whose state lies in a Lie group, and their extended Kalman filter in any chart: a world states its
@@ -127,9 +127,9 @@ template <ChartedModel Model>
 std::unique_ptr<Experiment> charted_experiment(Model model, const ChartSettings& charts,
                                                const PlugSettings& settings) {
   const auto shared = std::make_shared<const Model>(std::move(model));
-  const auto make_filter = [=] { return ChartedFilter<Model>(shared, charts); };
-  return std::make_unique<PluggedExperiment<ChartedWorld<Model>, decltype(make_filter)>>(
-      ChartedWorld<Model>(shared, charts.judged), make_filter, settings);
+  return plugged_experiment(
+      ChartedWorld<Model>(shared, charts.judged), [=] { return ChartedFilter<Model>(shared, charts); },
+      settings);
 }
 
 }  // namespace credence

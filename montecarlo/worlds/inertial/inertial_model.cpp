@@ -1,6 +1,7 @@
 #include "montecarlo/worlds/inertial/inertial_model.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "core/manifold/angle.h"
 #include "montecarlo/scenario/key_fields.h"
@@ -53,6 +54,8 @@ InertialModel::InertialModel(const Scenario& scenario)
   if (word_value(scenario, "world.attitude") == "along_path") {
     turn_in_world_[2] = -speed_m_s_ / radius_m_;
   }
+  cone_angle_ = real("world.coning_angle_deg") * kRadiansPerDegree;
+  cone_rate_ = 2.0 * std::numbers::pi * real("world.coning_frequency");
   // A density is that of white noise in continuous time: a mean over dt has the variance density²/dt.
   reading_std_ = pair(real("noise.gyro_density"), real("noise.accelerometer_density")) / std::sqrt(dt_s_);
   walk_std_ = pair(real("noise.gyro_bias_walk"), real("noise.accelerometer_bias_walk")) * std::sqrt(dt_s_);
@@ -83,20 +86,45 @@ Vector3 InertialModel::true_force(const SO3& before, std::int64_t k) const {
   return before.inverse() * Vector3(a - kGravity);
 }
 
+SO3 InertialModel::cone(double steps) const {
+  const double angle = cone_rate_ * dt_s_ * steps;
+  return SO3::Exp(cone_angle_ * Vector3(std::cos(angle), std::sin(angle), 0.0));
+}
+
+SO3 InertialModel::coned(std::int64_t k) const {
+  const auto end = static_cast<double>(k);
+  return cone(end - 1.0).inverse() * cone(end);
+}
+
+/// Of Exp(θ n), n on a circle, the rate is sin θ ṅ − (1 − cos θ) n × ṅ. The turn of the path is seen from an
+/// axis that moves within the step: Simpson's rule.
+Vector3 InertialModel::coning_rate(const Vector3& turn, std::int64_t k) const {
+  const auto end = static_cast<double>(k);
+  const double from = cone_rate_ * dt_s_ * (end - 1.0), to = cone_rate_ * dt_s_ * end;
+  const Vector3 moved(std::cos(to) - std::cos(from), std::sin(to) - std::sin(from), 0.0);
+  const Vector3 own =
+      std::sin(cone_angle_) / dt_s_ * moved - (1.0 - std::cos(cone_angle_)) * cone_rate_ * Vector3::UnitZ();
+  const SO3 start = cone(end - 1.0);
+  const Vector3 middle = (cone(end - 0.5).inverse() * start) * turn, last = coned(k).inverse() * turn;
+  return own + (turn + 4.0 * middle + last) / 6.0;
+}
+
 InertialModel::Group InertialModel::step(const Group& x, std::int64_t k, NoiseDraw& noise) const {
   const Vector6 walk = walk_std_.cwiseProduct(Vector6(noise.normals(6)));
   const SE23& body = x.first();
-  return {moved(body, true_rate(body), true_force(body.rotation(), k)),
-          VectorGroup<6>(x.second().vector() + walk)};
+  SE23 next = moved(body, true_rate(body), true_force(body.rotation(), k));
+  if (cone_angle_ > 0.0) next = {next.rotation() * coned(k), next.vectors()};
+  return {next, VectorGroup<6>(x.second().vector() + walk)};
 }
 
 // The rate is the same before and after the step, as the turn is about a fixed axis; the force acted before.
 InertialModel::Input InertialModel::input(const Group& x, std::int64_t k, NoiseDraw& noise) const {
-  const SE23& body = x.first();
-  const Vector3 rate = true_rate(body);
-  const SO3 before = body.rotation() * SO3::Exp(-dt_s_ * rate);
+  SO3 after = x.first().rotation();
+  if (cone_angle_ > 0.0) after = after * coned(k).inverse();
+  const Vector3 rate = after.inverse() * turn_in_world_;
+  const SO3 before = after * SO3::Exp(-dt_s_ * rate);
   Input reading;
-  reading << rate, true_force(before, k);
+  reading << (cone_angle_ > 0.0 ? coning_rate(rate, k) : rate), true_force(before, k);
   return reading + x.second().vector() + reading_std_.cwiseProduct(Input(noise.normals(6)));
 }
 

@@ -16,8 +16,10 @@ namespace credence {
 /// x = (p, v, R; b_g, b_a) in SE_2(3) × R⁶. In a step the biases walk, and then, with ω the rate and f the
 /// specific force less their biases and a = R f + g:
 /// R⁺ = R Exp(ω dt), v⁺ = v + a dt, p⁺ = p + v dt + a dt²/2.
-/// The truth obeys the same equations, so that nothing but noise parts them. Satellites give p and v with
-/// noise, a landmark Rᵀ(l − p) with noise.
+/// The truth obeys the same equations, so that nothing but noise parts them, unless the unit cones: its axis
+/// then moves on a cone of half-angle θ at the rate Ω, and as a reading is the mean of a step the filter
+/// drifts by Ω θ²/2 (1 − sin(Ω dt)/(Ω dt)) about the cone's axis ([Bortz 1971]), which it does not know of.
+/// Satellites give p and v with noise, a landmark Rᵀ(l − p) with noise.
 class InertialModel {
  public:
   using Group = ProductGroup<SE23, VectorGroup<6>>;
@@ -42,9 +44,16 @@ class InertialModel {
   Eigen::Vector3d true_rate(const SE23& x) const { return x.rotation().inverse() * turn_in_world_; }
   Eigen::Vector3d true_force(const SO3& before, std::int64_t k) const;
 
+  /// Attitude within the path's after so many steps, and what it turns by in step k.
+  SO3 cone(double steps) const;
+  SO3 coned(std::int64_t k) const;
+  /// The mean rate of step k that a gyro reads, where `turn` is that of the path.
+  Eigen::Vector3d coning_rate(const Eigen::Vector3d& turn, std::int64_t k) const;
+
   double dt_s_, radius_m_, speed_m_s_;
-  Eigen::Vector3d turn_in_world_;  ///< rad/s
-  Input reading_std_, walk_std_;   ///< of one step
+  double cone_angle_ = 0.0, cone_rate_ = 0.0;  ///< rad, rad/s
+  Eigen::Vector3d turn_in_world_;              ///< rad/s
+  Input reading_std_, walk_std_;               ///< of one step
   Group::Tangent initial_std_;
   AidingSettings aiding_;
   double velocity_std_;

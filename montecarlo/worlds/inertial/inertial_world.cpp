@@ -7,6 +7,7 @@
 #include "montecarlo/worlds/charted/charted_settings.h"
 #include "montecarlo/worlds/inertial/inertial_model.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
+#include "montecarlo/worlds/plugged/scenario_plug.h"
 
 namespace credence {
 namespace {
@@ -14,6 +15,8 @@ namespace {
 /// The MTi-G-700 of [Xsens 2018]: 0.01 °/s/√Hz and 60 µg/√Hz. Of the walks the manual says nothing; they and
 /// the bias of the accelerometer at the start are assumed.
 constexpr double kGyroDensity = 0.01 * kRadiansPerDegree, kAccelerometerDensity = 60e-6 * 9.80665;
+
+bool cones(const Scenario& s) { return real_value(s, "world.coning_angle_deg") > 0.0; }
 
 KeyRow real_key(std::string_view section, std::string_view name, std::string_view unit,
                 std::string_view meaning, double default_value) {
@@ -28,6 +31,18 @@ std::vector<KeyRow> inertial_keys() {
       planar_row("world", "dt"),
       {"world", "attitude", "", "along_path: the vehicle turns as its path does; fixed: it does not turn",
        own_choice("world.attitude", {"along_path", "fixed"})},
+      {.section = "world",
+       .name = "coning_angle_deg",
+       .unit = "deg",
+       .meaning = "half-angle of a cone on which the axis of the unit moves",
+       .field = own_real("world.coning_angle_deg", 0.0, Interval::kNotNegative),
+       .in_effect = cones},
+      {.section = "world",
+       .name = "coning_frequency",
+       .unit = "Hz",
+       .meaning = "how often it goes round; of no effect with coning_angle_deg = 0",
+       .field = own_real("world.coning_frequency", 10.0, Interval::kPositive),
+       .in_effect = cones},
       real_key("noise", "gyro_density", "rad/s/√Hz", "density of the white noise of each rate gyro",
                kGyroDensity),
       real_key("noise", "accelerometer_density", "m/s²/√Hz",
@@ -71,7 +86,8 @@ double least_inertial_doubles(const Scenario&) { return 0.0; }
 std::string inertial_size_text(const Scenario&) { return "world.model = \"inertial\""; }
 
 std::string inertial_text(const Scenario& scenario) {
-  return fmt::format("strapdown inertial unit on a circle, {}", charted_text(scenario));
+  return fmt::format("strapdown inertial unit on a circle{}, {}", cones(scenario) ? ", coning" : "",
+                     charted_text(scenario));
 }
 
 std::unique_ptr<Experiment> inertial_experiment(const Scenario& scenario) {

@@ -9,6 +9,7 @@
 #include "core/nan.h"
 #include "core/stop_point.h"
 #include "montecarlo/engine/run_loop.h"
+#include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/worlds/linear/linear_trace.h"
 
@@ -18,20 +19,25 @@ namespace credence {
 class IntermittentExperiment::Run {
  public:
   explicit Run(const IntermittentExperiment& e)
-      : truth_(e.problem_.truth),
-        assumed_(e.problem_.assumed),
+      : truths_(e.problem_.truth_period()),
+        assumptions_(e.problem_.assumed_period()),
         scene_(e.problem_.scene),
-        knows_dynamics_(knows_dynamics(truth_, assumed_)),
+        knows_dynamics_(knows_dynamics(truths_, assumptions_)),
         source_(e.source_),
-        filter_(e.problem_.assumed, e.problem_.rule),
-        noise_input_(truth_.G * psd_root(truth_.Q)),
-        measurement_root_(psd_root(truth_.R)),
-        initial_root_(psd_root(truth_.P0)),
-        process_(StepDraws::normals(source_, NoisePurpose::process, truth_.Q.rows())),
-        measurement_(StepDraws::normals(source_, NoisePurpose::measurement, truth_.measurement_dim())),
+        filter_(assumptions_, e.problem_.rule),
+        initial_root_(psd_root(truths_.front().P0)),
+        process_(StepDraws::normals(source_, NoisePurpose::process, truths_.front().Q.rows())),
+        measurement_(
+            StepDraws::normals(source_, NoisePurpose::measurement, truths_.front().measurement_dim())),
         detection_(StepDraws::events(source_, NoisePurpose::detection, e.problem_.detection_probability,
-                                     truth_.measurement_dim())) {
-    name_states(truth_.layout, now_);
+                                     truths_.front().measurement_dim())),
+        delay_(e.problem_.measurement_delay),
+        line_(delay_) {
+    for (const LinearModel& truth : truths_) {
+      noise_input_.emplace_back(truth.G * psd_root(truth.Q));
+      measurement_root_.push_back(psd_root(truth.R));
+    }
+    name_states(truths_.front().layout, now_);
     for (const Block& block : scene_.layout.blocks) {
       if (block.part == Part::position) positions_ = block.states;
     }
@@ -40,7 +46,8 @@ class IntermittentExperiment::Run {
   void start(std::int64_t run) {
     for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
     filter_.reset();
-    Vector start(truth_.state_dim());
+    line_.clear();
+    Vector start(truths_.front().state_dim());
     source_.normals(run, 0, NoisePurpose::initial, {start.data(), static_cast<std::size_t>(start.size())});
     error_ = initial_root_ * start;
     set_error(linear_start(scene_, error_), error_, now_);
@@ -51,18 +58,27 @@ class IntermittentExperiment::Run {
   Outcome step(Index k) {
     stop_point();
     using Normals = Eigen::Map<const Vector>;
-    const Vector v = noise_input_ * Normals(process_.at(k), noise_input_.cols());
-    const Vector w = measurement_root_ * Normals(measurement_.at(k), measurement_root_.cols());
-    error_ = assumed_.F * error_ + v;
-    if (!knows_dynamics_) error_ += (truth_.F - assumed_.F) * now_.truth;
-    now_.truth = truth_.F * now_.truth + v;
+    const auto phase = static_cast<std::size_t>((k - 1) % std::ssize(truths_));
+    const LinearModel &truth = truths_[phase], &assumed = assumptions_[phase];
+    const Vector v = noise_input_[phase] * Normals(process_.at(k), noise_input_[phase].cols());
+    const Vector w = measurement_root_[phase] * Normals(measurement_.at(k), measurement_root_[phase].cols());
+    error_ = assumed.F * error_ + v;
+    if (!knows_dynamics_) error_ += (truth.F - assumed.F) * now_.truth;
+    now_.truth = truth.F * now_.truth + v;
     find_rows(k);
+    std::optional<Late> late = {{truth.H(rows_, Eigen::all) * now_.truth, w(rows_), rows_}};
+    if (delay_ > 0) late = line_.pass(std::move(*late));
+    rows_ = late ? late->rows : std::vector<Index>{};
     const LinearFilterStep& filter = filter_.step(rows_);
     now_.z = Vector::Constant(w.size(), kNaN);
-    now_.z(rows_) = truth_.H(rows_, Eigen::all) * now_.truth + w(rows_);
     Innovation& innovation = now_.innovations.front();
-    innovation = {assumed_.H(rows_, Eigen::all) * error_ + w(rows_), filter.S};
-    if (!knows_dynamics_) innovation.nu += (truth_.H - assumed_.H)(rows_, Eigen::all) * now_.truth;
+    innovation = {Vector(0), filter.S};
+    if (late) {
+      now_.z(rows_) = late->seen + late->w;
+      innovation.nu = assumed.H(rows_, Eigen::all) * error_ + late->w;
+      if (delay_ > 0) innovation.nu += late->seen - truth.H(rows_, Eigen::all) * now_.truth;
+      if (!knows_dynamics_) innovation.nu += (truth.H - assumed.H)(rows_, Eigen::all) * now_.truth;
+    }
     now_.K = Matrix::Constant(error_.size(), w.size(), filter.ok ? 0.0 : kNaN);
     if (!filter.ok) return Outcome::not_positive_definite;
     now_.K(Eigen::all, rows_) = filter.K;
@@ -106,7 +122,7 @@ class IntermittentExperiment::Run {
   void find_rows(Index k) {
     const double* seen = detection_.at(k);
     rows_.clear();
-    for (Index i = 0; i < truth_.measurement_dim(); ++i) {
+    for (Index i = 0; i < truths_.front().measurement_dim(); ++i) {
       if (seen[i] != 0.0) rows_.push_back(i);
     }
   }
@@ -120,14 +136,23 @@ class IntermittentExperiment::Run {
     now_.nis_dof = nis_dof;
   }
 
-  const LinearModel &truth_, &assumed_;
+  /// A measurement on its way.
+  struct Late {
+    Vector seen, w;  ///< of `rows`, without noise, and its noise
+    std::vector<Index> rows;
+  };
+
+  std::vector<LinearModel> truths_, assumptions_;  ///< of the steps of a period
   const LinearScene& scene_;
   bool knows_dynamics_;
   std::vector<Index> positions_;  ///< states that are a position
   NoiseSource source_;
   LinearFilter filter_;
-  Matrix noise_input_, measurement_root_, initial_root_;
+  std::vector<Matrix> noise_input_, measurement_root_;
+  Matrix initial_root_;
   StepDraws process_, measurement_, detection_;
+  Index delay_;
+  DelayLine<Late> line_;
   Vector error_;
   std::vector<Index> rows_;  ///< of H that were measured
   TraceStep now_;
@@ -144,7 +169,9 @@ bool IntermittentExperiment::is_optimal() const {
   const LinearModel &truth = problem_.truth, &assumed = problem_.assumed;
   return problem_.rule.inflation == Inflation::none && problem_.rule.constant.size() == 0 &&
          knows_dynamics(truth, assumed) && truth.G == assumed.G && truth.Q == assumed.Q &&
-         truth.R == assumed.R && truth.P0 == assumed.P0;
+         truth.R == assumed.R && truth.P0 == assumed.P0 && !problem_.is_periodic() &&
+         problem_.measurement_delay == 0 && source_.process_shape().keeps_covariance() &&
+         source_.measurement_shape().keeps_covariance();
 }
 
 RunTrace IntermittentExperiment::describe_world() const { return describe_scene(problem_.scene); }

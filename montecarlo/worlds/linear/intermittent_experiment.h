@@ -8,9 +8,11 @@
 namespace credence {
 
 /// Many runs of a linear filter that misses measurements at random, so that every run has covariances and
-/// gains of its own: in lanes where IntermittentLanes supports it, else one by one by LinearFilter.
+/// gains of its own, or whose noise is late or not white and Gaussian: in lanes where IntermittentLanes
+/// supports it, else one by one by LinearFilter.
 ///
-/// A step without any measurement has no NIS. The true and the assumed R must be diagonal.
+/// A step without any measurement has no NIS. The true and the assumed R must be diagonal where measurements
+/// are missed.
 class IntermittentExperiment final : public Experiment {
  public:
   IntermittentExperiment(LinearProblem problem, Index steps, NoiseSource source);
@@ -19,8 +21,8 @@ class IntermittentExperiment final : public Experiment {
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
   RunTrace describe_world() const override;
 
-  /// Whether the filter knows the true noise and inflates nothing: its E[NEES] is then the number of states,
-  /// its E[NIS] that of the measurements it has, whatever is missed.
+  /// Whether the filter knows the true noise, which is white, and inflates nothing: its E[NEES] is then the
+  /// number of states, its E[NIS] that of the measurements it has, whatever is missed, and whatever the law.
   bool is_optimal() const;
 
   const IntermittentProblem& problem() const { return problem_; }

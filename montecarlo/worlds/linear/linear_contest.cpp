@@ -23,15 +23,16 @@ class LinearContest final : public EstimatorContest {
   EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override {
     const auto of_name = experiment(name);
     const double seconds = best_time(3, [&] { of_name->visit(0, [](const TraceStep&) {}); });
-    Matrix rows = truth_.H;  // H Fᵏ
-    for (Index k = 0; k < truth_.state_dim(); ++k) {
+    Matrix transition = Matrix::Identity(unknowns(), unknowns());  // Fᵏ, or F_k … F_1
+    for (Index k = 1; k <= unknowns() * std::ssize(truth_); ++k) {
+      const Matrix rows = model_at(truth_, k).H * transition;
       for (Index r = 0; r < rows.rows(); ++r) take_row(Vector(rows.row(r).transpose()));
-      rows = rows * truth_.F;
+      transition = model_at(truth_, k + 1).F * transition;
     }
-    return {.known = truth_.state_dim(), .seconds_per_step = seconds / static_cast<double>(steps())};
+    return {.known = unknowns(), .seconds_per_step = seconds / static_cast<double>(steps())};
   }
 
-  Index unknowns() const override { return truth_.state_dim(); }
+  Index unknowns() const override { return truth_.front().state_dim(); }
 
   /// P of the Kalman filter that knows the noise, whose error reaches the bound.
   PosteriorBound bound() const override {
@@ -69,7 +70,7 @@ class LinearContest final : public EstimatorContest {
   }
 
   Scenario scenario_;
-  LinearModel truth_;
+  std::vector<LinearModel> truth_;  ///< of a period
 };
 
 std::unique_ptr<EstimatorContest> linear_contest(const Scenario& scenario) {

@@ -22,16 +22,22 @@ Matrix initial_root(const LinearModel& truth, Index states) {
   return both;
 }
 
-LinearErrorSystem make_error_system(const LinearProblem& problem,
+LinearErrorDynamics dynamics_of(const LinearModel& model) {
+  return {.F = model.F,
+          .noise_input = model.G * psd_root(model.Q),
+          .H = model.H,
+          .measurement_root = psd_root(model.R)};
+}
+
+LinearErrorSystem make_error_system(const std::vector<LinearModel>& truth,
+                                    const std::vector<LinearModel>& assumed,
                                     const std::vector<LinearFilterStep>& steps) {
-  const LinearModel model = error_model(problem.truth, problem.assumed);
-  const Index states = model.state_dim();
-  LinearErrorSystem system;
-  system.F = model.F;
-  system.H = model.H;
-  system.noise_input = model.G * psd_root(model.Q);
-  system.measurement_root = psd_root(model.R);
-  system.initial_root = initial_root(problem.truth, states);
+  const std::vector<LinearModel> models = error_models(truth, assumed);
+  const Index states = models.front().state_dim();
+  LinearErrorSystem system{dynamics_of(models.front()), initial_root(truth.front(), states), {}, {}};
+  for (std::size_t phase = 1; phase < models.size(); ++phase) {
+    system.later.push_back(dynamics_of(models[phase]));
+  }
   for (const LinearFilterStep& step : steps) {
     if (!step.ok) break;
     const Matrix whitening = psd_whitening(step.P, step.P_prior.diagonal());
@@ -45,7 +51,8 @@ LinearErrorSystem make_error_system(const LinearProblem& problem,
 }  // namespace
 
 LinearExperiment::LinearExperiment(LinearProblem problem, Index steps, NoiseSource source)
-    : LinearExperiment(problem, steps, source, linear_filter_steps(problem.assumed, problem.rule, steps)) {}
+    : LinearExperiment(problem, steps, source,
+                       linear_filter_steps(problem.assumed_period(), problem.rule, steps)) {}
 
 LinearExperiment::LinearExperiment(LinearProblem problem, Index steps, NoiseSource source,
                                    std::vector<LinearFilterStep> filter_steps)
@@ -53,8 +60,10 @@ LinearExperiment::LinearExperiment(LinearProblem problem, Index steps, NoiseSour
       problem_(std::move(problem)),
       steps_(steps),
       source_(source),
+      truth_(problem_.truth_period()),
+      assumed_(problem_.assumed_period()),
       filter_steps_(std::move(filter_steps)),
-      system_(make_error_system(problem_, filter_steps_)),
+      system_(make_error_system(truth_, assumed_, filter_steps_)),
       simulator_(system_) {}
 
 StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
@@ -92,8 +101,7 @@ StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t
 RunTrace LinearExperiment::describe_world() const { return describe_scene(problem_.scene); }
 
 Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const {
-  const LinearModel& truth = problem_.truth;
-  const Index n = truth.state_dim();
+  const Index n = problem_.truth.state_dim();
   const LinearRunTrace errors = trace_linear(system_, source_, run);
   TraceStep now;
   name_states(problem_.truth.layout, now);
@@ -103,6 +111,7 @@ Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const
   take(now);
   for (std::size_t k = 0; k < system_.steps.size(); ++k) {
     const LinearFilterStep& filter = filter_steps_[k];
+    const LinearModel& truth = model_at(truth_, static_cast<Index>(k) + 1);
     x = truth.F * x + errors.process_noise[k].head(n);
     now.step = static_cast<std::int64_t>(k) + 1;
     set_error(x, errors.errors[k].head(n), now);
@@ -121,7 +130,7 @@ Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const
 }
 
 std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index steps, NoiseSource source) {
-  if (problem.detection_probability < 1.0) {
+  if (problem.detection_probability < 1.0 || problem.measurement_delay > 0 || !source.is_plain()) {
     return std::make_unique<IntermittentExperiment>(std::move(problem), steps, source);
   }
   return std::make_unique<LinearExperiment>(std::move(problem), steps, source);

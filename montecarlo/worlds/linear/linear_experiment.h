@@ -22,8 +22,9 @@ class LinearExperiment final : public Experiment {
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
 
-  const LinearModel& true_model() const { return problem_.truth; }
-  const LinearModel& assumed_model() const { return problem_.assumed; }
+  /// Of the steps of a period; a single one where the same model holds at all steps.
+  const std::vector<LinearModel>& true_models() const { return truth_; }
+  const std::vector<LinearModel>& assumed_models() const { return assumed_; }
 
   /// Shorter than the study if S was not positive definite at some step.
   const std::vector<LinearFilterStep>& filter_steps() const { return filter_steps_; }
@@ -34,13 +35,14 @@ class LinearExperiment final : public Experiment {
   LinearProblem problem_;
   Index steps_;
   NoiseSource source_;
+  std::vector<LinearModel> truth_, assumed_;
   std::vector<LinearFilterStep> filter_steps_;
   LinearErrorSystem system_;
   LinearSimulator simulator_;
 };
 
-/// The experiment of a linear problem: a LinearExperiment, or, where measurements are missed, one in which
-/// every run has gains of its own.
+/// The experiment of a linear problem: a LinearExperiment, or, where measurements are missed or late or noise
+/// is not white and Gaussian, an IntermittentExperiment, which plays every run by itself.
 std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index steps, NoiseSource source);
 
 }  // namespace credence

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "core/linear_algebra/decompositions.h"
 #include "montecarlo/scenario/key_fields.h"
@@ -17,7 +18,12 @@ std::string path_of(std::string_view section, std::string_view name) {
   return fmt::format("{}.{}", section, name);
 }
 
-Matrix matrix_of(const NumberRows& rows) {
+constexpr std::string_view kPeriod = "world.period";
+
+Index period_of(const Scenario& scenario) { return integer_value(scenario, kPeriod); }
+
+/// Matrices of `rows` rows are written one above the other, one for each step of a period.
+Matrix matrix_of(std::span<const std::vector<double>> rows) {
   Matrix matrix(std::ssize(rows), rows.empty() ? 0 : std::ssize(rows.front()));
   for (Index i = 0; i < matrix.rows(); ++i) {
     for (Index j = 0; j < matrix.cols(); ++j) {
@@ -27,7 +33,7 @@ Matrix matrix_of(const NumberRows& rows) {
   return matrix;
 }
 
-/// One matrix of a scenario, with what is said where it is refused.
+/// One matrix of a scenario, or those of a period, with what is said where it is refused.
 class WrittenMatrix {
  public:
   WrittenMatrix(const Scenario& scenario, const Refusal& refuse, std::string_view section,
@@ -35,13 +41,12 @@ class WrittenMatrix {
       : refuse_(refuse),
         section_(section),
         name_(name),
-        rows_(rows_value(scenario, path_of(section, name))) {}
+        rows_(rows_value(scenario, path_of(section, name))),
+        period_(period_of(scenario)) {}
 
   bool given() const { return !rows_.empty(); }
   Index rows() const { return std::ssize(rows_); }
   Index columns() const { return std::ssize(rows_.front()); }
-  Matrix value() const { return matrix_of(rows_); }
-
   [[noreturn]] void wrong(const std::string& rule) const {
     refuse_.wrong(section_, name_, rule);
     throw ScenarioError(rule);  // not reached
@@ -54,20 +59,31 @@ class WrittenMatrix {
       wrong(fmt::format("must be {}; row {} has {} number{}", shape, i + 1, rows_[i].size(),
                         rows_[i].size() == 1 ? "" : "s"));
     }
-    if (rows >= 0 && std::ssize(rows_) != rows) {
-      wrong(fmt::format("must be {}; it has {} row{}", shape, rows_.size(), rows_.size() == 1 ? "" : "s"));
-    }
+    if (rows < 0 || std::ssize(rows_) == rows || std::ssize(rows_) == period_ * rows) return;
+    const std::string repeated =
+        period_ == 1 ? "" : fmt::format(", or {} of them one above the other, as {} is", period_, kPeriod);
+    wrong(fmt::format("must be {}{}; it has {} row{}", shape, repeated, rows_.size(),
+                      rows_.size() == 1 ? "" : "s"));
   }
 
   /// A covariance of this dimension.
   void require_covariance(Index dim, const std::string& why) const {
     require_shape(dim, dim, fmt::format("{}×{}, as {}", dim, dim, why));
-    const Matrix A = value();
+    for (Index first = 0; first < rows(); first += dim) require_covariance(first, dim);
+  }
+
+ private:
+  static constexpr double kRounding = 1e-14;  // of decimal numbers, such as 1/3 in four rows
+
+  /// Of the one whose first row this is.
+  void require_covariance(Index first, Index dim) const {
+    const Matrix A =
+        matrix_of(std::span(rows_).subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(dim)));
     for (Index i = 0; i < dim; ++i) {
       for (Index j = 0; j < i; ++j) {
         if (A(i, j) == A(j, i)) continue;
-        wrong(fmt::format("must be symmetric; row {}, column {} is {}, and row {}, column {} is {}", i + 1,
-                          j + 1, A(i, j), j + 1, i + 1, A(j, i)));
+        wrong(fmt::format("must be symmetric; row {}, column {} is {}, and row {}, column {} is {}",
+                          first + i + 1, j + 1, A(i, j), first + j + 1, i + 1, A(j, i)));
       }
     }
     const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(A).eigenvalues();
@@ -77,34 +93,52 @@ class WrittenMatrix {
     }
   }
 
- private:
-  static constexpr double kRounding = 1e-14;  // of decimal numbers, such as 1/3 in four rows
-
   const Refusal& refuse_;
   std::string_view section_, name_;
   NumberRows rows_;
+  Index period_;
 };
 
 std::string shape_of(std::string_view path, Index rows, Index columns) {
   return fmt::format("{} is {}×{}", path, rows, columns);
 }
 
+/// One of the matrices, of step `phase` of a period; `otherwise` where it is not given.
+Matrix written_matrix(const Scenario& scenario, std::string_view section, std::string_view name, Index rows,
+                      Index phase, const Matrix& otherwise) {
+  const NumberRows written = rows_value(scenario, path_of(section, name));
+  if (written.empty()) return otherwise;
+  const auto first = static_cast<std::size_t>(std::ssize(written) == rows ? 0 : phase * rows);
+  return matrix_of(std::span(written).subspan(first, static_cast<std::size_t>(rows)));
+}
+
+Index columns_of(const Scenario& scenario, std::string_view path, Index otherwise) {
+  const NumberRows rows = rows_value(scenario, path);
+  return rows.empty() ? otherwise : std::ssize(rows.front());
+}
+
 /// What there is of a model in one section; `world` where it is left out.
-LinearModel model_of(const Scenario& scenario, std::string_view section, const LinearModel* world) {
-  const auto part = [&](std::string_view name, const Matrix& otherwise) {
-    const NumberRows rows = rows_value(scenario, path_of(section, name));
-    return rows.empty() ? otherwise : matrix_of(rows);
-  };
-  LinearModel model;
-  model.F = part("F", world != nullptr ? world->F : Matrix());
-  const Index n = model.F.rows();
-  model.G = part("G", world != nullptr ? world->G : Matrix::Identity(n, n));
-  model.H = part("H", world != nullptr ? world->H : Matrix());
-  model.Q = part("Q", world != nullptr ? world->Q : Matrix());
-  model.R = part("R", world != nullptr ? world->R : Matrix());
-  model.P0 = part("P0", world != nullptr ? world->P0 : Matrix());
-  model.layout = {.vehicle = n, .landmark = 0, .landmarks = 0};
-  return model;
+std::vector<LinearModel> models_of(const Scenario& scenario, std::string_view section,
+                                   const std::vector<LinearModel>& world) {
+  const Index n = columns_of(scenario, "world.F", 0), m = columns_of(scenario, "world.R", 0);
+  const Index q = columns_of(scenario, path_of(section, "Q"), columns_of(scenario, "world.Q", n));
+  std::vector<LinearModel> models(static_cast<std::size_t>(period_of(scenario)));
+  for (std::size_t k = 0; k < models.size(); ++k) {
+    LinearModel& model = models[k];
+    if (!world.empty()) model = world[k];
+    if (model.G.size() == 0) model.G = Matrix::Identity(n, n);
+    const auto part = [&](std::string_view name, Index rows, const Matrix& otherwise) {
+      return written_matrix(scenario, section, name, rows, static_cast<Index>(k), otherwise);
+    };
+    model.F = part("F", n, model.F);
+    model.G = part("G", n, model.G);
+    model.H = part("H", m, model.H);
+    model.Q = part("Q", q, model.Q);
+    model.R = part("R", m, model.R);
+    model.P0 = part("P0", n, model.P0);
+    model.layout = {.vehicle = n, .landmark = 0, .landmarks = 0};
+  }
+  return models;
 }
 
 /// Process noises, and why there are so many.
@@ -123,17 +157,22 @@ ProcessNoises check_noise_input(const WrittenMatrix& G, std::string_view section
 
 void check_world(const Scenario& scenario, const Refusal& refuse) {
   const auto written = [&](std::string_view name) { return WrittenMatrix(scenario, refuse, "world", name); };
-  const WrittenMatrix F = written("F"), H = written("H");
-  const Index n = F.rows();
+  const WrittenMatrix F = written("F"), H = written("H"), R = written("R");
+  const Index period = period_of(scenario);
+  const Index n = period == 1 ? F.rows() : F.columns();
   F.require_shape(n, n, fmt::format("square; it has {} row{}", n, n == 1 ? "" : "s"));
   const std::string F_shape = shape_of("world.F", n, n);
   H.require_shape(-1, n, fmt::format("m×{}, as {}", n, F_shape));
-  const Index m = H.rows();
+  const Index m = period == 1 ? H.rows() : R.columns();
+  if (period > 1) H.require_shape(m, n, fmt::format("{}×{}, as world.R has {} columns", m, n, m));
   const ProcessNoises noises =
       check_noise_input(written("G"), "world", n, {n, F_shape + " and world.G is not given"});
   written("Q").require_covariance(noises.count, noises.why);
-  written("R").require_covariance(m, shape_of("world.H", m, n));
+  R.require_covariance(m, shape_of("world.H", m, n));
   written("P0").require_covariance(n, F_shape);
+  if (written("P0").rows() != n) {
+    refuse.wrong("world", "P0", fmt::format("must be {}×{}: it is that of the start alone", n, n));
+  }
   const std::size_t names = names_value(scenario, "world.states").size();
   if (names > 0 && std::ssize(names_value(scenario, "world.states")) != n) {
     refuse.wrong("world", "states", fmt::format("must be {} names, as {}", n, F_shape));
@@ -141,7 +180,7 @@ void check_world(const Scenario& scenario, const Refusal& refuse) {
 }
 
 void check_filter(const Scenario& scenario, const Refusal& refuse) {
-  const LinearModel world = linear_truth(scenario);
+  const LinearModel world = linear_truth(scenario).front();
   const Index n = world.state_dim(), m = world.measurement_dim();
   const auto written = [&](std::string_view name) { return WrittenMatrix(scenario, refuse, "filter", name); };
   const auto check = [&](std::string_view name, Index rows, Index columns, const std::string& why) {
@@ -161,6 +200,13 @@ void check_filter(const Scenario& scenario, const Refusal& refuse) {
   }
   if (R.given()) R.require_covariance(m, shape_of("world.R", m, m));
   if (P0.given()) P0.require_covariance(n, shape_of("world.F", n, n));
+  if (P0.given() && P0.rows() != n) {
+    refuse.wrong("filter", "P0", fmt::format("must be {}×{}: it is that of the start alone", n, n));
+  }
+  const WrittenMatrix gain = written("gain");
+  if (gain.given() && gain.rows() != n) {
+    refuse.wrong("filter", "gain", fmt::format("must be {}×{}: it is the same at all steps", n, m));
+  }
   check("gain", n, m, shape_of("world.H", m, n));
   const std::vector<std::string> states = linear_state_names(scenario);
   for (const std::string& name : names_value(scenario, "filter.considered")) {
@@ -189,6 +235,14 @@ std::vector<KeyRow> linear_keys() {
       row("world", "R", "covariance of the measurement noise w, m×m", "required"),
       row("world", "P0", "covariance of the state at the start, n×n, whose mean is 0; may be singular",
           "required"),
+      {.section = "world",
+       .name = "period",
+       .unit = "",
+       .meaning = "steps after which the matrices repeat themselves; each of F, G, H, Q, R, also in "
+                  "[filter], is one "
+                  "matrix, or as many one above the other as the period has steps",
+       .field = own_integer(std::string(kPeriod), 1, 1, 10'000),
+       .in_effect = [](const Scenario& s) { return period_of(s) > 1; }},
       {.section = "world",
        .name = "states",
        .unit = "",
@@ -221,19 +275,18 @@ void check_linear(const Scenario& scenario, const Refusal& refuse) {
   check_world(scenario, refuse);
   check_filter(scenario, refuse);
   if (scenario.noise.detection_probability == 1.0) return;
-  for (const LinearModel& model : {linear_truth(scenario), linear_belief(scenario)}) {
-    if (!model.R.isDiagonal(0.0)) {
+  for (const auto& models : {linear_truth(scenario), linear_belief(scenario)}) {
+    if (!std::ranges::all_of(models, [](const LinearModel& model) { return model.R.isDiagonal(0.0); })) {
       refuse.impossible("noise", "detection_probability",
                         "must be 1 where world.R or filter.R is not diagonal");
     }
   }
 }
 
-LinearModel linear_truth(const Scenario& scenario) { return model_of(scenario, "world", nullptr); }
+std::vector<LinearModel> linear_truth(const Scenario& scenario) { return models_of(scenario, "world", {}); }
 
-LinearModel linear_belief(const Scenario& scenario) {
-  const LinearModel world = linear_truth(scenario);
-  return model_of(scenario, "filter", &world);
+std::vector<LinearModel> linear_belief(const Scenario& scenario) {
+  return models_of(scenario, "filter", linear_truth(scenario));
 }
 
 Matrix linear_gain(const Scenario& scenario) { return matrix_of(rows_value(scenario, "filter.gain")); }
@@ -251,7 +304,7 @@ std::vector<Index> considered_states(const Scenario& scenario) {
 std::vector<std::string> linear_state_names(const Scenario& scenario) {
   std::vector<std::string> names = names_value(scenario, "world.states");
   if (!names.empty()) return names;
-  const Index n = linear_truth(scenario).state_dim();
+  const Index n = columns_of(scenario, "world.F", 0);
   for (Index i = 1; i <= n; ++i) names.push_back(fmt::format("x{}", i));
   return names;
 }

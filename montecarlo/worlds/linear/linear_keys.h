@@ -21,10 +21,10 @@ std::vector<KeyRow> linear_keys();
 /// states that are not as many.
 void check_linear(const Scenario& scenario, const Refusal& refuse);
 
-/// The matrices of [world], or of [filter] where they are given there, before any scale. Good for a scenario
-/// that check_linear does not refuse.
-LinearModel linear_truth(const Scenario& scenario);
-LinearModel linear_belief(const Scenario& scenario);
+/// The matrices of [world], or of [filter] where they are given there, before any scale, of each step of the
+/// period. Good for a scenario that check_linear does not refuse.
+std::vector<LinearModel> linear_truth(const Scenario& scenario);
+std::vector<LinearModel> linear_belief(const Scenario& scenario);
 
 /// K of filter.gain, n×m, and the states of filter.considered; empty where they are not given.
 Matrix linear_gain(const Scenario& scenario);

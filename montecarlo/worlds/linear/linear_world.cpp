@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
 #include "montecarlo/worlds/linear/linear_contest.h"
 #include "montecarlo/worlds/linear/linear_estimator_experiment.h"
@@ -15,8 +18,11 @@ namespace {
 constexpr Index kMostBlocks = 50;   // beyond them only the whole state is judged
 constexpr Index kLargestWhole = 4;  // innovations up to this dimension are judged as one piece
 
-Index states_of(const Scenario& scenario) { return std::ssize(rows_value(scenario, "world.F")); }
-Index measurements_of(const Scenario& scenario) { return std::ssize(rows_value(scenario, "world.H")); }
+Index columns_of(const Scenario& scenario, std::string_view path) {
+  return std::ssize(rows_value(scenario, path).front());
+}
+Index states_of(const Scenario& scenario) { return columns_of(scenario, "world.F"); }
+Index measurements_of(const Scenario& scenario) { return columns_of(scenario, "world.R"); }
 
 BlockLayout linear_blocks(const Scenario& scenario) {
   return {.vehicle = states_of(scenario), .landmark = 0, .landmarks = 0};
@@ -58,10 +64,12 @@ std::string own_matrices_text(const Scenario& scenario) {
 std::string linear_text(const Scenario& scenario) {
   const Index n = states_of(scenario), m = measurements_of(scenario);
   const double seen = scenario.noise.detection_probability;
-  return fmt::format(
-      "linear, {} state{}, {} measurement{}{}{}{}", n, n == 1 ? "" : "s", m, m == 1 ? "" : "s",
-      seen < 1.0 ? fmt::format(", each there with probability {:g}", seen) : "", own_matrices_text(scenario),
-      is_kalman(scenario) ? "" : fmt::format(", {}", word_value(scenario, "filter.estimator")));
+  const Index period = integer_value(scenario, "world.period");
+  return fmt::format("linear, {} state{}, {} measurement{}{}{}{}{}{}", n, n == 1 ? "" : "s", m,
+                     m == 1 ? "" : "s", period == 1 ? "" : fmt::format(", of period {}", period),
+                     seen < 1.0 ? fmt::format(", each there with probability {:g}", seen) : "",
+                     noise_switches_text(scenario), own_matrices_text(scenario),
+                     is_kalman(scenario) ? "" : fmt::format(", {}", word_value(scenario, "filter.estimator")));
 }
 
 /// Of a piece of the measurement. Where some may be missing only what all have in common.
@@ -77,15 +85,24 @@ std::vector<double> assumed_variances(const Matrix& R, bool constant) {
 
 LinearProblem linear_world_problem(const Scenario& scenario) {
   LinearProblem problem;
-  problem.truth = linear_truth(scenario);
-  problem.assumed = linear_belief(scenario);
-  problem.assumed.Q *= scenario.filter.process_scale;
-  problem.assumed.R *= scenario.filter.measurement_scale;
+  std::vector<LinearModel> truth = linear_truth(scenario), assumed = linear_belief(scenario);
+  for (LinearModel& model : assumed) {
+    model.Q *= scenario.filter.process_scale;
+    model.R *= scenario.filter.measurement_scale;
+  }
+  problem.truth = truth.front();
+  problem.assumed = assumed.front();
+  problem.truth_later.assign(truth.begin() + 1, truth.end());
+  problem.assumed_later.assign(assumed.begin() + 1, assumed.end());
   problem.detection_probability = scenario.noise.detection_probability;
-  problem.scene = {.layout = linear_layout(linear_state_names(scenario), problem.assumed.R,
-                                           problem.detection_probability == 1.0),
+  problem.measurement_delay = measurement_delay(scenario);
+  const bool constant = problem.detection_probability == 1.0;
+  problem.scene = {.layout = linear_layout(linear_state_names(scenario), problem.assumed.R, constant),
                    .start = Vector::Zero(problem.truth.state_dim()),
                    .random_start = true};
+  // Of a noise that changes with the steps no single variance can be told.
+  const auto same_R = [&](const LinearModel& model) { return model.R == problem.assumed.R; };
+  if (!std::ranges::all_of(assumed, same_R)) problem.scene.layout.sensors.front().variances.clear();
   return problem;
 }
 

@@ -11,7 +11,7 @@ SmootherExperiment::SmootherExperiment(LinearProblem problem, Index steps, Noise
     : Experiment(problem.scene.layout),
       steps_(steps),
       filter_(std::move(problem), steps, source),
-      smoother_(filter_.assumed_model(), filter_.filter_steps()) {
+      smoother_(filter_.assumed_models().front(), filter_.filter_steps()) {
   const std::vector<LinearFilterStep>& of_filter = filter_.filter_steps();
   if (std::ssize(of_filter) < steps || (steps > 0 && !of_filter.back().ok)) {
     throw std::invalid_argument("a smoother needs an S that is positive definite at every step");

@@ -8,6 +8,7 @@
 #include "montecarlo/worlds/charted/charted_settings.h"
 #include "montecarlo/worlds/localisation/localisation_model.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
+#include "montecarlo/worlds/plugged/scenario_plug.h"
 
 namespace credence {
 namespace {

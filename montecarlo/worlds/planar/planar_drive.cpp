@@ -1,6 +1,7 @@
 #include "montecarlo/worlds/planar/planar_drive.h"
 
 #include "core/manifold/angle.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/state_error.h"
 #include "montecarlo/worlds/slam_layout.h"
 
@@ -15,7 +16,8 @@ PlanarNoise PlanarNoise::of(const Scenario& scenario) {
   return {.control_std = {n.speed_std, turn_std},
           .measurement_std = {n.range_std, n.bearing_std_deg * kRadiansPerDegree},
           .initial_std = {i.position_std, i.position_std, i.heading_std_deg * kRadiansPerDegree},
-          .detection_probability = n.detection_probability};
+          .detection_probability = n.detection_probability,
+          .measurement_delay = credence::measurement_delay(scenario)};
 }
 
 PlanarDrive::PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise,
@@ -27,12 +29,14 @@ PlanarDrive::PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise,
       process_(StepDraws::normals(source, NoisePurpose::process, 2)),
       measurement_(StepDraws::normals(source, NoisePurpose::measurement, 2 * std::ssize(world.landmarks))),
       detection_(StepDraws::events(source, NoisePurpose::detection, noise.detection_probability,
-                                   std::ssize(world.landmarks))) {
+                                   std::ssize(world.landmarks))),
+      line_(noise.measurement_delay) {
   observations_.reserve(world.landmarks.size());
 }
 
 Pose PlanarDrive::start(std::int64_t run) {
   pose_ = world_.start;
+  line_.clear();
   for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
   Pose error = Pose::Zero();
   if (source_) source_->normals(run, 0, NoisePurpose::initial, {error.data(), 3});
@@ -59,6 +63,8 @@ std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
     z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * noise[2 * i + 1]);
     observations_.push_back({static_cast<int>(i), z});
   }
+  if (noise_.measurement_delay > 0)
+    observations_ = line_.pass(observations_).value_or(std::vector<Observation<PlanarModel>>{});
   return observations_;
 }
 

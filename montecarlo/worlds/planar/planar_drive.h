@@ -7,6 +7,7 @@
 
 #include "core/filters/ekf_slam.h"
 #include "montecarlo/engine/experiment.h"
+#include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/worlds/planar/planar_world.h"
@@ -19,6 +20,7 @@ struct PlanarNoise {
   RangeBearing measurement_std;        ///< m, rad
   Pose initial_std;                    ///< m, m, rad
   double detection_probability = 1.0;  ///< of a landmark in view
+  Index measurement_delay = 0;         ///< steps after which a filter has what is seen
 
   static PlanarNoise of(const Scenario& scenario);
 
@@ -30,7 +32,7 @@ struct PlanarNoise {
 /// what its sensor says. A run is started, then each step is moved and observed, in order.
 ///
 /// The vehicle drives its nominal controls plus noise, from the nominal start. Nothing is allocated after the
-/// construction. `world` must live as long.
+/// construction, but for noise that is late or not plain. `world` must live as long.
 class PlanarDrive {
  public:
   /// Without a source of noise the nominal path is driven and the sensor exact.
@@ -43,7 +45,8 @@ class PlanarDrive {
   /// The vehicle moves by step k, from 1 on.
   void move(std::size_t k);
 
-  /// What is seen at step k from where the vehicle is; good until the next call.
+  /// What the filter is given at step k: what was seen from where the vehicle is, or was a delay ago; good
+  /// until the next call.
   std::span<const Observation<PlanarModel>> observe(std::size_t k);
 
   const Pose& pose() const { return pose_; }  ///< the true one
@@ -55,6 +58,7 @@ class PlanarDrive {
   Pose pose_;
   StepDraws process_, measurement_, detection_;
   std::vector<Observation<PlanarModel>> observations_;
+  DelayLine<std::vector<Observation<PlanarModel>>> line_;
 };
 
 /// What the steps of runs in a planar world have in common.

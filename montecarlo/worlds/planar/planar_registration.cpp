@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/memory_need.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
@@ -55,7 +55,7 @@ std::unique_ptr<Experiment> experiment_with(F filter, PlanarWorld world, const S
 }
 
 std::unique_ptr<Experiment> unlabelled_experiment(const Scenario& scenario) {
-  const NoiseSource source(scenario.study.seed, noise_group(scenario));
+  const NoiseSource source = noise_source(scenario);
   PlanarWorld world = make_planar_world(scenario);
   if (!has_block_map(scenario)) require_dense_covariance(scenario, world);
   if (scenario.filter.inflation == FilterInflation::none &&

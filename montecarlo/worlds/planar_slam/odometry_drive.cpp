@@ -10,11 +10,13 @@ OdometryDrive::OdometryDrive(const OdometryWorld& world, const NoiseSource& sour
       process_(StepDraws::normals(source, NoisePurpose::process, 2)),
       measurement_(StepDraws::normals(source, NoisePurpose::measurement, 2 * world.plane.states())),
       detection_(StepDraws::events(source, NoisePurpose::detection, world.detection_probability,
-                                   world.plane.states())) {
+                                   world.plane.states())),
+      line_(world.measurement_delay) {
   observations_.reserve(world.plane.landmarks.size());
 }
 
 Pose OdometryDrive::start(std::int64_t run) {
+  line_.clear();
   for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
   Pose error;
   source_.normals(run, 0, NoisePurpose::initial, {error.data(), 3});
@@ -39,6 +41,9 @@ std::span<const Observation<PlanarModel>> OdometryDrive::observe(std::size_t k) 
     z += world_.measurement_std.cwiseProduct(Eigen::Map<const Eigen::Vector2d>(noise + 2 * i));
     if (world_.sensor.kind == LandmarkSensorKind::range_bearing) z[1] = wrap_angle(z[1]);
     observations_.push_back({exact.landmark, z});
+  }
+  if (world_.measurement_delay > 0) {
+    observations_ = line_.pass(observations_).value_or(std::vector<Observation<PlanarModel>>{});
   }
   return observations_;
 }

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/worlds/planar_slam/odometry_world.h"
@@ -23,7 +24,7 @@ class OdometryDrive {
   Pose start(std::int64_t run);
   /// The control read of step k, from 1 on: the true one plus noise.
   Control read(std::size_t k);
-  /// What is seen at step k; good until the next call.
+  /// What was seen at step k, or a delay before; good until the next call.
   std::span<const Observation<PlanarModel>> observe(std::size_t k);
 
  private:
@@ -31,6 +32,7 @@ class OdometryDrive {
   NoiseSource source_;
   StepDraws process_, measurement_, detection_;
   std::vector<Observation<PlanarModel>> observations_;
+  DelayLine<std::vector<Observation<PlanarModel>>> line_;
 };
 
 }  // namespace credence

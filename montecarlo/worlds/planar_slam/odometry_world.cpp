@@ -9,6 +9,7 @@
 #include "core/manifold/rotation.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/noise_switches.h"
 
 namespace credence {
 namespace {
@@ -88,6 +89,7 @@ OdometryWorld make_odometry_world(const Scenario& scenario) {
   world.initial_std << initial.position_std, initial.position_std,
       initial.heading_std_deg * kRadiansPerDegree;
   world.detection_probability = noise.detection_probability;
+  world.measurement_delay = measurement_delay(scenario);
   world.width_m = 2.0 * scenario.world.path_radius;
   for (const Point& p : world.plane.landmarks) world.width_m = std::max(world.width_m, 2.0 * p.norm());
   return world;

@@ -24,7 +24,8 @@ struct OdometryWorld {
   Eigen::Vector2d measurement_std;
   Pose initial_std;
   double detection_probability = 1.0;
-  double width_m = 0.0;  ///< an error above this is divergence: the landmarks' spread
+  Index measurement_delay = 0;  ///< steps after which a filter has what is seen
+  double width_m = 0.0;         ///< an error above this is divergence: the landmarks' spread
 
   Eigen::Matrix3d initial_covariance() const { return initial_std.cwiseAbs2().asDiagonal(); }
   PlanarTruth truth(std::size_t k) const { return {path[k > 0 ? k - 1 : 0], path[k], plane.landmarks}; }

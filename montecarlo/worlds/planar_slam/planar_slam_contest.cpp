@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/estimators.h"
 #include "core/filters/estimators/jacobian_rows.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 #include "montecarlo/worlds/planar_slam/posterior_bound.h"
@@ -54,7 +54,7 @@ class PlanarSlamContest final : public EstimatorContest {
   explicit PlanarSlamContest(const Scenario& scenario)
       : scenario_(scenario),
         world_(make_odometry_world(scenario)),
-        source_(scenario.study.seed, noise_group(scenario)) {}
+        source_(noise_source(scenario)) {}
 
   Index steps() const override { return std::ssize(world_.plane.controls); }
   std::unique_ptr<EstimatorPlayer> player(std::span<const std::string> names) const override {

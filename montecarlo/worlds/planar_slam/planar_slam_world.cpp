@@ -4,7 +4,7 @@
 
 #include "core/memory_need.h"
 #include "montecarlo/scenario/key_fields.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
@@ -116,15 +116,15 @@ std::string planar_slam_size_text(const Scenario& scenario) {
 
 std::string planar_slam_text(const Scenario& scenario) {
   const double seen = scenario.noise.detection_probability;
-  return fmt::format("vehicle on a circle, its odometry noisy, {} landmarks {}, {} measured{}",
+  return fmt::format("vehicle on a circle, its odometry noisy, {} landmarks {}, {} measured{}{}",
                      scenario.world.landmarks, has_landmark_ring(scenario) ? "on a ring" : "in an annulus",
                      measures_relative_position(scenario) ? "relative position" : "range and bearing",
-                     seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "");
+                     seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
+                     noise_switches_text(scenario));
 }
 
 std::unique_ptr<Experiment> planar_slam_experiment(const Scenario& scenario) {
-  return std::make_unique<PlanarSlamExperiment>(scenario,
-                                                NoiseSource(scenario.study.seed, noise_group(scenario)));
+  return std::make_unique<PlanarSlamExperiment>(scenario, noise_source(scenario));
 }
 
 }  // namespace

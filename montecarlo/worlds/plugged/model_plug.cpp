@@ -13,12 +13,6 @@
 namespace credence {
 namespace {
 
-void wrap(Vector& v, const std::vector<bool>& angles) {
-  for (std::size_t i = 0; i < angles.size(); ++i) {
-    if (angles[i]) v[static_cast<Index>(i)] = wrap_angle(v[static_cast<Index>(i)]);
-  }
-}
-
 void require_square(const char* name, const Matrix& M, Index n) {
   if (M.rows() == n && M.cols() == n) return;
   throw std::invalid_argument(fmt::format("{} is {}x{}: expected {}x{}", name, M.rows(), M.cols(), n, n));
@@ -71,6 +65,12 @@ std::optional<std::string> difference(const char* name, const Matrix& given, con
 
 }  // namespace
 
+void wrap_angles(Vector& v, const std::vector<bool>& angles) {
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    if (angles[i]) v[static_cast<Index>(i)] = wrap_angle(v[static_cast<Index>(i)]);
+  }
+}
+
 Matrix difference_jacobian(const std::function<Vector(const Vector&)>& function, const Vector& x,
                            const std::vector<bool>& angles) {
   const double relative = std::cbrt(std::numeric_limits<double>::epsilon());
@@ -81,7 +81,7 @@ Matrix difference_jacobian(const std::function<Vector(const Vector&)>& function,
     ahead[i] += step;
     behind[i] -= step;
     Vector change = function(ahead) - function(behind);
-    wrap(change, angles);
+    wrap_angles(change, angles);
     if (i == 0) J.resize(change.size(), x.size());
     J.col(i) = change / (ahead[i] - behind[i]);
   }
@@ -105,13 +105,13 @@ Vector FunctionWorld::step(const Vector& x, std::int64_t, NoiseDraw& noise) cons
 
 Vector FunctionWorld::measure(const Vector& x, std::int64_t, NoiseDraw& noise) const {
   Vector z = model_.h(x) + root_R_ * noise.normals(model_.R.rows());
-  wrap(z, model_.measured_angles);
+  wrap_angles(z, model_.measured_angles);
   return z;
 }
 
 Vector FunctionWorld::minus(const Vector& a, const Vector& b) const {
   Vector difference = a - b;
-  wrap(difference, layout_.angles);
+  wrap_angles(difference, layout_.angles);
   return difference;
 }
 
@@ -140,14 +140,14 @@ void FunctionEkf::predict() {
 bool FunctionEkf::update(const Vector& z) {
   const Matrix H = jacobian_of_h(x_);
   nu_ = z - model_.h(x_);
-  wrap(nu_, model_.measured_angles);
+  wrap_angles(nu_, model_.measured_angles);
   const Matrix HP = H * P_;
   S_ = HP * H.transpose() + model_.R;
   const Eigen::LLT<Matrix> factor(S_);
   if (factor.info() != Eigen::Success) return false;
   const Matrix K = factor.solve(HP).transpose();
   x_ += K * nu_;
-  wrap(x_, state_angles_);
+  wrap_angles(x_, state_angles_);
   const Matrix T = Matrix::Identity(x_.size(), x_.size()) - K * H;
   P_ = (T * P_ * T.transpose() + K * model_.R * K.transpose()).eval();
   P_ = (0.5 * (P_ + P_.transpose())).eval();

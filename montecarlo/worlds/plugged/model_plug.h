@@ -74,6 +74,9 @@ class FunctionEkf {
   Matrix P_, S_;
 };
 
+/// Wraps those components that are angles in rad; empty: none.
+void wrap_angles(Vector& v, const std::vector<bool>& angles);
+
 /// The Jacobian of `function` at x by central differences; where `angles` says so a component is an angle,
 /// whose differences are wrapped.
 Matrix difference_jacobian(const std::function<Vector(const Vector&)>& function, const Vector& x,

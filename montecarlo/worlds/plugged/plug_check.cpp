@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -139,6 +140,19 @@ void report_plus(const Vector& d, const Vector& back, std::vector<std::string>& 
   problems.push_back(fmt::format("minus(plus(x, d), x) is not d: d = ({}) comes back as ({})",
                                  fmt::join(d.begin(), d.end(), ", "),
                                  fmt::join(back.begin(), back.end(), ", ")));
+}
+
+void report_time_step(const Vector& once, const Vector& twice, std::vector<std::string>& problems) {
+  constexpr double kTooMuch = 1.5;  // noise that is the same at each call gives 2 or more
+  double least = std::numeric_limits<double>::infinity();
+  for (Index i = 0; i < once.size(); ++i) {
+    if (once[i] > 0.0) least = std::min(least, twice[i] / once[i]);
+  }
+  if (!std::isfinite(least) || least < kTooMuch) return;
+  problems.push_back(
+      fmt::format("Q does not scale with dt: two predictions of half a step give every state at least "
+                  "{:.3g} times the variance of one of the whole step",
+                  least));
 }
 
 void require_sound(const std::vector<std::string>& problems) {

@@ -21,6 +21,11 @@ std::vector<std::string> plug_problems(const Experiment& experiment);
 /// Adds a sentence unless minus(plus(x, d), x), which is `back`, is d.
 void report_plus(const Vector& d, const Vector& back, std::vector<std::string>& problems);
 
+/// Adds a sentence where two predictions of half a step give far more variance than one of the whole:
+/// `once` and `twice` are the diagonals of P, from P = 0. A process noise of white noise in continuous time
+/// gives the same.
+void report_time_step(const Vector& once, const Vector& twice, std::vector<std::string>& problems);
+
 /// The sentences as one std::invalid_argument, if there are any.
 void require_sound(const std::vector<std::string>& problems);
 

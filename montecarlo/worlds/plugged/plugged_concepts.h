@@ -48,7 +48,8 @@ Vector state_minus(const World& world, const State& a, const State& b) {
 /// std::optional of it, empty where nothing is measured. All const, and safe to call from several threads.
 ///
 /// It may have: minus(a, b); plus(x, d); input(x, k, noise), what the filter's predict is given; layout(),
-/// with the names, angles, blocks and sensors (model_layout makes one); coordinates(x), n numbers that say
+/// dt(), the time of a step, which the filter's predict is given behind the input; layout(), with the names,
+/// angles, blocks and sensors (model_layout makes one); coordinates(x), n numbers that say
 /// where x is, for figures and logs of a state that is no vector: the estimate is shown at those of the truth
 /// plus its error.
 template <class World>
@@ -67,6 +68,12 @@ concept HasInput = requires(const World& world, const StateOf<World>& x, std::in
   world.input(x, k, noise);
 };
 
+/// Whether the filter is told how long a prediction is, in s.
+template <class World>
+concept HasTimeStep = requires(const World& world) {
+  { world.dt() } -> std::convertible_to<double>;
+};
+
 namespace plugged {
 
 template <class T>
@@ -83,13 +90,50 @@ const T& value_of(const std::optional<T>& measurement) {
   return *measurement;
 }
 
+/// What the world gives a prediction; nothing where it has no input.
+struct NoInput {};
+template <class World>
+auto input_of(const World& world, const StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
+  if constexpr (HasInput<World>) {
+    return world.input(x, k, noise);
+  } else {
+    return NoInput{};
+  }
+}
+template <class World>
+using InputOf = decltype(input_of(std::declval<const World&>(), std::declval<const StateOf<World>&>(),
+                                  std::int64_t{}, std::declval<NoiseDraw&>()));
+
+template <class Filter, class Input, class... Time>
+concept Predicts = (std::is_same_v<Input, NoInput>
+                        ? requires(Filter & filter, Time... time) { filter.predict(time...); }
+                        : requires(Filter & filter, const Input& input, Time... time) {
+                            filter.predict(input, time...);
+                          });
+
+/// Predicts `share` of a step.
+template <class Filter, class World, class Input>
+requires(HasTimeStep<World> ? Predicts<Filter, Input, double>
+                            : Predicts<Filter, Input>) void predict(Filter& filter, const World& world,
+                                                                    const Input& input, double share) {
+  if constexpr (HasTimeStep<World> && HasInput<World>) {
+    filter.predict(input, share * world.dt());
+  } else if constexpr (HasTimeStep<World>) {
+    filter.predict(share * world.dt());
+  } else if constexpr (HasInput<World>) {
+    filter.predict(input);
+  } else {
+    filter.predict();
+  }
+}
+
 }  // namespace plugged
 
 /// A filter starts from a mean and its covariance, predicts, updates, and shows its state and covariance.
 ///
-/// update may return a bool: false where S is not positive definite, which ends the run. An exception ends
-/// the run too; both are counted and named. It may have innovations(), one Innovation for each sensor (empty
-/// where it is silent), or innovation() and innovation_covariance(), for NIS.
+/// update may return a bool: false where S is not positive definite, which ends the run. An exception
+/// ends the run too; both are counted and named. It may have innovations(), one Innovation for each
+/// sensor (empty where it is silent), or innovation() and innovation_covariance(), for NIS.
 template <class Filter, class World>
 concept PluggedFilter = requires(Filter& filter, const Filter& shown, const World& world,
                                  const StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
@@ -98,9 +142,9 @@ concept PluggedFilter = requires(Filter& filter, const Filter& shown, const Worl
   { state_minus(world, static_cast<const StateOf<World>&>(shown.state()), x) } -> std::convertible_to<Vector>;
   { shown.covariance() } -> std::convertible_to<Matrix>;
 }
-&&(HasInput<World> ? requires(Filter& filter, const World& world, const StateOf<World>& x, std::int64_t k,
-                              NoiseDraw& noise) { filter.predict(world.input(x, k, noise)); }
-                   : requires(Filter& filter) { filter.predict(); });
+&&requires(Filter& filter, const World& world, const StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
+  plugged::predict(filter, world, plugged::input_of(world, x, k, noise), 1.0);
+};
 
 /// The innovations that a filter shows after an update; none if it shows none.
 template <class Filter>
@@ -115,8 +159,8 @@ std::vector<Innovation> innovations_of(const Filter& filter) {
   }
 }
 
-/// The layout of a state with these names ("heading:angle" is an angle in rad, "pose.x" of a block "pose")
-/// and of sensors with these names and dimensions.
+/// The layout of a state with these names ("heading:angle" is an angle in rad, "pose.x" of a block
+/// "pose") and of sensors with these names and dimensions.
 RunLayout model_layout(const std::vector<std::string>& states,
                        const std::vector<std::pair<std::string, Index>>& sensors);
 

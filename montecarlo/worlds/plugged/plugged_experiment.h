@@ -11,17 +11,67 @@
 
 #include "core/stop_point.h"
 #include "montecarlo/engine/experiment.h"
+#include "montecarlo/random/delay_line.h"
 #include "montecarlo/worlds/plugged/plug_check.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 #include "montecarlo/worlds/plugged/plugged_statistics.h"
 
 namespace credence {
 
+namespace plugged {
+
+inline constexpr std::int64_t kInputSlots = std::int64_t{1} << 20;  ///< beyond those of the process noise
+
+/// A measurement as numbers; empty where it is no vector.
+template <class Measurement>
+Vector vector_of(const Measurement& z) {
+  if constexpr (std::is_convertible_v<const Measurement&, Vector>) {
+    return z;
+  } else if constexpr (std::is_convertible_v<const Measurement&, double>) {
+    return Vector::Constant(1, z);
+  } else {
+    return {};
+  }
+}
+
+/// Puts what a filter shows after a step beside the truth; `diverged` where it is not finite.
+template <class World>
+Outcome show(const World& world, const RunLayout& layout, const StateOf<World>& truth,
+             const StateOf<World>& estimate, Matrix P, std::vector<Innovation> innovations,
+             TraceStep& shown) {
+  shown.error = state_minus(world, estimate, truth);
+  shown.P = std::move(P);
+  shown.innovations = std::move(innovations);
+  if constexpr (std::is_convertible_v<const StateOf<World>&, Vector>) {
+    shown.truth = truth;
+    shown.estimate = estimate;
+  } else if constexpr (requires { Vector(world.coordinates(truth)); }) {
+    shown.truth = world.coordinates(truth);
+    shown.estimate = shown.truth + shown.error;
+  }
+  if (shown.states.empty()) {
+    for (Index i = 0; i < std::ssize(layout.states); ++i) shown.states.push_back(i);
+  }
+  require_fit(layout, shown);
+  if (!shown.error.allFinite() || !shown.P.allFinite()) return Outcome::diverged;
+  normalise_step(shown);
+  return Outcome::ok;
+}
+
+}  // namespace plugged
+
 /// How a plugged study is run.
 struct PlugSettings {
   std::int64_t steps = 100;
   std::uint64_t seed = 1;
-  std::uint64_t noise_group = 0;  ///< studies of one seed and group meet the same noise
+  std::uint64_t noise_group = 0;   ///< studies of one seed and group meet the same noise
+  NoiseShape process_shape{};      ///< of the world's step and input; plain: white and Gaussian
+  NoiseShape measurement_shape{};  ///< of what the world's measure draws
+  Index measurement_delay = 0;     ///< steps after which a measurement reaches the filter
+
+  NoiseSource source() const {
+    return NoiseSource(seed, noise_group).shaped(process_shape, measurement_shape);
+  }
 };
 
 /// Many runs of a user's filter in a user's world. `make_filter()` gives a fresh filter and must be safe to
@@ -32,13 +82,16 @@ class PluggedExperiment final : public Experiment {
  public:
   using Filter = std::invoke_result_t<const MakeFilter&>;
   using State = StateOf<World>;
+  using Measured = std::decay_t<decltype(std::declval<const World&>().measure(
+      std::declval<const State&>(), std::int64_t{}, std::declval<NoiseDraw&>()))>;
 
   PluggedExperiment(World world, MakeFilter make_filter, const PlugSettings& settings = {})
-      : Experiment(layout_of(world, make_filter, NoiseSource(settings.seed, settings.noise_group))),
+      : Experiment(layout_of(world, make_filter, settings.source())),
         world_(std::move(world)),
         make_filter_(std::move(make_filter)),
         steps_(settings.steps),
-        source_(settings.seed, settings.noise_group) {}
+        delay_(settings.measurement_delay),
+        source_(settings.source()) {}
 
   std::int64_t steps() const { return steps_; }
 
@@ -66,6 +119,7 @@ class PluggedExperiment final : public Experiment {
     if constexpr (requires(const World& w, const State& x, const Vector& d) { w.plus(x, d); }) {
       check_plus(found);
     }
+    if constexpr (HasTimeStep<World>) check_time_step(found);
     if constexpr (requires(const Filter& f) { std::optional<std::string>(f.jacobian_problem()); }) {
       Run play(*this, 0);
       std::optional<std::string> problem;
@@ -78,13 +132,15 @@ class PluggedExperiment final : public Experiment {
   }
 
  private:
-  static constexpr std::int64_t kInputSlots = std::int64_t{1} << 20;  ///< beyond those of the process noise
-
   /// One run on its way.
   class Run {
    public:
     Run(const PluggedExperiment& experiment, std::int64_t run)
-        : e_(experiment), run_(run), filter_(e_.make_filter_()), truth_(e_.world_.prior().mean) {}
+        : e_(experiment),
+          run_(run),
+          filter_(e_.make_filter_()),
+          truth_(e_.world_.prior().mean),
+          line_(e_.delay_) {}
 
     Outcome visit(const StepVisitor& take) {
       if (!guarded([&] { start(); })) {
@@ -142,17 +198,14 @@ class PluggedExperiment final : public Experiment {
     Outcome step(std::int64_t k) {
       NoiseDraw process = noise(k, NoisePurpose::process);
       truth_ = e_.world_.step(truth_, k, process);
-      if constexpr (HasInput<World>) {
-        NoiseDraw input = noise(k, NoisePurpose::process, kInputSlots);
-        filter_.predict(e_.world_.input(truth_, k, input));
-      } else {
-        filter_.predict();
-      }
+      NoiseDraw input = noise(k, NoisePurpose::process, plugged::kInputSlots);
+      plugged::predict(filter_, e_.world_, plugged::input_of(e_.world_, truth_, k, input), 1.0);
       NoiseDraw measurement = noise(k, NoisePurpose::measurement);
-      const auto z = e_.world_.measure(truth_, k, measurement);
-      bool measured = true;
-      if constexpr (plugged::IsOptional<std::decay_t<decltype(z)>>::value) measured = z.has_value();
-      if (measured && !update(plugged::value_of(z))) return Outcome::not_positive_definite;
+      const std::optional<Measured> z = line_.pass(e_.world_.measure(truth_, k, measurement));
+      bool measured = z.has_value();
+      if constexpr (plugged::IsOptional<Measured>::value) measured = measured && z->has_value();
+      shown_.z = measured ? plugged::vector_of(plugged::value_of(*z)) : Vector();
+      if (measured && !update(plugged::value_of(*z))) return Outcome::not_positive_definite;
       return show(measured);
     }
 
@@ -167,34 +220,17 @@ class PluggedExperiment final : public Experiment {
     }
 
     Outcome show(bool measured) {
-      const State& estimate = filter_.state();
-      shown_.error = state_minus(e_.world_, estimate, truth_);
-      shown_.P = filter_.covariance();
-      if (measured) {
-        shown_.innovations = innovations_of(filter_);
-      } else {
-        shown_.innovations.assign(e_.layout().sensors.size(), {});
-      }
-      if constexpr (std::is_convertible_v<const State&, Vector>) {
-        shown_.truth = truth_;
-        shown_.estimate = estimate;
-      } else if constexpr (requires { Vector(e_.world_.coordinates(truth_)); }) {
-        shown_.truth = e_.world_.coordinates(truth_);
-        shown_.estimate = shown_.truth + shown_.error;
-      }
-      if (shown_.states.empty()) {
-        for (Index i = 0; i < std::ssize(e_.layout().states); ++i) shown_.states.push_back(i);
-      }
-      require_fit(e_.layout(), shown_);
-      if (!shown_.error.allFinite() || !shown_.P.allFinite()) return Outcome::diverged;
-      normalise_step(shown_);
-      return Outcome::ok;
+      std::vector<Innovation> innovations(e_.layout().sensors.size());
+      if (measured) innovations = innovations_of(filter_);
+      return plugged::show(e_.world_, e_.layout(), truth_, filter_.state(), filter_.covariance(),
+                           std::move(innovations), shown_);
     }
 
     const PluggedExperiment& e_;
     std::int64_t run_;
     Filter filter_;
     State truth_;
+    DelayLine<Measured> line_;
     TraceStep shown_;
     std::string said_;
   };
@@ -221,12 +257,8 @@ class PluggedExperiment final : public Experiment {
       const auto prior = world.prior();
       filter.reset(prior.mean, prior.covariance);
       const State truth = world.step(world.initial(initial), 1, process);
-      if constexpr (HasInput<World>) {
-        NoiseDraw input(source, 0, 1, NoisePurpose::process, kInputSlots);
-        filter.predict(world.input(truth, 1, input));
-      } else {
-        filter.predict();
-      }
+      NoiseDraw input(source, 0, 1, NoisePurpose::process, plugged::kInputSlots);
+      plugged::predict(filter, world, plugged::input_of(world, truth, 1, input), 1.0);
       const auto z = world.measure(truth, 1, measurement);
       if constexpr (plugged::IsOptional<std::decay_t<decltype(z)>>::value) {
         if (!z) throw std::invalid_argument("the first step measures nothing: give the world a layout()");
@@ -254,9 +286,29 @@ class PluggedExperiment final : public Experiment {
     report_plus(d, state_minus(world_, State(world_.plus(x, d)), x), found);
   }
 
+  /// From P = 0 a prediction leaves nothing but process noise.
+  void check_time_step(std::vector<std::string>& found) const {
+    const Prior<State> prior{world_.prior().mean, Matrix::Zero(world_.prior().covariance.rows(),
+                                                               world_.prior().covariance.cols())};
+    NoiseDraw draw(source_, 0, 1, NoisePurpose::process, plugged::kInputSlots);
+    const auto input = plugged::input_of(world_, prior.mean, 1, draw);
+    const auto variances = [&](int parts) {
+      Filter filter = make_filter_();
+      filter.reset(prior.mean, prior.covariance);
+      for (int i = 0; i < parts; ++i) plugged::predict(filter, world_, input, 1.0 / parts);
+      return Vector(Matrix(filter.covariance()).diagonal());
+    };
+    try {
+      report_time_step(variances(1), variances(2), found);
+    } catch (const std::exception&) {
+      return;  // a filter that cannot start from certainty
+    }
+  }
+
   World world_;
   MakeFilter make_filter_;
   std::int64_t steps_;
+  Index delay_;
   NoiseSource source_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <vector>
 
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
@@ -62,31 +63,39 @@ void add_parts(const RunLayout& layout, const TraceStep& step, NeesSolver& solve
 
 StudyStatistics visited_chunk(const Experiment& experiment, std::int64_t steps, std::int64_t first_run,
                               std::int64_t runs) {
+  struct Run {
+    RunSum sum, vehicle;
+    std::int64_t last = 0;
+  };
   StudyStatistics statistics;
   statistics.steps.resize(static_cast<std::size_t>(steps));
   statistics.runs = runs;
   statistics.reserve_runs(runs);
   NeesSolver solver;
-  for (std::int64_t run = first_run; run < first_run + runs; ++run) {
-    RunSum sum, vehicle;
-    std::int64_t last = 0;
-    const Outcome outcome = experiment.visit(run, [&](const TraceStep& step) {
-      last = step.step;
-      if (step.step == 0 || step.outcome != Outcome::ok) return;
-      StepStatistics& s = statistics.steps[static_cast<std::size_t>(step.step) - 1];
-      s[Quantity::trace].add(step.P.trace());
-      if (step.nees_dof > 0) s[Quantity::nees].add(step.nees);
-      if (step.nis_dof > 0) s[Quantity::nis].add(step.nis);
-      s.nees_dof += step.nees_dof;
-      s.nis_dof += step.nis_dof;
-      sum.add(step.nees, step.nees_dof);
-      add_parts(experiment.layout(), step, solver, s, vehicle);
-    });
-    if (outcome == Outcome::ok) {
-      sum.add_to(statistics.nees_of_runs);
-      vehicle.add_to(statistics.vehicle_nees_of_runs);
-    } else {
-      statistics.failures.push_back({run, last, outcome});
+  const std::int64_t end = first_run + runs, most = experiment.runs_side_by_side();
+  for (std::int64_t first = first_run; first < end; first += most) {
+    std::vector<Run> side(static_cast<std::size_t>(std::min(most, end - first)));
+    const std::vector<Outcome> outcomes =
+        experiment.visit_runs(first, std::ssize(side), [&](std::int64_t number, const TraceStep& step) {
+          Run& run = side[static_cast<std::size_t>(number - first)];
+          run.last = step.step;
+          if (step.step == 0 || step.outcome != Outcome::ok) return;
+          StepStatistics& s = statistics.steps[static_cast<std::size_t>(step.step) - 1];
+          s[Quantity::trace].add(step.P.trace());
+          if (step.nees_dof > 0) s[Quantity::nees].add(step.nees);
+          if (step.nis_dof > 0) s[Quantity::nis].add(step.nis);
+          s.nees_dof += step.nees_dof;
+          s.nis_dof += step.nis_dof;
+          run.sum.add(step.nees, step.nees_dof);
+          add_parts(experiment.layout(), step, solver, s, run.vehicle);
+        });
+    for (std::size_t i = 0; i < side.size(); ++i) {
+      if (outcomes[i] == Outcome::ok) {
+        side[i].sum.add_to(statistics.nees_of_runs);
+        side[i].vehicle.add_to(statistics.vehicle_nees_of_runs);
+      } else {
+        statistics.failures.push_back({first + static_cast<std::int64_t>(i), side[i].last, outcomes[i]});
+      }
     }
   }
   return statistics;

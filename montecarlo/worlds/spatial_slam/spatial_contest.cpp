@@ -4,7 +4,7 @@
 #include <map>
 
 #include "core/stop_point.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 #include "montecarlo/worlds/spatial_slam/spatial_run.h"
@@ -79,7 +79,7 @@ class EliminatedRows {
 class SpatialContest final : public EstimatorContest {
  public:
   explicit SpatialContest(const Scenario& scenario)
-      : world_(make_spatial_world(scenario)), source_(scenario.study.seed, noise_group(scenario)) {}
+      : world_(make_spatial_world(scenario)), source_(noise_source(scenario)) {}
 
   Index steps() const override { return world_.steps(); }
   Index map_stride() const override { return kSpatialMapStride; }

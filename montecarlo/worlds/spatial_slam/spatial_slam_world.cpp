@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "montecarlo/scenario/key_fields.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/plugged_statistics.h"
@@ -122,9 +122,6 @@ void check_spatial_slam(const Scenario& scenario, const Refusal& refuse) {
   check_estimator(scenario, refuse, kSpatialOffer);
   const WorldSettings& world = scenario.world;
   if (world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
-  if (scenario.noise.detection_probability < 1.0) {
-    refuse.impossible("noise", "detection_probability", "must be 1 in \"spatial_slam\"");
-  }
   if (world.sensor_min_range >= world.sensor_range) {
     refuse.impossible("world", "sensor_min_range",
                       fmt::format("must be < world.sensor_range = {}", world.sensor_range));
@@ -143,14 +140,16 @@ std::string spatial_slam_size_text(const Scenario& scenario) {
 }
 
 std::string spatial_slam_text(const Scenario& scenario) {
-  return fmt::format("vehicle on a closed path in space, its odometry noisy, {} landmarks, relative position",
-                     scenario.world.landmarks);
+  const double seen = scenario.noise.detection_probability;
+  return fmt::format("vehicle on a closed path in space, its odometry noisy, {} landmarks, relative position{}{}",
+                     scenario.world.landmarks, seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
+                     noise_switches_text(scenario));
 }
 
 std::unique_ptr<Experiment> spatial_slam_experiment(const Scenario& scenario) {
   return std::make_unique<SpatialExperiment>(make_spatial_world(scenario),
                                              spatial_kind(word_value(scenario, "filter.estimator")),
-                                             NoiseSource(scenario.study.seed, noise_group(scenario)));
+                                             noise_source(scenario));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/chart.h"
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/noise_switches.h"
 
 namespace credence {
 namespace {
@@ -92,6 +93,8 @@ SpatialWorld make_spatial_world(const Scenario& scenario) {
       Eigen::Vector3d::Constant(scenario.initial.heading_std_deg * kRadiansPerDegree);
   world.process_scale = scenario.filter.process_scale;
   world.measurement_scale = scenario.filter.measurement_scale;
+  world.detection_probability = scenario.noise.detection_probability;
+  world.measurement_delay = measurement_delay(scenario);
   world.width_m = real_value(scenario, "world.path_length") + real_value(scenario, "world.path_width");
   return world;
 }
@@ -101,11 +104,14 @@ SpatialDrive::SpatialDrive(const SpatialWorld& world, const NoiseSource& source)
       source_(source),
       process_(StepDraws::normals(source, NoisePurpose::process, 6)),
       measurement_(
-          StepDraws::normals(source, NoisePurpose::measurement, 3 * std::ssize(world.landmarks))) {}
+          StepDraws::normals(source, NoisePurpose::measurement, 3 * std::ssize(world.landmarks))),
+      detection_(StepDraws::events(source, NoisePurpose::detection, world.detection_probability,
+                                   std::ssize(world.landmarks))),
+      line_(world.measurement_delay) {}
 
 SE3 SpatialDrive::start(std::int64_t run) {
-  process_.start(run);
-  measurement_.start(run);
+  line_.clear();
+  for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
   Eigen::Matrix<double, 6, 1> error;
   source_.normals(run, 0, NoisePurpose::initial, {error.data(), 6});
   error = error.cwiseProduct(world_.initial_std);
@@ -125,12 +131,17 @@ SpatialControl SpatialDrive::read(std::size_t k) {
 
 std::span<const SpatialSight> SpatialDrive::observe(std::size_t k) {
   const double* noise = measurement_.at(static_cast<Index>(k));
+  const double* seen = detection_.at(static_cast<Index>(k));
   sights_.clear();
   for (const SpatialWorld::Exact& exact : world_.in_view[k]) {
+    if (seen[exact.landmark] == 0.0) continue;
     const Eigen::Vector3d variances = world_.landmark_variances(exact.z);
     const Eigen::Map<const Eigen::Vector3d> of_landmark(noise + 3 * exact.landmark);
     sights_.push_back({exact.landmark, exact.z + variances.cwiseSqrt().cwiseProduct(of_landmark),
                        world_.measurement_scale * variances});
+  }
+  if (world_.measurement_delay > 0) {
+    sights_ = line_.pass(sights_).value_or(std::vector<SpatialSight>{});
   }
   return sights_;
 }

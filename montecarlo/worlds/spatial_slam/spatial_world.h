@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/filters/spatial/spatial_slam.h"
+#include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/scenario/scenario.h"
@@ -27,6 +28,8 @@ struct SpatialWorld {
   bool by_length = true;                        ///< the length of a measured vector, else each coordinate
   Eigen::Matrix<double, 6, 1> initial_std;      ///< (δp, φ)
   double process_scale = 1.0, measurement_scale = 1.0;  ///< what the filter believes of the variances
+  double detection_probability = 1.0;
+  Index measurement_delay = 0;  ///< steps after which a filter has what is seen
   double width_m = 0.0;                         ///< an error above this is divergence
 
   Index steps() const { return std::ssize(controls); }
@@ -44,7 +47,7 @@ SpatialWorld make_spatial_world(const Scenario& scenario);
 /// What odometry and sensor say in one run, whatever filter listens, with the variances that it believes.
 ///
 /// Noise of run i: step 0, purpose initial, slots 0 … 5; step k, purpose process, slots 0 … 5 (on v and ω
-/// read); purpose measurement, slots 3l … 3l + 2 of landmark l.
+/// read); purpose measurement, slots 3l … 3l + 2 of landmark l; purpose detection, slot l.
 class SpatialDrive {
  public:
   /// `world` must live as long.
@@ -53,14 +56,15 @@ class SpatialDrive {
   /// Where a filter believes the run to start.
   SE3 start(std::int64_t run);
   SpatialControl read(std::size_t k);  ///< of step k, from 1 on
-  /// What is seen at step k; good until the next call.
+  /// What was seen at step k, or a delay before; good until the next call.
   std::span<const SpatialSight> observe(std::size_t k);
 
  private:
   const SpatialWorld& world_;
   NoiseSource source_;
-  StepDraws process_, measurement_;
+  StepDraws process_, measurement_, detection_;
   std::vector<SpatialSight> sights_;
+  DelayLine<std::vector<SpatialSight>> line_;
 };
 
 }  // namespace credence

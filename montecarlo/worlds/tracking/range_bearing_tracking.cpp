@@ -1,13 +1,16 @@
 #include "montecarlo/worlds/tracking/range_bearing_tracking.h"
 
 #include <Eigen/Cholesky>
+#include <optional>
 
 #include "core/linear_algebra/mirror.h"
 #include "core/linear_algebra/psd_root.h"
 #include "core/manifold/angle.h"
 #include "core/stop_point.h"
 #include "montecarlo/engine/run_loop.h"
+#include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/step_draws.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/linear/linear_trace.h"
 #include "montecarlo/worlds/tracking/tracking_world.h"
 
@@ -47,12 +50,14 @@ class RangeBearingTracking::Run {
         initial_root_(psd_root(e.motion_.P0)),
         process_(StepDraws::normals(e.source_, NoisePurpose::process, kStates)),
         measurement_(StepDraws::normals(e.source_, NoisePurpose::measurement, 2)),
-        detection_(StepDraws::events(e.source_, NoisePurpose::detection, e.detection_probability_, 1)) {
+        detection_(StepDraws::events(e.source_, NoisePurpose::detection, e.detection_probability_, 1)),
+        line_(e.delay_) {
     name_states(e.motion_.layout, now_);
   }
 
   void start(std::int64_t run) {
     for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
+    line_.clear();
     Vector error(kStates);
     e_.source_.normals(run, 0, NoisePurpose::initial, {error.data(), static_cast<std::size_t>(kStates)});
     estimate_ = e_.start_;
@@ -74,7 +79,9 @@ class RangeBearingTracking::Run {
     now_.nis = 0.0;
     now_.innovations.front() = {};
     now_.K.resize(0, 0);
-    if (detection_.at(k)[0] != 0.0 && !update(x, Eigen::Map<const RangeBearing>(measurement_.at(k)), P)) {
+    now_.z.resize(0);
+    const std::optional<Seen> seen = line_.pass(measure(x, k));
+    if (seen && *seen && !update(**seen, P)) {
       return Outcome::not_positive_definite;
     }
     if (!estimate_.allFinite()) return Outcome::diverged;
@@ -100,10 +107,18 @@ class RangeBearingTracking::Run {
   }
 
  private:
-  /// The extended Kalman filter's update in Joseph's form; false where S is not positive definite.
-  bool update(const Vector& x, const RangeBearing& noise, Matrix& P) {
+  using Seen = std::optional<RangeBearing>;
+
+  Seen measure(const Vector& x, Index k) {
+    if (detection_.at(k)[0] == 0.0) return std::nullopt;
     RangeBearing z = measure_range_bearing(Pose::Zero(), x.head<2>());
-    z += e_.measurement_std_.cwiseProduct(noise);
+    z += e_.measurement_std_.cwiseProduct(Eigen::Map<const RangeBearing>(measurement_.at(k)));
+    return z;
+  }
+
+  /// The extended Kalman filter's update in Joseph's form; false where S is not positive definite.
+  bool update(const RangeBearing& z, Matrix& P) {
+    now_.z = z;
     const PredictedRangeBearing predicted = predict_range_bearing(Pose::Zero(), estimate_.head<2>());
     Matrix H = Matrix::Zero(2, kStates);
     H.leftCols<2>() = predicted.H_l;
@@ -125,6 +140,7 @@ class RangeBearingTracking::Run {
   const RangeBearingTracking& e_;
   Matrix Q_, R_, noise_root_, initial_root_;
   StepDraws process_, measurement_, detection_;
+  DelayLine<Seen> line_;
   Vector estimate_;
   double trace_prior_ = 0.0;
   TraceStep now_;
@@ -139,6 +155,7 @@ RangeBearingTracking::RangeBearingTracking(const Scenario& scenario, NoiseSource
       detection_probability_(scenario.noise.detection_probability),
       process_scale_(scenario.filter.process_scale),
       measurement_scale_(scenario.filter.measurement_scale),
+      delay_(measurement_delay(scenario)),
       steps_(scenario.study.steps),
       source_(source) {}
 

@@ -29,7 +29,7 @@ class RangeBearingTracking final : public Experiment {
   Vector start_;
   RangeBearing measurement_std_;
   double detection_probability_, process_scale_, measurement_scale_;
-  Index steps_;
+  Index delay_, steps_;
   NoiseSource source_;
 };
 

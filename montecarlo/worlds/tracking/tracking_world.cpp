@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "montecarlo/scenario/key_fields.h"
-#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/linear/linear_world.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/slam_settings.h"
@@ -80,8 +80,7 @@ std::optional<LinearProblem> tracking_problem_of(const Scenario& scenario) {
 }
 
 std::unique_ptr<Experiment> tracking_experiment(const Scenario& scenario) {
-  return std::make_unique<RangeBearingTracking>(scenario,
-                                                NoiseSource(scenario.study.seed, noise_group(scenario)));
+  return std::make_unique<RangeBearingTracking>(scenario, noise_source(scenario));
 }
 
 double least_tracking_doubles(const Scenario& scenario) {
@@ -96,9 +95,10 @@ std::string tracking_size_text(const Scenario& scenario) {
 std::string tracking_text(const Scenario& scenario) {
   const double seen = scenario.noise.detection_probability;
   const Index d = dimensions(scenario);
-  return fmt::format("target of nearly constant velocity in {} dimension{}, {} measured{}", d,
+  return fmt::format("target of nearly constant velocity in {} dimension{}, {} measured{}{}", d,
                      d == 1 ? "" : "s", measures_position(scenario) ? "position" : "range and bearing",
-                     seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "");
+                     seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
+                     noise_switches_text(scenario));
 }
 
 }  // namespace

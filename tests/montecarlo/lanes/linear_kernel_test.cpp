@@ -28,12 +28,13 @@ std::vector<InstructionSet> supported_sets() {
 
 LinearErrorSystem error_system(const LinearModel& truth, const LinearModel& assumed, Inflation inflation,
                                Index steps) {
-  LinearErrorSystem system{.F = truth.F,
-                           .noise_input = truth.G * psd_root(truth.Q),
-                           .H = truth.H,
-                           .measurement_root = psd_root(truth.R),
-                           .initial_root = psd_root(truth.P0),
-                           .steps = {}};
+  LinearErrorSystem system{{.F = truth.F,
+                            .noise_input = truth.G * psd_root(truth.Q),
+                            .H = truth.H,
+                            .measurement_root = psd_root(truth.R)},
+                           psd_root(truth.P0),
+                           {},
+                           {}};
   for (const LinearFilterStep& step :
        linear_filter_steps(assumed, {.inflation = inflation, .constant = {}}, steps)) {
     EXPECT_TRUE(step.ok);
@@ -61,12 +62,13 @@ Matrix random_matrix(Index rows, Index columns, std::mt19937_64& generator) {
 /// triangular.
 LinearErrorSystem unstructured(Index n, Index m, Index steps) {
   std::mt19937_64 generator(7);
-  LinearErrorSystem system{.F = 0.3 * random_matrix(n, n, generator),
-                           .noise_input = random_matrix(n, 2, generator),
-                           .H = random_matrix(m, n, generator),
-                           .measurement_root = random_matrix(m, m, generator),
-                           .initial_root = random_matrix(n, n, generator),
-                           .steps = {}};
+  LinearErrorSystem system{{.F = 0.3 * random_matrix(n, n, generator),
+                            .noise_input = random_matrix(n, 2, generator),
+                            .H = random_matrix(m, n, generator),
+                            .measurement_root = random_matrix(m, m, generator)},
+                           random_matrix(n, n, generator),
+                           {},
+                           {}};
   for (Index k = 0; k < steps; ++k) {
     system.steps.push_back({.K = 0.3 * random_matrix(n, m, generator),
                             .innovation_whitening = random_matrix(std::max<Index>(1, m - 1), m, generator),

@@ -45,7 +45,7 @@ TEST(Registry, WorldsShareKeys) {
   EXPECT_FALSE(key->of_world("monobot"));
   EXPECT_EQ(key->accepted_where(),
             "with world.model = \"planar\" or \"tracking\" or \"planar_slam\" or \"localisation\" or "
-            "\"inertial\"");
+            "\"inertial\" or \"pendulum\"");
   EXPECT_EQ(real_value(default_scenario("planar"), "world.dt"), 0.25);
   EXPECT_EQ(real_value(default_scenario("tracking"), "world.dt"), 1.0);
   EXPECT_THROW(real_value(Scenario(), "world.model"), std::invalid_argument);

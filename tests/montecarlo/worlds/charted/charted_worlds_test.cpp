@@ -277,5 +277,27 @@ TEST(ChartedWorlds, KeysBelongToTheirAiding) {
   EXPECT_EQ(load_scenario_text(canonical_toml(s), "t.toml"), s);
 }
 
+// The classical drift of a filter that integrates mean rates: Ω θ²/2 (1 − sin(Ω dt)/(Ω dt)), up to θ⁴.
+TEST(Inertial, ConingDriftsAsTheTextbookSays) {
+  const InertialModel model(
+      load("inertial", {"world.coning_angle_deg=1", "world.coning_frequency=10", "world.attitude=fixed",
+                        "noise.gyro_density=0", "noise.gyro_bias_walk=0"}));
+  const NoiseSource source(1, 0);
+  InertialModel::Group x = model.start();
+  SO3 integrated = x.first().rotation();
+  constexpr std::int64_t kSteps = 1000;  // whole turns of the cone
+  for (std::int64_t k = 1; k <= kSteps; ++k) {
+    NoiseDraw process(source, 0, k, NoisePurpose::process), input(source, 0, k, NoisePurpose::process, 99);
+    x = model.step(x, k, process);
+    integrated = integrated * SO3::Exp(0.01 * Eigen::Vector3d(model.input(x, k, input).head<3>()));
+  }
+  EXPECT_LT((x.first().rotation().matrix() - model.start().first().rotation().matrix()).norm(), 1e-9);
+  const double rate = 20.0 * std::numbers::pi, angle = std::numbers::pi / 180.0, turn = rate * 0.01;
+  const double drift = 10.0 * rate * angle * angle / 2.0 * (1.0 - std::sin(turn) / turn);
+  const Eigen::Vector3d error = (integrated * x.first().rotation().inverse()).Log();
+  EXPECT_NEAR(std::abs(error.z()), drift, 0.01 * drift);
+  EXPECT_LT(error.head<2>().norm(), 0.05 * drift);
+}
+
 }  // namespace
 }  // namespace credence

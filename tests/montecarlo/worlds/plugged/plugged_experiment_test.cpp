@@ -306,6 +306,53 @@ TEST(PlugProblems, NamesAnAngleThatIsNotWrapped) {
   EXPECT_THAT(not_wrapped.problems().front(), HasSubstr("the innovation of an angle is"));
 }
 
+/// The world says how long a step is.
+struct TimedWorld : CvWorld {
+  double dt() const { return 0.5; }
+};
+
+struct TimedFilter : CvFilter {
+  void predict(double /*input*/, double dt) {
+    Eigen::Matrix2d F;
+    F << 1.0, dt, 0.0, 1.0;
+    x_.position += dt * x_.velocity;
+    P_ = (F * P_ * F.transpose()).eval();
+    const double scale = scales ? dt / 0.5 : 1.0;
+    P_(0, 0) += scale * 0.01;
+    P_(1, 1) += scale * 0.04;
+  }
+  bool scales = true;
+};
+
+TEST(PlugProblems, NamesAProcessNoiseThatDoesNotScaleWithTime) {
+  const auto problems = [](bool scales) {
+    const PluggedExperiment experiment(TimedWorld(), [=] {
+      TimedFilter filter;
+      filter.scales = scales;
+      return filter;
+    });
+    return experiment.problems();
+  };
+  EXPECT_THAT(problems(true), IsEmpty());
+  EXPECT_THAT(problems(false), testing::ElementsAre(HasSubstr("Q does not scale with dt")));
+}
+
+// [q dt³/3, q dt²/2; q dt²/2, q dt] is white noise in continuous time: two halves are the whole.
+TEST(PlugProblems, AcceptTheExactNoiseOfAConstantVelocity) {
+  const auto after = [](int parts) {
+    Eigen::Matrix2d P = Eigen::Matrix2d::Zero(), F, Q;
+    const double t = 1.0 / parts;
+    F << 1.0, t, 0.0, 1.0;
+    Q << t * t * t / 3.0, t * t / 2.0, t * t / 2.0, t;
+    for (int i = 0; i < parts; ++i) P = (F * P * F.transpose() + Q).eval();
+    return Vector(P.diagonal());
+  };
+  EXPECT_LT((after(1) - after(2)).norm(), 1e-15);
+  std::vector<std::string> problems;
+  report_time_step(after(1), after(2), problems);
+  EXPECT_THAT(problems, IsEmpty());
+}
+
 TEST(PlugProblems, NamesAPlusThatIsNotTheInverse) {
   struct Turned : CvWorld {
     CvState plus(const CvState& x, const Vector& d) const { return {x.position + d[1], x.velocity + d[0]}; }

@@ -3,7 +3,8 @@
 
 Of each system: its name; the traces of P and of the true error covariance, E[NEES] and E[NIS] at steps 1, 10 and 50;
 and the trace of the limit of P before the update, "unbounded" where it grows for ever, or "-" where the limit is not
-reached at a geometric rate. The recursions are those of the textbook, with the error of a filter that believes in other
+reached at a geometric rate; of a periodic system the trace of the limit of P after the update at the end of a period. The
+recursions are those of the textbook, with the error of a filter that believes in other
 matrices found from the covariance of the state and the estimate together: nothing is shared with the program.
 """
 import glob
@@ -51,12 +52,23 @@ def system(file):
     with open(file, "rb") as stream:
         scenario = tomllib.load(stream)
     world, belief = scenario["world"], scenario.get("filter", {})
-    n = len(world["F"])
-    truth = {key: numbers(world[key]) for key in ("F", "H", "Q", "R", "P0")}
-    truth["G"] = numbers(world["G"]) if "G" in world else eye(n)
-    assumed = {key: numbers(belief[key]) if key in belief else truth[key] for key in truth}
-    assumed["Q"] = assumed["Q"] * mpf(str(belief.get("process_scale", 1)))
-    assumed["R"] = assumed["R"] * mpf(str(belief.get("measurement_scale", 1)))
+    n, m, period = len(world["F"][0]), len(world["R"][0]), world.get("period", 1)
+    truth, assumed = [], []
+    for k in range(period):
+
+        def of_step(rows, size):
+            """Matrices of a period stand one above the other."""
+            return numbers(rows if len(rows) == size else rows[k * size : (k + 1) * size])
+
+        sizes = {"F": n, "H": m, "Q": len(world["Q"][0]), "R": m, "P0": n}
+        t = {key: of_step(world[key], sizes[key]) for key in sizes}
+        t["G"] = of_step(world["G"], n) if "G" in world else eye(n)
+        rows = {**sizes, "G": n, "Q": len(belief.get("Q", world["Q"])[0])}
+        a = {key: of_step(belief[key], rows[key]) if key in belief else t[key] for key in t}
+        a["Q"] = a["Q"] * mpf(str(belief.get("process_scale", 1)))
+        a["R"] = a["R"] * mpf(str(belief.get("measurement_scale", 1)))
+        truth.append(t)
+        assumed.append(a)
     return n, truth, assumed
 
 
@@ -70,10 +82,11 @@ def update(model, P):
 
 
 def limit(assumed):
-    P, last = assumed["P0"], mpf(0)
+    P, last = assumed[0]["P0"], mpf(0)
     for _ in range(4000):
-        prior, _, _, P = update(assumed, P)
-        now = trace(prior)
+        for model in assumed:
+            prior, _, _, P = update(model, P)
+        now = trace(prior if len(assumed) == 1 else P)
         if abs(now - last) < abs(now) * mpf(10) ** -40:
             return nstr(now, 20)
         last = now
@@ -84,11 +97,12 @@ def main():
     folder = os.path.dirname(os.path.abspath(__file__))
     lines = []
     for file in sorted(glob.glob(os.path.join(folder, "*.toml"))):
-        n, truth, assumed = system(file)
-        F, H, GQG = truth["F"], truth["H"], truth["G"] * truth["Q"] * truth["G"].T
-        P, C = assumed["P0"], stack(((truth["P0"], zeros(n)), (zeros(n), zeros(n))))  # of [x; x̂], from x̂ = 0
+        n, truths, beliefs = system(file)
+        P, C = beliefs[0]["P0"], stack(((truths[0]["P0"], zeros(n)), (zeros(n), zeros(n))))  # of [x; x̂], from x̂ = 0
         values = []
         for k in range(1, max(STEPS) + 1):
+            truth, assumed = truths[(k - 1) % len(truths)], beliefs[(k - 1) % len(beliefs)]
+            F, H, GQG = truth["F"], truth["H"], truth["G"] * truth["Q"] * truth["G"].T
             _, S, K, P = update(assumed, P)
             before = stack(((F, zeros(n)), (zeros(n), assumed["F"])))
             C = before * C * before.T + stack(((GQG, zeros(n)), (zeros(n), zeros(n))))
@@ -108,7 +122,7 @@ def main():
             if k in STEPS:
                 values += [trace(P), trace(Sigma), expected_square(P, Sigma), nis]
         name = os.path.splitext(os.path.basename(file))[0]
-        lines.append(" ".join([name] + [nstr(v, 20) for v in values] + [limit(assumed)]))
+        lines.append(" ".join([name] + [nstr(v, 20) for v in values] + [limit(beliefs)]))
         print(lines[-1])
     with open(os.path.join(folder, "linear_systems.txt"), "w") as out:
         out.write("\n".join(lines) + "\n")
