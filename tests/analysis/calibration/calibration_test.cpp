@@ -63,11 +63,13 @@ TEST(CalibrationParts, ArePositionAndHeadingOfAPose) {
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(parts[0].states, (std::vector<Index>{0, 1}));
   EXPECT_EQ(parts[1].states, std::vector<Index>{2});
-  RunLayout map{.states = {"vehicle.x", "vehicle.y", "vehicle.heading", "landmark1.x", "landmark2.x"},
-                .angles = {false, false, true, false, false}};
-  add_named_blocks(map);
-  ASSERT_EQ(calibration_parts(map).size(), 3U);
-  EXPECT_EQ(calibration_parts(map)[2].states, (std::vector<Index>{3, 4}));
+  RunLayout map{.states = {"vehicle", "landmark1", "landmark2"}, .angles = {false, false, false}};
+  map.blocks = {{"vehicle", Part::position, {0}},
+                {"landmark1", Part::landmark, {1}},
+                {"landmark2", Part::landmark, {2}},
+                {"all landmarks", Part::map, {1, 2}}};
+  ASSERT_EQ(calibration_parts(map).size(), 2U);
+  EXPECT_EQ(calibration_parts(map)[1].states, (std::vector<Index>{1, 2}));
   EXPECT_EQ(calibration_parts({.states = {"a", "b"}, .angles = {false, false}}).at(0).states.size(), 2U);
 }
 

@@ -115,11 +115,12 @@ void expect_the_same(const Judgement& read, const Judgement& memory, double prec
 /// What is read of these files, one for each run.
 Judgement judge_files(const LogFormat& format, const std::vector<std::filesystem::path>& files,
                       const LogReadOptions& options) {
-  return judge(
-      judge_logs(files,
-                 [&](const std::filesystem::path& file, LogSink& sink) { format.read(file, options, sink); },
-                 {.threads = 1})
-          .evidence);
+  LogJudgeOptions one_thread;
+  one_thread.threads = 1;
+  const LogFileReader read = [&](const std::filesystem::path& file, LogSink& sink) {
+    format.read(file, options, sink);
+  };
+  return judge(judge_logs(files, read, one_thread).evidence);
 }
 
 std::string numbers(const auto& values) {

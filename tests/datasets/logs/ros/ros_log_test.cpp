@@ -332,7 +332,7 @@ TEST(RosLog, ATruthWithOrientationsIsMovedAlongTheLeverArm) {
 TEST(RosLog, ATruthOfPointsTakesTheEstimateToTheEndOfTheLeverArm) {
   LogReadOptions options = with_truth();
   options.matching.lever_arm = SpatialPose{kLever.position, Eigen::Quaterniond::Identity()};
-  const BagContent content = bag_with_lever("geometry_msgs/PointStamped", {});
+  const BagContent content = bag_with_lever("geometry_msgs/PointStamped", PoseCovariance::Zero());
   const RecordedSink sink = read_mcap(content, options);
   for (int i = 0; i < 12; ++i) {
     const Step& step = sink.runs.at(0).steps.at(static_cast<std::size_t>(i));
@@ -351,7 +351,7 @@ TEST(RosLog, ATruthOfPointsTakesTheEstimateToTheEndOfTheLeverArm) {
     P(0, 5) = P(5, 0) = 0.0;
     return P;
   };
-  BagContent unknown = bag_with_lever("geometry_msgs/PointStamped", {});
+  BagContent unknown = bag_with_lever("geometry_msgs/PointStamped", PoseCovariance::Zero());
   for (auto& message : unknown.messages) {
     const int i = static_cast<int>(std::lround((message.time_s - 1000.0) / 0.125));
     if (message.topic == 0) message.bytes = odometry(Kind::cdr, i, sentinels(i));
