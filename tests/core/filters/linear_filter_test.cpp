@@ -7,6 +7,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <span>
+#include <vector>
 
 namespace credence {
 namespace {
@@ -134,10 +136,35 @@ TEST(LinearFilter, AStepHasTheMeasurementsThatWereMade) {
   EXPECT_NEAR(step.P(2, 2), 1.0 - 1.0 / 2.4, 1e-15);
 }
 
-TEST(LinearFilter, AFilterThatMissesMeasurementsNeedsADiagonalR) {
+// One measurement after the other is the update only where their noises are independent.
+TEST(LinearFilter, ASequentialRuleNeedsADiagonalR) {
   LinearModel model = monobot_model(2, 0, 0.1, 0.2, 1.0);
   model.R(0, 1) = model.R(1, 0) = 0.1;
-  EXPECT_THROW(LinearFilter(model, {}), std::invalid_argument);
+  EXPECT_THROW(
+      LinearFilter(model,
+                   {.inflation = Inflation::map, .solution = InflationSolution::sequential, .constant = {}}),
+      std::invalid_argument);
+  LinearFilter filter(model, {});
+  const std::vector<Index> both = {0, 1}, second = {1};
+  EXPECT_EQ(filter.step(both).P, linear_filter_steps(model, {}, 1).front().P);
+  filter.reset();
+  EXPECT_NEAR(filter.step(second).S(0, 0), 1.1 + 1.0 + 0.2, 1e-15);
+}
+
+TEST(LinearFilter, RepeatsTheMatricesOfAPeriod) {
+  std::vector<LinearModel> period = {monobot_model(2, 0, 0.1, 0.2, 1.0), monobot_model(2, 0, 0.4, 0.1, 1.0)};
+  period[1].F(0, 0) = 0.5;
+  LinearFilter filter(period, {});
+  const std::vector<Index> all = {0, 1};
+  for (int pass = 0; pass < 2; ++pass, filter.reset()) {
+    for (const LinearFilterStep& shared : linear_filter_steps(std::span(period), {}, 7)) {
+      EXPECT_EQ(filter.step(all).P, shared.P);
+    }
+  }
+  const auto alike = linear_filter_steps(period[0], {}, 2),
+             other = linear_filter_steps(std::span(period), {}, 2);
+  EXPECT_EQ(alike[0].P, other[0].P);
+  EXPECT_NE(alike[1].P, other[1].P);
 }
 
 TEST(LinearFilter, EndsAtAnInnovationCovarianceThatIsNotPositiveDefinite) {
