@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 #include "montecarlo/scenario/key_fields.h"
 
 namespace credence {
@@ -79,7 +80,7 @@ SE23 InertialModel::moved(const SE23& x, const Vector3& rate, const Vector3& for
 /// Of the centripetal acceleration in the middle of step k.
 Vector3 InertialModel::true_force(const SO3& before, std::int64_t k) const {
   const double rate = speed_m_s_ / radius_m_, angle = rate * dt_s_ * (static_cast<double>(k) - 0.5);
-  const Vector3 a = -rate * speed_m_s_ * Vector3(std::sin(angle), std::cos(angle), 0.0);
+  const Vector3 a = -rate * speed_m_s_ * Vector3(sine(angle), cosine(angle), 0.0);
   return before.inverse() * Vector3(a - kGravity);
 }
 
