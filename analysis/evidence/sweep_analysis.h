@@ -20,6 +20,9 @@ struct SweepAnalysis {
   const SweepPoint& point(std::size_t study) const { return plan.points[points[study]]; }
 };
 
+/// Drops what is of single steps and runs, of which a sweep shows nothing and holds thousands.
+void forget_steps(StudyAnalysis& study);
+
 /// Judges a sweep as a whole; throws std::invalid_argument for a study of no point of the plan.
 /// Cost: in a map of ranks, the long covariance recursion of every cell.
 SweepAnalysis analyse_sweep(SweepPlan plan, std::vector<StudyAnalysis> studies);
