@@ -79,7 +79,7 @@ int sweep(SweepOptions& options) {
     if (results[i].result.statistics.runs == 0) continue;
     analyses.push_back(analyse(configurations[i], std::move(results[i])));
     configurations[i].experiment.reset();
-    forget_steps(analyses.back());
+    if (options.format != "json") forget_steps(analyses.back());
     failed = failed || !analyses.back().statistics.failures.empty();
     inconsistent = inconsistent || is_inconsistent(overall_verdict(analyses.back()));
   }
