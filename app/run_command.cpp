@@ -12,6 +12,7 @@
 #include "app/launched_ranks.h"
 #include "app/logged_experiment.h"
 #include "app/naming_file.h"
+#include "app/require_stored.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/study_runner.h"
@@ -172,6 +173,9 @@ int run(const RunOptions& options) {
           {analyses[i], configurations[i].experiment->trace(0), scenario_comment(options.scenarios[i])});
     }
     write_report(options, studies);
+    for (std::size_t i = 0; i < analyses.size() && options.log.empty(); ++i) {
+      require_stored(store_directory(options, configurations[i].scenario));
+    }
   }
   const auto complete = [](const StudyAnalysis& a) { return a.complete; };
   const auto failed = [](const StudyAnalysis& a) { return !a.statistics.failures.empty(); };

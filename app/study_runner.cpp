@@ -9,6 +9,8 @@
 #include "app/interrupt.h"
 #include "app/launched_ranks.h"
 #include "app/progress.h"
+#include "app/say.h"
+#include "core/simd/cpu_dispatch.h"
 #include "core/version.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
@@ -30,6 +32,12 @@ void refuse_stop_rules(std::span<const Configuration> configurations) {
     if (!c.scenario.stop.asked()) continue;
     throw ScenarioError("--shard: not with study.stop, which must see the runs in their order");
   }
+}
+
+void say_if_slow(const CommonOptions& options) {
+  if (options.quiet || multiplies_and_adds_at_once(best_instruction_set())) return;
+  say("credence: without AVX2 and FMA this processor takes many times as long (docs/scale.md); a virtual "
+      "machine may have been given a model that hides them");
 }
 
 /// What the engine makes of configurations, with the looks of their stop rules.
@@ -91,6 +99,7 @@ std::vector<ConfigurationResult> run_configurations(std::span<const Configuratio
     for (const Configuration& c : configurations)
       store->put_configuration(c.id, configuration_toml(c.scenario));
   }
+  say_if_slow(options);
   ProgressDisplay display(what, options.quiet);
   EngineOptions engine;
   engine.threads = options.threads;

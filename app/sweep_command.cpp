@@ -12,6 +12,7 @@
 #include "app/interrupt.h"
 #include "app/launched_ranks.h"
 #include "app/naming_file.h"
+#include "app/require_stored.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/study_runner.h"
@@ -77,6 +78,8 @@ int sweep(SweepOptions& options) {
     complete = complete && results[i].result.complete;
     if (results[i].result.statistics.runs == 0) continue;
     analyses.push_back(analyse(configurations[i], std::move(results[i])));
+    configurations[i].experiment.reset();
+    if (options.format != "json") forget_steps(analyses.back());
     failed = failed || !analyses.back().statistics.failures.empty();
     inconsistent = inconsistent || is_inconsistent(overall_verdict(analyses.back()));
   }
@@ -89,6 +92,7 @@ int sweep(SweepOptions& options) {
     }
   }
   write_sweep_report(options.out, analysis, make_provenance(this_command()));
+  require_stored(options.out);
   tell_report(options);
   return study_exit_code(complete, failed, inconsistent, options);
 }

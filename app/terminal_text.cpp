@@ -6,10 +6,14 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "app/launched_ranks.h"
 #include "reports/render/text_table.h"
 
 namespace credence {
 namespace {
+
+/// Under mpirun every rank has a terminal of its own, whatever mpirun writes to.
+bool is_terminal() { return isatty(STDOUT_FILENO) == 1 && launched_ranks() == nullptr; }
 
 /// The wish of https://no-color.org, and of terminals that know no colours.
 bool wants_colour() {
@@ -28,8 +32,7 @@ std::size_t terminal_width(int descriptor) {
 }
 
 std::string terminal_text(const ReportTable& table) {
-  const bool terminal = isatty(STDOUT_FILENO) == 1;
-  return text_table(table, terminal && wants_colour(), terminal_width(STDOUT_FILENO));
+  return text_table(table, is_terminal() && wants_colour(), terminal_width(STDOUT_FILENO));
 }
 
 }  // namespace credence

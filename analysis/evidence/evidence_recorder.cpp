@@ -12,6 +12,7 @@
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"
+#include "core/linear_algebra/logarithm.h"
 
 namespace credence {
 namespace {
@@ -201,7 +202,7 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
     state_.normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
     if (state_.factorised) {
-      state_.log_determinant = 2.0 * state_.solver.factor().matrixLLT().diagonal().array().log().sum();
+      state_.log_determinant = log_determinant(state_.solver.factor().matrixLLT());
     }
   } else {
     state_.dof = 0;

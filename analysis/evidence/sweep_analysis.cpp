@@ -27,6 +27,19 @@ bool is_rank_map(const SweepPlan& plan) {
 
 }  // namespace
 
+void forget_steps(StudyAnalysis& study) {
+  study.statistics.steps = {};
+  study.statistics.nees_of_runs = study.statistics.vehicle_nees_of_runs = {};
+  for (ConsistencyVerdict* verdict : {&study.nees, &study.nis}) verdict->steps = {};
+  if (study.vehicle_nees) study.vehicle_nees->steps = {};
+  const std::vector<double>& trace = study.covariance.trace;
+  CovarianceCurves last;
+  if (!trace.empty()) last.trace = {trace.back()};
+  study.covariance = std::move(last);
+  study.errors = {};
+  if (!is_rank_map_cell(study.scenario)) study.exact = {};
+}
+
 SweepAnalysis analyse_sweep(SweepPlan plan, std::vector<StudyAnalysis> studies) {
   SweepAnalysis sweep{std::move(plan), std::move(studies), {}, {}, {}};
   const bool map = is_rank_map(sweep.plan);

@@ -20,6 +20,10 @@ struct SweepAnalysis {
   const SweepPoint& point(std::size_t study) const { return plan.points[points[study]]; }
 };
 
+/// Drops what is of single steps and runs, which a sweep's JSON alone shows, and of which there are
+/// thousands.
+void forget_steps(StudyAnalysis& study);
+
 /// Judges a sweep as a whole; throws std::invalid_argument for a study of no point of the plan.
 /// Cost: in a map of ranks, the long covariance recursion of every cell.
 SweepAnalysis analyse_sweep(SweepPlan plan, std::vector<StudyAnalysis> studies);

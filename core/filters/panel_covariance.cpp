@@ -1,4 +1,5 @@
 #include "core/filters/panel_covariance.h"
+#include "core/simd/fused_multiply_add.h"
 
 #include <algorithm>
 #include <cmath>
@@ -120,7 +121,7 @@ double PanelCovariance::map_element(Index row, Index column) const {
   if (column > row) std::swap(row, column);
   double x = triangle_[packed_at(row, column)];
   for (Index k = 0; k < pending_; ++k)
-    x = std::fma(-W_[column_index(row, k)], W_[column_index(column, k)], x);
+    x = fused_multiply_add(-W_[column_index(row, k)], W_[column_index(column, k)], x);
   return x;
 }
 

@@ -92,7 +92,7 @@ bool step(MinTraceInteriorPoint& at, const Matrix& O, NewtonSystem& newton) {
   const double mu = gap(at.E, O, at.X) / static_cast<double>(m);
   double step_E = step_length(chol_Z, dE, 0.99), step_X = step_length(chol_X, dX, 0.99);
   const double mu_predicted = gap(at.E + step_E * dE, O, at.X + step_X * dX) / static_cast<double>(m);
-  double centring = std::clamp(std::pow(mu_predicted / mu, 2), 1e-6, 1.0);
+  double centring = std::clamp(mu_predicted / mu * (mu_predicted / mu), 1e-6, 1.0);
   if (std::min(step_E, step_X) < 0.2) centring = std::max(centring, 0.3);
 
   const Matrix second_order = symmetric_part(dX * dE * Z_inverse);

@@ -8,19 +8,21 @@
 #include <stdexcept>
 
 #include "core/linear_algebra/decompositions.h"
+#include "core/linear_algebra/logarithm.h"
 #include "core/linear_algebra/polar.h"
+#include "core/manifold/trigonometry.h"
 
 namespace credence {
 namespace {
 
-/// Independent standard normals, the same on every platform with IEEE arithmetic and one math library.
+/// Independent standard normals, the same on every machine with IEEE arithmetic.
 Matrix normals(Index rows, Index cols, std::uint64_t seed) {
   std::mt19937_64 bits(seed);
   const auto uniform = [&] { return std::ldexp(static_cast<double>((bits() >> 11) + 1), -53); };
   Matrix Z(rows, cols);
   for (double& z : Z.reshaped()) {
-    const double radius = std::sqrt(-2.0 * std::log(uniform()));
-    z = radius * std::cos(2.0 * std::numbers::pi * uniform());
+    const double radius = std::sqrt(-2.0 * natural_logarithm(uniform()));
+    z = radius * cosine(2.0 * std::numbers::pi * uniform());
   }
   return Z;
 }

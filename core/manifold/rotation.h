@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/manifold/trigonometry.h"
 #include "core/types.h"
 
 /// @file
@@ -12,7 +13,7 @@ namespace credence {
 
 /// R(φ).
 inline Eigen::Matrix2d rotation(double angle_rad) {
-  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
+  const auto [s, c] = sine_cosine(angle_rad);
   Eigen::Matrix2d R;
   R << c, -s, s, c;
   return R;
@@ -26,8 +27,9 @@ inline Eigen::Matrix2d exponential_factor(double angle_rad) {
   // (sin φ)/φ and (1 − cos φ)/φ, by their series where the quotients lose digits.
   const double q = angle_rad * angle_rad;
   const bool small = q < 1e-8;
-  const double a = small ? 1.0 - q / 6.0 : std::sin(angle_rad) / angle_rad;
-  const double b = small ? 0.5 * angle_rad : 2.0 * std::pow(std::sin(0.5 * angle_rad), 2) / angle_rad;
+  const double a = small ? 1.0 - q / 6.0 : sine(angle_rad) / angle_rad;
+  const double half = sine(0.5 * angle_rad);
+  const double b = small ? 0.5 * angle_rad : 2.0 * half * half / angle_rad;
   Eigen::Matrix2d V;
   V << a, -b, b, a;
   return V;
@@ -44,9 +46,9 @@ inline Eigen::Matrix2d logarithm_factor(double angle_rad) {
 inline Eigen::Matrix2d exponential_curvature(double angle_rad) {
   const double q = angle_rad * angle_rad;
   const bool small = std::abs(angle_rad) < 1e-3;
-  const double half = std::sin(0.5 * angle_rad);
+  const double half = sine(0.5 * angle_rad);
   const double a = small ? 0.5 - q / 24.0 : 2.0 * half * half / q;  // (1 − cos φ)/φ²
-  const double b = small ? angle_rad * (1.0 / 6.0 - q / 120.0) : (angle_rad - std::sin(angle_rad)) / q;
+  const double b = small ? angle_rad * (1.0 / 6.0 - q / 120.0) : (angle_rad - sine(angle_rad)) / q;
   Eigen::Matrix2d W;
   W << a, -b, b, a;
   return W;

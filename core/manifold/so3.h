@@ -4,6 +4,7 @@
 
 #include "core/manifold/lie_group.h"
 #include "core/manifold/trigonometric_series.h"
+#include "core/manifold/trigonometry.h"
 
 namespace credence {
 
@@ -24,10 +25,10 @@ class SO3 : public LieTypes<3> {
 
   static SO3 Exp(const Tangent& phi) {
     const double angle = phi.norm();
-    const double share = angle > 0.0 ? std::sin(0.5 * angle) / angle : 0.5;
+    const SineCosine half = sine_cosine(0.5 * angle);
     Eigen::Quaterniond q;
-    q.w() = std::cos(0.5 * angle);
-    q.vec() = share * phi;
+    q.w() = half.cosine;
+    q.vec() = (angle > 0.0 ? half.sine / angle : 0.5) * phi;
     return SO3(q);
   }
   const Eigen::Quaterniond& quaternion() const { return quaternion_; }
@@ -36,7 +37,7 @@ class SO3 : public LieTypes<3> {
   Tangent Log() const {
     const double sign = quaternion_.w() < 0.0 ? -1.0 : 1.0;
     const double w = sign * quaternion_.w(), sine = quaternion_.vec().norm();
-    return sign * (sine > 0.0 ? 2.0 * std::atan2(sine, w) / sine : 2.0) * quaternion_.vec();
+    return sign * (sine > 0.0 ? 2.0 * arc_tangent(sine, w) / sine : 2.0) * quaternion_.vec();
   }
   SO3 operator*(const SO3& other) const { return SO3(quaternion_ * other.quaternion_); }
   Eigen::Vector3d operator*(const Eigen::Vector3d& v) const { return quaternion_ * v; }

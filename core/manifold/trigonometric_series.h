@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cmath>
+#include "core/manifold/trigonometry.h"
 
 namespace credence {
 
@@ -28,7 +28,7 @@ inline TrigonometricSeries trigonometric_series(double theta) {
     const double s3 = 1.0 / 6.0 - q * s5;
     return {1.0 - q * s3, 0.5 - q * s4, s3, s4, s5};
   }
-  const double s1 = std::sin(theta) / theta, half = std::sin(0.5 * theta);
+  const double s1 = sine(theta) / theta, half = sine(0.5 * theta);
   const double s2 = 2.0 * half * half / q, s3 = (1.0 - s1) / q;
   return {s1, s2, s3, (0.5 - s2) / q, (1.0 / 6.0 - s3) / q};
 }

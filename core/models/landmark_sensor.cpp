@@ -3,12 +3,13 @@
 #include <cmath>
 
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 
 namespace credence {
 
 Eigen::Vector2d LandmarkSensor::measure(const Vector2& rho) const {
   if (kind == LandmarkSensorKind::relative_position) return rho;
-  return {std::sqrt(rho.squaredNorm()), std::atan2(rho[1], rho[0])};
+  return {std::sqrt(rho.squaredNorm()), arc_tangent(rho[1], rho[0])};
 }
 
 Eigen::Matrix2d LandmarkSensor::jacobian(const Vector2& rho) const {
@@ -21,12 +22,13 @@ Eigen::Matrix2d LandmarkSensor::jacobian(const Vector2& rho) const {
 
 Eigen::Vector2d LandmarkSensor::locate(const Vector2& z) const {
   if (kind == LandmarkSensorKind::relative_position) return z;
-  return {z[0] * std::cos(z[1]), z[0] * std::sin(z[1])};
+  const auto [s, c] = sine_cosine(z[1]);
+  return {z[0] * c, z[0] * s};
 }
 
 Eigen::Matrix2d LandmarkSensor::inverse_jacobian(const Vector2& z) const {
   if (kind == LandmarkSensorKind::relative_position) return Eigen::Matrix2d::Identity();
-  const double c = std::cos(z[1]), s = std::sin(z[1]);
+  const auto [s, c] = sine_cosine(z[1]);
   Eigen::Matrix2d J;
   J << c, -z[0] * s, s, z[0] * c;
   return J;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 
 namespace credence {
 
@@ -10,7 +11,7 @@ PredictedRangeBearing predict_range_bearing(const Pose& pose, const Point& landm
   const double dx = landmark[0] - pose[0], dy = landmark[1] - pose[1];
   const double q = dx * dx + dy * dy, r = std::sqrt(q);
   PredictedRangeBearing p;
-  p.z << r, wrap_angle(std::atan2(dy, dx) - pose[2]);
+  p.z << r, wrap_angle(arc_tangent(dy, dx) - pose[2]);
   p.H_l << dx / r, dy / r, -dy / q, dx / q;
   p.H_r << -p.H_l, Eigen::Vector2d(0.0, -1.0);
   return p;
@@ -18,11 +19,11 @@ PredictedRangeBearing predict_range_bearing(const Pose& pose, const Point& landm
 
 RangeBearing measure_range_bearing(const Pose& pose, const Point& landmark) {
   const double dx = landmark[0] - pose[0], dy = landmark[1] - pose[1];
-  return {std::sqrt(dx * dx + dy * dy), wrap_angle(std::atan2(dy, dx) - pose[2])};
+  return {std::sqrt(dx * dx + dy * dy), wrap_angle(arc_tangent(dy, dx) - pose[2])};
 }
 
 PlacedLandmark place_landmark(const Pose& pose, const RangeBearing& z) {
-  const double c = std::cos(pose[2] + z[1]), s = std::sin(pose[2] + z[1]);
+  const auto [s, c] = sine_cosine(pose[2] + z[1]);
   PlacedLandmark p;
   p.position << pose[0] + z[0] * c, pose[1] + z[0] * s;
   p.J_r << 1, 0, -z[0] * s, 0, 1, z[0] * c;

@@ -1,14 +1,13 @@
 #include "core/models/vehicle.h"
 
-#include <cmath>
-
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 
 namespace credence {
 namespace {
 
 Motion move_unicycle(const Pose& pose, const Control& u, double dt) {
-  const double c = std::cos(pose[2]), s = std::sin(pose[2]);
+  const auto [s, c] = sine_cosine(pose[2]);
   Motion m;
   m.pose << pose[0] + u[0] * dt * c, pose[1] + u[0] * dt * s, wrap_angle(pose[2] + u[1] * dt);
   m.F << 1, 0, -u[0] * dt * s, 0, 1, u[0] * dt * c, 0, 0, 1;
@@ -18,8 +17,8 @@ Motion move_unicycle(const Pose& pose, const Control& u, double dt) {
 
 Motion move_bicycle(const Pose& pose, const Control& u, double dt, double wheel_base) {
   const double V = u[0], gamma = u[1];
-  const double c = std::cos(gamma + pose[2]), s = std::sin(gamma + pose[2]);
-  const double cg = std::cos(gamma), sg = std::sin(gamma);
+  const auto [s, c] = sine_cosine(gamma + pose[2]);
+  const auto [sg, cg] = sine_cosine(gamma);
   Motion m;
   m.pose << pose[0] + V * dt * c, pose[1] + V * dt * s, wrap_angle(pose[2] + V * dt * sg / wheel_base);
   m.F << 1, 0, -V * dt * s, 0, 1, V * dt * c, 0, 0, 1;
@@ -29,10 +28,11 @@ Motion move_bicycle(const Pose& pose, const Control& u, double dt, double wheel_
 
 Motion move_car(const Pose& pose, const Control& u, double dt, const VehicleGeometry& g) {
   const double L = g.wheel_base, a = g.sensor_ahead, b = g.sensor_beside;
-  const double t = std::tan(u[1]);
+  const SineCosine steering = sine_cosine(u[1]);
+  const double t = steering.sine / steering.cosine;
   const double denominator = 1.0 - t * g.half_track / L;
   const double vc = u[0] / denominator;
-  const double c = std::cos(pose[2]), s = std::sin(pose[2]);
+  const auto [s, c] = sine_cosine(pose[2]);
   // Direction in which the sensor moves per unit of v_c, and its derivative with respect to tan α.
   const double dx_dt = -(a * s + b * c) / L, dy_dt = (a * c - b * s) / L;
   const double ex = c + t * dx_dt, ey = s + t * dy_dt;
@@ -69,10 +69,11 @@ Pose Vehicle::moved(const Pose& pose, const Control& u, double dt_s) const {
 Control Vehicle::control_for(double speed_m_s, double turn_rate_rad_s) const {
   switch (kind) {
     case VehicleKind::bicycle:
-      return {speed_m_s, std::asin(turn_rate_rad_s * geometry.wheel_base / speed_m_s)};
+      return {speed_m_s, arc_sine(turn_rate_rad_s * geometry.wheel_base / speed_m_s)};
     case VehicleKind::car: {
       const double tangent = turn_rate_rad_s * geometry.wheel_base / speed_m_s;
-      return {speed_m_s * (1.0 - tangent * geometry.half_track / geometry.wheel_base), std::atan(tangent)};
+      return {speed_m_s * (1.0 - tangent * geometry.half_track / geometry.wheel_base),
+              arc_tangent(tangent, 1.0)};
     }
     case VehicleKind::unicycle:
       break;

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "core/simd/block_map_kernel.h"
+#include "core/simd/fused_multiply_add.h"
 
 namespace credence {
 namespace {

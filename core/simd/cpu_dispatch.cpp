@@ -1,6 +1,27 @@
 #include "core/simd/cpu_dispatch.h"
 
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
 namespace credence {
+namespace {
+
+constexpr InstructionSet kFromTheWidest[] = {InstructionSet::avx512, InstructionSet::avx2,
+                                             InstructionSet::scalar};
+
+InstructionSet widest_up_to(const char* limit) {
+  bool within = limit == nullptr || *limit == '\0';
+  for (const InstructionSet set : kFromTheWidest) {
+    within = within || std::string_view(limit) == instruction_set_name(set);
+    if (within && is_supported(set)) return set;
+  }
+  throw std::invalid_argument(std::string(kInstructionSetVariable) + "=" + limit +
+                              " is none of avx512, avx2 and scalar");
+}
+
+}  // namespace
 
 bool is_supported(InstructionSet set) {
 #if defined(__x86_64__)
@@ -20,9 +41,16 @@ bool is_supported(InstructionSet set) {
 }
 
 InstructionSet best_instruction_set() {
-  if (is_supported(InstructionSet::avx512)) return InstructionSet::avx512;
-  if (is_supported(InstructionSet::avx2)) return InstructionSet::avx2;
-  return InstructionSet::scalar;
+  static const InstructionSet best = widest_up_to(std::getenv(kInstructionSetVariable));
+  return best;
+}
+
+bool multiplies_and_adds_at_once(InstructionSet set) {
+#ifdef __FP_FAST_FMA
+  return true;
+#else
+  return set != InstructionSet::scalar;
+#endif
 }
 
 const char* instruction_set_name(InstructionSet set) {

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "core/simd/fused_multiply_add.h"
 #include "core/simd/panel_kernel.h"
 
 namespace credence {

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "core/simd/fused_multiply_add.h"
 #include "core/simd/panel_kernel.h"
 #include "core/simd/product_kernel.h"
 

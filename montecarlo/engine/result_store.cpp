@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "montecarlo/engine/packed_bytes.h"
+#include "montecarlo/engine/result_store_disk.h"
 #include "montecarlo/scenario/scenario_difference.h"
 #include "montecarlo/scenario/scenario_hash.h"
 
@@ -79,7 +80,9 @@ ResultStore::ResultStore(std::filesystem::path directory, SqliteDatabase::Mode m
 
 ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
                                        std::string_view tool_version) {
-  ResultStore store(made_directory(directory), SqliteDatabase::Mode::create);
+  const std::filesystem::path made = made_directory(directory);
+  require_room(made / kFileName);
+  ResultStore store(made, SqliteDatabase::Mode::create);
   const bool is_new = store.database_->integer("PRAGMA application_id") == 0 &&
                       store.database_->integer("SELECT count(*) FROM sqlite_master") == 0;
   if (is_new) {
@@ -89,6 +92,7 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
   }
   // Each commit is on the disk when it returns; readers go on meanwhile.
   store.database_->execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON");
+  reserve_shared_memory(directory / kFileName);
   return store;
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/simd/fused_multiply_add.h"
 #include "montecarlo/lanes/intermittent_kernel.h"
 
 namespace credence {

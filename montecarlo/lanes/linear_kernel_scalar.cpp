@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/simd/fused_multiply_add.h"
 #include "montecarlo/lanes/linear_kernel_plan.h"
 #include "montecarlo/random/normal_kernel.h"
 

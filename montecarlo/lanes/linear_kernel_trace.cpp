@@ -2,6 +2,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/simd/fused_multiply_add.h"
 #include "montecarlo/lanes/linear_kernel_units.h"
 
 namespace credence {
@@ -11,7 +12,7 @@ namespace {
 void add_product(const Matrix& matrix, const Vector& x, Vector& y) {
   for (Index row = 0; row < matrix.rows(); ++row) {
     for (Index column = 0; column < matrix.cols(); ++column)
-      y[row] = std::fma(matrix(row, column), x[column], y[row]);
+      y[row] = fused_multiply_add(matrix(row, column), x[column], y[row]);
   }
 }
 
@@ -24,7 +25,7 @@ Vector product(const Matrix& matrix, const Vector& x) {
 double product_squared_norm(const Matrix& matrix, const Vector& x) {
   const Vector y = product(matrix, x);
   double sum = 0.0;
-  for (const double value : y) sum = std::fma(value, value, sum);
+  for (const double value : y) sum = fused_multiply_add(value, value, sum);
   return sum;
 }
 

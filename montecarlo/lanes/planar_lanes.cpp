@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 #include "core/simd/kernel_choice.h"
 
 namespace credence {
@@ -42,6 +43,7 @@ PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,
       offset_(world.landmarks.size()),
       place_(world.landmarks.size()),
       difference_(3 * world.landmarks.size()),
+      direction_(world.landmarks.size()),
       H_(10 * world.landmarks.size()),
       R_(2 * world.landmarks.size()),
       nu_(2 * world.landmarks.size()),
@@ -130,6 +132,9 @@ void PlanarLanes::take(const std::array<Observations, kLanes>& seen) {
 }
 
 void PlanarLanes::set_innovations() {
+  for (std::size_t b = 0; b < at(measured_); ++b) {
+    arc_tangents(difference_[3 * b + 1].of, difference_[3 * b].of, direction_[b].of, kLanes);
+  }
   for (Index b = 0; b < measured_; ++b) {
     const Index i = of_measured_[at(b)];
     for (int lane = 0; lane < kLanes; ++lane) {
@@ -141,9 +146,8 @@ void PlanarLanes::set_innovations() {
         }
         continue;
       }
-      const double dx = difference_[at(3 * b)][lane], dy = difference_[at(3 * b + 1)][lane];
       const RangeBearing expected(difference_[at(3 * b + 2)][lane],
-                                  wrap_angle(std::atan2(dy, dx) - x_[2][lane]));
+                                  wrap_angle(direction_[at(b)][lane] - x_[2][lane]));
       const RangeBearing nu =
           range_bearing_innovation({z_[at(2 * i)][lane], z_[at(2 * i + 1)][lane]}, expected);
       for (Index c = 0; c < 2; ++c) {

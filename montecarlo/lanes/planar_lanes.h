@@ -99,7 +99,7 @@ class PlanarLanes {
   std::vector<Index> of_measured_;
   std::vector<std::int64_t> offset_;
   std::vector<const double*> place_;
-  Numbers difference_, H_, R_, nu_, A_, F_, GQG_;
+  Numbers difference_, direction_, H_, R_, nu_, A_, F_, GQG_;
   Lanes nis_, check_;
   Numbers error_, whitened_error_, diagonal_, L_;
   Lanes nees_, vehicle_nees_;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/simd/fused_multiply_add.h"
 #include "montecarlo/random/normal_kernel.h"
 
 namespace credence {

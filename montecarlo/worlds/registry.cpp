@@ -24,9 +24,8 @@ namespace credence {
 namespace {
 
 constexpr std::array kWorlds = {
-    &kMonobotWorld,    &kPlanarWorld,       &kLinearWorld,   &kTrackingWorld,
-    &kPlanarSlamWorld, &kLocalisationWorld, &kInertialWorld, &kPendulumWorld,
-    &kSpatialSlamWorld,
+    &kMonobotWorld,      &kPlanarWorld,   &kLinearWorld,   &kTrackingWorld,    &kPlanarSlamWorld,
+    &kLocalisationWorld, &kInertialWorld, &kPendulumWorld, &kSpatialSlamWorld,
 };
 
 /// The experiment, the statistics of its steps, and a bit for each chunk.

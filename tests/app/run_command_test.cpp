@@ -62,6 +62,14 @@ TEST_F(RunCommand, AStoreThatGoesAwayIsAnError) {
   EXPECT_FALSE(fs::exists(folder_ / "out")) << "no page without results";
 }
 
+TEST_F(RunCommand, MoreStepsThanAStoreTakesAreRefusedBeforeTheyAreMade) {
+  write("a.toml", kMonobot);
+  const Finished f = run({"run", "a.toml", "--runs", "1", "--steps", "4000000", "--out", "out"});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_EQ(f.err, "credence: a.toml: study.steps = 4000000: at most 3906240 can be stored\n");
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
 // A disk that is full under the log of a study, or nobody who reads it, costs no results.
 TEST_F(RunCommand, WhatCannotBeSaidEndsNothing) {
   write("a.toml", kMonobot);

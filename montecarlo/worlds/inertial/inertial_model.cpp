@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 #include "montecarlo/scenario/key_fields.h"
 
 namespace credence {
@@ -82,13 +83,13 @@ SE23 InertialModel::moved(const SE23& x, const Vector3& rate, const Vector3& for
 /// Of the centripetal acceleration in the middle of step k.
 Vector3 InertialModel::true_force(const SO3& before, std::int64_t k) const {
   const double rate = speed_m_s_ / radius_m_, angle = rate * dt_s_ * (static_cast<double>(k) - 0.5);
-  const Vector3 a = -rate * speed_m_s_ * Vector3(std::sin(angle), std::cos(angle), 0.0);
+  const Vector3 a = -rate * speed_m_s_ * Vector3(sine(angle), cosine(angle), 0.0);
   return before.inverse() * Vector3(a - kGravity);
 }
 
 SO3 InertialModel::cone(double steps) const {
   const double angle = cone_rate_ * dt_s_ * steps;
-  return SO3::Exp(cone_angle_ * Vector3(std::cos(angle), std::sin(angle), 0.0));
+  return SO3::Exp(cone_angle_ * Vector3(cosine(angle), sine(angle), 0.0));
 }
 
 SO3 InertialModel::coned(std::int64_t k) const {
@@ -101,9 +102,9 @@ SO3 InertialModel::coned(std::int64_t k) const {
 Vector3 InertialModel::coning_rate(const Vector3& turn, std::int64_t k) const {
   const auto end = static_cast<double>(k);
   const double from = cone_rate_ * dt_s_ * (end - 1.0), to = cone_rate_ * dt_s_ * end;
-  const Vector3 moved(std::cos(to) - std::cos(from), std::sin(to) - std::sin(from), 0.0);
+  const Vector3 moved(cosine(to) - cosine(from), sine(to) - sine(from), 0.0);
   const Vector3 own =
-      std::sin(cone_angle_) / dt_s_ * moved - (1.0 - std::cos(cone_angle_)) * cone_rate_ * Vector3::UnitZ();
+      sine(cone_angle_) / dt_s_ * moved - (1.0 - cosine(cone_angle_)) * cone_rate_ * Vector3::UnitZ();
   const SO3 start = cone(end - 1.0);
   const Vector3 middle = (cone(end - 0.5).inverse() * start) * turn, last = coned(k).inverse() * turn;
   return own + (turn + 4.0 * middle + last) / 6.0;

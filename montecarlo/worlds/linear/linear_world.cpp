@@ -65,11 +65,12 @@ std::string linear_text(const Scenario& scenario) {
   const Index n = states_of(scenario), m = measurements_of(scenario);
   const double seen = scenario.noise.detection_probability;
   const Index period = integer_value(scenario, "world.period");
-  return fmt::format("linear, {} state{}, {} measurement{}{}{}{}{}{}", n, n == 1 ? "" : "s", m,
-                     m == 1 ? "" : "s", period == 1 ? "" : fmt::format(", of period {}", period),
-                     seen < 1.0 ? fmt::format(", each there with probability {:g}", seen) : "",
-                     noise_switches_text(scenario), own_matrices_text(scenario),
-                     is_kalman(scenario) ? "" : fmt::format(", {}", word_value(scenario, "filter.estimator")));
+  return fmt::format(
+      "linear, {} state{}, {} measurement{}{}{}{}{}{}", n, n == 1 ? "" : "s", m, m == 1 ? "" : "s",
+      period == 1 ? "" : fmt::format(", of period {}", period),
+      seen < 1.0 ? fmt::format(", each there with probability {:g}", seen) : "",
+      noise_switches_text(scenario), own_matrices_text(scenario),
+      is_kalman(scenario) ? "" : fmt::format(", {}", word_value(scenario, "filter.estimator")));
 }
 
 /// Of a piece of the measurement. Where some may be missing only what all have in common.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
@@ -94,13 +95,13 @@ FunctionModel pendulum_model(const Scenario& scenario) {
   const double velocity = real_value(scenario, "initial.angular_velocity_std");
   FunctionModel model;
   model.f = [=](const Vector& x) {
-    return Vector(Eigen::Vector2d(x[0] + x[1] * dt, x[1] - rate * std::sin(x[0]) * dt));
+    return Vector(Eigen::Vector2d(x[0] + x[1] * dt, x[1] - rate * sine(x[0]) * dt));
   };
-  model.h = [](const Vector& x) { return Vector::Constant(1, std::sin(x[0])).eval(); };
+  model.h = [](const Vector& x) { return Vector::Constant(1, sine(x[0])).eval(); };
   model.F = [=](const Vector& x) {
-    return Matrix((Matrix(2, 2) << 1.0, dt, -rate * std::cos(x[0]) * dt, 1.0).finished());
+    return Matrix((Matrix(2, 2) << 1.0, dt, -rate * cosine(x[0]) * dt, 1.0).finished());
   };
-  model.H = [](const Vector& x) { return Matrix((Matrix(1, 2) << std::cos(x[0]), 0.0).finished()); };
+  model.H = [](const Vector& x) { return Matrix((Matrix(1, 2) << cosine(x[0]), 0.0).finished()); };
   model.Q = Matrix(2, 2);
   model.Q << dt * dt * dt / 3.0, dt * dt / 2.0, dt * dt / 2.0, dt;
   model.Q *= q;

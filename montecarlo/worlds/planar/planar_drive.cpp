@@ -1,6 +1,9 @@
 #include "montecarlo/worlds/planar/planar_drive.h"
 
+#include <cmath>
+
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/state_error.h"
 #include "montecarlo/worlds/slam_layout.h"
@@ -51,13 +54,31 @@ void PlanarDrive::move(std::size_t k) {
   pose_ = world_.vehicle.moved(pose_, u, world_.dt_s);
 }
 
+void PlanarDrive::find_in_range(const double* detected) {
+  InRange& in = in_range_;
+  in.landmark.clear();
+  in.dx.clear();
+  in.dy.clear();
+  const double reach = world_.sensor_range_m * world_.sensor_range_m * (1.0 + 1e-12);  // sees() decides
+  for (std::size_t i = 0; i < world_.landmarks.size(); ++i) {
+    const double dx = world_.landmarks[i][0] - pose_[0], dy = world_.landmarks[i][1] - pose_[1];
+    if (detected[i] == 0.0 || dx * dx + dy * dy > reach) continue;
+    in.landmark.push_back(i);
+    in.dx.push_back(dx);
+    in.dy.push_back(dy);
+  }
+  in.direction.resize(in.dx.size());
+  arc_tangents(in.dy.data(), in.dx.data(), in.direction.data(), in.dx.size());
+}
+
 std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
   const double* noise = measurement_.at(static_cast<Index>(k));
-  const double* seen = detection_.at(static_cast<Index>(k));
+  find_in_range(detection_.at(static_cast<Index>(k)));
   observations_.clear();
-  for (std::size_t i = 0; i < world_.landmarks.size(); ++i) {
-    if (seen[i] == 0.0) continue;
-    RangeBearing z = measure_range_bearing(pose_, world_.landmarks[i]);
+  for (std::size_t n = 0; n < in_range_.landmark.size(); ++n) {
+    const std::size_t i = in_range_.landmark[n];
+    RangeBearing z(std::sqrt(in_range_.dx[n] * in_range_.dx[n] + in_range_.dy[n] * in_range_.dy[n]),
+                   wrap_angle(in_range_.direction[n] - pose_[2]));
     if (!world_.sees(z)) continue;
     z[0] += noise_.measurement_std[0] * noise[2 * i];
     z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * noise[2 * i + 1]);

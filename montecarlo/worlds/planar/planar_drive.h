@@ -57,6 +57,14 @@ class PlanarDrive {
   std::optional<NoiseSource> source_;
   Pose pose_;
   StepDraws process_, measurement_, detection_;
+  /// Landmarks within range, and where they lie from the vehicle.
+  struct InRange {
+    std::vector<std::size_t> landmark;
+    std::vector<double> dx, dy, direction;
+  };
+  void find_in_range(const double* detected);
+
+  InRange in_range_;
   std::vector<Observation<PlanarModel>> observations_;
   DelayLine<std::vector<Observation<PlanarModel>>> line_;
 };

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/manifold/angle.h"
+#include "core/manifold/trigonometry.h"
 #include "montecarlo/worlds/planar/path_length.h"
 
 namespace credence {
@@ -22,7 +23,8 @@ Pose on_path(PathShape path, double radius, double s) {
       const bool first = angle < kTwoPi;
       const double a = first ? angle : angle - kTwoPi;
       const double side = first ? 1.0 : -1.0;
-      return {radius * std::sin(a), side * radius * (1.0 - std::cos(a)), wrap_angle(side * a)};
+      const auto [s_a, c_a] = sine_cosine(a);
+      return {radius * s_a, side * radius * (1.0 - c_a), wrap_angle(side * a)};
     }
     case PathShape::line:
       return {s < 2.0 * radius ? s - radius : 3.0 * radius - s, 0.0,
@@ -30,7 +32,8 @@ Pose on_path(PathShape path, double radius, double s) {
     case PathShape::circle:
       break;
   }
-  return {radius * std::cos(angle), radius * std::sin(angle), wrap_angle(angle + 0.5 * std::numbers::pi)};
+  const auto [sine_there, cosine_there] = sine_cosine(angle);
+  return {radius * cosine_there, radius * sine_there, wrap_angle(angle + 0.5 * std::numbers::pi)};
 }
 
 /// Landmarks beside the path: the first of them near the start, so that the first are the natural anchors.
@@ -42,7 +45,7 @@ std::vector<Point> place_beside_path(PathShape path, double radius, Index count)
     const double s = length * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
     const Pose pose = on_path(path, radius, s);
     const double side = (i % 2 == 0 ? 1.0 : -1.0) * kOffset * radius;
-    points.emplace_back(pose[0] - side * std::sin(pose[2]), pose[1] + side * std::cos(pose[2]));
+    points.emplace_back(pose[0] - side * sine(pose[2]), pose[1] + side * cosine(pose[2]));
   }
   return points;
 }

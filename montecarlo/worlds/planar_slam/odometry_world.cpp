@@ -7,6 +7,7 @@
 #include "core/filters/estimators/estimators.h"
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
+#include "core/manifold/trigonometry.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
@@ -18,7 +19,7 @@ std::vector<Point> place_on_ring(double radius, Index count) {
   std::vector<Point> points;
   for (Index i = 0; i < count; ++i) {
     const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
-    points.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+    points.emplace_back(radius * cosine(angle), radius * sine(angle));
   }
   return points;
 }
@@ -31,7 +32,7 @@ std::vector<Point> draw_in_annulus(double inner, double outer, Index count, std:
     const double share = source.uniform(0, 1, NoisePurpose::world, 2 * i);
     const double angle = 2.0 * std::numbers::pi * source.uniform(0, 1, NoisePurpose::world, 2 * i + 1);
     const double radius = std::sqrt(inner * inner + share * (outer * outer - inner * inner));
-    points.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+    points.emplace_back(radius * cosine(angle), radius * sine(angle));
   }
   return points;
 }

@@ -141,9 +141,10 @@ std::string spatial_slam_size_text(const Scenario& scenario) {
 
 std::string spatial_slam_text(const Scenario& scenario) {
   const double seen = scenario.noise.detection_probability;
-  return fmt::format("vehicle on a closed path in space, its odometry noisy, {} landmarks, relative position{}{}",
-                     scenario.world.landmarks, seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
-                     noise_switches_text(scenario));
+  return fmt::format(
+      "vehicle on a closed path in space, its odometry noisy, {} landmarks, relative position{}{}",
+      scenario.world.landmarks, seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
+      noise_switches_text(scenario));
 }
 
 std::unique_ptr<Experiment> spatial_slam_experiment(const Scenario& scenario) {

@@ -5,6 +5,7 @@
 
 #include "core/manifold/angle.h"
 #include "core/manifold/chart.h"
+#include "core/manifold/trigonometry.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 
@@ -19,12 +20,12 @@ class Ellipse {
                                     real_value(s, "world.path_height"))) {}
 
   Eigen::Vector3d position(double angle) const {
-    return half_.cwiseProduct(Eigen::Vector3d(std::cos(angle), std::sin(angle), std::sin(2.0 * angle)));
+    return half_.cwiseProduct(Eigen::Vector3d(cosine(angle), sine(angle), sine(2.0 * angle)));
   }
   /// Looks along the path, its second axis level.
   SE3 pose(double angle) const {
     const Eigen::Vector3d way =
-        half_.cwiseProduct(Eigen::Vector3d(-std::sin(angle), std::cos(angle), 2.0 * std::cos(2.0 * angle)));
+        half_.cwiseProduct(Eigen::Vector3d(-sine(angle), cosine(angle), 2.0 * cosine(2.0 * angle)));
     Eigen::Matrix3d R;
     R.col(0) = way.normalized();
     R.col(1) = Eigen::Vector3d::UnitZ().cross(way).normalized();
@@ -45,7 +46,7 @@ std::vector<Eigen::Vector3d> draw_landmarks(const Scenario& scenario, const Elli
     const auto share = [&](Index slot) { return source.uniform(0, 1, NoisePurpose::world, 4 * i + slot); };
     const double angle = 2.0 * std::numbers::pi * share(0), around = 2.0 * std::numbers::pi * share(1);
     const double height = 2.0 * share(2) - 1.0, flat = std::sqrt(1.0 - height * height);
-    const Eigen::Vector3d direction(flat * std::cos(around), flat * std::sin(around), height);
+    const Eigen::Vector3d direction(flat * cosine(around), flat * sine(around), height);
     landmarks.emplace_back(path.position(angle) + spread * std::cbrt(share(3)) * direction);
   }
   return landmarks;
@@ -53,7 +54,7 @@ std::vector<Eigen::Vector3d> draw_landmarks(const Scenario& scenario, const Elli
 
 std::vector<SpatialWorld::Exact> seen_from(const SE3& pose, const SpatialWorld& world,
                                            const WorldSettings& sensor) {
-  const double widest = std::cos(0.5 * std::min(sensor.field_of_view_deg, 360.0) * kRadiansPerDegree);
+  const double widest = cosine(0.5 * std::min(sensor.field_of_view_deg, 360.0) * kRadiansPerDegree);
   const SE3 back = pose.inverse();
   std::vector<SpatialWorld::Exact> seen;
   for (std::size_t i = 0; i < world.landmarks.size(); ++i) {
@@ -68,7 +69,8 @@ std::vector<SpatialWorld::Exact> seen_from(const SE3& pose, const SpatialWorld& 
 }  // namespace
 
 Eigen::Vector3d SpatialWorld::squares(const Eigen::Vector3d& v) const {
-  return by_length ? Eigen::Vector3d(Eigen::Vector3d::Constant(v.squaredNorm())) : Eigen::Vector3d(v.cwiseAbs2());
+  return by_length ? Eigen::Vector3d(Eigen::Vector3d::Constant(v.squaredNorm()))
+                   : Eigen::Vector3d(v.cwiseAbs2());
 }
 
 SpatialWorld make_spatial_world(const Scenario& scenario) {
@@ -103,8 +105,7 @@ SpatialDrive::SpatialDrive(const SpatialWorld& world, const NoiseSource& source)
     : world_(world),
       source_(source),
       process_(StepDraws::normals(source, NoisePurpose::process, 6)),
-      measurement_(
-          StepDraws::normals(source, NoisePurpose::measurement, 3 * std::ssize(world.landmarks))),
+      measurement_(StepDraws::normals(source, NoisePurpose::measurement, 3 * std::ssize(world.landmarks))),
       detection_(StepDraws::events(source, NoisePurpose::detection, world.detection_probability,
                                    std::ssize(world.landmarks))),
       line_(world.measurement_delay) {}
@@ -121,8 +122,8 @@ SE3 SpatialDrive::start(std::int64_t run) {
 SpatialControl SpatialDrive::read(std::size_t k) {
   using Six = Eigen::Matrix<double, 6, 1>;
   SpatialControl control = world_.controls[k - 1];
-  const Six noise = control.variances.cwiseSqrt().cwiseProduct(
-      Eigen::Map<const Six>(process_.at(static_cast<Index>(k))));
+  const Six noise =
+      control.variances.cwiseSqrt().cwiseProduct(Eigen::Map<const Six>(process_.at(static_cast<Index>(k))));
   control.v += noise.head<3>();
   control.omega += noise.tail<3>();
   control.variances *= world_.process_scale;

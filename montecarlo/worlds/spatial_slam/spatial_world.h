@@ -23,14 +23,14 @@ struct SpatialWorld {
   std::vector<SE3> path;                 ///< true poses of steps 0 … T
   std::vector<SpatialControl> controls;  ///< true, of steps 1 … T
   std::vector<Eigen::Vector3d> landmarks;
-  std::vector<std::vector<Exact>> in_view;      ///< at steps 0 … T
-  double landmark_noise = 0.0;                  ///< standard deviation over what is measured
-  bool by_length = true;                        ///< the length of a measured vector, else each coordinate
-  Eigen::Matrix<double, 6, 1> initial_std;      ///< (δp, φ)
+  std::vector<std::vector<Exact>> in_view;  ///< at steps 0 … T
+  double landmark_noise = 0.0;              ///< standard deviation over what is measured
+  bool by_length = true;                    ///< the length of a measured vector, else each coordinate
+  Eigen::Matrix<double, 6, 1> initial_std;  ///< (δp, φ)
   double process_scale = 1.0, measurement_scale = 1.0;  ///< what the filter believes of the variances
   double detection_probability = 1.0;
   Index measurement_delay = 0;  ///< steps after which a filter has what is seen
-  double width_m = 0.0;                         ///< an error above this is divergence
+  double width_m = 0.0;         ///< an error above this is divergence
 
   Index steps() const { return std::ssize(controls); }
   SpatialTruth truth(std::size_t k) const { return {path[k > 0 ? k - 1 : 0], path[k], landmarks}; }

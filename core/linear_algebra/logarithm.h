@@ -1,0 +1,14 @@
+#pragma once
+
+#include "core/types.h"
+
+namespace credence {
+
+/// ln x with the same bits on every machine (core/manifold/trigonometry.h tells why), within one unit in the
+/// last place. −∞ at 0, not a number below.
+double natural_logarithm(double x);
+
+/// ln |L Lᵀ| of a triangular factor by its diagonal: one logarithm of a product whose exponent is kept apart.
+double log_determinant(const MatrixRef& L);
+
+}  // namespace credence

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+
+#include "core/simd/cpu_dispatch.h"
+
+/// @file
+/// The compiled kernels behind core/manifold/trigonometry.h, one for each instruction set. Plain types only,
+/// since the files that include this are compiled for more than the portable machine.
+
+namespace credence {
+
+/// The functions of one instruction set. They return how many elements they did from the front; the next few
+/// hold one that takes the long way, or there are fewer than a pack.
+struct TrigonometryKernel {
+  std::size_t (*arc_tangents)(const double* y, const double* x, double* out, std::size_t count);
+  std::size_t (*sine_cosines)(const double* angles_rad, double* sines, double* cosines, std::size_t count);
+  std::size_t lanes;  ///< elements of a pack
+};
+
+/// The kernel of one instruction set; throws std::invalid_argument if this machine does not support it.
+const TrigonometryKernel& trigonometry_kernel(InstructionSet set);
+
+/// Kernels by instruction set; null where the binary was built without it.
+const TrigonometryKernel* trigonometry_kernel_scalar();
+const TrigonometryKernel* trigonometry_kernel_avx2();
+const TrigonometryKernel* trigonometry_kernel_avx512();
+
+/// arc_tangents and sine_cosines of core/manifold/trigonometry.h by one kernel.
+void arc_tangents_by(const TrigonometryKernel& kernel, const double* y, const double* x, double* out,
+                     std::size_t count);
+void sine_cosines_by(const TrigonometryKernel& kernel, const double* angles_rad, double* sines,
+                     double* cosines, std::size_t count);
+
+}  // namespace credence
