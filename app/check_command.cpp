@@ -235,8 +235,8 @@ int check(const CheckOptions& options) {
                                                                          .margin = options.within}),
                    .remarks = remarks_of(result),
                    .poses = std::move(result.poses),
-                   .calibration = judge_calibration(result.runs, result.parts, options.confidence),
-                   .units = unit_factors(result.runs, result.parts),
+                   .calibration = judge_calibration(result.calibration, options.confidence),
+                   .units = unit_factors(result.calibration),
                    .first_run = std::move(first_run)};
   logs.analysis.complete = result.complete;
   if (!options.baseline.empty()) logs.gate = gate_against(logs, options.baseline, baseline, options.within);

@@ -95,15 +95,18 @@ class Collector {
       failed.steps = std::min(failed.steps, step - 1);
       failures_said_.emplace(arrays.first_run + run, said);
     }
-    evidence_.merge(interruptible([&](const auto& stop) { return add_arrays(arrays, threads, &stop); }));
+    evidence_.merge(
+        interruptible([&](const auto& stop) { return add_arrays(arrays, threads, &stop, &calibration_); }));
   }
 
   Told judge(const std::string& name, const std::string& source, double confidence, bool inflated,
              bool sensitivity) {
     const py::gil_scoped_release released;
     JudgedFilter filter(name, source, std::move(evidence_),
-                        {.confidence = confidence, .sensitivity = sensitivity, .inflated = inflated});
+                        {.confidence = confidence, .sensitivity = sensitivity, .inflated = inflated},
+                        calibration_);
     evidence_ = {};
+    calibration_ = {};
     for (const auto& [run, said] : failures_said_) filter.explain_failure(run, said);
     return tell(std::move(filter));
   }
@@ -136,6 +139,7 @@ class Collector {
 
   RunLayout layout_;
   Evidence evidence_;
+  CalibrationUnits calibration_;
   std::map<std::int64_t, std::string> failures_said_;
 };
 

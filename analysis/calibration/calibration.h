@@ -74,6 +74,9 @@ struct Calibration {
 
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
                               double confidence);
+inline Calibration judge_calibration(const CalibrationUnits& units, double confidence) {
+  return judge_calibration(units.runs, units.parts, confidence);
+}
 
 /// How the factor on P of one part differs between two stacks, or versions, that met the same data.
 struct FactorChange {
@@ -92,6 +95,9 @@ struct UnitFactors {
 };
 
 UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts);
+inline UnitFactors unit_factors(const CalibrationUnits& units) {
+  return unit_factors(units.runs, units.parts);
+}
 
 /// Of the parts and units that both have; none with fewer than two units in common.
 std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitFactors& first,

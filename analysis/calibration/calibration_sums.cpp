@@ -50,6 +50,12 @@ void CalibrationSum::merge(const CalibrationSum& later) {
   }
 }
 
+void CalibrationUnits::append(CalibrationRecorder& later) {
+  std::ranges::move(later.take(), std::back_inserter(runs));
+  if (runs.size() > CalibrationRecorder::kMostRuns) runs.resize(CalibrationRecorder::kMostRuns);
+  if (!later.parts().empty()) parts = later.parts();
+}
+
 std::vector<Block> calibration_parts(const RunLayout& layout) {
   constexpr std::size_t kMostParts = 4;
   std::vector<Block> parts;
@@ -64,7 +70,7 @@ std::vector<Block> calibration_parts(const RunLayout& layout) {
   }
   if (parts.size() > 1 && parts.size() <= kMostParts && std::ranges::all_of(taken, std::identity()))
     return parts;
-  Block all{.name = "state"};
+  Block all{.name = "state", .part = {}, .states = {}};
   for (Index i = 0; i < std::ssize(layout.states); ++i) all.states.push_back(i);
   return {std::move(all)};
 }

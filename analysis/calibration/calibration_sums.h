@@ -82,6 +82,14 @@ class CalibrationRecorder {
   std::vector<CalibrationRun> runs_;
 };
 
+/// What is kept of several recorders, in the order of their runs.
+struct CalibrationUnits {
+  std::vector<CalibrationRun> runs{};  ///< the first CalibrationRecorder::kMostRuns
+  std::vector<Block> parts{};
+
+  void append(CalibrationRecorder& later);
+};
+
 /// A partition of the states by blocks, poses apart as position and heading, landmarks together; one part of
 /// all where none is.
 std::vector<Block> calibration_parts(const RunLayout& layout);

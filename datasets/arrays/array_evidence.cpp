@@ -14,17 +14,21 @@
 namespace credence {
 namespace {
 
-Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t last) {
+Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t last,
+                   CalibrationRecorder* calibration) {
   EvidenceRecorder recorder(arrays.layout);
   ArrayReader reader(arrays);
   Step step;
   for (std::int64_t r = first; r < last; ++r) {
     const ArrayRun& run = arrays.runs[static_cast<std::size_t>(r)];
-    recorder.begin_file(fmt::format("run {}", arrays.first_run + r), arrays.layout);
+    const std::string name = fmt::format("run {}", arrays.first_run + r);
+    recorder.begin_file(name, arrays.layout);
     recorder.begin_run();
+    if (calibration != nullptr) calibration->begin_run(arrays.layout, name);
     for (std::int64_t row = 0; row < run.steps; ++row) {
       reader.read(r, row, step);
       recorder.add(step);
+      if (calibration != nullptr) calibration->add(step);
     }
     if (run.failure) recorder.end_run(run.failure->outcome, run.failure->step);
   }
@@ -33,16 +37,21 @@ Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t las
 
 }  // namespace
 
-Evidence add_arrays(const ArrayRuns& arrays, int threads, const std::atomic<bool>* stop) {
+Evidence add_arrays(const ArrayRuns& arrays, int threads, const std::atomic<bool>* stop,
+                    CalibrationUnits* calibration) {
   if (std::ranges::all_of(arrays.runs, [](const ArrayRun& run) { return run.steps == 0 && !run.failure; })) {
     throw std::invalid_argument("the arrays hold no step");
   }
   const std::int64_t runs = std::ssize(arrays.runs);
   std::vector<Evidence> chunks(static_cast<std::size_t>((runs + kChunkRuns - 1) / kChunkRuns));
+  std::vector<CalibrationRecorder> recorders(calibration != nullptr ? chunks.size() : 0);
   for_each_task(std::ssize(chunks), threads, stop, [&](std::int64_t chunk) {
     const std::int64_t first = chunk * kChunkRuns;
-    chunks[static_cast<std::size_t>(chunk)] = add_chunk(arrays, first, std::min(runs, first + kChunkRuns));
+    const auto i = static_cast<std::size_t>(chunk);
+    chunks[i] = add_chunk(arrays, first, std::min(runs, first + kChunkRuns),
+                          recorders.empty() ? nullptr : &recorders[i]);
   });
+  for (CalibrationRecorder& recorder : recorders) calibration->append(recorder);
   Evidence all;
   for (Evidence& chunk : chunks) all.merge(std::move(chunk));
   return all;

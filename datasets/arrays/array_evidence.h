@@ -2,6 +2,7 @@
 
 #include <atomic>
 
+#include "analysis/calibration/calibration_sums.h"
 #include "analysis/evidence/evidence.h"
 #include "datasets/arrays/array_runs.h"
 
@@ -12,7 +13,9 @@ namespace credence {
 /// Runs are added kChunkRuns at a time, in their order, so the bits do not depend on `threads` (0: one for
 /// each processor). What is rejected is named "run R:STEP", runs from 0, steps from 1. Nothing is copied but
 /// the row at hand. Throws std::invalid_argument as ArrayReader does, for the first bad run; and for no rows.
-/// Returns less than all runs once `stop` is set.
-Evidence add_arrays(const ArrayRuns& arrays, int threads = 0, const std::atomic<bool>* stop = nullptr);
+/// Returns less than all runs once `stop` is set. Of a state that is calibrated the runs go behind
+/// `calibration` as well, unless it is null.
+Evidence add_arrays(const ArrayRuns& arrays, int threads = 0, const std::atomic<bool>* stop = nullptr,
+                    CalibrationUnits* calibration = nullptr);
 
 }  // namespace credence

@@ -173,9 +173,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     for (Evidence& chunk : group.chunks) result.evidence.merge(std::move(chunk));
     std::ranges::move(group.remarks, std::back_inserter(result.remarks));
     std::ranges::move(group.poses, std::back_inserter(result.poses));
-    std::ranges::move(group.calibration.take(), std::back_inserter(result.runs));
-    result.runs.resize(std::min(result.runs.size(), CalibrationRecorder::kMostRuns));
-    if (!group.calibration.parts().empty()) result.parts = group.calibration.parts();
+    result.calibration.append(group.calibration);
     result.unmatched_rows += group.unmatched;
     result.files += static_cast<std::int64_t>(group.files);
     ++merged;

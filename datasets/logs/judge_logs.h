@@ -39,9 +39,8 @@ struct LogJudgeResult {
   std::int64_t unmatched_rows = 0;  ///< estimates without a truth at their time
   /// In the order of the files. Of hints the first, where more files have one than chance explains.
   std::vector<LogRemark> remarks;
-  std::vector<LogPoses> poses{};       ///< of the files that hold some, in their order
-  std::vector<CalibrationRun> runs{};  ///< the first CalibrationRecorder::kMostRuns
-  std::vector<Block> parts{};          ///< of their states
+  std::vector<LogPoses> poses{};  ///< of the files that hold some, in their order
+  CalibrationUnits calibration{};
   bool complete = true;
 };
 

@@ -10,10 +10,13 @@
 namespace credence {
 
 JudgedFilter::JudgedFilter(std::string name, std::string source, Evidence evidence,
-                           const JudgementContext& context) {
+                           const JudgementContext& context, const CalibrationUnits& calibration) {
   logs_.name = std::move(name);
   logs_.format = std::move(source);
   logs_.analysis = analyse_logs(std::move(evidence), context);
+  if (calibration.runs.empty()) return;
+  logs_.calibration = judge_calibration(calibration, context.confidence);
+  logs_.units = unit_factors(calibration);
 }
 
 std::string JudgedFilter::text() const { return text_table(log_table(logs_)); }

@@ -12,7 +12,9 @@ namespace credence {
 class JudgedFilter {
  public:
   /// Judges the evidence. `name` is for titles and files, `source` says in words where the runs came from.
-  JudgedFilter(std::string name, std::string source, Evidence evidence, const JudgementContext& context = {});
+  /// `calibration`: its runs, where they were kept as well.
+  JudgedFilter(std::string name, std::string source, Evidence evidence, const JudgementContext& context = {},
+               const CalibrationUnits& calibration = {});
 
   Verdict verdict() const { return judgement().word.verdict; }
   double p_value() const { return judgement().word.p_value; }

@@ -57,7 +57,9 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
         fmt::format("--baseline {}: is no document of `credence check --format json`", baseline));
   }
   const Judgement& now = logs.analysis.judgement;
-  LogGate gate{.baseline = baseline, .verdict_before = before["verdict"].get<std::string>()};
+  LogGate gate;
+  gate.baseline = baseline;
+  gate.verdict_before = before["verdict"].get<std::string>();
   gate.became_inconsistent = is_inconsistent(now.word.verdict) && !names_inconsistency(gate.verdict_before);
   if (gate.became_inconsistent) {
     gate.worse.push_back(

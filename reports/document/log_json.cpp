@@ -130,7 +130,9 @@ std::string log_json(const CheckedLogs& logs) {
   j["remarks"] = logs.remarks;
   j["poses"] = poses_json(logs.poses);
   if (logs.gate) j["baseline"] = gate_json(*logs.gate);
-  j["calibration"] = calibration_json(logs.calibration, logs.units, s.layout.states);
+  j["calibration"] = logs.calibration.unit_count == 0 && logs.units.names.empty()
+                         ? Json(nullptr)
+                         : calibration_json(logs.calibration, logs.units, s.layout.states);
   j["runs"] = s.study.runs;
   j["steps"] = s.study.steps.size();
   j["state_dim"] = s.state_dim;

@@ -25,7 +25,7 @@ TEST(Registry, EveryWorldIsComplete) {
       EXPECT_TRUE(there) << world->schema.name;
     }
   }
-  EXPECT_EQ(names.size(), 8U);
+  EXPECT_EQ(names.size(), 9U);
 }
 
 TEST(Registry, AnUnknownWorldIsRefusedByName) {

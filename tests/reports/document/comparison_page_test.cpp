@@ -40,7 +40,7 @@ std::string page_of(const std::vector<ComparedStudy>& studies) {
 
 TEST(ComparisonPage, AnswersWhoIsNotToBeTrustedAndWhoIsNearest) {
   const ReportAnswer answer = comparison_answer(two_studies());
-  EXPECT_EQ(answer.text, "1 of 2 cannot be trusted: plain; nearest to right: cautious, factor on P 0.95");
+  EXPECT_EQ(answer.text, "1 of 2 cannot be trusted: plain; nearest to right: cautious, factor on P 0.950");
   EXPECT_EQ(answer.tone, CellTone::alarm);
   const std::vector<ComparedStudy> unknown = {{.name = "a", .verdict = "consistent", .factor = {.mean = kNaN}}};
   EXPECT_EQ(comparison_answer(unknown).text, "Of 1 results none is called optimistic");
