@@ -42,7 +42,8 @@ EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& 
   map.seconds_per_step.assign(map.names.size(), 0.0);
   for (const EstimatorStudy& study : map.studies) {
     for (std::size_t e = 0; e < map.names.size(); ++e) {
-      map.seconds_per_step[e] += study.rows[e].profile.seconds_per_step / static_cast<double>(map.studies.size());
+      map.seconds_per_step[e] +=
+          study.rows[e].profile.seconds_per_step / static_cast<double>(map.studies.size());
     }
   }
   return map;

@@ -13,7 +13,8 @@
 #include "montecarlo/worlds/estimator_contest.h"
 
 /// @file
-/// Several estimators in one world, run by run with the same noise: who is consistent, who is accurate, at what cost.
+/// Several estimators in one world, run by run with the same noise: who is consistent, who is accurate, at
+/// what cost.
 ///
 /// NEES of a run is Σ_k eᵀP⁻¹e / Σ_k dof over its steps; runs are independent, so intervals are over runs
 /// (run_mean.h). Pose and map are judged in the chart of the estimator's own P, where the filter claims them
@@ -71,8 +72,8 @@ struct EstimatorStudy {
   std::vector<PairedDifference> paired;
   std::vector<double> window_ends;  ///< last step of each window of pose_nees
   PosteriorBound bound;
-  Index map_stride = 1;  ///< the map is judged at every so many steps
-  std::string note;      ///< of the world
+  Index map_stride = 1;   ///< the map is judged at every so many steps
+  std::string note;       ///< of the world
   std::int64_t runs = 0;  ///< asked for
   bool complete = true;   ///< false: interrupted; the rows mean nothing
 };

@@ -87,7 +87,8 @@ Json blocks_json(const EstimatorRow& row,
   for (const auto& [name, block] : blocks) {
     json[name] = nees_interval_json(nees_of(row, block));
     const Band& band = row.bands[static_cast<std::size_t>(block)];
-    json[name]["quantiles"] = nees_of(row, block).count > 0 ? json_numbers({band.begin(), band.end()}) : Json(nullptr);
+    json[name]["quantiles"] =
+        nees_of(row, block).count > 0 ? json_numbers({band.begin(), band.end()}) : Json(nullptr);
   }
   return json;
 }
@@ -164,8 +165,8 @@ ReportTable estimator_table(const EstimatorStudy& study) {
   for (const EstimatorRow& row : study.rows) {
     table.add({row.name, nees_cell(nees_of(row, heading)), nees_cell(nees_of(row, position)),
                nees_cell(nees_of(row, pose)), nees_cell(nees_of(row, map)),
-               rmse_cell(row.heading_rmse_rad, kDegrees), rmse_cell(row.position_rmse_m, 1.0), row.unobservable,
-               duration_text(row.profile.seconds_per_step, 2), failed_cell(row)});
+               rmse_cell(row.heading_rmse_rad, kDegrees), rmse_cell(row.position_rmse_m, 1.0),
+               row.unobservable, duration_text(row.profile.seconds_per_step, 2), failed_cell(row)});
   }
   table.notes = {
       fmt::format(
@@ -176,7 +177,8 @@ ReportTable estimator_table(const EstimatorStudy& study) {
           "Pose and map: the error in the chart of the filter's own P. Position: x̂ − x, P transported to "
           "first order at the estimate. The map at every {}th step.",
           study.map_stride),
-      "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open in run 0. time "
+      "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open in run 0. "
+      "time "
       "a step: predict and update, without statistics.",
       study.note};
   for (const EstimatorRow& row : study.rows) {

@@ -91,8 +91,9 @@ std::vector<Figure> estimator_figures(const EstimatorStudy& study) {
   figure.panels.push_back(against(study,
                                   {.title = "Consistency and accuracy", .x_label = "RMSE of position (m)"},
                                   [](const EstimatorRow& row) { return row.position_rmse_m.mean; }));
-  figure.panels.push_back(against(study, {.title = "Consistency and cost", .x_label = "time per step (µs)"},
-                                  [](const EstimatorRow& row) { return 1e6 * row.profile.seconds_per_step; }));
+  figure.panels.push_back(
+      against(study, {.title = "Consistency and cost", .x_label = "time per step (µs)"},
+              [](const EstimatorRow& row) { return 1e6 * row.profile.seconds_per_step; }));
   figure.panels.push_back(over_time(study));
   figure.panels.push_back(over_runs(study));
   return {figure};

@@ -129,8 +129,7 @@ bool SpatialSlam::update(std::span<const SpatialSight> sights, const SpatialTrut
       H_r << -Rt, Rt * cross_matrix(landmark_point(place, truth) - at.translation());
       const Matrix of_landmark = columns_of(P_, kPoseDim + 3 * place, 3);
       Y.middleCols<3>(3 * i) = of_pose * H_r.transpose() + of_landmark * Rt.transpose();
-      nu_.segment<3>(3 * i) =
-          sight.z - (back.rotation().matrix() * landmark(place) + back.translation());
+      nu_.segment<3>(3 * i) = sight.z - (back.rotation().matrix() * landmark(place) + back.translation());
       R.segment<3>(3 * i) = sight.variances;
       rows_.push_back({sight.landmark, H_r, Rt});
       ++i;
@@ -138,8 +137,7 @@ bool SpatialSlam::update(std::span<const SpatialSight> sights, const SpatialTrut
     for (i = 0; i < known; ++i) {  // S = H Y + R
       const SpatialRows& row = rows_[static_cast<std::size_t>(i)];
       const Index place = places_[static_cast<std::size_t>(row.landmark)];
-      S_.middleRows<3>(3 * i) =
-          row.pose * Y.topRows<6>() + row.own * Y.middleRows<3>(kPoseDim + 3 * place);
+      S_.middleRows<3>(3 * i) = row.pose * Y.topRows<6>() + row.own * Y.middleRows<3>(kPoseDim + 3 * place);
     }
     S_.diagonal() += R;
     symmetrise(S_);
@@ -216,8 +214,7 @@ void SpatialSlam::place(const SpatialSight& sight, const SpatialTruth& truth) {
   if (n > kPoseDim) {
     P_.block(n, kPoseDim, 3, n - kPoseDim) = J_r * P_.block(kPoseDim, 0, n - kPoseDim, kPoseDim).transpose();
   }
-  Eigen::Matrix3d own =
-      J_r * P_pp * J_r.transpose() + J_z * sight.variances.asDiagonal() * J_z.transpose();
+  Eigen::Matrix3d own = J_r * P_pp * J_r.transpose() + J_z * sight.variances.asDiagonal() * J_z.transpose();
   symmetrise(own);
   P_.block<3, 3>(n, n) = own;
   show(sight.landmark, -J_r, Eigen::Matrix3d::Identity(), l);

@@ -45,7 +45,7 @@ struct SpatialSight {
 
 /// A step of odometry: R⁺ = R Exp(ω), p⁺ = p + R v.
 struct SpatialControl {
-  Eigen::Vector3d v, omega;              ///< m, rad
+  Eigen::Vector3d v, omega;               ///< m, rad
   Eigen::Matrix<double, 6, 1> variances;  ///< of the noise on v and ω
 };
 

@@ -52,9 +52,7 @@ class StepJudge {
 class PlanarSlamContest final : public EstimatorContest {
  public:
   explicit PlanarSlamContest(const Scenario& scenario)
-      : scenario_(scenario),
-        world_(make_odometry_world(scenario)),
-        source_(noise_source(scenario)) {}
+      : scenario_(scenario), world_(make_odometry_world(scenario)), source_(noise_source(scenario)) {}
 
   Index steps() const override { return std::ssize(world_.plane.controls); }
   std::unique_ptr<EstimatorPlayer> player(std::span<const std::string> names) const override {

@@ -42,13 +42,15 @@ TEST(ComparisonPage, AnswersWhoIsNotToBeTrustedAndWhoIsNearest) {
   const ReportAnswer answer = comparison_answer(two_studies());
   EXPECT_EQ(answer.text, "1 of 2 cannot be trusted: plain; nearest to right: cautious, factor on P 0.950");
   EXPECT_EQ(answer.tone, CellTone::alarm);
-  const std::vector<ComparedStudy> unknown = {{.name = "a", .verdict = "consistent", .factor = {.mean = kNaN}}};
+  const std::vector<ComparedStudy> unknown = {
+      {.name = "a", .verdict = "consistent", .factor = {.mean = kNaN}}};
   EXPECT_EQ(comparison_answer(unknown).text, "Of 1 results none is called optimistic");
 }
 
 TEST(ComparisonPage, HasTheTableAndTheCurvesThatAreKnown) {
   const std::string page = page_of(two_studies());
-  for (const char* part : {"1 of 2 cannot be trusted", "id=\"figure-comparison\"", "Against the first", "NEES"}) {
+  for (const char* part :
+       {"1 of 2 cannot be trusted", "id=\"figure-comparison\"", "Against the first", "NEES"}) {
     EXPECT_THAT(page, HasSubstr(part));
   }
   std::vector<ComparedStudy> documents = two_studies();
