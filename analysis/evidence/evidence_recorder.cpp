@@ -202,7 +202,7 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
     state_.normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
     if (state_.factorised) {
-      state_.log_determinant = log_determinant(state_.solver.factor().matrixLLT());
+      state_.log_determinant = log_determinant_of_factor(state_.solver.factor().matrixLLT());
     }
   } else {
     state_.dof = 0;

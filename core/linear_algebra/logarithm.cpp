@@ -50,7 +50,7 @@ double natural_logarithm(double x) {
   return logarithm_of(b.mantissa, b.exponent);
 }
 
-double log_determinant(const MatrixRef& L) {
+double log_determinant_of_factor(const MatrixRef& L) {
   double mantissa = 1.0;
   int exponent = 0;
   for (Index i = 0; i < L.rows(); ++i) {

@@ -9,6 +9,6 @@ namespace credence {
 double natural_logarithm(double x);
 
 /// ln |L Lᵀ| of a triangular factor by its diagonal: one logarithm of a product whose exponent is kept apart.
-double log_determinant(const MatrixRef& L);
+double log_determinant_of_factor(const MatrixRef& L);
 
 }  // namespace credence

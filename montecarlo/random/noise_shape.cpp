@@ -21,7 +21,11 @@ class MarkovSequence {
   MarkovSequence(const NoiseSource& plain, double correlation, std::int64_t run, NoisePurpose purpose,
                  std::int64_t first_slot, std::int64_t slots)
       : plain_(plain), run_(run), purpose_(purpose), first_slot_(first_slot), slots_(slots) {
-    for (double r = correlation; r > kNoCorrelation; r *= r) correlation_.push_back(r);
+    double r = correlation;
+    while (r > kNoCorrelation) {
+      correlation_.push_back(r);
+      r *= r;
+    }
   }
 
   /// The steps first, first + 1, … into `out`.

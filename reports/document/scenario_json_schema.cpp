@@ -86,10 +86,10 @@ OrderedJson rule_of(std::string_view world) {
   return {{"if", {{"properties", {{"world", model}}}}}, {"then", std::move(rule)}};
 }
 
-void close(OrderedJson& table) {
+void close_tables(OrderedJson& table) {
   table["additionalProperties"] = false;
   for (auto& [name, inner] : table["properties"].items()) {
-    if (inner.contains("properties")) close(inner);
+    if (inner.contains("properties")) close_tables(inner);
   }
 }
 
@@ -105,7 +105,7 @@ std::string scenario_json_schema() {
     table["properties"][std::string(key.name)] = schema_of(key);
     if (key.required() && of_every_world(key)) table["required"].push_back(key.name);
   }
-  close(root);
+  close_tables(root);
   root["required"] = {"world"};
   // Dotted keys in quotes, or tables of the sections.
   root["properties"]["sweep"] = {

@@ -50,7 +50,7 @@ LinearErrorSystem make_error_system(const std::vector<LinearModel>& truth,
 
 }  // namespace
 
-LinearExperiment::LinearExperiment(LinearProblem problem, Index steps, NoiseSource source)
+LinearExperiment::LinearExperiment(const LinearProblem& problem, Index steps, NoiseSource source)
     : LinearExperiment(problem, steps, source,
                        linear_filter_steps(problem.assumed_period(), problem.rule, steps)) {}
 
@@ -133,7 +133,7 @@ std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index 
   if (problem.detection_probability < 1.0 || problem.measurement_delay > 0 || !source.is_plain()) {
     return std::make_unique<IntermittentExperiment>(std::move(problem), steps, source);
   }
-  return std::make_unique<LinearExperiment>(std::move(problem), steps, source);
+  return std::make_unique<LinearExperiment>(problem, steps, source);
 }
 
 }  // namespace credence

@@ -14,7 +14,7 @@ class LinearExperiment final : public Experiment {
  public:
   /// `truth` of the problem makes the noise, `assumed` is what the filter believes; every measurement is
   /// there at every step.
-  LinearExperiment(LinearProblem problem, Index steps, NoiseSource source);
+  LinearExperiment(const LinearProblem& problem, Index steps, NoiseSource source);
   /// Of a filter with other gains than the Kalman filter's.
   LinearExperiment(LinearProblem problem, Index steps, NoiseSource source,
                    std::vector<LinearFilterStep> filter_steps);

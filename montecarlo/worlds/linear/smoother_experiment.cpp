@@ -30,6 +30,7 @@ Outcome SmootherExperiment::visit(std::int64_t run, const StepVisitor& take) con
   std::vector<TraceStep> steps;
   const Outcome outcome = filter_.visit(run, [&](const TraceStep& step) { steps.push_back(step); });
   std::vector<Vector> estimates;
+  estimates.reserve(steps.size());
   for (const TraceStep& step : steps) estimates.push_back(step.estimate);
   smoother_.smooth(estimates);
   for (std::size_t k = 0; k < steps.size(); ++k) {
