@@ -105,6 +105,7 @@ std::vector<ExactMoments> exact_moments(std::span<const LinearModel> truth,
   const std::vector<LinearModel> models = error_models(truth, assumed);
   const Index n = truth.front().state_dim(), states = models.front().state_dim();
   std::vector<Matrix> GQG;
+  GQG.reserve(models.size());
   for (const LinearModel& model : models) GQG.emplace_back(model.G * model.Q * model.G.transpose());
   std::vector<ExactMoments> moments;
   moments.reserve(steps.size());

@@ -44,7 +44,7 @@ std::unique_ptr<Experiment> linear_estimator_experiment(const Scenario& scenario
   const NoiseSource source = noise_source(scenario);
   if (name == "kalman") return make_linear_experiment(std::move(problem), steps, source);
   require_plain(problem, source, name);
-  if (name == "smoother") return std::make_unique<SmootherExperiment>(std::move(problem), steps, source);
+  if (name == "smoother") return std::make_unique<SmootherExperiment>(problem, steps, source);
   const LinearModel& assumed = problem.assumed;
   std::vector<LinearFilterStep> of_filter;
   if (name == "steady-state") {

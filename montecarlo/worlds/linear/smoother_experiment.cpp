@@ -7,10 +7,10 @@
 
 namespace credence {
 
-SmootherExperiment::SmootherExperiment(LinearProblem problem, Index steps, NoiseSource source)
+SmootherExperiment::SmootherExperiment(const LinearProblem& problem, Index steps, NoiseSource source)
     : Experiment(problem.scene.layout),
       steps_(steps),
-      filter_(std::move(problem), steps, source),
+      filter_(problem, steps, source),
       smoother_(filter_.assumed_models().front(), filter_.filter_steps()) {
   const std::vector<LinearFilterStep>& of_filter = filter_.filter_steps();
   if (std::ssize(of_filter) < steps || (steps > 0 && !of_filter.back().ok)) {

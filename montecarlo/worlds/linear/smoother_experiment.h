@@ -10,7 +10,7 @@ namespace credence {
 class SmootherExperiment final : public Experiment {
  public:
   /// Throws std::invalid_argument where S of the filter is not positive definite at some step.
-  SmootherExperiment(LinearProblem problem, Index steps, NoiseSource source);
+  SmootherExperiment(const LinearProblem& problem, Index steps, NoiseSource source);
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
