@@ -15,27 +15,29 @@
 namespace credence {
 namespace {
 
-constexpr std::string_view kScenario = "scenario", kFolder = "docs/schemas/", kEnding = ".json";
+constexpr std::string_view kScenarioSchema = "scenario", kSchemaFolder = "docs/schemas/",
+                           kSchemaEnding = ".json";
 
 /// Commands whose `--format json` has a schema.
 std::vector<std::string> described_documents() {
   std::vector<std::string> names;
   for (const EmbeddedFile& file : embedded_files()) {
-    if (!file.path.starts_with(kFolder)) continue;
-    names.emplace_back(file.path.substr(kFolder.size(), file.path.size() - kFolder.size() - kEnding.size()));
+    if (!file.path.starts_with(kSchemaFolder)) continue;
+    names.emplace_back(file.path.substr(kSchemaFolder.size(),
+                                        file.path.size() - kSchemaFolder.size() - kSchemaEnding.size()));
   }
   return names;
 }
 
 int schema(const std::string& name) {
-  if (name == kScenario) {
+  if (name == kScenarioSchema) {
     fmt::print("{}", scenario_json_schema());
     return kDone;
   }
-  const auto file =
-      std::ranges::find(embedded_files(), fmt::format("{}{}{}", kFolder, name, kEnding), &EmbeddedFile::path);
+  const auto file = std::ranges::find(
+      embedded_files(), fmt::format("{}{}{}", kSchemaFolder, name, kSchemaEnding), &EmbeddedFile::path);
   if (file == embedded_files().end()) {
-    throw std::invalid_argument(fmt::format("schema: \"{}\" has none; one of {}, {}", name, kScenario,
+    throw std::invalid_argument(fmt::format("schema: \"{}\" has none; one of {}, {}", name, kScenarioSchema,
                                             fmt::join(described_documents(), ", ")));
   }
   fmt::print("{}", file->text);
@@ -46,7 +48,7 @@ int schema(const std::string& name) {
 
 void add_schema_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("schema", "JSON Schema of the scenario file or of a JSON document");
-  auto name = std::make_shared<std::string>(kScenario);
+  auto name = std::make_shared<std::string>(kScenarioSchema);
   command
       ->add_option("of", *name,
                    fmt::format("\"scenario\", or the command that prints the document: {}",
