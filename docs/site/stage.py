@@ -6,7 +6,6 @@ Pages: those of docs/; index.md (the README); commands.md and glossary.md, which
 commands are run. A link to a file outside docs/ leads to a copy of it, one to a folder becomes its name.
 """
 
-import concurrent.futures
 import os
 import pathlib
 import re
