@@ -184,7 +184,7 @@ std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
   require_keys(scenario, free);
   const std::optional<LinearProblem> linear = linear_problem(scenario);
   if (linear && !linear->is_periodic() && scenario.noise.detection_probability == 1.0 &&
-      scenario.filter.inflation == FilterInflation::none) {
+      linear->measurement_delay == 0 && scenario.filter.inflation == FilterInflation::none) {
     return std::make_unique<LinearScenarioScore>(scenario, *linear, free, threads);
   }
   return std::make_unique<PlayedScenarioScore>(scenario, free, threads, stop, watch);

@@ -65,7 +65,6 @@ std::optional<LinearProblem> linear_problem(const Scenario& scenario) {
 std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
   require_experiment_memory(scenario);
   if (std::optional<LinearProblem> problem = linear_problem(scenario)) {
-    problem->measurement_delay = measurement_delay(scenario);
     return make_linear_experiment(std::move(*problem), scenario.study.steps, noise_source(scenario));
   }
   return world_of(scenario).experiment(scenario);

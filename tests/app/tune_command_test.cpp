@@ -125,6 +125,17 @@ TEST_F(TuneCommand, OfADataSetIsJudgedOnWhatWasLeftOut) {
   EXPECT_EQ(run({"tune", "carpark", "--data", data.string(), "--runs", "3"}).code, 2);
 }
 
+TEST_F(TuneCommand, ADelayIsPartOfTheWorldThatIsTuned) {
+  for (const std::string& scenario : {local_level(), std::string("figure1_two_landmarks")}) {
+    const auto score = [&](const std::string& delay) {
+      const Json j = json({"tune", scenario, "--free", "R", "--runs", "20", "--steps", "30", "--set",
+                           "noise.measurement_delay=" + delay, "--format", "json"});
+      return j["log_score"]["before"].get<double>();
+    };
+    EXPECT_GT(std::abs(score("3") - score("0")), 1e-3) << scenario;
+  }
+}
+
 TEST_F(TuneCommand, RefusesWithTheKey) {
   const std::string scenario = local_level();
   EXPECT_NE(run({"tune", scenario, "--free", "S"}).err.find("\"S\""), std::string::npos);

@@ -1,6 +1,7 @@
 #include "montecarlo/worlds/monobot/monobot_world.h"
 
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/slam_layout.h"
 #include "montecarlo/worlds/slam_settings.h"
 
@@ -68,6 +69,7 @@ LinearProblem monobot_problem(const Scenario& scenario) {
   problem.assumed.R *= scenario.filter.measurement_scale;
   problem.rule = make_inflation_rule(scenario);
   problem.detection_probability = noise.detection_probability;
+  problem.measurement_delay = measurement_delay(scenario);
   problem.scene = monobot_scene(problem.truth, noise.detection_probability == 1.0);
   problem.scene.layout.sensors.front().variances = {problem.assumed.R(0, 0)};
   return problem;

@@ -73,6 +73,7 @@ std::optional<LinearProblem> tracking_problem_of(const Scenario& scenario) {
   problem.assumed.Q *= scenario.filter.process_scale;
   problem.assumed.R *= scenario.filter.measurement_scale;
   problem.detection_probability = scenario.noise.detection_probability;
+  problem.measurement_delay = measurement_delay(scenario);
   problem.scene = {.layout = target_layout(scenario, problem.assumed.R),
                    .start = target_start(scenario),
                    .random_start = true};
