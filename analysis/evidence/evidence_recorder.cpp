@@ -473,6 +473,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
   std::size_t most = 0;
   Moments scalar_mean;
   LagProducts scalar(1, SensorSums::kLags);
+  Vector value(1);
   for (std::size_t k = first; k < steps; ++k) {
     const std::size_t count = count_at(k);
     most = std::max(most, count / d);
@@ -482,7 +483,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
     }
     double sum = -level;
     for (std::size_t j = 0; j < count; ++j) sum += run.values[run.begins[k] + j];
-    const Vector value = Vector::Constant(1, sum / std::sqrt(static_cast<double>(count)));
+    value[0] = sum / std::sqrt(static_cast<double>(count));
     scalar.add(value);
     scalar_mean.add(value[0]);
     sums.scalar_values.add(value);
