@@ -140,6 +140,16 @@ def _initial(plan: Plan, runs: int):
     return np.tile(mean, (runs, 1)), np.tile(P, (runs, 1, 1)), n
 
 
+def _told(world: Any, truth: Any, k: int, source: _Source, part: float = 1.0) -> list:
+    """What predict is given: the input and the time of the step, or of a part of it, of a world that has them."""
+    told = []
+    if hasattr(world, "input"):
+        told.append(world.input(truth, k, Noise(source, k, _credence.Purpose.process, _INPUT_SLOTS)))
+    if hasattr(world, "dt"):
+        told.append(world.dt * part)
+    return told
+
+
 class _Play:
     """Some runs, step by step; `step` is the one at hand when a filter throws."""
 
@@ -163,10 +173,7 @@ class _Play:
         for k in range(1, plan.steps + 1):
             self.step = k
             truth = world.step(truth, k, Noise(source, k, _credence.Purpose.process))
-            if hasattr(world, "input"):
-                made.predict(world.input(truth, k, Noise(source, k, _credence.Purpose.process, _INPUT_SLOTS)))
-            else:
-                made.predict()
+            made.predict(*_told(world, truth, k, source))
             z = world.measure(truth, k, Noise(source, k, _credence.Purpose.measurement))
             late.append(z)
             z = late.popleft() if len(late) > plan.switches.measurement_delay else None
@@ -250,6 +257,31 @@ def play_chunk(plan: Plan, first_run: int, runs: int) -> Chunk:
         except Exception:
             pass
     return _joined([_play_alone(plan, run) for run in range(first_run, first_run + runs)])
+
+
+def require_time_step(plan: Plan) -> None:
+    """From P = 0 a prediction leaves nothing but process noise, which two halves of a step make as large as one."""
+    if not hasattr(plan.world, "dt"):
+        return
+    mean, P, n = _initial(plan, 1)
+
+    def variances(parts: int) -> np.ndarray:
+        made = plan.make_filter()
+        made.reset(mean.copy(), np.zeros_like(P))
+        for _ in range(parts):
+            made.predict(*_told(plan.world, mean, 1, _Source(plan, 0, 1), 1.0 / parts))
+        return np.diagonal(np.asarray(made.covariance, dtype=np.float64).reshape(-1, n, n)[0])
+
+    try:
+        once, twice = variances(1), variances(2)
+    except Exception:  # a filter that cannot start from certainty, or a world whose state is no vector
+        return
+    least = np.min(twice[once > 0.0] / once[once > 0.0], initial=np.inf)
+    if 1.5 <= least < np.inf:  # noise that is the same at each call gives 2 or more
+        raise PlugError(
+            "Q does not scale with dt: two predictions of half a step give every state at least "
+            f"{least:.3g} times the variance of one of the whole step"
+        )
 
 
 def require_same_twice(plan: Plan, runs: int) -> None:

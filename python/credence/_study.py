@@ -12,7 +12,7 @@ import numpy as np
 from . import _credence
 from ._arrays import indices, state_names
 from ._check import collector
-from ._play import CHUNK, Chunk, Plan, PlugError, Switches, play_chunk, require_same_twice
+from ._play import CHUNK, Chunk, Plan, PlugError, Switches, play_chunk, require_same_twice, require_time_step
 from ._result import Result
 
 
@@ -51,6 +51,8 @@ def study(
     world.step(x, k, noise) -> x: the truth at step k = 1, 2, …
     world.measure(x, k, noise) -> z: what the filter is given; None where nothing is measured.
     world.input(x, k, noise), if there is one: what predict is given.
+    world.dt, if there is one: the time of a step, s, which predict is given last; a Q that does not scale with it is
+        an error.
     world.minus(estimate, truth) -> (B, n), if there is one: the error. Otherwise the difference, angles wrapped; then
         the truth may be anything that ``state`` can be subtracted from.
 
@@ -78,6 +80,7 @@ def study(
     marked = None if angles is None else indices(angles, states, "angles")
     plan = Plan(world, filter, steps, seed, noise_group, batch, marked, _switches(noise))
     require_same_twice(plan, runs)
+    require_time_step(plan)
 
     bounds = [(first, min(CHUNK, runs - first)) for first in range(0, runs, CHUNK)]
     collected, sensors = None, []

@@ -51,3 +51,21 @@ class Fragile(Filter):
         if (np.abs(z) > 25.0).any():
             raise RuntimeError("lost")
         super().update(z)
+
+
+class TimedWorld(World):
+    dt = 0.5
+
+
+class TimedFilter(Filter):
+    def predict(self, dt):
+        assert dt <= 0.5
+        super().predict()
+        self.covariance = self.covariance + (dt / 0.5 - 1.0) * Q
+
+
+class UntimedNoise(Filter):
+    """Adds the whole Q however short the step is."""
+
+    def predict(self, dt):
+        super().predict()

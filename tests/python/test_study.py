@@ -2,7 +2,7 @@ import credence
 import numpy as np
 import pytest
 
-from plugs import Filter, Fragile, Optimistic, World
+from plugs import Filter, Fragile, Optimistic, TimedFilter, TimedWorld, UntimedNoise, World
 
 STUDY = {"runs": 150, "steps": 40, "seed": 4}
 
@@ -215,3 +215,10 @@ def test_a_switch_that_there_is_not_is_named():
         credence.study(World(), Filter, noise={"outliers": 0.1}, **STUDY)
     with pytest.raises(ValueError, match="degrees of freedom"):
         credence.study(World(), Filter, noise={"student_dof": 2}, **STUDY)
+
+
+def test_noise_that_does_not_scale_with_the_time_step_is_named():
+    timed = credence.study(TimedWorld(), TimedFilter, runs=64, steps=10)
+    assert timed.to_dict() == credence.study(World(), Filter, runs=64, steps=10).to_dict()
+    with pytest.raises(ValueError, match="Q does not scale with dt: two predictions of half a step"):
+        credence.study(TimedWorld(), UntimedNoise, runs=64, steps=10)
