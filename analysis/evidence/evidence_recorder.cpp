@@ -66,6 +66,12 @@ double normal_score(double u) {
   return quantile(boost::math::normal(), std::clamp(u, kLeast, 1.0 - kLeast));
 }
 
+double squared_norm(const Vector& values, const std::vector<Index>& places) {
+  double sum = 0.0;
+  for (const Index i : places) sum += values[i] * values[i];
+  return sum;
+}
+
 /// Where the first fifth of a run ends: what comes before may be coloured by a wrong start.
 std::size_t settled_from(std::size_t steps) { return steps / 5; }
 
@@ -135,7 +141,18 @@ void EvidenceRecorder::Normalised::clear() {
   problem = {};
 }
 
-void EvidenceRecorder::Normalised::normalise(VectorRef e, const MatrixRef& covariance) {
+void EvidenceRecorder::Normalised::take(const Step& step, const std::vector<Index>& places) {
+  const Index n = std::ssize(places);
+  error.resize(n);
+  P.resize(n, n);
+  for (Index j = 0; j < n; ++j) {
+    const Index from = places[static_cast<std::size_t>(j)];
+    error[j] = step.error[from];
+    for (Index i = 0; i < n; ++i) P(i, j) = step.P(places[static_cast<std::size_t>(i)], from);
+  }
+}
+
+void EvidenceRecorder::Normalised::normalise(const VectorRef& e, const MatrixRef& covariance) {
   clear();
   // The common case, with the arithmetic of the engine.
   if ((covariance.diagonal().array() > 0.0).all()) {
@@ -208,21 +225,18 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
     state_.dof = 0;
   }
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const std::vector<Index>& places = places_[b];
     Normalised& block = blocks_[b];
-    if (places_[b].empty()) {
-      block.error.resize(0);
-      block.P.resize(0, 0);
-      continue;
-    }
-    block.error = step.error(places_[b]);
-    block.P = step.P(places_[b], places_[b]);
-    const bool whole = std::ssize(places_[b]) == step.error.size() && layout_.joint_covariance;
+    const bool whole = std::ssize(places) == step.error.size() && layout_.joint_covariance;
+    const bool single = places.size() == 1;
+    if (b == 0 || static_cast<Index>(b) == position_ || !(whole || single)) block.take(step, places);
+    if (places.empty()) continue;
     if (whole) {
       block.value = state_.value;
       block.dof = state_.dof;
       block.whitened = state_.whitened;
-    } else if (places_[b].size() == 1) {
-      block.normalise(block.error[0], block.P(0, 0));
+    } else if (single) {
+      block.normalise(step.error[places[0]], step.P(places[0], places[0]));
     } else {
       block.normalise(block.error, block.P);
     }
@@ -288,7 +302,7 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
     }
     run_.blocks[b].add(blocks_[b].value, blocks_[b].dof);
     at_step(sums_of_block(b).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
-    double squared = step.error(places_[b]).squaredNorm();
+    double squared = squared_norm(step.error, places_[b]);
     if (block.part == Part::map) {
       squared *= static_cast<double>(layout_.landmark_dim) / static_cast<double>(places_[b].size());
     }
@@ -459,6 +473,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
   std::size_t most = 0;
   Moments scalar_mean;
   LagProducts scalar(1, SensorSums::kLags);
+  Vector value(1);
   for (std::size_t k = first; k < steps; ++k) {
     const std::size_t count = count_at(k);
     most = std::max(most, count / d);
@@ -468,7 +483,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
     }
     double sum = -level;
     for (std::size_t j = 0; j < count; ++j) sum += run.values[run.begins[k] + j];
-    const Vector value = Vector::Constant(1, sum / std::sqrt(static_cast<double>(count)));
+    value[0] = sum / std::sqrt(static_cast<double>(count));
     scalar.add(value);
     scalar_mean.add(value[0]);
     sums.scalar_values.add(value);

@@ -47,11 +47,12 @@ class EvidenceRecorder {
     double noise_share = kNaN;      ///< tr(S⁻¹ R)/m of an innovation, where R is known
     std::string_view problem = {};
     NeesSolver solver{};  ///< one of each kind of value, so that none changes its size
-    Vector error{};       ///< of a block that has states at this step
-    Matrix P{};
+    Vector error{};       ///< of the first block, of the position, and of blocks of some but not all states
+    Matrix P{};           ///< likewise
 
     void clear();
-    void normalise(VectorRef e, const MatrixRef& covariance);
+    void take(const Step& step, const std::vector<Index>& places);
+    void normalise(const VectorRef& e, const MatrixRef& covariance);
     /// Of one state, with the same bits and without a matrix.
     void normalise(double e, double variance);
   };
