@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "analysis/calibration/distance_sums.h"
+#include "core/nan.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 
@@ -49,6 +52,9 @@ struct CalibrationRun {
   /// Rows whose position error is beyond the protection level of each of kRisks.
   std::array<std::int64_t, 3> beyond{};
   Index position_dim = 0;  ///< 0: there is no position
+  /// Rows by position error and protection level over k, √λ_max(P): cell i holds 10^(i/8) to 10^((i+1)/8) m.
+  std::map<std::pair<int, int>, std::int64_t> stanford{};
+  DistanceSums distance{};  ///< empty where the way is not known
 };
 
 /// Adds up the rows of runs. Looked at are states of up to twelve dimensions whose covariance is known as a
@@ -60,7 +66,8 @@ class CalibrationRecorder {
   static constexpr std::array<double, 3> kRisks = {1e-2, 1e-3, 1e-5};
 
   void begin_run(const RunLayout& layout, std::string name);
-  void add(const Step& step);
+  /// distance_m: that the truth has travelled in the run so far; NaN where it is not known.
+  void add(const Step& step, double distance_m = kNaN);
 
   /// Of the runs so far, at most kMostRuns, in their order.
   std::vector<CalibrationRun> take();
@@ -69,6 +76,7 @@ class CalibrationRecorder {
 
  private:
   void close_run();
+  void add_position(const Step& step, DistanceSums::Bin& here);
 
   RunLayout layout_;
   std::vector<Block> parts_;
