@@ -89,7 +89,7 @@ Panel coverage_panel(const Judgement& j) {
     for (std::size_t k = 0; k < j.coverage[i].steps.size(); ++k) {
       const CoverageStep& step = j.coverage[i].steps[k];
       if (step.count.total == 0) continue;
-      x.push_back(static_cast<double>(k + 1));
+      x.push_back(static_cast<double>(1 + static_cast<std::int64_t>(k) * j.step_stride));
       inside.push_back(100.0 * step.interval.value);
       expected.push_back(100.0 * step.expected);
     }
