@@ -101,7 +101,6 @@ class EvidenceRecorder {
   Evidence sums_;
   std::vector<Evidence> full_;
   OpenRun run_;
-  Matrix inverse_factor_;                   ///< of an S
   std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
   Index position_ = -1;                     ///< the block of the position; −1: there is none
   Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none
