@@ -13,7 +13,6 @@
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"
-#include "core/linear_algebra/logarithm.h"
 
 namespace credence {
 namespace {
@@ -33,25 +32,21 @@ double outlier_limit(Index dof) {
 }
 
 /// A Cholesky factor of P that rounding has not eaten: every pivot well above it, relative to the variance.
-bool well_conditioned(const Eigen::LLT<Matrix>& factor, const MatrixRef& P) {
+bool well_conditioned(const NeesSolver& solver, const MatrixRef& P) {
   const double tolerance = 100.0 * static_cast<double>(P.rows()) * std::numeric_limits<double>::epsilon();
   for (Index i = 0; i < P.rows(); ++i) {
-    const double pivot = factor.matrixLLT()(i, i);
+    const double pivot = solver.pivot(i);
     if (!(pivot * pivot > tolerance * P(i, i))) return false;
   }
   return true;
 }
 
-/// tr(S⁻¹ R)/m with R of pieces of these variances: (S⁻¹)_ii = ‖column i of L⁻¹‖², S = L Lᵀ.
-double share_of_noise(const Eigen::LLT<Matrix>& S, const std::vector<double>& variances,
-                      Matrix& inverse_factor) {
-  const Index m = S.rows(), d = std::ssize(variances);
-  inverse_factor.setIdentity(m, m);
-  S.matrixL().solveInPlace(inverse_factor);
+/// tr(S⁻¹ R)/m with R of pieces of these variances, of the S that was solved last.
+double share_of_noise(NeesSolver& S, const std::vector<double>& variances) {
+  const Vector& inverse_diagonal = S.inverse_diagonal();
+  const Index m = inverse_diagonal.size(), d = std::ssize(variances);
   double trace = 0.0;
-  for (Index i = 0; i < m; ++i) {
-    trace += variances[static_cast<std::size_t>(i % d)] * inverse_factor.col(i).tail(m - i).squaredNorm();
-  }
+  for (Index i = 0; i < m; ++i) trace += variances[static_cast<std::size_t>(i % d)] * inverse_diagonal[i];
   return trace / static_cast<double>(m);
 }
 
@@ -171,7 +166,7 @@ void EvidenceRecorder::Normalised::normalise(const VectorRef& e, const MatrixRef
   // The common case, with the arithmetic of the engine.
   if ((covariance.diagonal().array() > 0.0).all()) {
     const NeesValue nees = solver.solve(e, covariance);
-    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver.factor(), covariance)) {
+    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver, covariance)) {
       factorised = true;
       value = nees.value;
       whitened = solver.whitened();
@@ -233,7 +228,7 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
     state_.normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
     if (state_.factorised) {
-      state_.log_determinant = log_determinant_of_factor(state_.solver.factor().matrixLLT());
+      state_.log_determinant = state_.solver.log_determinant();
     }
   } else {
     state_.dof = 0;
@@ -273,7 +268,7 @@ std::string_view EvidenceRecorder::judge_innovations(const Step& step) {
     if (!value.problem.empty()) return "S of an innovation is not positive semidefinite";
     const std::vector<double>& variances = layout_.sensors[i].variances;
     if (value.factorised && !variances.empty()) {
-      value.noise_share = share_of_noise(value.solver.factor(), variances, inverse_factor_);
+      value.noise_share = share_of_noise(value.solver, variances);
     }
   }
   return {};

@@ -103,7 +103,6 @@ class EvidenceRecorder {
   std::vector<Evidence> full_;
   OpenRun run_;
   std::int64_t entry_ = 0;                  ///< of the step at hand in the series of steps, from 1; 0: none
-  Matrix inverse_factor_;                   ///< of an S
   std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
   Index position_ = -1;                     ///< the block of the position; −1: there is none
   Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none

@@ -103,7 +103,7 @@ ReportTable step_table(const TimingResult& result) {
       fmt::format(
           "{} repetitions of at least {}, all filters in turn in random order; time of the computing thread.",
           result.plan.repetitions, duration_text(result.plan.seconds)),
-      "full: each element of one triangle of P touched at most once an update. full, textbook: dense P in "
+      "full: each element of one triangle of P touched once an update. full, textbook: dense P in "
       "Joseph form, Eigen. O(N), map blocks: vehicle, its correlations, and one block a landmark.",
       fmt::format("Sizes beyond {} (full) and {} (textbook) landmarks are not timed for these.",
                   largest_map(TimedFilter::full), largest_map(TimedFilter::naive))};
