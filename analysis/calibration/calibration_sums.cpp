@@ -3,12 +3,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <utility>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/effective_sample.h"
+#include "analysis/laws/thinned_series.h"
 
 namespace credence {
 namespace {
@@ -19,18 +19,6 @@ constexpr std::size_t kGroups = 160;
 void add_to(std::vector<double>& sums, const std::vector<double>& more) {
   if (sums.size() < more.size()) sums.resize(more.size(), 0.0);
   for (std::size_t i = 0; i < more.size(); ++i) sums[i] += more[i];
-}
-
-/// Averages of at most 20,000 neighbours: correlation times cost the square of the length.
-std::vector<double> thinned_averages(const std::vector<double>& values, std::size_t& group) {
-  constexpr std::size_t kLongest = 20'000;
-  group = std::max<std::size_t>(1, (values.size() + kLongest - 1) / kLongest);
-  std::vector<double> averages;
-  for (std::size_t i = 0; i + group <= values.size(); i += group) {
-    const auto these = std::span(values).subspan(i, group);
-    averages.push_back(std::accumulate(these.begin(), these.end(), 0.0) / static_cast<double>(group));
-  }
-  return averages;
 }
 
 }  // namespace
@@ -94,7 +82,7 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
   rows_per_group_ = 1;
 }
 
-void CalibrationRecorder::add(const Step& step) {
+void CalibrationRecorder::add(const Step& step, double distance_m) {
   const auto n = static_cast<Index>(layout_.states.size());
   if (!open_ || !step.problem.empty() || std::ssize(step.states) != n || step.error.size() != n) return;
   factor_.compute(step.P);
@@ -142,13 +130,25 @@ void CalibrationRecorder::add(const Step& step) {
     bin.variance += variance;
     bin.normalised += squared / variance;
   }
-  if (position_.empty()) return;
+  DistanceSums::Bin here{.rows = 1, .nees = nees};
+  if (!position_.empty()) add_position(step, here);
+  run_.distance.add(distance_m, here);
+}
+
+void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here) {
   const Matrix P = step.P(position_, position_);
   const double largest = P.rows() == 1 ? P(0, 0) : P.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
   const double squared = step.error(position_).squaredNorm();
   for (std::size_t r = 0; r < kRisks.size(); ++r) {
     if (squared > limits_[r] * largest) ++run_.beyond[r];
   }
+  here.squared = squared;
+  here.variance = P.trace();
+  const auto cell = [](double value) {
+    constexpr double kCellsOfADecade = 8.0, kLeast = 1e-12, kMost = 1e12;  // m
+    return static_cast<int>(std::floor(kCellsOfADecade * std::log10(std::clamp(value, kLeast, kMost))));
+  };
+  ++run_.stanford[{cell(std::sqrt(squared)), cell(std::sqrt(largest))}];
 }
 
 void CalibrationRecorder::add_parts(const Step& step, CalibrationSum& sum) {
@@ -182,12 +182,11 @@ void CalibrationRecorder::close_run() {
   if (!std::exchange(open_, false) || nees_.empty()) return;
   const double n = static_cast<double>(layout_.states.size());
   for (const CalibrationSum& group : groups_) run_.whole.merge(group);
-  std::size_t thinned = 1;
-  const std::vector<double> series = thinned_averages(nees_, thinned);
+  const ThinnedSeries series = thinned(nees_);
   const double mean = run_.whole.nees / static_cast<double>(run_.whole.rows);
-  const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series}, mean);
+  const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series.values}, mean);
   if (sample.reason.empty()) {
-    const double time = static_cast<double>(thinned) * sample.correlation_time;
+    const double time = series.rows_per_value * sample.correlation_time;
     run_.effective_rows = std::max(1.0, static_cast<double>(run_.whole.rows) / time);
     const std::size_t groups = groups_.size() / CalibrationRun::kStretches;
     const double length = static_cast<double>(groups) * static_cast<double>(rows_per_group_);

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <span>
 
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"
-#include "core/linear_algebra/logarithm.h"
 
 namespace credence {
 namespace {
@@ -32,25 +32,21 @@ double outlier_limit(Index dof) {
 }
 
 /// A Cholesky factor of P that rounding has not eaten: every pivot well above it, relative to the variance.
-bool well_conditioned(const Eigen::LLT<Matrix>& factor, const MatrixRef& P) {
+bool well_conditioned(const NeesSolver& solver, const MatrixRef& P) {
   const double tolerance = 100.0 * static_cast<double>(P.rows()) * std::numeric_limits<double>::epsilon();
   for (Index i = 0; i < P.rows(); ++i) {
-    const double pivot = factor.matrixLLT()(i, i);
+    const double pivot = solver.pivot(i);
     if (!(pivot * pivot > tolerance * P(i, i))) return false;
   }
   return true;
 }
 
-/// tr(S⁻¹ R)/m with R of pieces of these variances: (S⁻¹)_ii = ‖column i of L⁻¹‖², S = L Lᵀ.
-double share_of_noise(const Eigen::LLT<Matrix>& S, const std::vector<double>& variances,
-                      Matrix& inverse_factor) {
-  const Index m = S.rows(), d = std::ssize(variances);
-  inverse_factor.setIdentity(m, m);
-  S.matrixL().solveInPlace(inverse_factor);
+/// tr(S⁻¹ R)/m with R of pieces of these variances, of the S that was solved last.
+double share_of_noise(NeesSolver& S, const std::vector<double>& variances) {
+  const Vector& inverse_diagonal = S.inverse_diagonal();
+  const Index m = inverse_diagonal.size(), d = std::ssize(variances);
   double trace = 0.0;
-  for (Index i = 0; i < m; ++i) {
-    trace += variances[static_cast<std::size_t>(i % d)] * inverse_factor.col(i).tail(m - i).squaredNorm();
-  }
+  for (Index i = 0; i < m; ++i) trace += variances[static_cast<std::size_t>(i % d)] * inverse_diagonal[i];
   return trace / static_cast<double>(m);
 }
 
@@ -70,6 +66,19 @@ double squared_norm(const Vector& values, const std::vector<Index>& places) {
   double sum = 0.0;
   for (const Index i : places) sum += values[i] * values[i];
   return sum;
+}
+
+/// How many of the values are equal to another, within what arithmetic leaves of numbers with few digits.
+CoverageCount count_ties(std::vector<double> values) {
+  constexpr double kEqual = 1e-9;
+  std::ranges::sort(values);
+  CoverageCount ties;
+  const auto equal = [&](std::size_t i) {  // to the one before
+    return i > 0 && i < values.size() &&
+           values[i] - values[i - 1] <= kEqual * std::max(1.0, std::abs(values[i]));
+  };
+  for (std::size_t i = 0; i < values.size(); ++i) ties.add(equal(i) || equal(i + 1));
+  return ties;
 }
 
 /// Where the first fifth of a run ends: what comes before may be coloured by a wrong start.
@@ -157,7 +166,7 @@ void EvidenceRecorder::Normalised::normalise(const VectorRef& e, const MatrixRef
   // The common case, with the arithmetic of the engine.
   if ((covariance.diagonal().array() > 0.0).all()) {
     const NeesValue nees = solver.solve(e, covariance);
-    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver.factor(), covariance)) {
+    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver, covariance)) {
       factorised = true;
       value = nees.value;
       whitened = solver.whitened();
@@ -219,7 +228,7 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
     state_.normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
     if (state_.factorised) {
-      state_.log_determinant = log_determinant_of_factor(state_.solver.factor().matrixLLT());
+      state_.log_determinant = state_.solver.log_determinant();
     }
   } else {
     state_.dof = 0;
@@ -259,7 +268,7 @@ std::string_view EvidenceRecorder::judge_innovations(const Step& step) {
     if (!value.problem.empty()) return "S of an innovation is not positive semidefinite";
     const std::vector<double>& variances = layout_.sensors[i].variances;
     if (value.factorised && !variances.empty()) {
-      value.noise_share = share_of_noise(value.solver.factor(), variances, inverse_factor_);
+      value.noise_share = share_of_noise(value.solver, variances);
     }
   }
   return {};
@@ -289,19 +298,24 @@ void EvidenceRecorder::add_traces(const Step& step, StepStatistics& s) const {
   }
 }
 
-void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
-  s[Quantity::nees].add(state_.value);
-  s.nees_dof += state_.dof;
-  add_traces(step, s);
+void EvidenceRecorder::add_state(const Step& step) {
+  if (entry_ > 0) {
+    StepStatistics& s = at_step(sums_.study.steps, entry_);
+    s[Quantity::nees].add(state_.value);
+    s.nees_dof += state_.dof;
+    add_traces(step, s);
+  }
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (blocks_[b].dof < 0) continue;
     const Block& block = layout_.blocks[b];
     if (block.part == Part::pose) {
-      s[Quantity::vehicle_nees].add(blocks_[b].value);
+      if (entry_ > 0) {
+        at_step(sums_.study.steps, entry_)[Quantity::vehicle_nees].add(blocks_[b].value);
+      }
       run_.vehicle.add(blocks_[b].value, blocks_[b].dof);
     }
     run_.blocks[b].add(blocks_[b].value, blocks_[b].dof);
-    at_step(sums_of_block(b).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
+    if (entry_ > 0) at_step(sums_of_block(b).nees, entry_).add(blocks_[b].value, blocks_[b].dof);
     double squared = squared_norm(step.error, places_[b]);
     if (block.part == Part::map) {
       squared *= static_cast<double>(layout_.landmark_dim) / static_cast<double>(places_[b].size());
@@ -309,7 +323,7 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
     run_.squared_error[b].add(squared);
   }
   if (state_.dof <= 0) return;
-  sums_.coverage.add(step.step, state_.value, state_.dof);
+  if (entry_ > 0) sums_.coverage.add(entry_, state_.value, state_.dof);
   run_.values.add(state_.value);
   run_.nees.push_back(state_.value / static_cast<double>(state_.dof));
   run_.whole.add(state_.value, state_.dof);
@@ -324,8 +338,8 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
   if (sums_.study.runs == 1) sums_.first_run.push_back(state_.value / static_cast<double>(state_.dof));
   if (state_.value > outlier_limit(state_.dof)) {
     ++sums_.nees_outliers;
-  } else {
-    at_step(sums_.clean_nees, step.step).add(state_.value, state_.dof);
+  } else if (entry_ > 0) {
+    at_step(sums_.clean_nees, entry_).add(state_.value, state_.dof);
   }
 }
 
@@ -335,7 +349,7 @@ void EvidenceRecorder::add_angles(const Step& step) {
 
 void EvidenceRecorder::add_law(const Step& step) {
   const double dof = static_cast<double>(state_.dof);
-  at_step(sums_.law.nees_at, step.step).add(state_.value / dof);
+  if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(state_.value / dof);
   run_.law.nees_tails.add(state_.value, dof);
   if (!layout_.joint_covariance) return;
   if (sums_.law.averaged.empty()) {
@@ -387,7 +401,7 @@ void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
                       value.dof % sensor.piece == 0 && step.innovations[i].nu.size() == value.dof &&
                       (sensor.piece < sensor.dim || value.dof == sensor.dim);
   sums.varies = sums.varies || !pieces;
-  at_step(sums.nis, step.step).add(value.value, value.dof);
+  if (entry_ > 0) at_step(sums.nis, entry_).add(value.value, value.dof);
   sums.by_dimension[value.dof].add(value.value, value.dof);
   const double u = chi_square_cdf(value.value, static_cast<double>(value.dof));
   sums.fit.add(u);
@@ -407,7 +421,7 @@ void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
   }
 }
 
-void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
+void EvidenceRecorder::add_innovations(const Step& step) {
   double total = 0.0;
   Index dof = 0;
   for (std::size_t i = 0; i < innovations_.size(); ++i) {
@@ -423,16 +437,16 @@ void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
   if (dof == 0) return;
   if (innovations_.size() > 1) add_sensor_pairs();
   const double m = static_cast<double>(dof);
-  at_step(sums_.law.nis_at, step.step).add(total / m);
   run_.law.nis += total;
   run_.law.nis_dof += m;
+  const bool outlier = total > outlier_limit(dof);
+  if (outlier) ++sums_.nis_outliers;
+  if (entry_ == 0) return;
+  StepStatistics& s = at_step(sums_.study.steps, entry_);
   s[Quantity::nis].add(total);
   s.nis_dof += dof;
-  if (total > outlier_limit(dof)) {
-    ++sums_.nis_outliers;
-  } else {
-    at_step(sums_.clean_nis, step.step).add(total, dof);
-  }
+  at_step(sums_.law.nis_at, entry_).add(total / m);
+  if (!outlier) at_step(sums_.clean_nis, entry_).add(total, dof);
 }
 
 void EvidenceRecorder::reject(const Step& step, std::string_view problem) {
@@ -445,16 +459,17 @@ void EvidenceRecorder::add(const Step& step) {
   ++sums_.rows;
   sums_.has_truth = sums_.has_truth || layout_.has_truth;
   sums_.joint_covariance = sums_.joint_covariance && layout_.joint_covariance;
-  const auto k = static_cast<std::size_t>(step.step) - 1;
-  if (sums_.study.steps.size() <= k) sums_.study.steps.resize(k + 1);
+  sums_.thin_steps(step.step);
+  const std::int64_t stride = sums_.step_stride, before = step.step - 1;
+  entry_ = before % stride == 0 ? before / stride + 1 : 0;
+  if (entry_ > 0) at_step(sums_.study.steps, entry_);  // a step that is rejected is one, too
   std::string_view problem = step.problem;
   if (problem.empty()) problem = judge_state(step);
   if (problem.empty()) problem = judge_innovations(step);
   if (!problem.empty()) return reject(step, problem);
-  StepStatistics& s = sums_.study.steps[k];
   sums_.state_dim = std::max(sums_.state_dim, step.error.size());
-  if (!step.states.empty()) add_state(step, s);
-  add_innovations(step, s);
+  if (!step.states.empty()) add_state(step);
+  add_innovations(step);
 }
 
 void EvidenceRecorder::close_innovations(std::size_t i) {
@@ -465,6 +480,13 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
     return (k + 1 < steps ? run.begins[k + 1] : run.values.size()) - run.begins[k];
   };
   const auto d = static_cast<std::size_t>(sums.varies ? 1 : sums.lags.dim());
+  std::vector<double> nis;
+  for (std::size_t k = 0; k < steps; ++k) {
+    if (count_at(k) == 0) continue;
+    const auto values = std::span(run.values).subspan(run.begins[k], count_at(k));
+    nis.push_back(std::inner_product(values.begin(), values.end(), values.begin(), 0.0));
+  }
+  sums.ties.merge(count_ties(std::move(nis)));
   double level = 0.0;
   if (layout_.sensors[i].nis_alone && first < steps) {
     const auto settled = std::span(run.values).subspan(run.begins[first]);

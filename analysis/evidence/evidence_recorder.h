@@ -85,13 +85,13 @@ class EvidenceRecorder {
   std::string_view judge_state(const Step& step);
   std::string_view judge_innovations(const Step& step);
   void reject(const Step& step, std::string_view problem);
-  void add_state(const Step& step, StepStatistics& sums);
+  void add_state(const Step& step);
   void add_angles(const Step& step);
   void add_law(const Step& step);
   void add_scores();
   void add_sensor_pairs();
   void add_traces(const Step& step, StepStatistics& sums) const;
-  void add_innovations(const Step& step, StepStatistics& sums);
+  void add_innovations(const Step& step);
   void add_innovation(std::size_t sensor, const Step& step);
   void add_missing(std::size_t sensor);
   void close_run(bool well);
@@ -102,7 +102,7 @@ class EvidenceRecorder {
   Evidence sums_;
   std::vector<Evidence> full_;
   OpenRun run_;
-  Matrix inverse_factor_;                   ///< of an S
+  std::int64_t entry_ = 0;                  ///< of the step at hand in the series of steps, from 1; 0: none
   std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
   Index position_ = -1;                     ///< the block of the position; −1: there is none
   Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none

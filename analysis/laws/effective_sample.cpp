@@ -10,6 +10,7 @@
 
 #include "analysis/laws/require.h"
 #include "analysis/laws/student_positive_mean.h"
+#include "analysis/laws/thinned_series.h"
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
@@ -150,11 +151,17 @@ SkewedMoments stretch_averages(std::span<const std::vector<double>> runs) {
   for (const auto& run : series) {
     for (const double x : run) all.add(x);
   }
-  const EffectiveSample sample = effective_sample(series, all.mean);
+  const std::size_t longest = std::ranges::max(series, {}, [](const auto& run) { return run.size(); }).size();
+  std::vector<ThinnedSeries> shorter;
+  for (const auto& run : series) shorter.push_back(thinned(run, longest));
+  std::vector<std::span<const double>> looked_at;
+  for (const ThinnedSeries& run : shorter) looked_at.emplace_back(run.values);
+  const double correlation_time =
+      shorter.front().rows_per_value * effective_sample(looked_at, all.mean).correlation_time;
   SkewedMoments averages;
   for (const auto& run : series) {
     const std::size_t length = run.size() / of_a_run;
-    if (!(static_cast<double>(length) >= kShortestStretch * sample.correlation_time)) return {};
+    if (!(static_cast<double>(length) >= kShortestStretch * correlation_time)) return {};
     for (std::size_t i = 0; i < of_a_run; ++i) {
       double sum = 0.0;
       for (const double x : run.subspan(i * length, length)) sum += x;
