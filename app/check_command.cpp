@@ -245,7 +245,7 @@ int check(const CheckOptions& options) {
                     static_cast<double>(rows) / elapsed.count()));
   }
   if (!options.out.empty()) {
-    write_log_report(options.out, logs, make_provenance(this_command()));
+    write_log_report(options.report_folder(), logs, make_provenance(this_command()));
     tell_report(options);
   }
   const Evidence& s = logs.analysis.evidence;

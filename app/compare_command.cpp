@@ -73,7 +73,8 @@ int compare(const CompareOptions& options) {
                terminal_text(comparison_table(studies, options.confidence)));
   }
   if (!options.out.empty()) {
-    write_comparison_report(options.out, studies, options.confidence, make_provenance(this_command()));
+    write_comparison_report(options.report_folder(), studies, options.confidence,
+                            make_provenance(this_command()));
     tell_report(options);
   }
   return kDone;

@@ -1,6 +1,5 @@
 #include "analysis/calibration/calibration_sums.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -77,6 +76,7 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
       limits_[r] = chi_square_upper_quantile(kRisks[r], static_cast<double>(position_.size()));
   }
   run_ = {.name = std::move(name), .whole = {}, .position_dim = std::ssize(position_)};
+  last_bins_.assign(static_cast<std::size_t>(n), {0.0, 0});
   groups_.clear();
   nees_.clear();
   rows_per_group_ = 1;
@@ -85,11 +85,12 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
 void CalibrationRecorder::add(const Step& step, double distance_m) {
   const auto n = static_cast<Index>(layout_.states.size());
   if (!open_ || !step.problem.empty() || std::ssize(step.states) != n || step.error.size() != n) return;
-  const Eigen::LLT<Matrix> factor(step.P);
-  if (factor.info() != Eigen::Success || !step.error.allFinite() || !(step.P.diagonal().array() > 0.0).all())
+  factor_.compute(step.P);
+  if (factor_.info() != Eigen::Success || !step.error.allFinite() || !(step.P.diagonal().array() > 0.0).all())
     return;
-  const Vector solved = factor.solve(step.error);  // P⁻¹ e
-  const double nees = step.error.dot(solved) / static_cast<double>(n);
+  solved_ = step.error;  // P⁻¹ e
+  factor_.solveInPlace(solved_);
+  const double nees = step.error.dot(solved_) / static_cast<double>(n);
   if (!std::isfinite(nees)) return;
   if (groups_.empty() || groups_.back().rows == rows_per_group_) {
     if (groups_.size() == kGroups) {
@@ -110,25 +111,20 @@ void CalibrationRecorder::add(const Step& step, double distance_m) {
   const std::size_t m = parts_.size();
   sum.marginal.resize(m, 0.0);
   sum.pairs.resize(m * (m + 1) / 2, 0.0);
-  // (P⁻¹)_ab e_b: of one part at a time.
-  std::size_t pair = 0;
-  const Matrix inverse = m > 1 ? Matrix(factor.solve(Matrix::Identity(n, n))) : Matrix();
-  for (std::size_t a = 0; a < m; ++a) {
-    const std::vector<Index>& at = parts_[a].states;
-    const Vector e = step.error(at);
-    sum.marginal[a] += m == 1 ? nees
-                              : Matrix(step.P(at, at)).llt().matrixL().solve(e).squaredNorm() /
-                                    static_cast<double>(at.size());
-    for (std::size_t b = a; b < m; ++b) {
-      const std::vector<Index>& to = parts_[b].states;
-      const double product =
-          m == 1 ? static_cast<double>(n) * nees : e.dot(Matrix(inverse(at, to)) * Vector(step.error(to)));
-      sum.pairs[pair++] += (a == b ? 1.0 : 2.0) * product;
-    }
+  if (m == 1) {
+    sum.marginal[0] += nees;
+    sum.pairs[0] += static_cast<double>(n) * nees;
+  } else {
+    add_parts(step, sum);
   }
   for (Index i = 0; i < n; ++i) {
     const double squared = step.error[i] * step.error[i], variance = step.P(i, i);
-    CalibrationSum::Bin& bin = sum.bins[{i, static_cast<int>(std::floor(2.0 * std::log10(variance)))}];
+    auto& [last_variance, last_bin] = last_bins_[static_cast<std::size_t>(i)];
+    if (variance != last_variance) {
+      last_variance = variance;
+      last_bin = static_cast<int>(std::floor(2.0 * std::log10(variance)));
+    }
+    CalibrationSum::Bin& bin = sum.bins[{i, last_bin}];
     ++bin.rows;
     bin.squared += squared;
     bin.variance += variance;
@@ -153,6 +149,33 @@ void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here
     return static_cast<int>(std::floor(kCellsOfADecade * std::log10(std::clamp(value, kLeast, kMost))));
   };
   ++run_.stanford[{cell(std::sqrt(squared)), cell(std::sqrt(largest))}];
+}
+
+void CalibrationRecorder::add_parts(const Step& step, CalibrationSum& sum) {
+  const Index n = step.error.size();
+  inverse_.setIdentity(n, n);
+  factor_.solveInPlace(inverse_);
+  std::size_t pair = 0;
+  for (std::size_t a = 0; a < parts_.size(); ++a) {
+    const std::vector<Index>& at = parts_[a].states;
+    if (at.size() == 1) {
+      const double u = step.error[at[0]] / std::sqrt(step.P(at[0], at[0]));
+      sum.marginal[a] += u * u;
+    } else {
+      const Vector e = step.error(at);
+      sum.marginal[a] +=
+          Matrix(step.P(at, at)).llt().matrixL().solve(e).squaredNorm() / static_cast<double>(at.size());
+    }
+    for (std::size_t b = a; b < parts_.size(); ++b) {
+      double product = 0.0;  // e_aᵀ (P⁻¹)_ab e_b
+      for (const Index i : at) {
+        double row = 0.0;
+        for (const Index j : parts_[b].states) row += inverse_(i, j) * step.error[j];
+        product += step.error[i] * row;
+      }
+      sum.pairs[pair++] += (a == b ? 1.0 : 2.0) * product;
+    }
+  }
 }
 
 void CalibrationRecorder::close_run() {

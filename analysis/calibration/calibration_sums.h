@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/calibration/distance_sums.h"
+#include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
@@ -76,6 +77,7 @@ class CalibrationRecorder {
 
  private:
   void close_run();
+  void add_parts(const Step& step, CalibrationSum& sum);
   void add_position(const Step& step, DistanceSums::Bin& here);
 
   RunLayout layout_;
@@ -84,7 +86,11 @@ class CalibrationRecorder {
   std::array<double, 3> limits_{};      ///< χ² of kRisks
   std::vector<CalibrationSum> groups_;  ///< of the open run: equal numbers of rows, at most twice kGroups
   std::int64_t rows_per_group_ = 1;
-  std::vector<double> nees_;  ///< of the open run, of each row over n
+  std::vector<double> nees_;   ///< of the open run, of each row over n
+  Eigen::LLT<Matrix> factor_;  ///< of the step at hand
+  Vector solved_;
+  Matrix inverse_;
+  std::vector<std::pair<double, int>> last_bins_;  ///< of each state: the last variance and its bin
   CalibrationRun run_;
   bool open_ = false;
   std::vector<CalibrationRun> runs_;

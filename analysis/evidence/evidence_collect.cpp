@@ -13,11 +13,11 @@ namespace {
 void record_run(const Experiment& experiment, std::int64_t run, EvidenceRecorder& recorder) {
   recorder.begin_run();
   std::int64_t steps = 0;
-  const Outcome outcome = experiment.visit(run, [&](const TraceStep& step) {
+  const auto outcomes = experiment.visit_runs(run, 1, [&](std::int64_t, const TraceStep& step) {
     steps = step.step;
     if (step.step > 0 && step.outcome == Outcome::ok) recorder.add(step);
   });
-  recorder.end_run(outcome, steps);
+  recorder.end_run(outcomes.front(), steps);
 }
 
 /// Runs that are played side by side, kept step by step until each can be recorded as a whole: the sums are

@@ -13,7 +13,6 @@
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"
-#include "core/linear_algebra/logarithm.h"
 
 namespace credence {
 namespace {
@@ -33,25 +32,21 @@ double outlier_limit(Index dof) {
 }
 
 /// A Cholesky factor of P that rounding has not eaten: every pivot well above it, relative to the variance.
-bool well_conditioned(const Eigen::LLT<Matrix>& factor, const MatrixRef& P) {
+bool well_conditioned(const NeesSolver& solver, const MatrixRef& P) {
   const double tolerance = 100.0 * static_cast<double>(P.rows()) * std::numeric_limits<double>::epsilon();
   for (Index i = 0; i < P.rows(); ++i) {
-    const double pivot = factor.matrixLLT()(i, i);
+    const double pivot = solver.pivot(i);
     if (!(pivot * pivot > tolerance * P(i, i))) return false;
   }
   return true;
 }
 
-/// tr(S⁻¹ R)/m with R of pieces of these variances: (S⁻¹)_ii = ‖column i of L⁻¹‖², S = L Lᵀ.
-double share_of_noise(const Eigen::LLT<Matrix>& S, const std::vector<double>& variances,
-                      Matrix& inverse_factor) {
-  const Index m = S.rows(), d = std::ssize(variances);
-  inverse_factor.setIdentity(m, m);
-  S.matrixL().solveInPlace(inverse_factor);
+/// tr(S⁻¹ R)/m with R of pieces of these variances, of the S that was solved last.
+double share_of_noise(NeesSolver& S, const std::vector<double>& variances) {
+  const Vector& inverse_diagonal = S.inverse_diagonal();
+  const Index m = inverse_diagonal.size(), d = std::ssize(variances);
   double trace = 0.0;
-  for (Index i = 0; i < m; ++i) {
-    trace += variances[static_cast<std::size_t>(i % d)] * inverse_factor.col(i).tail(m - i).squaredNorm();
-  }
+  for (Index i = 0; i < m; ++i) trace += variances[static_cast<std::size_t>(i % d)] * inverse_diagonal[i];
   return trace / static_cast<double>(m);
 }
 
@@ -65,6 +60,12 @@ constexpr Index kLargestState = 60;
 double normal_score(double u) {
   constexpr double kLeast = 1e-15;
   return quantile(boost::math::normal(), std::clamp(u, kLeast, 1.0 - kLeast));
+}
+
+double squared_norm(const Vector& values, const std::vector<Index>& places) {
+  double sum = 0.0;
+  for (const Index i : places) sum += values[i] * values[i];
+  return sum;
 }
 
 /// How many of the values are equal to another, within what arithmetic leaves of numbers with few digits.
@@ -149,12 +150,23 @@ void EvidenceRecorder::Normalised::clear() {
   problem = {};
 }
 
-void EvidenceRecorder::Normalised::normalise(VectorRef e, const MatrixRef& covariance) {
+void EvidenceRecorder::Normalised::take(const Step& step, const std::vector<Index>& places) {
+  const Index n = std::ssize(places);
+  error.resize(n);
+  P.resize(n, n);
+  for (Index j = 0; j < n; ++j) {
+    const Index from = places[static_cast<std::size_t>(j)];
+    error[j] = step.error[from];
+    for (Index i = 0; i < n; ++i) P(i, j) = step.P(places[static_cast<std::size_t>(i)], from);
+  }
+}
+
+void EvidenceRecorder::Normalised::normalise(const VectorRef& e, const MatrixRef& covariance) {
   clear();
   // The common case, with the arithmetic of the engine.
   if ((covariance.diagonal().array() > 0.0).all()) {
     const NeesValue nees = solver.solve(e, covariance);
-    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver.factor(), covariance)) {
+    if (nees.dof >= 0 && std::isfinite(nees.value) && well_conditioned(solver, covariance)) {
       factorised = true;
       value = nees.value;
       whitened = solver.whitened();
@@ -216,27 +228,24 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
     state_.normalise(step.error, step.P);
     if (!state_.problem.empty()) return state_.problem;
     if (state_.factorised) {
-      state_.log_determinant = log_determinant_of_factor(state_.solver.factor().matrixLLT());
+      state_.log_determinant = state_.solver.log_determinant();
     }
   } else {
     state_.dof = 0;
   }
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const std::vector<Index>& places = places_[b];
     Normalised& block = blocks_[b];
-    if (places_[b].empty()) {
-      block.error.resize(0);
-      block.P.resize(0, 0);
-      continue;
-    }
-    block.error = step.error(places_[b]);
-    block.P = step.P(places_[b], places_[b]);
-    const bool whole = std::ssize(places_[b]) == step.error.size() && layout_.joint_covariance;
+    const bool whole = std::ssize(places) == step.error.size() && layout_.joint_covariance;
+    const bool single = places.size() == 1;
+    if (b == 0 || static_cast<Index>(b) == position_ || !(whole || single)) block.take(step, places);
+    if (places.empty()) continue;
     if (whole) {
       block.value = state_.value;
       block.dof = state_.dof;
       block.whitened = state_.whitened;
-    } else if (places_[b].size() == 1) {
-      block.normalise(block.error[0], block.P(0, 0));
+    } else if (single) {
+      block.normalise(step.error[places[0]], step.P(places[0], places[0]));
     } else {
       block.normalise(block.error, block.P);
     }
@@ -259,7 +268,7 @@ std::string_view EvidenceRecorder::judge_innovations(const Step& step) {
     if (!value.problem.empty()) return "S of an innovation is not positive semidefinite";
     const std::vector<double>& variances = layout_.sensors[i].variances;
     if (value.factorised && !variances.empty()) {
-      value.noise_share = share_of_noise(value.solver.factor(), variances, inverse_factor_);
+      value.noise_share = share_of_noise(value.solver, variances);
     }
   }
   return {};
@@ -307,7 +316,7 @@ void EvidenceRecorder::add_state(const Step& step) {
     }
     run_.blocks[b].add(blocks_[b].value, blocks_[b].dof);
     if (entry_ > 0) at_step(sums_of_block(b).nees, entry_).add(blocks_[b].value, blocks_[b].dof);
-    double squared = step.error(places_[b]).squaredNorm();
+    double squared = squared_norm(step.error, places_[b]);
     if (block.part == Part::map) {
       squared *= static_cast<double>(layout_.landmark_dim) / static_cast<double>(places_[b].size());
     }
@@ -486,6 +495,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
   std::size_t most = 0;
   Moments scalar_mean;
   LagProducts scalar(1, SensorSums::kLags);
+  Vector value(1);
   for (std::size_t k = first; k < steps; ++k) {
     const std::size_t count = count_at(k);
     most = std::max(most, count / d);
@@ -495,7 +505,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
     }
     double sum = -level;
     for (std::size_t j = 0; j < count; ++j) sum += run.values[run.begins[k] + j];
-    const Vector value = Vector::Constant(1, sum / std::sqrt(static_cast<double>(count)));
+    value[0] = sum / std::sqrt(static_cast<double>(count));
     scalar.add(value);
     scalar_mean.add(value[0]);
     sums.scalar_values.add(value);

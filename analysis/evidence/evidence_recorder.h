@@ -47,11 +47,12 @@ class EvidenceRecorder {
     double noise_share = kNaN;      ///< tr(S⁻¹ R)/m of an innovation, where R is known
     std::string_view problem = {};
     NeesSolver solver{};  ///< one of each kind of value, so that none changes its size
-    Vector error{};       ///< of a block that has states at this step
-    Matrix P{};
+    Vector error{};       ///< of the first block, of the position, and of blocks of some but not all states
+    Matrix P{};           ///< likewise
 
     void clear();
-    void normalise(VectorRef e, const MatrixRef& covariance);
+    void take(const Step& step, const std::vector<Index>& places);
+    void normalise(const VectorRef& e, const MatrixRef& covariance);
     /// Of one state, with the same bits and without a matrix.
     void normalise(double e, double variance);
   };
@@ -102,7 +103,6 @@ class EvidenceRecorder {
   std::vector<Evidence> full_;
   OpenRun run_;
   std::int64_t entry_ = 0;                  ///< of the step at hand in the series of steps, from 1; 0: none
-  Matrix inverse_factor_;                   ///< of an S
   std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
   Index position_ = -1;                     ///< the block of the position; −1: there is none
   Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none

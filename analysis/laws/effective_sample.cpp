@@ -37,12 +37,6 @@ Matrix whitening(const Matrix& P) {
   return root.asDiagonal() * eigen.eigenvectors().rightCols(rank).transpose() * scale.asDiagonal();
 }
 
-void finish(NeesTimeLaw& law, double independent_variance) {
-  const double steps = static_cast<double>(law.correlation.rows());
-  law.effective_dof = 2.0 * law.run_sum.mean * law.run_sum.mean / law.run_sum.variance;
-  law.effective_steps = steps * independent_variance / law.run_sum.variance;
-}
-
 // Σ over the series of (x_k − mean)(x_{k+lag} − mean), and the number of products.
 std::pair<double, double> lag_sum(std::span<const std::span<const double>> series, double mean,
                                   std::size_t lag) {
@@ -102,28 +96,8 @@ NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<
       if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = norms(k, l) / (root(k) * root(l));
     }
   }
-  finish(law, 2.0 * static_cast<double>(total));
-  return law;
-}
-
-NeesTimeLaw empirical_nees_time_law(MatrixRef nees) {
-  if (nees.rows() < 2 || nees.cols() < 1) {
-    throw std::invalid_argument(fmt::format("NEES of {} runs: at least 2 are needed", nees.rows()));
-  }
-  const Matrix deviations = nees.rowwise() - nees.colwise().mean();
-  const Matrix covariance = deviations.transpose() * deviations / static_cast<double>(nees.rows() - 1);
-  NeesTimeLaw law;
-  const Vector root = covariance.diagonal().cwiseSqrt();
-  law.correlation = Matrix::Zero(nees.cols(), nees.cols());
-  for (Index k = 0; k < nees.cols(); ++k) {
-    for (Index l = 0; l < nees.cols(); ++l) {
-      if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = covariance(k, l) / (root(k) * root(l));
-    }
-  }
-  law.run_sum.mean = nees.rowwise().sum().mean();
-  law.run_sum.variance = covariance.sum();
-  law.run_sum.third = 2.0 * law.run_sum.variance * law.run_sum.variance / law.run_sum.mean;
-  finish(law, covariance.trace());
+  law.effective_dof = 2.0 * law.run_sum.mean * law.run_sum.mean / law.run_sum.variance;
+  law.effective_steps = static_cast<double>(steps) * 2.0 * static_cast<double>(total) / law.run_sum.variance;
   return law;
 }
 

@@ -13,9 +13,9 @@
 #include <malloc.h>
 #endif
 
+#include "analysis/studies/textbook_ekf.h"
 #include "core/filters/block_map_ekf_slam.h"
 #include "core/filters/ekf_slam.h"
-#include "core/filters/fast_ekf_slam.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/random/noise.h"
@@ -150,10 +150,9 @@ constexpr std::int64_t kBlockPeriod = 512;
 RingWork make_ring_work(TimedFilter filter, Index landmarks, Index observed) {
   switch (filter) {
     case TimedFilter::full:
-      return ring_work(FastEkfSlamOptions{}.flush_steps,
-                       [&] { return dense_ring<FastEkfSlam<PlanarModel>>(landmarks, observed); });
-    case TimedFilter::naive:
       return ring_work(1, [&] { return dense_ring<EkfSlam<PlanarModel>>(landmarks, observed); });
+    case TimedFilter::naive:
+      return ring_work(1, [&] { return dense_ring<TextbookEkf>(landmarks, observed); });
     case TimedFilter::map:
       return ring_work(kBlockPeriod, [&] { return block_ring(landmarks, observed); });
   }

@@ -16,8 +16,8 @@
 namespace credence {
 
 enum class TimedFilter {
-  full,   ///< FastEkfSlam: dense P, each element of one triangle touched at most once an update
-  naive,  ///< EkfSlam: the textbook in Eigen, dense P, Joseph form
+  full,   ///< EkfSlam: dense P, each element of one triangle touched once an update
+  naive,  ///< TextbookEkf: the textbook in Eigen, dense P, Joseph form
   map,    ///< BlockMapEkfSlam: map block diagonal, O(N)
 };
 

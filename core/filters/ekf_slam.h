@@ -2,8 +2,10 @@
 
 #include <span>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "core/filters/joseph_update.h"
 #include "core/filters/landmark_table.h"
 #include "core/filters/sequential_update.h"
 #include "core/inflation/inflation_along_run.h"
@@ -11,6 +13,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/matrix_buffer.h"
 #include "core/linear_algebra/mirror.h"
+#include "core/linear_algebra/panel_cholesky.h"
 #include "core/models/slam_model.h"
 #include "core/record/block_layout.h"
 #include "core/types.h"
@@ -34,11 +37,17 @@ struct UpdateResult {
   bool converged = true;     ///< the exact minimal trace was reached to its tolerance
 };
 
-/// EKF-SLAM by eqs (3)-(10) of [Vidal-Calleja 2004]: dense covariance, Joseph form, known association.
+/// EKF-SLAM by eqs (3)-(10) of [Vidal-Calleja 2004]: dense covariance, known association.
 ///
 /// x = [pose; landmarks in the order of first sight]. A step is predict(u) then update(z); covariance
 /// inflation, if any, comes between the two, or within the update if the rule is sequential. A predict costs
-/// O(n), an update with m measurements O(n² m).
+/// O(n), an update with m measurements m³/6 + n m²/2 + n² m/2 multiply-adds, of which the last pass over one
+/// triangle of P; the other is brought up to date when P is read, so that one filter belongs to one thread.
+///
+/// The update is P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ and S = L Lᵀ. Its rounding is that of the prior, and relative
+/// to the posterior in the measured directions that times tr(R⁻¹ S). An update with tr(R⁻¹ S) > 1e8 (a prior
+/// that vague, or a singular R), or that would leave a variance negative, is done in Joseph's form instead,
+/// with allocation, and counted.
 template <class Model>
 class EkfSlam {
  public:
@@ -52,10 +61,19 @@ class EkfSlam {
   using MeasurementVector = Eigen::Matrix<double, kMeasurement, 1>;
   using MeasurementMatrix = Eigen::Matrix<double, kMeasurement, kMeasurement>;
 
-  /// `Q` is the covariance of the noise on the control, `R` that of one measurement; both symmetric psd.
+  static constexpr double kMostCancellation = 1e8;  ///< of tr(R⁻¹ S), for P − W Wᵀ
+
+  /// `Q` is the covariance of the noise on the control, `R` that of one measurement; both symmetric psd. No
+  /// bit depends on the instruction set, which must be there.
   EkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R, InflationRule rule = {},
-          std::span<const Anchor<Model>> anchors = {})
-      : model_(std::move(model)), Q_(Q), R_(R), rule_(std::move(rule)), table_(anchors) {
+          std::span<const Anchor<Model>> anchors = {}, InstructionSet set = best_instruction_set())
+      : model_(std::move(model)),
+        Q_(Q),
+        R_(R),
+        R_llt_(R),
+        rule_(std::move(rule)),
+        table_(anchors),
+        factor_(set) {
     reset(PoseVector::Zero(), PoseMatrix::Zero());
   }
 
@@ -74,16 +92,21 @@ class EkfSlam {
   /// the landmarks seen for the first time. A landmark must not appear twice in one batch.
   UpdateResult update(std::span<const Observation<Model>> observations) {
     UpdateResult result;
-    result.converged = inflate_prior(P_, inflation_).converged;
+    if (inflates_prior()) {
+      covariance();
+      result.converged = inflate_prior(P_, inflation_).converged;
+    }
     result.trace_prior = P_.trace();
     linearise(observations);
     result.dof = kMeasurement * static_cast<Index>(rows_.size());
-    if (result.dof > 0 && !correct(result)) {
+    corrected_ = result.dof > 0 && correct(result);
+    if (result.dof > 0 && !corrected_) {
       result.ok = false;
       return result;
     }
     result.initialised = initialise(observations);
     if (result.initialised > 0 && rule_.is_sequential()) {
+      covariance();
       // The correlations of one new landmark are a star, for which the pairwise sum is the least trace.
       inflate(P_, layout(), rule_.inflation, InflationSolution::pairwise);
     }
@@ -91,10 +114,14 @@ class EkfSlam {
   }
 
   const Vector& state() const { return x_; }
-  const Matrix& covariance() const { return P_; }
+  const Matrix& covariance() const {
+    if (!mirrored_) mirror_lower(P_);
+    mirrored_ = true;
+    return P_;
+  }
   /// P with the inflation that the next update will begin with, n×n.
   Matrix inflated_prior() const {
-    Matrix P = P_;
+    Matrix P = covariance();
     InflationAlongRun copy = inflation_;
     inflate_prior(P, copy);
     return P;
@@ -109,7 +136,12 @@ class EkfSlam {
   Model& model() { return model_; }
   VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last update
   MatrixRef innovation_covariance() const { return S_.matrix(); }  ///< its S
-  MatrixRef gain() const { return K_.matrix(); }                   ///< its K, n×dim ν
+  /// Its K, n×dim ν with the n before initialisation, or n×0 if it corrected nothing; allocates.
+  Matrix gain() const {
+    if (!corrected_) return Matrix(x_.size(), 0);
+    return rule_.is_sequential() ? Matrix(K_.matrix()) : factor_.gain();
+  }
+  Index joseph_updates() const { return joseph_updates_; }  ///< since the reset
 
   /// Where landmark `id` starts in the state, −1 if it is not there.
   Index offset_of(int id) const { return table_.offset_of(id); }
@@ -125,75 +157,57 @@ class EkfSlam {
   void know(std::span<const int> ids) {
     table_.reset(ids);
     inflation_.reset();
+    mirrored_ = true;
+    corrected_ = false;
+    joseph_updates_ = 0;
+    nu_.resize(0);
+    S_.resize(0, 0);
+  }
+
+  bool has_constant() const { return rule_.constant.size() == P_.size() && P_.size() > 0; }
+  /// Whether something is added to P before an update.
+  bool inflates_prior() const {
+    return has_constant() || (rule_.inflation != Inflation::none && !rule_.is_sequential());
   }
 
   /// All that is added before an update; within it a sequential rule adds the rest.
   InflationStep inflate_prior(Matrix& P, InflationAlongRun& along) const {
-    if (rule_.constant.size() == P.size() && P.size() > 0) P += rule_.constant;
+    if (has_constant()) P += rule_.constant;
     return along.apply(P, layout(), rule_);
   }
 
   /// Innovations and Jacobians of what is known, at the current estimate.
   void linearise(std::span<const Observation<Model>> observations);
 
-  /// out = A Hᵀ for a symmetric or general n×n A.
-  void times_observation_transposed(const Matrix& A, MatrixBuffer& out) const {
-    auto AHt = out.resize(A.rows(), kMeasurement * static_cast<Index>(rows_.size()));
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      auto columns = AHt.template middleCols<kMeasurement>(kMeasurement * static_cast<Index>(i));
-      columns.noalias() = A.template leftCols<kPose>() * rows_[i].H_r.transpose();
-      if (rows_[i].offset < 0) continue;
-      columns.noalias() += A.template middleCols<kLandmark>(rows_[i].offset) * rows_[i].H_l.transpose();
-    }
-  }
-
-  void compute_innovation_covariance() {
-    times_observation_transposed(P_, PHt_);
-    const auto PHt = PHt_.matrix();
-    auto S = S_.resize(PHt.cols(), PHt.cols());
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      auto block = S.template middleRows<kMeasurement>(kMeasurement * static_cast<Index>(i));
-      block.noalias() = rows_[i].H_r * PHt.template topRows<kPose>();
-      if (rows_[i].offset >= 0) {
-        block.noalias() += rows_[i].H_l * PHt.template middleRows<kLandmark>(rows_[i].offset);
-      }
-      block.template middleCols<kMeasurement>(kMeasurement * static_cast<Index>(i)) += R_;
-    }
-    symmetrise(S);
-  }
-
+  /// P Hᵀ, of the lower triangle of P.
+  void project();
+  void compute_innovation_covariance();
   bool correct(UpdateResult& result);
+  bool correct_by_joseph();
+  bool sequential_correct();
 
-  /// P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ, as A = P − K H P and P ← A − (A Hᵀ − K R) Kᵀ.
-  void joseph_correct(const Eigen::LLT<Eigen::Ref<Matrix>>& llt, Eigen::Map<Matrix>& K) {
-    const auto PHt = PHt_.matrix();
-    auto K_t = K_t_.resize(PHt.cols(), PHt.rows());
-    K_t = PHt.transpose();
-    llt.solveInPlace(K_t);
-    K = K_t.transpose();
-    P_.noalias() -= K * PHt.transpose();
-    times_observation_transposed(P_, AHt_);
-    auto AHt = AHt_.matrix();
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Index c = kMeasurement * static_cast<Index>(i);
-      AHt.template middleCols<kMeasurement>(c).noalias() -= K.template middleCols<kMeasurement>(c) * R_;
+  /// True if P − W Wᵀ would lose too much to rounding, or leave a variance negative: the criterion of the
+  /// class.
+  bool cancels() const {
+    if (R_llt_.info() != Eigen::Success) return true;
+    double sum = 0.0;
+    for (Index i = 0; i < nu_.vector().size(); i += kMeasurement) {
+      const MeasurementMatrix S = S_.matrix().template block<kMeasurement, kMeasurement>(i, i);
+      sum += R_llt_.solve(S).trace();
     }
-    P_.noalias() -= AHt * K.transpose();
-    symmetrise(P_);
+    return !(sum <= kMostCancellation) || !(P_.diagonal().array() >= squares_.array()).all();
   }
 
-  bool sequential_correct(Eigen::Map<Matrix>& K) {
-    const Index m = K.cols();
-    auto H = H_.resize(m, x_.size());
+  /// H, n columns.
+  Eigen::Map<Matrix> jacobian() {
+    auto H = H_.resize(kMeasurement * std::ssize(rows_), x_.size());
     H.setZero();
-    auto r = r_.resize(m);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const Index c = kMeasurement * static_cast<Index>(i);
       H.template block<kMeasurement, kPose>(c, 0) = rows_[i].H_r;
       if (rows_[i].offset >= 0) H.template block<kMeasurement, kLandmark>(c, rows_[i].offset) = rows_[i].H_l;
-      r.template block<kMeasurement, 1>(c, 0) = R_.diagonal();
     }
-    return sequential_update(P_, layout(), H, r.col(0), K, sequential_, *rule_.map_bound());
+    return H;
   }
 
   /// New landmarks with their full cross-covariances: P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.
@@ -202,16 +216,21 @@ class EkfSlam {
   Model model_;
   ControlMatrix Q_;
   MeasurementMatrix R_;
+  Eigen::LLT<MeasurementMatrix> R_llt_;
   InflationRule rule_;
   LandmarkTable<Model> table_;
   Vector x_;
-  Matrix P_;
+  mutable Matrix P_;              ///< its lower triangle, and the block of the vehicle
+  mutable bool mirrored_ = true;  ///< the upper triangle too
   InflationAlongRun inflation_;
 
   // Of the last update; kept to be read and so that a step allocates nothing.
   std::vector<Row> rows_;
-  MatrixBuffer nu_, S_, K_;
-  MatrixBuffer whitened_, S_root_, K_t_, PHt_, AHt_, H_, r_;
+  bool corrected_ = false;
+  Index joseph_updates_ = 0;
+  MatrixBuffer nu_, S_, K_, PHt_, columns_, H_, r_;
+  PanelCholesky factor_;
+  Vector squares_, change_;
   SequentialWorkspace sequential_;
 };
 
@@ -243,11 +262,11 @@ void EkfSlam<Model>::predict(const ControlVector& u) {
   const PoseMatrix P_rr = P_.template topLeftCorner<kPose, kPose>();
   const PoseMatrix predicted = motion.F * P_rr * motion.F.transpose() + motion.G * Q_ * motion.G.transpose();
   P_.template topLeftCorner<kPose, kPose>() = 0.5 * (predicted + predicted.transpose());
-  for (Index j = kPose; j < P_.cols(); ++j) {
-    const PoseVector column = motion.F * P_.col(j).template head<kPose>();
-    P_.col(j).template head<kPose>() = column;
-    P_.row(j).template head<kPose>() = column.transpose();
+  for (Index i = kPose; i < P_.rows(); ++i) {
+    const PoseVector row = motion.F * P_.row(i).template head<kPose>().transpose();
+    P_.row(i).template head<kPose>() = row.transpose();
   }
+  mirrored_ = false;
 }
 
 template <class Model>
@@ -269,28 +288,97 @@ void EkfSlam<Model>::linearise(std::span<const Observation<Model>> observations)
 }
 
 template <class Model>
+void EkfSlam<Model>::project() {
+  const Index n = x_.size();
+  const double* P = P_.data();
+  double* PHt = PHt_.resize(n, kMeasurement * std::ssize(rows_)).data();
+  double* columns = columns_.resize(n, kLandmark).data();  // of P, those of a landmark
+  for (const Row& row : rows_) {
+    const Index at = row.offset;
+    for (Index a = 0; a < kLandmark && at >= 0; ++a) {
+      for (Index r = 0; r < at + a; ++r) columns[a * n + r] = P[r * n + at + a];
+      for (Index r = at + a; r < n; ++r) columns[a * n + r] = P[(at + a) * n + r];
+    }
+    for (Index j = 0; j < kMeasurement; ++j, PHt += n) {
+      for (Index r = 0; r < n; ++r) {
+        double sum = 0.0;
+        for (Index c = 0; c < kPose; ++c) sum += P[c * n + r] * row.H_r(j, c);
+        PHt[r] = sum;
+      }
+      for (Index a = 0; a < kLandmark && at >= 0; ++a) {
+        const double h = row.H_l(j, a);
+        for (Index r = 0; r < n; ++r) PHt[r] += columns[a * n + r] * h;
+      }
+    }
+  }
+}
+
+template <class Model>
+void EkfSlam<Model>::compute_innovation_covariance() {
+  const auto PHt = PHt_.matrix();
+  auto S = S_.resize(PHt.cols(), PHt.cols());
+  for (Index j = 0; j < S.cols(); ++j) {
+    const double* y = PHt.col(j).data();
+    for (Index k = j / kMeasurement; k < std::ssize(rows_); ++k) {
+      const Row& row = rows_[static_cast<std::size_t>(k)];
+      for (Index i = 0; i < kMeasurement; ++i) {
+        double sum = 0.0;
+        for (Index c = 0; c < kPose; ++c) sum += row.H_r(i, c) * y[c];
+        for (Index a = 0; a < kLandmark && row.offset >= 0; ++a) sum += row.H_l(i, a) * y[row.offset + a];
+        S(kMeasurement * k + i, j) = sum;
+      }
+    }
+  }
+  for (Index i = 0; i < S.cols(); i += kMeasurement) S.template block<kMeasurement, kMeasurement>(i, i) += R_;
+  mirror_lower(S);
+}
+
+template <class Model>
 bool EkfSlam<Model>::correct(UpdateResult& result) {
+  project();
   compute_innovation_covariance();
   const auto nu = nu_.vector();
-  auto S_root = S_root_.resize(nu.size(), nu.size());
-  S_root = S_.matrix();
-  const Eigen::LLT<Eigen::Ref<Matrix>> llt(S_root);
-  if (llt.info() != Eigen::Success || !S_.matrix().allFinite()) return false;
-  whitened_.resize(nu.size());
-  auto whitened = whitened_.vector();
-  whitened = nu;
-  llt.matrixL().solveInPlace(whitened);
-  result.nis = whitened.squaredNorm();
-  auto K = K_.resize(x_.size(), nu.size());
+  if (!factor_.compute(S_.matrix(), PHt_.matrix(), nu) || !S_.matrix().allFinite()) return false;
+  result.nis = factor_.whitened().squaredNorm();
   if (rule_.is_sequential()) {
-    if (!sequential_correct(K)) return false;
+    if (!sequential_correct()) return false;
   } else {
-    joseph_correct(llt, K);
+    factor_.sums(squares_, change_);
+    if (cancels()) {
+      if (!correct_by_joseph()) return false;
+    } else {
+      factor_.downdate(P_);
+      mirrored_ = false;
+    }
+    x_ += change_;
   }
-  x_.noalias() += K * nu;
   PoseVector x_r = pose();
   model_.wrap_pose(x_r);
   x_.template head<kPose>() = x_r;
+  return true;
+}
+
+template <class Model>
+bool EkfSlam<Model>::correct_by_joseph() {
+  Matrix P = covariance();
+  joseph_update(P, jacobian(), factor_.gain(), R_);
+  if (!P.allFinite() || !(P.diagonal().minCoeff() >= 0.0)) return false;
+  P_ = P;
+  ++joseph_updates_;
+  return true;
+}
+
+template <class Model>
+bool EkfSlam<Model>::sequential_correct() {
+  auto K = K_.resize(x_.size(), nu_.vector().size());
+  auto r = r_.resize(K.cols());
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    r.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(i), 0) = R_.diagonal();
+  }
+  covariance();
+  if (!sequential_update(P_, layout(), jacobian(), r.col(0), K, sequential_, *rule_.map_bound()))
+    return false;
+  x_.noalias() += K * nu_.vector();
   return true;
 }
 
@@ -305,12 +393,15 @@ Index EkfSlam<Model>::initialise(std::span<const Observation<Model>> observation
     x_.conservativeResize(n + kLandmark);
     x_.template tail<kLandmark>() = placed.position;
     P_.conservativeResize(n + kLandmark, n + kLandmark);
-    P_.bottomLeftCorner(kLandmark, n) = placed.J_r * P_.topLeftCorner(kPose, n);
-    P_.topRightCorner(n, kLandmark) = P_.bottomLeftCorner(kLandmark, n).transpose();
+    P_.template block<kLandmark, kPose>(n, 0) = placed.J_r * P_.template topLeftCorner<kPose, kPose>();
+    for (Index j = kPose; j < n; ++j) {
+      P_.col(j).template tail<kLandmark>() = placed.J_r * P_.row(j).template head<kPose>().transpose();
+    }
     const Eigen::Matrix<double, kLandmark, kLandmark> own =
         placed.J_r * P_.template topLeftCorner<kPose, kPose>() * placed.J_r.transpose() +
         placed.J_z * R_ * placed.J_z.transpose();
     P_.template bottomRightCorner<kLandmark, kLandmark>() = 0.5 * (own + own.transpose());
+    mirrored_ = false;
     ++count;
   }
   return count;

@@ -16,10 +16,7 @@ namespace {
 
 }  // namespace
 
-const PanelKernel* panel_kernel_avx2() {
-  static constexpr PanelKernel kernel{&observe, &correct, &downdate};
-  return &kernel;
-}
+const PanelKernel* panel_kernel_avx2() { return &kPanelKernel; }
 
 }  // namespace credence
 

@@ -12,9 +12,6 @@ namespace {
 
 }  // namespace
 
-const PanelKernel* panel_kernel_scalar() {
-  static constexpr PanelKernel kernel{&observe, &correct, &downdate};
-  return &kernel;
-}
+const PanelKernel* panel_kernel_scalar() { return &kPanelKernel; }
 
 }  // namespace credence

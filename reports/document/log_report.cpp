@@ -183,14 +183,11 @@ void add_rejected(HtmlPage& page, const Evidence& s) {
 
 }  // namespace
 
-void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs,
-                      const Provenance& provenance) {
+void write_log_report(const ReportFolder& directory, const CheckedLogs& logs, const Provenance& provenance) {
   const LogAnalysis& a = logs.analysis;
   const std::string name = file_name(logs.name);
-  const std::filesystem::path pdf_folder = directory / "figures";
-  make_directories(pdf_folder);
   const std::vector<Figure> figures = log_figures(name, logs);
-  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   HtmlPage page(logs.name, "Consistency of a filter from its logs");
   page.answer(verdict_cell(a.judgement.word.verdict).tone, log_answer(logs) + ".");
   if (logs.gate)

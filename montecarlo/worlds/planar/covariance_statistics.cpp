@@ -1,24 +1,52 @@
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 
+#include "core/linear_algebra/logarithm.h"
+
 namespace credence {
+
+bool NeesSolver::factor(const VectorRef& error, const MatrixRef& P) {
+  wide_ = P.rows() >= kWide;
+  if (wide_) {
+    if (!panels_.compute(P, error)) return false;
+    whitened_ = panels_.whitened();
+    return true;
+  }
+  llt_.compute(P);
+  if (llt_.info() != Eigen::Success) return false;
+  whitened_ = error;
+  llt_.matrixL().solveInPlace(whitened_);
+  return true;
+}
 
 NeesValue NeesSolver::solve(const VectorRef& error, const MatrixRef& P) {
   const Index zeros = (P.diagonal().array() == 0.0).count();
   if (zeros == 0) {
-    llt_.compute(P);
-    whitened_ = error;
+    if (!factor(error, P)) return {};
   } else {
     kept_.clear();
     for (Index i = 0; i < P.rows(); ++i) {
       if (P(i, i) != 0.0) kept_.push_back(i);
     }
     P_kept_ = P(kept_, kept_);
-    llt_.compute(P_kept_);
-    whitened_ = error(kept_);
+    const Vector kept_error = error(kept_);
+    if (!factor(kept_error, P_kept_)) return {};
   }
-  if (llt_.info() != Eigen::Success) return {};
-  llt_.matrixL().solveInPlace(whitened_);
   return {whitened_.squaredNorm(), whitened_.size()};
+}
+
+double NeesSolver::log_determinant() const {
+  return wide_ ? panels_.log_determinant() : log_determinant_of_factor(llt_.matrixLLT());
+}
+
+const Vector& NeesSolver::inverse_diagonal() {
+  if (wide_) return panels_.inverse_diagonal();
+  // (P⁻¹)_ii = ‖column i of L⁻¹‖²
+  const Index m = llt_.rows();
+  inverse_factor_.setIdentity(m, m);
+  llt_.matrixL().solveInPlace(inverse_factor_);
+  inverse_diagonal_.resize(m);
+  for (Index i = 0; i < m; ++i) inverse_diagonal_[i] = inverse_factor_.col(i).tail(m - i).squaredNorm();
+  return inverse_diagonal_;
 }
 
 NeesValue pose_nees(const Vector& error, const Matrix& P, NeesSolver& solver) {

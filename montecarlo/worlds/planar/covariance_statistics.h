@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/panel_cholesky.h"
 #include "core/types.h"
 
 /// @file
@@ -24,11 +25,22 @@ class NeesSolver {
  public:
   NeesValue solve(const VectorRef& error, const MatrixRef& P);
 
-  const Vector& whitened() const { return whitened_; }       ///< L⁻¹ e of the last solve
-  const Eigen::LLT<Matrix>& factor() const { return llt_; }  ///< L of the last solve
+  /// Of the last solve: L⁻¹ e, L_ii, ln det P and (P⁻¹)_ii, of the states of non-zero variance.
+  const Vector& whitened() const { return whitened_; }
+  double pivot(Index i) const { return wide_ ? panels_.pivot(i) : llt_.matrixLLT()(i, i); }
+  double log_determinant() const;
+  const Vector& inverse_diagonal();
 
  private:
-  Eigen::LLT<Matrix> llt_;
+  static constexpr Index kWide = 32;  ///< from here on panels are faster
+
+  bool factor(const VectorRef& error, const MatrixRef& P);
+
+  bool wide_ = false;
+  Eigen::LLT<Matrix> llt_;  ///< of what is not wide
+  PanelCholesky panels_;
+  Matrix inverse_factor_;
+  Vector inverse_diagonal_;
   Vector whitened_;
   std::vector<Index> kept_;
   Matrix P_kept_;

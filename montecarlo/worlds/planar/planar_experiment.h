@@ -58,10 +58,23 @@ class PlanarExperiment final : public Experiment {
     F filter = make_filter_();
     if constexpr (requires { filter.keep_gain(true); }) filter.keep_gain(true);
     Run run(*this, filter);
-    run.start(r);
-    return visit_steps(
-        std::ssize(world_.controls), take, [&](Index k) { return run.step(static_cast<std::size_t>(k)); },
-        [&] { return run.trace_step(); });
+    return show(run, r, take, [&run] {
+      TraceStep step = run.trace_step();
+      if (step.nis_dof > 0) step.K = run.gain();
+      return step;
+    });
+  }
+
+  std::vector<Outcome> visit_runs(std::int64_t first_run, std::int64_t runs,
+                                  const RunsVisitor& take) const override {
+    std::vector<Outcome> outcomes;
+    F filter = make_filter_();
+    Run run(*this, filter);
+    for (std::int64_t r = first_run; r < first_run + runs; ++r) {
+      outcomes.push_back(show(
+          run, r, [&](const TraceStep& step) { take(r, step); }, [&run] { return run.trace_step(); }));
+    }
+    return outcomes;
   }
 
   RunTrace describe_world() const override { return describe_planar_world(world_); }
@@ -96,6 +109,7 @@ class PlanarExperiment final : public Experiment {
 
     const PlanarStep& result() const { return step_; }
 
+    /// Without the gain.
     TraceStep trace_step() const {
       TraceStep step;
       step.landmarks.assign(filter_.landmarks().begin(), filter_.landmarks().end());
@@ -108,10 +122,10 @@ class PlanarExperiment final : public Experiment {
       step.nis_dof = step_.update.dof;
       if (step_.update.dof > 0) {
         step.innovations.front() = {filter_.innovation(), filter_.innovation_covariance()};
-        step.K = filter_.gain();
       }
       return step;
     }
+    Matrix gain() const { return filter_.gain(); }
 
    private:
     const PlanarExperiment& e_;
@@ -120,6 +134,14 @@ class PlanarExperiment final : public Experiment {
     PlanarStep step_;
     StateError error_;
   };
+
+  Outcome show(Run& run, std::int64_t r, const StepVisitor& take,
+               const std::function<TraceStep()>& now) const {
+    run.start(r);
+    return visit_steps(
+        std::ssize(world_.controls), take, [&](Index k) { return run.step(static_cast<std::size_t>(k)); },
+        now);
+  }
 
   PlanarWorld world_;
   PlanarNoise noise_;

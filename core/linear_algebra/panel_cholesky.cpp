@@ -1,0 +1,142 @@
+#include "core/linear_algebra/panel_cholesky.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "core/linear_algebra/logarithm.h"
+
+namespace credence {
+namespace {
+
+Index panels_of(Index rows) { return (rows + kPanelRows - 1) / kPanelRows; }
+
+using Panel = Eigen::Matrix<double, kPanelRows, 1>;
+using PanelColumns = Eigen::Map<const Eigen::Matrix<double, kPanelRows, Eigen::Dynamic>>;
+
+/// Rows 8 p … of the first `columns` columns of M, filled up with zeros.
+void pack_panel(const MatrixRef& M, Index p, Index columns, double* to) {
+  const Index row = kPanelRows * p, rows = std::min<Index>(kPanelRows, M.rows() - row);
+  for (Index k = 0; k < columns; ++k, to += kPanelRows) {
+    const double* from = M.data() + k * M.outerStride() + row;
+    if (rows == kPanelRows) {
+      Eigen::Map<Panel>{to} = Eigen::Map<const Panel>(from);
+      continue;
+    }
+    for (Index i = 0; i < rows; ++i) to[i] = from[i];
+    for (Index i = rows; i < kPanelRows; ++i) to[i] = 0.0;
+  }
+}
+
+}  // namespace
+
+/// Room for S and `rows_below` rows; the columns that fill up the last panel of S are those of the identity.
+void PanelCholesky::shape(Index columns, Index rows_below) {
+  columns_ = columns;
+  triangle_ = panels_of(columns);
+  panels_ = triangle_ + panels_of(rows_below);
+  const auto size = static_cast<std::size_t>(panel_offset(panels_, triangle_));
+  if (data_.size() < size) data_.resize(size);
+  inverse_.resize(static_cast<std::size_t>(kPanelRows * triangle_));
+  for (Index p = triangle_ - 1; p < panels_; ++p) {
+    if (p < 0) continue;
+    for (Index k = columns; k < kPanelRows * triangle_; ++k)
+      std::fill_n(&data_[at(kPanelRows * p, k)], kPanelRows, 0.0);
+  }
+  for (Index k = columns; k < kPanelRows * triangle_; ++k) data_[at(k, k)] = 1.0;
+}
+
+bool PanelCholesky::compute(const MatrixRef& S, const MatrixRef& Y, const VectorRef& nu) {
+  const Index m = S.cols();
+  if (S.rows() != m || Y.cols() != m || nu.size() != m) {
+    throw std::invalid_argument("PanelCholesky: the shapes do not match");
+  }
+  rows_ = Y.rows();
+  shape(m, rows_ + 1);
+  for (Index p = 0; p < triangle_; ++p)
+    pack_panel(S, p, std::min(m, kPanelRows * (p + 1)), &data_[at(kPanelRows * p, 0)]);
+  const Index below = kPanelRows * triangle_;
+  for (Index p = 0; p < panels_ - triangle_; ++p) {
+    double* panel = &data_[at(below + kPanelRows * p, 0)];
+    if (kPanelRows * p < rows_) {
+      pack_panel(Y, p, m, panel);
+    } else {
+      std::fill_n(panel, kPanelRows * m, 0.0);
+    }
+  }
+  for (Index k = 0; k < m; ++k) data_[at(below + rows_, k)] = nu[k];
+  if (!kernel_->factor(trapezoid(0))) return false;
+  whitened_.resize(m);
+  for (Index k = 0; k < m; ++k) whitened_[k] = data_[at(below + rows_, k)];
+  return true;
+}
+
+double PanelCholesky::log_determinant() const {
+  double sum = 0.0;
+  for (Index i = 0; i < columns_; ++i) sum += natural_logarithm(pivot(i));
+  return 2.0 * sum;
+}
+
+Matrix PanelCholesky::L() const {
+  Matrix L = Matrix::Zero(columns_, columns_);
+  for (Index k = 0; k < columns_; ++k) {
+    for (Index i = k; i < columns_; ++i) L(i, k) = data_[at(i, k)];
+  }
+  return L;
+}
+
+Matrix PanelCholesky::W() const {
+  Matrix W(rows_, columns_);
+  for (Index k = 0; k < columns_; ++k) {
+    for (Index i = 0; i < rows_; ++i) W(i, k) = data_[at(kPanelRows * triangle_ + i, k)];
+  }
+  return W;
+}
+
+Matrix PanelCholesky::gain() const {
+  Matrix K = W();
+  L().triangularView<Eigen::Lower>().solveInPlace<Eigen::OnTheRight>(K);
+  return K;
+}
+
+const Vector& PanelCholesky::inverse_diagonal() {
+  // The rows of the identity become those of L⁻ᵀ.
+  const Index m = columns_, below = kPanelRows * triangle_;
+  shape(m, m);
+  rows_ = 0;
+  for (Index p = triangle_; p < panels_; ++p) std::fill_n(&data_[at(kPanelRows * p, 0)], kPanelRows * m, 0.0);
+  for (Index i = 0; i < m; ++i) data_[at(below + i, i)] = 1.0;
+  kernel_->factor(trapezoid(triangle_));
+  inverse_diagonal_.resize(m);
+  for (Index p = 0; p < triangle_; ++p) {
+    Panel sum = Panel::Zero();
+    const PanelColumns rows(panel_of_W(p), kPanelRows, m);
+    for (Index k = kPanelRows * p; k < m; ++k) sum += rows.col(k).cwiseAbs2();
+    const Index count = std::min<Index>(kPanelRows, m - kPanelRows * p);
+    inverse_diagonal_.segment(kPanelRows * p, count) = sum.head(count);
+  }
+  return inverse_diagonal_;
+}
+
+void PanelCholesky::sums(Vector& squares, Vector& product) const {
+  squares.resize(rows_);
+  product.resize(rows_);
+  for (Index row = 0; row < rows_; row += kPanelRows) {
+    const PanelColumns W(panel_of_W(row / kPanelRows), kPanelRows, columns_);
+    Panel square = Panel::Zero(), sum = Panel::Zero();
+    for (Index k = 0; k < columns_; ++k) {
+      square += W.col(k).cwiseAbs2();
+      sum += whitened_[k] * W.col(k);
+    }
+    const Index count = std::min<Index>(kPanelRows, rows_ - row);
+    squares.segment(row, count) = square.head(count);
+    product.segment(row, count) = sum.head(count);
+  }
+}
+
+void PanelCholesky::downdate(Matrix& P) const {
+  if (P.rows() != rows_ || P.cols() != rows_)
+    throw std::invalid_argument("PanelCholesky: P does not match W");
+  kernel_->downdate(P.data(), rows_, P.rows(), panel_of_W(0), kPanelRows * kPanelRows * triangle_, columns_);
+}
+
+}  // namespace credence

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "core/simd/aligned_vector.h"
+#include "core/simd/panel_kernel.h"
+#include "core/types.h"
+
+namespace credence {
+
+/// S = L Lᵀ with what a filter makes of L, at the speed of the machine's widest registers and with the same
+/// bits on every machine: W = Y L⁻ᵀ, y = L⁻¹ν, P − W Wᵀ. Keeps its memory, so that a matrix of no larger size
+/// allocates nothing.
+class PanelCholesky {
+ public:
+  /// Throws std::invalid_argument if this machine does not support `set`.
+  explicit PanelCholesky(InstructionSet set = best_instruction_set()) : kernel_(&panel_kernel(set)) {}
+
+  /// Factors S, m×m, whose lower triangle is read, and solves for Y, n×m, and ν: (m³/6 + n m²/2)
+  /// multiply-adds. False if S is not positive definite; then nothing else has a meaning.
+  bool compute(const MatrixRef& S, const MatrixRef& Y, const VectorRef& nu);
+  /// The same with no row in Y.
+  bool compute(const MatrixRef& S, const VectorRef& nu) { return compute(S, Matrix(0, S.cols()), nu); }
+
+  Index size() const { return columns_; }                  ///< m
+  double pivot(Index i) const { return data_[at(i, i)]; }  ///< L_ii
+  double log_determinant() const;                          ///< of S
+  const Vector& whitened() const { return whitened_; }     ///< y
+  Matrix L() const;                                        ///< allocates
+  Matrix W() const;                                        ///< allocates
+  Matrix gain() const;                                     ///< W L⁻¹ = Y S⁻¹; allocates
+
+  /// (S⁻¹)_ii; W is gone afterwards. m³/2 multiply-adds.
+  const Vector& inverse_diagonal();
+
+  /// `squares`_i = Σ_k W_ik², `product` = W y; both n.
+  void sums(Vector& squares, Vector& product) const;
+
+  /// P −= W Wᵀ for the lower triangle of P, n×n; above its diagonal anything may change.
+  void downdate(Matrix& P) const;
+
+ private:
+  std::size_t at(Index row, Index column) const {
+    return static_cast<std::size_t>(panel_offset(row / kPanelRows, triangle_) + kPanelRows * column +
+                                    row % kPanelRows);
+  }
+  const double* panel_of_W(Index p) const { return data_.data() + panel_offset(triangle_ + p, triangle_); }
+  void shape(Index columns, Index rows_below);
+  PanelTrapezoid trapezoid(Index first) {
+    return {.data = data_.data(),
+            .inverse = inverse_.data(),
+            .triangle = triangle_,
+            .panels = panels_,
+            .first = first};
+  }
+
+  const PanelKernel* kernel_;
+  Index columns_ = 0, rows_ = 0;     ///< m, n
+  Index triangle_ = 0, panels_ = 0;  ///< panels of S, and of all
+  AlignedVector data_, inverse_;
+  Vector whitened_, inverse_diagonal_;
+};
+
+}  // namespace credence

@@ -1,0 +1,108 @@
+#include "core/linear_algebra/panel_cholesky.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+namespace credence {
+namespace {
+
+Matrix random_matrix(Index rows, Index columns, unsigned seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  return Matrix::NullaryExpr(rows, columns, [&](Index, Index) { return normal(generator); });
+}
+
+/// Positive definite, m×m, with nonsense above its diagonal.
+Matrix lower_of_positive(Index m) {
+  const Matrix A = random_matrix(m, m, 3);
+  Matrix S = A * A.transpose() + Matrix::Identity(m, m);
+  S.triangularView<Eigen::StrictlyUpper>().setConstant(17.0);
+  return S;
+}
+
+TEST(PanelCholesky, is_the_factorisation_at_every_size) {
+  PanelCholesky factor;  // one for all, so that what a larger problem left behind shows
+  for (const Index m : {40, 1, 2, 7, 8, 9, 16, 33}) {
+    for (const Index n : {0, 5, 8, 41}) {
+      const Matrix S = lower_of_positive(m), Y = random_matrix(n, m, 5);
+      const Vector nu = random_matrix(m, 1, 7);
+      const Matrix full = S.selfadjointView<Eigen::Lower>();
+      const Eigen::LLT<Matrix> expected(full);
+      ASSERT_TRUE(factor.compute(S, Y, nu));
+      const Matrix L = expected.matrixL();
+      EXPECT_LT((factor.L() - L).cwiseAbs().maxCoeff(), 1e-12 * L.cwiseAbs().maxCoeff()) << m << " " << n;
+      EXPECT_EQ(factor.pivot(m - 1), factor.L()(m - 1, m - 1));
+      const Vector y = L.triangularView<Eigen::Lower>().solve(nu);
+      EXPECT_LT((factor.whitened() - y).cwiseAbs().maxCoeff(), 1e-11);
+      EXPECT_NEAR(factor.log_determinant(), 2.0 * L.diagonal().array().log().sum(),
+                  1e-11 * static_cast<double>(m));
+      if (n > 0) {
+        const Matrix W = L.triangularView<Eigen::Lower>().solve(Y.transpose()).transpose();
+        EXPECT_LT((factor.W() - W).cwiseAbs().maxCoeff(), 1e-11);
+        EXPECT_LT((factor.gain() - expected.solve(Y.transpose()).transpose()).cwiseAbs().maxCoeff(), 1e-10);
+        Vector squares, product;
+        factor.sums(squares, product);
+        EXPECT_LT((squares - W.rowwise().squaredNorm()).cwiseAbs().maxCoeff(), 1e-10);
+        EXPECT_LT((product - W * y).cwiseAbs().maxCoeff(), 1e-10);
+        Matrix P = lower_of_positive(n);
+        const Matrix before = P;
+        factor.downdate(P);
+        const Matrix change = (P - (before - W * W.transpose())).triangularView<Eigen::Lower>();
+        EXPECT_LT(change.cwiseAbs().maxCoeff(), 1e-10);
+      }
+      const Matrix inverse = expected.solve(Matrix::Identity(m, m));
+      EXPECT_LT((factor.inverse_diagonal() - inverse.diagonal()).cwiseAbs().maxCoeff(), 1e-11);
+    }
+  }
+}
+
+TEST(PanelCholesky, no_bit_depends_on_the_instruction_set) {
+  const Index m = 29, n = 45;
+  const Matrix S = lower_of_positive(m), Y = random_matrix(n, m, 5), prior = lower_of_positive(n);
+  const Vector nu = random_matrix(m, 1, 7);
+  PanelCholesky expected(InstructionSet::scalar);
+  ASSERT_TRUE(expected.compute(S, Y, nu));
+  Matrix P_expected = prior;
+  expected.downdate(P_expected);
+  for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
+    if (!is_supported(set)) continue;
+    PanelCholesky factor(set);
+    ASSERT_TRUE(factor.compute(S, Y, nu));
+    EXPECT_EQ(factor.L(), expected.L()) << instruction_set_name(set);
+    EXPECT_EQ(factor.W(), expected.W());
+    EXPECT_EQ(factor.whitened(), expected.whitened());
+    Matrix P = prior;
+    factor.downdate(P);
+    EXPECT_EQ(P, P_expected);
+  }
+}
+
+TEST(PanelCholesky, what_is_not_positive_definite_is_said_to_be) {
+  PanelCholesky factor;
+  for (const double bad : {-1.0, 0.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    for (const Index at : {0, 9, 19}) {
+      Matrix S = Matrix::Identity(20, 20);
+      S(at, at) = bad;
+      EXPECT_FALSE(factor.compute(S, Vector::Ones(20))) << bad << " " << at;
+    }
+  }
+  EXPECT_TRUE(factor.compute(Matrix::Identity(20, 20), Vector::Ones(20)));
+}
+
+TEST(PanelCholesky, shapes_that_do_not_match_are_refused) {
+  PanelCholesky factor;
+  const Matrix I = Matrix::Identity(4, 4);
+  EXPECT_THROW(factor.compute(I, Vector::Ones(3)), std::invalid_argument);
+  EXPECT_THROW(factor.compute(I, Matrix::Ones(5, 3), Vector::Ones(4)), std::invalid_argument);
+  ASSERT_TRUE(factor.compute(I, Matrix::Ones(5, 4), Vector::Ones(4)));
+  Matrix P = I;
+  EXPECT_THROW(factor.downdate(P), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace credence
