@@ -71,8 +71,9 @@ std::string distance_sentence(const Calibration& c) {
   const auto least = std::ranges::min_element(
       c.distance, {}, [](const DistanceBin& bin) { return std::isnan(bin.adjusted) ? 1.0 : bin.adjusted; });
   if (std::isnan(least->adjusted)) return text + ". There is no test with fewer than five runs.";
-  return text + fmt::format(". Farthest from 1 where p = {} ({:g} to {:g} m; Holm over {} lengths).",
-                            p_value_text(least->adjusted), least->from_m, least->to_m, c.distance.size());
+  return text +
+         fmt::format(". The clearest sign that it is not 1: p = {}, {:g} to {:g} m (Holm over {} lengths).",
+                     p_value_text(least->adjusted), least->from_m, least->to_m, c.distance.size());
 }
 
 Json calibration_interval_json(const MeanInterval& i) {
@@ -242,11 +243,17 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
   const auto place = [](double value, double least) {
     return std::max<Index>(0, std::llround(std::log10(value / least) / kCell));
   };
-  FigureData x, y;
-  for (Index j = 0; j <= std::max<Index>(1, place(most_error, least_error)); ++j)
-    x.push_back(least_error * std::pow(10.0, kCell * static_cast<double>(j)));
-  for (Index i = 0; i <= std::max<Index>(1, place(most_sigma, least_sigma)); ++i)
-    y.push_back(level.k * least_sigma * std::pow(10.0, kCell * static_cast<double>(i)));
+  // Three digits, as the axis shows centres.
+  const auto centres = [&](double least, double most, double scale) {
+    FigureData all;
+    for (Index i = 0; i <= std::max<Index>(1, place(most, least)); ++i) {
+      const double centre = scale * least * std::pow(10.0, kCell * static_cast<double>(i));
+      const double unit = std::pow(10.0, std::floor(std::log10(centre)) - 2.0);
+      all.push_back(unit * std::round(centre / unit));
+    }
+    return all;
+  };
+  FigureData x = centres(least_error, most_error, 1.0), y = centres(least_sigma, most_sigma, level.k);
   Matrix cells = Matrix::Constant(std::ssize(y), std::ssize(x), kNaN);
   for (const StanfordCell& cell : c.stanford) {
     double& rows = cells(place(cell.sigma, least_sigma), place(cell.error, least_error));
