@@ -4,8 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -201,19 +199,13 @@ void require_one_filter(const CheckOptions& options) {
                   options.logs.size()));
 }
 
-std::string text_of(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw std::invalid_argument(fmt::format("--baseline {}: there is no such file", file));
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 int check(const CheckOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   require_one_filter(options);
   const std::vector<fs::path> files = log_files(options.logs);
   const std::map<fs::path, const LogFormat*> formats = formats_of(options, files);
   const LogReadOptions reading = read_options(options, files);
-  const std::string baseline = options.baseline.empty() ? "" : text_of(options.baseline);
+  const std::string baseline = options.baseline.empty() ? "" : text_of_file(options.baseline, "there is no such file (--baseline)");
   RunErrors first_run;
   LogJudgeResult result = judge(options, files, [&](const fs::path& file, LogSink& sink) {
     FirstRunSink first(sink, first_run);
@@ -253,7 +245,7 @@ int check(const CheckOptions& options) {
                     static_cast<double>(rows) / elapsed.count()));
   }
   if (!options.out.empty()) {
-    write_log_report(options.out, logs, make_provenance(this_command()));
+    write_log_report(options.report_folder(), logs, make_provenance(this_command()));
     tell_report(options);
   }
   const Evidence& s = logs.analysis.evidence;

@@ -60,7 +60,7 @@ int claims(const ClaimsOptions& options) {
   append(all, carpark_claims(options));
   fmt::print("{}", options.format == "json" ? claims_json(all) + "\n" : claims_text(all));
   if (options.out.empty()) return kDone;
-  write_claims_report(options.out, all, make_provenance(this_command()));
+  write_claims_report(options.report_folder(), all, make_provenance(this_command()));
   tell_report(options);
   return kDone;
 }

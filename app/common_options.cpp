@@ -1,8 +1,12 @@
 #include "app/common_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <span>
+#include <stdexcept>
+#include <string_view>
 
 namespace credence {
 
@@ -14,8 +18,31 @@ std::vector<std::string> CommonOptions::overrides() const {
   return all;
 }
 
+ReportFolder CommonOptions::report_folder() const { return {out, paper_style(figures)}; }
+
+void add_figures_option(CLI::App& command, CommonOptions& options) {
+  const std::span<const std::string_view> words = paper_words();
+  command
+      .add_option(
+          "--figures", options.figures,
+          fmt::format(
+              "what its figures are written as, of {}; default: svg,pdf, as wide as their panels need",
+              fmt::join(words, ", ")))
+      ->type_name("LIST")
+      ->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(words.begin(), words.end())));
+  command.parse_complete_callback([&options] {
+    try {
+      paper_style(options.figures);
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError("--figures", error.what());
+    }
+  });
+}
+
 void add_output_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--out", options.out, "folder for report, figures and stored results")->type_name("DIR");
+  add_figures_option(command, options);
   add_print_options(command, options);
 }
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "reports/figures/paper_style.h"
+
 namespace CLI {
 class App;
 }
@@ -21,18 +23,24 @@ struct CommonOptions {
   std::optional<std::int64_t> runs, steps, seed;
   int threads = 0;
   std::string out;
+  std::vector<std::string> figures;  ///< words of paper_style
   std::string format = "text";
   bool quiet = false;
   bool fail_on_inconsistent = false;
 
   /// The settings with --runs, --steps and --seed as further overrides of [study].
   std::vector<std::string> overrides() const;
+  /// --out, with --figures.
+  ReportFolder report_folder() const;
 };
 
 /// Declares all common options on a command.
 void add_common_options(CLI::App& command, CommonOptions& options);
 
-/// Declares --out, --format and --quiet alone.
+/// Declares --figures, and refuses two widths when all is parsed.
+void add_figures_option(CLI::App& command, CommonOptions& options);
+
+/// Declares --out, --figures, --format and --quiet alone.
 void add_output_options(CLI::App& command, CommonOptions& options);
 
 /// Declares --format and --quiet, of a command that writes no report.

@@ -2,13 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
 
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/standard_input.h"
 #include "app/stored_study.h"
 #include "app/tell_report.h"
 #include "app/terminal_text.h"
@@ -37,12 +37,6 @@ void tell_apart(std::vector<ComparedStudy>& studies, const std::vector<std::stri
   }
 }
 
-std::vector<ComparedStudy> read_document(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw std::invalid_argument(fmt::format("{}: no such folder or document", file));
-  return compared_documents(file, std::string(std::istreambuf_iterator<char>(stream), {}));
-}
-
 std::vector<ComparedStudy> read_folder(const std::string& folder, const CompareOptions& options,
                                        std::vector<std::string>& places) {
   std::vector<ComparedStudy> studies;
@@ -66,7 +60,7 @@ int compare(const CompareOptions& options) {
   std::vector<std::string> places;
   for (const std::string& result : options.results) {
     std::vector<ComparedStudy> these =
-        fs::is_directory(result) ? read_folder(result, options, places) : read_document(result);
+        fs::is_directory(result) ? read_folder(result, options, places) : compared_documents(result, text_of_file(result, "no such folder or document"));
     places.resize(studies.size() + these.size(), result);
     std::ranges::move(these, std::back_inserter(studies));
   }
@@ -79,7 +73,8 @@ int compare(const CompareOptions& options) {
                terminal_text(comparison_table(studies, options.confidence)));
   }
   if (!options.out.empty()) {
-    write_comparison_report(options.out, studies, options.confidence, make_provenance(this_command()));
+    write_comparison_report(options.report_folder(), studies, options.confidence,
+                            make_provenance(this_command()));
     tell_report(options);
   }
   return kDone;

@@ -48,7 +48,7 @@ int map_of_sweep(const EstimatorsCommand& command, const SweepPlan& plan) {
     fmt::print("{}", terminal_text(estimator_map_table(map)));
   }
   if (!command.out.empty()) {
-    write_estimator_map_report(command.out, map, make_provenance(this_command()));
+    write_estimator_map_report(command.report_folder(), map, make_provenance(this_command()));
     tell_report(command);
   }
   const bool failed = std::ranges::any_of(map.studies, [](const EstimatorStudy& study) {
@@ -81,7 +81,7 @@ int estimators(EstimatorsCommand& command) {
                study.rows.size() > 1 ? terminal_text(estimator_difference_table(study)) : "");
   }
   if (!command.out.empty()) {
-    write_estimator_report(command.out, study, make_provenance(this_command()));
+    write_estimator_report(command.report_folder(), study, make_provenance(this_command()));
     tell_report(command);
   }
   const bool failed =

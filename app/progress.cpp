@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
@@ -21,6 +22,10 @@ std::string duration_text(double seconds) {
   if (s < 60) return fmt::format("{} s", s);
   if (s < 3600) return fmt::format("{}:{:02} min", s / 60, s % 60);
   return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
+}
+
+std::string rate_text(double rate) {
+  return rate < 10.0 ? fmt::format("{:.2g}", rate) : fmt::format("{:.0f}", rate);
 }
 
 /// The longest of these that a line of the terminal takes, which may have been resized.
@@ -61,18 +66,19 @@ void ProgressDisplay::show(const StudyProgress& p) {
   if (elapsed < kSilence || (shown_ && Seconds(now - last_) < interval)) return;
   last_ = now;
   shown_ = true;
-  const double rate = static_cast<double>(p.runs_done) / elapsed.count();
+  const double begun = static_cast<double>(p.runs_done) + p.runs_in_hand;
+  const double rate = begun / elapsed.count();
   const std::int64_t done = p.runs_done + p.runs_stored;
   if (p.runs_total == 0) {
     put({fmt::format("{}: {} {}, {:.1f} {}/s", what_, done, unit_, rate, unit_),
          fmt::format("{} {}", done, unit_)});
     return;
   }
-  const double share = static_cast<double>(done) / static_cast<double>(p.runs_total);
-  std::string numbers = fmt::format("{} of {} {}, {:.0f} {}/s", done, p.runs_total, unit_, rate, unit_);
-  if (p.runs_done > 0) {
-    numbers += fmt::format(", {} left", duration_text(static_cast<double>(p.runs_total - done) / rate));
-  }
+  const auto total = static_cast<double>(p.runs_total);
+  const double reached = std::min(total, static_cast<double>(done) + p.runs_in_hand), share = reached / total;
+  std::string numbers =
+      fmt::format("{} of {} {}, {} {}/s", done, p.runs_total, unit_, rate_text(rate), unit_);
+  if (begun > 0.0) numbers += fmt::format(", {} left", duration_text((total - reached) / rate));
   if (terminal_) {
     put({fmt::format("{} {} {}", what_, bar(share), numbers), fmt::format("{} {}", what_, numbers), numbers,
          fmt::format("{:.0f} %", 100.0 * share)});

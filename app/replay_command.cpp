@@ -100,7 +100,7 @@ int study_variants(const ReplayOptions& options) {
     for (const ReportTable& table : carpark_study_tables(study)) fmt::print("{}\n", terminal_text(table));
   }
   if (!options.out.empty()) {
-    write_carpark_study_report(options.out, study, make_provenance(this_command()));
+    write_carpark_study_report(options.report_folder(), study, make_provenance(this_command()));
     tell_report(options);
   }
   return kDone;
@@ -112,7 +112,7 @@ int replay(const ReplayOptions& options) {
   const ReplayJudgement judgement = judge_replays(replays);
   print_replays(options, replays, judgement);
   if (!options.out.empty()) {
-    write_replay_report(options.out, replays, judgement, make_provenance(this_command()));
+    write_replay_report(options.report_folder(), replays, judgement, make_provenance(this_command()));
     tell_report(options);
   }
   const bool failed =

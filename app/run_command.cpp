@@ -124,11 +124,13 @@ void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& 
     for (const auto& sentences : {advice_sentences(judgement), statistics_sentences(judgement)}) {
       for (const std::string& sentence : sentences) fmt::print("{}\n", sentence);
     }
+    if (const std::string exact = exact_sentence(analyses.front()); !exact.empty()) fmt::print("{}\n", exact);
   }
 }
 
 void write_report(const RunOptions& options, const std::vector<ReportedStudy>& studies) {
-  write_study_report(options.out, report_title(studies), studies, make_provenance(this_command()));
+  write_study_report(options.report_folder(), report_title(studies), studies,
+                     make_provenance(this_command()));
   tell_report(options);
 }
 

@@ -47,7 +47,7 @@ int selftest(SelftestCommand& command) {
   }
   print_selftest(command, result);
   if (!command.out.empty()) {
-    write_selftest_report(command.out, result, make_provenance(this_command()));
+    write_selftest_report(command.report_folder(), result, make_provenance(this_command()));
     tell_report(command);
   }
   for (const std::string& failure : selftest_failures(result)) {

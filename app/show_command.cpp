@@ -100,11 +100,12 @@ int report(StoredOptions options) {
   if (options.out.empty()) options.out = options.directory;
   for (const StoredStudy& study : studies) require_runs(study);
   if (is_sweep(studies)) {
-    write_sweep_report(options.out, analyse_stored_sweep(studies.front()), make_provenance(this_command()));
+    write_sweep_report(options.report_folder(), analyse_stored_sweep(studies.front()),
+                       make_provenance(this_command()));
   } else {
     const std::vector<ReportedStudy> all = reported(studies, options);
     if (catch_interrupt().load()) return kInterrupted;
-    write_study_report(options.out, report_title(all), all, make_provenance(this_command()));
+    write_study_report(options.report_folder(), report_title(all), all, make_provenance(this_command()));
   }
   tell_report(options);
   return kDone;
@@ -133,10 +134,13 @@ void add_report_command(CLI::App& app) {
   command->add_option("directory", options->directory, "folder with stored results")->required();
   command->add_option("--out", options->out, "folder for the pages; default: that of the results")
       ->type_name("DIR");
+  add_figures_option(*command, *options);
   add_threads_option(*command, options->threads);
   command->add_flag("--quiet", options->quiet, "do not say where the report is");
   static constexpr const char* kExamples[] = {
       "credence run figure1_two_landmarks --out out/one && credence report out/one",
+      "credence report out/one --figures pgf,png,one-column    # each figure and panel for a paper, in "
+      "out/one/figures",
       "credence report out/sweep --out out/so_far    # of a sweep that is still running"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{report(*options)}; });

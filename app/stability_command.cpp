@@ -54,7 +54,8 @@ StabilityOutput linear_output(const Scenario& scenario, const LinearProblem& pro
   const StabilityAnalysis a =
       analyse_stability(lifted_model(period), problem.rule, steps,
                         std::max({options.horizon / length, steps, Index{4}}), own_names(scenario, problem));
-  if (!options.out.empty()) write_stability_report(options.out, scenario, a, make_provenance(this_command()));
+  if (!options.out.empty())
+    write_stability_report(options.report_folder(), scenario, a, make_provenance(this_command()));
   ReportAnswer answer = stability_answer(a);
   if (length > 1) {
     answer.text += fmt::format("; a step is here a whole period of {}, with P at its end", length);
@@ -65,7 +66,7 @@ StabilityOutput linear_output(const Scenario& scenario, const LinearProblem& pro
 StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& options) {
   const PlanarStability a = analyse_planar_stability(scenario, options.loops);
   if (!options.out.empty())
-    write_planar_stability_report(options.out, scenario, a, make_provenance(this_command()));
+    write_planar_stability_report(options.report_folder(), scenario, a, make_provenance(this_command()));
   return {planar_stability_answer(scenario, a),
           {planar_growth_table(scenario, a), planar_rank_table(a)},
           planar_stability_json(scenario, a)};
@@ -128,7 +129,7 @@ int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
     fmt::print("{}", terminal_text(planar_stability_table(plan, analyses)));
   }
   if (options.out.empty()) return kDone;
-  write_planar_stability_table(options.out, plan, analyses, make_provenance(this_command()));
+  write_planar_stability_table(options.report_folder(), plan, analyses, make_provenance(this_command()));
   tell_report(options);
   return kDone;
 }

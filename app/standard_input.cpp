@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <system_error>
 
@@ -60,6 +61,12 @@ StandardInputFile::StandardInputFile() : folder_(new_folder()) {
 StandardInputFile::~StandardInputFile() {
   std::error_code ignored;
   fs::remove_all(folder_, ignored);
+}
+
+std::string text_of_file(const std::string& file, const std::string& otherwise) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw std::invalid_argument(fmt::format("{}: {}", file, otherwise));
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 }  // namespace credence

@@ -21,4 +21,7 @@ class StandardInputFile {
   std::filesystem::path folder_;
 };
 
+/// All of a file that an argument names; throws std::invalid_argument "FILE: `otherwise`".
+std::string text_of_file(const std::string& file, const std::string& otherwise);
+
 }  // namespace credence

@@ -50,6 +50,7 @@ std::vector<ConfigurationResult> collect(std::span<const Configuration> configur
     StudyTask& task = tasks.emplace_back(
         StudyTask{.id = c.id, .experiment = c.experiment.get(), .runs = c.scenario.most_runs()});
     task.max_seconds = c.scenario.stop.max_seconds;
+    task.steps = c.scenario.study.steps;
     SequentialStudy& watch = watches.emplace_back(c.scenario);
     if (!c.scenario.stop.asked()) continue;
     task.enough = [&watch](const StudyStatistics& chunk, const StudyStatistics& prefix) {

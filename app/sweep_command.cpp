@@ -91,7 +91,7 @@ int sweep(SweepOptions& options) {
       fmt::print("{}", terminal_text(table));
     }
   }
-  write_sweep_report(options.out, analysis, make_provenance(this_command()));
+  write_sweep_report(options.report_folder(), analysis, make_provenance(this_command()));
   require_stored(options.out);
   tell_report(options);
   return study_exit_code(complete, failed, inconsistent, options);

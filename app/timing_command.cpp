@@ -45,7 +45,7 @@ int timing(TimingCommand& command) {
   }
   print_timing(command, result);
   if (!command.out.empty()) {
-    write_timing_report(command.out, result, make_provenance(this_command()));
+    write_timing_report(command.report_folder(), result, make_provenance(this_command()));
     tell_report(command);
   }
   return result.complete ? kDone : kInterrupted;

@@ -71,7 +71,7 @@ int tune_data_set(const TuneOptions& options) {
       for (const std::string& sentence : replay_tune_sentences(tuning)) fmt::print("{}\n", sentence);
     }
     if (!options.out.empty()) {
-      write_replay_tune_report(options.out, tuning, score, make_provenance(this_command()));
+      write_replay_tune_report(options.report_folder(), tuning, score, make_provenance(this_command()));
       tell_report(options);
     }
     const bool inconsistent = !tuning.left_out.empty() && is_inconsistent(left_out_verdict(tuning));

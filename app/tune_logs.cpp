@@ -43,7 +43,7 @@ int tune_logs(const TuneOptions& options) {
     for (const std::string& sentence : log_tune_sentences(sensors)) fmt::print("{}\n", sentence);
   }
   if (!options.out.empty()) {
-    write_log_tune_report(options.out, name, sensors, make_provenance(this_command()));
+    write_log_tune_report(options.report_folder(), name, sensors, make_provenance(this_command()));
     tell_report(options);
   }
   const bool inconsistent = std::ranges::any_of(

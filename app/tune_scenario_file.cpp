@@ -50,7 +50,7 @@ int tune_scenario_file(const TuneOptions& options) {
     print_tuning(*tuning);
   }
   if (!options.out.empty()) {
-    write_tune_report(options.out, *tuning, make_provenance(this_command()));
+    write_tune_report(options.report_folder(), *tuning, make_provenance(this_command()));
     tell_report(options);
   }
   if (!options.write.empty()) {

@@ -24,6 +24,16 @@ def _metadata():
     return name, version, text
 
 
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    """What is known before anything is compiled: without it pip builds the wheel to read it."""
+    name, version, metadata = _metadata()
+    info = f"{name}-{version}.dist-info"
+    folder = pathlib.Path(metadata_directory) / info
+    folder.mkdir()
+    (folder / "METADATA").write_text(metadata)
+    return info
+
+
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     name, version, metadata = _metadata()
     abi = f"cp{sys.version_info.major}{sys.version_info.minor}"

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/coverage.h"
@@ -142,6 +144,57 @@ ConformalFactor conformal_factor(std::span<const CalibrationRun> runs) {
   return result;
 }
 
+std::vector<StanfordCell> stanford_cells(std::span<const CalibrationRun> runs) {
+  std::map<std::pair<int, int>, std::int64_t> all;
+  for (const CalibrationRun& run : runs) {
+    for (const auto& [place, rows] : run.stanford) all[place] += rows;
+  }
+  const auto centre = [](int cell) { return std::pow(10.0, (cell + 0.5) / 8.0); };
+  std::vector<StanfordCell> cells;
+  cells.reserve(all.size());
+  for (const auto& [place, rows] : all) cells.push_back({centre(place.first), centre(place.second), rows});
+  return cells;
+}
+
+std::vector<DistanceBin> distance_bins(std::span<const CalibrationRun> runs, double states,
+                                       double confidence) {
+  double length_m = 0.0;
+  for (const CalibrationRun& run : runs) {
+    if (!run.distance.bins().empty()) length_m = std::max(length_m, run.distance.length_m());
+  }
+  std::vector<DistanceSums::Bin> all;
+  std::vector<SkewedMoments> moments;
+  for (const CalibrationRun& run : runs) {
+    DistanceSums sums = run.distance;
+    sums.widen(length_m);
+    all.resize(std::max(all.size(), sums.bins().size()));
+    moments.resize(all.size());
+    for (std::size_t i = 0; i < sums.bins().size(); ++i) {
+      const DistanceSums::Bin& bin = sums.bins()[i];
+      all[i].merge(bin);
+      if (bin.rows > 0) moments[i].add(bin.nees / static_cast<double>(bin.rows));
+    }
+  }
+  std::vector<DistanceBin> bins;
+  std::vector<double> p_values;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].rows == 0) continue;
+    const auto rows = static_cast<double>(all[i].rows);
+    DistanceBin bin{.from_m = length_m * static_cast<double>(i),
+                    .to_m = length_m * static_cast<double>(i + 1),
+                    .rows = all[i].rows,
+                    .nees = interval_of(moments[i], confidence, states),
+                    .p_value = p_value_of(moments[i], states),
+                    .error_m = std::sqrt(all[i].squared / rows),
+                    .sigma_m = std::sqrt(all[i].variance / rows)};
+    p_values.push_back(bin.p_value);
+    bins.push_back(bin);
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 0; i < bins.size(); ++i) bins[i].adjusted = adjusted[i];
+  return bins;
+}
+
 ProtectionLevel protection_level(std::span<const CalibrationRun> runs, std::size_t r) {
   constexpr double kTail = 0.05;
   ProtectionLevel level{.risk = CalibrationRecorder::kRisks[r]};
@@ -174,6 +227,8 @@ Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<co
   double states = 0.0;
   for (const Block& part : parts) states += static_cast<double>(part.states.size());
   for (std::size_t r = 0; r < result.protection.size(); ++r) result.protection[r] = protection_level(runs, r);
+  result.stanford = stanford_cells(runs);
+  result.distance = distance_bins(runs, states, confidence);
   CalibrationSum all;
   for (const CalibrationRun& run : runs) all.merge(run.whole);
   result.bins = sigma_bins(all, units, confidence);
@@ -188,6 +243,11 @@ Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<co
         {parts[a].name, interval_of(moments, confidence, static_cast<double>(parts[a].states.size()))});
   }
   return result;
+}
+
+Calibration judge_calibration(CalibrationRecorder& recorder, double confidence) {
+  const std::vector<CalibrationRun> runs = recorder.take();
+  return judge_calibration(runs, recorder.parts(), confidence);
 }
 
 UnitFactors unit_factors(std::span<const CalibrationRun> runs, std::span<const Block> parts) {

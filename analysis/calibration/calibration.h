@@ -61,6 +61,22 @@ struct ProtectionLevel {
   double needed_rows = 0.0;     ///< independent rows, none beyond, that would show the risk at 95 %
 };
 
+/// Rows with a position error and a claim of about these sizes (Stanford diagram).
+struct StanfordCell {
+  double error = 0.0, sigma = 0.0;  ///< centres: ‖e‖, √λ_max(P); m
+  std::int64_t rows = 0;
+};
+
+/// NEES over n, and position errors over what is claimed, on one length of the way.
+struct DistanceBin {
+  double from_m = 0.0, to_m = 0.0;  ///< of the distance travelled
+  std::int64_t rows = 0;
+  MeanInterval nees;                    ///< over n: mean over runs; reason: fewer than five of them came here
+  double p_value = 0.0;                 ///< that it is 1; NaN without a test
+  double adjusted = 0.0;                ///< Holm over all bins
+  double error_m = 0.0, sigma_m = 0.0;  ///< root mean squares of ‖e‖ and √tr P; 0: no position
+};
+
 struct Calibration {
   std::string units;  ///< "runs", "stretches", or "" where neither will do
   std::int64_t unit_count = 0;
@@ -70,6 +86,8 @@ struct Calibration {
   HeldOutNees with_factor, with_part_factors;
   ConformalFactor conformal;
   std::array<ProtectionLevel, CalibrationRecorder::kRisks.size()> protection;  ///< rows 0: no position
+  std::vector<StanfordCell> stanford;
+  std::vector<DistanceBin> distance;  ///< none where the way is not known
 };
 
 Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<const Block> parts,
@@ -77,6 +95,9 @@ Calibration judge_calibration(std::span<const CalibrationRun> runs, std::span<co
 inline Calibration judge_calibration(const CalibrationUnits& units, double confidence) {
   return judge_calibration(units.runs, units.parts, confidence);
 }
+
+/// Of the runs of one recorder.
+Calibration judge_calibration(CalibrationRecorder& runs, double confidence);
 
 /// How the factor on P of one part differs between two stacks, or versions, that met the same data.
 struct FactorChange {

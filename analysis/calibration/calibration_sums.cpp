@@ -1,15 +1,14 @@
 #include "analysis/calibration/calibration_sums.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <utility>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/effective_sample.h"
+#include "analysis/laws/thinned_series.h"
 
 namespace credence {
 namespace {
@@ -20,18 +19,6 @@ constexpr std::size_t kGroups = 160;
 void add_to(std::vector<double>& sums, const std::vector<double>& more) {
   if (sums.size() < more.size()) sums.resize(more.size(), 0.0);
   for (std::size_t i = 0; i < more.size(); ++i) sums[i] += more[i];
-}
-
-/// Averages of at most 20,000 neighbours: correlation times cost the square of the length.
-std::vector<double> thinned_averages(const std::vector<double>& values, std::size_t& group) {
-  constexpr std::size_t kLongest = 20'000;
-  group = std::max<std::size_t>(1, (values.size() + kLongest - 1) / kLongest);
-  std::vector<double> averages;
-  for (std::size_t i = 0; i + group <= values.size(); i += group) {
-    const auto these = std::span(values).subspan(i, group);
-    averages.push_back(std::accumulate(these.begin(), these.end(), 0.0) / static_cast<double>(group));
-  }
-  return averages;
 }
 
 }  // namespace
@@ -89,19 +76,21 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
       limits_[r] = chi_square_upper_quantile(kRisks[r], static_cast<double>(position_.size()));
   }
   run_ = {.name = std::move(name), .whole = {}, .position_dim = std::ssize(position_)};
+  last_bins_.assign(static_cast<std::size_t>(n), {0.0, 0});
   groups_.clear();
   nees_.clear();
   rows_per_group_ = 1;
 }
 
-void CalibrationRecorder::add(const Step& step) {
+void CalibrationRecorder::add(const Step& step, double distance_m) {
   const auto n = static_cast<Index>(layout_.states.size());
   if (!open_ || !step.problem.empty() || std::ssize(step.states) != n || step.error.size() != n) return;
-  const Eigen::LLT<Matrix> factor(step.P);
-  if (factor.info() != Eigen::Success || !step.error.allFinite() || !(step.P.diagonal().array() > 0.0).all())
+  factor_.compute(step.P);
+  if (factor_.info() != Eigen::Success || !step.error.allFinite() || !(step.P.diagonal().array() > 0.0).all())
     return;
-  const Vector solved = factor.solve(step.error);  // P⁻¹ e
-  const double nees = step.error.dot(solved) / static_cast<double>(n);
+  solved_ = step.error;  // P⁻¹ e
+  factor_.solveInPlace(solved_);
+  const double nees = step.error.dot(solved_) / static_cast<double>(n);
   if (!std::isfinite(nees)) return;
   if (groups_.empty() || groups_.back().rows == rows_per_group_) {
     if (groups_.size() == kGroups) {
@@ -122,36 +111,70 @@ void CalibrationRecorder::add(const Step& step) {
   const std::size_t m = parts_.size();
   sum.marginal.resize(m, 0.0);
   sum.pairs.resize(m * (m + 1) / 2, 0.0);
-  // (P⁻¹)_ab e_b: of one part at a time.
-  std::size_t pair = 0;
-  const Matrix inverse = m > 1 ? Matrix(factor.solve(Matrix::Identity(n, n))) : Matrix();
-  for (std::size_t a = 0; a < m; ++a) {
-    const std::vector<Index>& at = parts_[a].states;
-    const Vector e = step.error(at);
-    sum.marginal[a] += m == 1 ? nees
-                              : Matrix(step.P(at, at)).llt().matrixL().solve(e).squaredNorm() /
-                                    static_cast<double>(at.size());
-    for (std::size_t b = a; b < m; ++b) {
-      const std::vector<Index>& to = parts_[b].states;
-      const double product =
-          m == 1 ? static_cast<double>(n) * nees : e.dot(Matrix(inverse(at, to)) * Vector(step.error(to)));
-      sum.pairs[pair++] += (a == b ? 1.0 : 2.0) * product;
-    }
+  if (m == 1) {
+    sum.marginal[0] += nees;
+    sum.pairs[0] += static_cast<double>(n) * nees;
+  } else {
+    add_parts(step, sum);
   }
   for (Index i = 0; i < n; ++i) {
     const double squared = step.error[i] * step.error[i], variance = step.P(i, i);
-    CalibrationSum::Bin& bin = sum.bins[{i, static_cast<int>(std::floor(2.0 * std::log10(variance)))}];
+    auto& [last_variance, last_bin] = last_bins_[static_cast<std::size_t>(i)];
+    if (variance != last_variance) {
+      last_variance = variance;
+      last_bin = static_cast<int>(std::floor(2.0 * std::log10(variance)));
+    }
+    CalibrationSum::Bin& bin = sum.bins[{i, last_bin}];
     ++bin.rows;
     bin.squared += squared;
     bin.variance += variance;
     bin.normalised += squared / variance;
   }
-  if (position_.empty()) return;
+  DistanceSums::Bin here{.rows = 1, .nees = nees};
+  if (!position_.empty()) add_position(step, here);
+  run_.distance.add(distance_m, here);
+}
+
+void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here) {
   const Matrix P = step.P(position_, position_);
   const double largest = P.rows() == 1 ? P(0, 0) : P.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
   const double squared = step.error(position_).squaredNorm();
   for (std::size_t r = 0; r < kRisks.size(); ++r) {
     if (squared > limits_[r] * largest) ++run_.beyond[r];
+  }
+  here.squared = squared;
+  here.variance = P.trace();
+  const auto cell = [](double value) {
+    constexpr double kCellsOfADecade = 8.0, kLeast = 1e-12, kMost = 1e12;  // m
+    return static_cast<int>(std::floor(kCellsOfADecade * std::log10(std::clamp(value, kLeast, kMost))));
+  };
+  ++run_.stanford[{cell(std::sqrt(squared)), cell(std::sqrt(largest))}];
+}
+
+void CalibrationRecorder::add_parts(const Step& step, CalibrationSum& sum) {
+  const Index n = step.error.size();
+  inverse_.setIdentity(n, n);
+  factor_.solveInPlace(inverse_);
+  std::size_t pair = 0;
+  for (std::size_t a = 0; a < parts_.size(); ++a) {
+    const std::vector<Index>& at = parts_[a].states;
+    if (at.size() == 1) {
+      const double u = step.error[at[0]] / std::sqrt(step.P(at[0], at[0]));
+      sum.marginal[a] += u * u;
+    } else {
+      const Vector e = step.error(at);
+      sum.marginal[a] +=
+          Matrix(step.P(at, at)).llt().matrixL().solve(e).squaredNorm() / static_cast<double>(at.size());
+    }
+    for (std::size_t b = a; b < parts_.size(); ++b) {
+      double product = 0.0;  // e_aᵀ (P⁻¹)_ab e_b
+      for (const Index i : at) {
+        double row = 0.0;
+        for (const Index j : parts_[b].states) row += inverse_(i, j) * step.error[j];
+        product += step.error[i] * row;
+      }
+      sum.pairs[pair++] += (a == b ? 1.0 : 2.0) * product;
+    }
   }
 }
 
@@ -159,12 +182,11 @@ void CalibrationRecorder::close_run() {
   if (!std::exchange(open_, false) || nees_.empty()) return;
   const double n = static_cast<double>(layout_.states.size());
   for (const CalibrationSum& group : groups_) run_.whole.merge(group);
-  std::size_t thinned = 1;
-  const std::vector<double> series = thinned_averages(nees_, thinned);
+  const ThinnedSeries series = thinned(nees_);
   const double mean = run_.whole.nees / static_cast<double>(run_.whole.rows);
-  const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series}, mean);
+  const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series.values}, mean);
   if (sample.reason.empty()) {
-    const double time = static_cast<double>(thinned) * sample.correlation_time;
+    const double time = series.rows_per_value * sample.correlation_time;
     run_.effective_rows = std::max(1.0, static_cast<double>(run_.whole.rows) / time);
     const std::size_t groups = groups_.size() / CalibrationRun::kStretches;
     const double length = static_cast<double>(groups) * static_cast<double>(rows_per_group_);

@@ -4,8 +4,12 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "analysis/calibration/distance_sums.h"
+#include "core/linear_algebra/cholesky.h"
+#include "core/nan.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 
@@ -49,6 +53,9 @@ struct CalibrationRun {
   /// Rows whose position error is beyond the protection level of each of kRisks.
   std::array<std::int64_t, 3> beyond{};
   Index position_dim = 0;  ///< 0: there is no position
+  /// Rows by position error and protection level over k, √λ_max(P): cell i holds 10^(i/8) to 10^((i+1)/8) m.
+  std::map<std::pair<int, int>, std::int64_t> stanford{};
+  DistanceSums distance{};  ///< empty where the way is not known
 };
 
 /// Adds up the rows of runs. Looked at are states of up to twelve dimensions whose covariance is known as a
@@ -60,7 +67,8 @@ class CalibrationRecorder {
   static constexpr std::array<double, 3> kRisks = {1e-2, 1e-3, 1e-5};
 
   void begin_run(const RunLayout& layout, std::string name);
-  void add(const Step& step);
+  /// distance_m: that the truth has travelled in the run so far; NaN where it is not known.
+  void add(const Step& step, double distance_m = kNaN);
 
   /// Of the runs so far, at most kMostRuns, in their order.
   std::vector<CalibrationRun> take();
@@ -69,6 +77,8 @@ class CalibrationRecorder {
 
  private:
   void close_run();
+  void add_parts(const Step& step, CalibrationSum& sum);
+  void add_position(const Step& step, DistanceSums::Bin& here);
 
   RunLayout layout_;
   std::vector<Block> parts_;
@@ -76,7 +86,11 @@ class CalibrationRecorder {
   std::array<double, 3> limits_{};      ///< χ² of kRisks
   std::vector<CalibrationSum> groups_;  ///< of the open run: equal numbers of rows, at most twice kGroups
   std::int64_t rows_per_group_ = 1;
-  std::vector<double> nees_;  ///< of the open run, of each row over n
+  std::vector<double> nees_;   ///< of the open run, of each row over n
+  Eigen::LLT<Matrix> factor_;  ///< of the step at hand
+  Vector solved_;
+  Matrix inverse_;
+  std::vector<std::pair<double, int>> last_bins_;  ///< of each state: the last variance and its bin
   CalibrationRun run_;
   bool open_ = false;
   std::vector<CalibrationRun> runs_;

@@ -231,10 +231,11 @@ void find_start_beside_the_rest(const Findings& findings, std::vector<CauseFound
   if (span.first == 0) return;
   const bool low =
       span.first == verdict.pessimistic_steps.first && span.last == verdict.pessimistic_steps.last;
-  found.push_back({Cause::initial_covariance,
-                   fmt::format("{} is {} in steps {} to {} only, and {} later",
-                               by_nis.first > 0 ? "NIS" : "NEES", low ? "pessimistic" : "optimistic",
-                               span.first, span.last, low ? "optimistic" : "pessimistic")});
+  found.push_back(
+      {Cause::initial_covariance,
+       fmt::format("{} is {} in steps {} to {} only, and {} later", by_nis.first > 0 ? "NIS" : "NEES",
+                   low ? "pessimistic" : "optimistic", verdict.step_of(span.first),
+                   verdict.step_of(span.last), low ? "optimistic" : "pessimistic")});
 }
 
 void find_initial_covariance(const Findings& findings, std::vector<CauseFound>& found) {
@@ -244,7 +245,7 @@ void find_initial_covariance(const Findings& findings, std::vector<CauseFound>& 
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;
   found.push_back({Cause::initial_covariance,
                    fmt::format("{} is {} in the first steps only, most at step {}", by_nis ? "NIS" : "NEES",
-                               to_string(verdict.verdict), verdict.worst_step)});
+                               to_string(verdict.verdict), verdict.step_of(verdict.worst_step + 1))});
 }
 
 // The gain is too small if innovations are followed by others of the same sign, too large if of the opposite.

@@ -99,6 +99,10 @@ struct ConsistencyVerdict {
   double share_outside = 0.0;           ///< of tested steps outside their pointwise bounds
   double expected_share_outside = 0.0;  ///< 1 − confidence for a consistent filter
   std::vector<StepTest> steps;          ///< one for each step given
+  std::int64_t step_stride = 1;         ///< between two of them, in steps of the runs
+
+  /// The step of the runs, from 1, that is the entry-th of the steps given, from 1.
+  std::int64_t step_of(std::int64_t entry) const { return 1 + (entry - 1) * step_stride; }
 };
 
 /// The verdict on NEES, total or of a block of the state: steps correlated in time in any way.

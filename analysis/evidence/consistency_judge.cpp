@@ -136,6 +136,7 @@ std::int64_t count_holm_rejections(const std::vector<StepTest>& steps, double al
 }
 
 void add_steps(std::span<const Moments> per_step, std::span<const double> dofs, ConsistencyVerdict& result) {
+  result.steps.reserve(dofs.size());
   for (std::size_t k = 0; k < dofs.size(); ++k) {
     StepTest step = step_without_data(per_step[k], dofs[k]);
     if (has_data(step)) {

@@ -4,21 +4,32 @@
 
 #include <stdexcept>
 
-#include "analysis/laws/effective_sample.h"
+#include "montecarlo/engine/moments.h"
 
 namespace credence {
 
 double measured_effective_steps(std::span<const std::vector<double>> runs) {
-  const std::size_t steps = runs.empty() ? 0 : runs.front().size();
-  Matrix nees(static_cast<Index>(runs.size()), static_cast<Index>(steps));
+  if (runs.size() < 2) {
+    throw std::invalid_argument(fmt::format("NEES of {} runs: at least 2 are needed", runs.size()));
+  }
+  const std::size_t steps = runs.front().size();
+  std::vector<Moments> at(steps);
+  Moments of_sums;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     if (runs[r].size() != steps) {
       throw std::invalid_argument(
           fmt::format("NEES of run {}: {} steps where the first has {}", r, runs[r].size(), steps));
     }
-    nees.row(static_cast<Index>(r)) = Eigen::Map<const Eigen::RowVectorXd>(runs[r].data(), nees.cols());
+    double sum = 0.0;
+    for (std::size_t k = 0; k < steps; ++k) {
+      at[k].add(runs[r][k]);
+      sum += runs[r][k];
+    }
+    of_sums.add(sum);
   }
-  return empirical_nees_time_law(nees).effective_steps;
+  double independent = 0.0;
+  for (const Moments& step : at) independent += step.variance();
+  return static_cast<double>(steps) * independent / of_sums.variance();
 }
 
 }  // namespace credence

@@ -52,6 +52,13 @@ void CoverageSums::merge(const CoverageSums& later) {
   }
 }
 
+void CoverageSums::drop_every_second_step() {
+  for (Region& region : regions) {
+    drop_every_second(region.count);
+    drop_every_second(region.expected);
+  }
+}
+
 SensorSums::SensorSums(Sensor of)
     : sensor(std::move(of)),
       varies(sensor.piece > kLargestWhitened),
@@ -66,6 +73,7 @@ void SensorSums::merge(const SensorSums& later) {
   fit.merge(later.fit);
   far_tail.merge(later.far_tail);
   largest_nis = std::max(largest_nis, later.largest_nis);
+  ties.merge(later.ties);
   if (!varies) {
     lags.merge(later.lags);
     run_means.merge(later.run_means);
@@ -94,6 +102,8 @@ void Evidence::merge(Evidence later) {
     *this = std::move(later);
     return;
   }
+  thin_steps(1, later.step_stride);
+  later.thin_steps(1, step_stride);
   const std::size_t steps = std::max(study.steps.size(), later.study.steps.size());
   study.steps.resize(steps);
   later.study.steps.resize(steps);
@@ -134,6 +144,20 @@ void Evidence::merge(Evidence later) {
   state_dim = std::max(state_dim, later.state_dim);
   joint_covariance = joint_covariance && later.joint_covariance;
   has_truth = has_truth || later.has_truth;
+}
+
+void Evidence::thin_steps(std::int64_t step, std::int64_t stride) {
+  while (step > kMostSteps * step_stride || stride > step_stride) {
+    step_stride *= 2;
+    drop_every_second(study.steps);
+    for (BlockSums& block : blocks) drop_every_second(block.nees);
+    for (SensorSums& sensor : sensors) drop_every_second(sensor.nis);
+    coverage.drop_every_second_step();
+    drop_every_second(law.nees_at);
+    drop_every_second(law.nis_at);
+    drop_every_second(clean_nees);
+    drop_every_second(clean_nis);
+  }
 }
 
 std::int64_t Evidence::rejected_rows() const {

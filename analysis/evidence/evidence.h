@@ -64,6 +64,7 @@ struct CoverageSums {
 
   void add(std::int64_t step, double nees, Index dof);
   void merge(const CoverageSums& later);
+  void drop_every_second_step();
 
  private:
   std::map<Index, std::array<double, kSigmas.size()>> expected_of_dof_;  ///< computed once for each dof
@@ -90,6 +91,7 @@ struct SensorSums {
   UniformHistogram fit;    ///< F(NIS)
   CoverageCount far_tail;  ///< NIS values within the quantile kFarTail
   double largest_nis = 0.0;
+  CoverageCount ties;       ///< NIS that are equal to another of their run: never of a continuous law
   LagProducts lags;         ///< of the pieces; means nothing once the dimension varies
   VectorMoments run_means;  ///< over runs: the mean piece of each, so that it holds for coloured ones too
   /// Of Σ u_i/√m, which is N(0, 1) under consistency for any m.
@@ -144,12 +146,15 @@ struct Evidence {
   std::int64_t nees_outliers = 0, nis_outliers = 0;
   CoverageCount narrow_angles{};  ///< angles of the state at a step whose σ is within kWideAngle
   std::int64_t rows = 0;          ///< steps seen, rejected ones included
+  std::int64_t step_stride = 1;   ///< of the steps that have sums of their own (step_series.h)
   std::map<std::string, RejectedRows> rejected;  ///< by the reason
   std::vector<double> first_run;  ///< NEES / dof of a run alone at its rows; empty once there are more runs
   Index state_dim = 0;            ///< the largest of all logs
   bool joint_covariance = true, has_truth = false;
 
   void merge(Evidence later);
+  /// Doubles step_stride until this step, and this stride, is provided for.
+  void thin_steps(std::int64_t step, std::int64_t stride = 1);
   std::int64_t rejected_rows() const;
   BlockSums& block(const Block& of);     ///< made if it is not there
   SensorSums& sensor(const Sensor& of);  ///< made if it is not there

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <span>
 
 #include "analysis/evidence/consistency_nees.h"
@@ -59,6 +60,25 @@ constexpr Index kLargestState = 60;
 double normal_score(double u) {
   constexpr double kLeast = 1e-15;
   return quantile(boost::math::normal(), std::clamp(u, kLeast, 1.0 - kLeast));
+}
+
+double squared_norm(const Vector& values, const std::vector<Index>& places) {
+  double sum = 0.0;
+  for (const Index i : places) sum += values[i] * values[i];
+  return sum;
+}
+
+/// How many of the values are equal to another, within what arithmetic leaves of numbers with few digits.
+CoverageCount count_ties(std::vector<double> values) {
+  constexpr double kEqual = 1e-9;
+  std::ranges::sort(values);
+  CoverageCount ties;
+  const auto equal = [&](std::size_t i) {  // to the one before
+    return i > 0 && i < values.size() &&
+           values[i] - values[i - 1] <= kEqual * std::max(1.0, std::abs(values[i]));
+  };
+  for (std::size_t i = 0; i < values.size(); ++i) ties.add(equal(i) || equal(i + 1));
+  return ties;
 }
 
 /// Where the first fifth of a run ends: what comes before may be coloured by a wrong start.
@@ -130,7 +150,18 @@ void EvidenceRecorder::Normalised::clear() {
   problem = {};
 }
 
-void EvidenceRecorder::Normalised::normalise(VectorRef e, const MatrixRef& covariance) {
+void EvidenceRecorder::Normalised::take(const Step& step, const std::vector<Index>& places) {
+  const Index n = std::ssize(places);
+  error.resize(n);
+  P.resize(n, n);
+  for (Index j = 0; j < n; ++j) {
+    const Index from = places[static_cast<std::size_t>(j)];
+    error[j] = step.error[from];
+    for (Index i = 0; i < n; ++i) P(i, j) = step.P(places[static_cast<std::size_t>(i)], from);
+  }
+}
+
+void EvidenceRecorder::Normalised::normalise(const VectorRef& e, const MatrixRef& covariance) {
   clear();
   // The common case, with the arithmetic of the engine.
   if ((covariance.diagonal().array() > 0.0).all()) {
@@ -203,21 +234,18 @@ std::string_view EvidenceRecorder::judge_state(const Step& step) {
     state_.dof = 0;
   }
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const std::vector<Index>& places = places_[b];
     Normalised& block = blocks_[b];
-    if (places_[b].empty()) {
-      block.error.resize(0);
-      block.P.resize(0, 0);
-      continue;
-    }
-    block.error = step.error(places_[b]);
-    block.P = step.P(places_[b], places_[b]);
-    const bool whole = std::ssize(places_[b]) == step.error.size() && layout_.joint_covariance;
+    const bool whole = std::ssize(places) == step.error.size() && layout_.joint_covariance;
+    const bool single = places.size() == 1;
+    if (b == 0 || static_cast<Index>(b) == position_ || !(whole || single)) block.take(step, places);
+    if (places.empty()) continue;
     if (whole) {
       block.value = state_.value;
       block.dof = state_.dof;
       block.whitened = state_.whitened;
-    } else if (places_[b].size() == 1) {
-      block.normalise(block.error[0], block.P(0, 0));
+    } else if (single) {
+      block.normalise(step.error[places[0]], step.P(places[0], places[0]));
     } else {
       block.normalise(block.error, block.P);
     }
@@ -270,27 +298,32 @@ void EvidenceRecorder::add_traces(const Step& step, StepStatistics& s) const {
   }
 }
 
-void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
-  s[Quantity::nees].add(state_.value);
-  s.nees_dof += state_.dof;
-  add_traces(step, s);
+void EvidenceRecorder::add_state(const Step& step) {
+  if (entry_ > 0) {
+    StepStatistics& s = at_step(sums_.study.steps, entry_);
+    s[Quantity::nees].add(state_.value);
+    s.nees_dof += state_.dof;
+    add_traces(step, s);
+  }
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (blocks_[b].dof < 0) continue;
     const Block& block = layout_.blocks[b];
     if (block.part == Part::pose) {
-      s[Quantity::vehicle_nees].add(blocks_[b].value);
+      if (entry_ > 0) {
+        at_step(sums_.study.steps, entry_)[Quantity::vehicle_nees].add(blocks_[b].value);
+      }
       run_.vehicle.add(blocks_[b].value, blocks_[b].dof);
     }
     run_.blocks[b].add(blocks_[b].value, blocks_[b].dof);
-    at_step(sums_of_block(b).nees, step.step).add(blocks_[b].value, blocks_[b].dof);
-    double squared = step.error(places_[b]).squaredNorm();
+    if (entry_ > 0) at_step(sums_of_block(b).nees, entry_).add(blocks_[b].value, blocks_[b].dof);
+    double squared = squared_norm(step.error, places_[b]);
     if (block.part == Part::map) {
       squared *= static_cast<double>(layout_.landmark_dim) / static_cast<double>(places_[b].size());
     }
     run_.squared_error[b].add(squared);
   }
   if (state_.dof <= 0) return;
-  sums_.coverage.add(step.step, state_.value, state_.dof);
+  if (entry_ > 0) sums_.coverage.add(entry_, state_.value, state_.dof);
   run_.values.add(state_.value);
   run_.nees.push_back(state_.value / static_cast<double>(state_.dof));
   run_.whole.add(state_.value, state_.dof);
@@ -305,8 +338,8 @@ void EvidenceRecorder::add_state(const Step& step, StepStatistics& s) {
   if (sums_.study.runs == 1) sums_.first_run.push_back(state_.value / static_cast<double>(state_.dof));
   if (state_.value > outlier_limit(state_.dof)) {
     ++sums_.nees_outliers;
-  } else {
-    at_step(sums_.clean_nees, step.step).add(state_.value, state_.dof);
+  } else if (entry_ > 0) {
+    at_step(sums_.clean_nees, entry_).add(state_.value, state_.dof);
   }
 }
 
@@ -316,7 +349,7 @@ void EvidenceRecorder::add_angles(const Step& step) {
 
 void EvidenceRecorder::add_law(const Step& step) {
   const double dof = static_cast<double>(state_.dof);
-  at_step(sums_.law.nees_at, step.step).add(state_.value / dof);
+  if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(state_.value / dof);
   run_.law.nees_tails.add(state_.value, dof);
   if (!layout_.joint_covariance) return;
   if (sums_.law.averaged.empty()) {
@@ -368,7 +401,7 @@ void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
                       value.dof % sensor.piece == 0 && step.innovations[i].nu.size() == value.dof &&
                       (sensor.piece < sensor.dim || value.dof == sensor.dim);
   sums.varies = sums.varies || !pieces;
-  at_step(sums.nis, step.step).add(value.value, value.dof);
+  if (entry_ > 0) at_step(sums.nis, entry_).add(value.value, value.dof);
   sums.by_dimension[value.dof].add(value.value, value.dof);
   const double u = chi_square_cdf(value.value, static_cast<double>(value.dof));
   sums.fit.add(u);
@@ -388,7 +421,7 @@ void EvidenceRecorder::add_innovation(std::size_t i, const Step& step) {
   }
 }
 
-void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
+void EvidenceRecorder::add_innovations(const Step& step) {
   double total = 0.0;
   Index dof = 0;
   for (std::size_t i = 0; i < innovations_.size(); ++i) {
@@ -404,16 +437,16 @@ void EvidenceRecorder::add_innovations(const Step& step, StepStatistics& s) {
   if (dof == 0) return;
   if (innovations_.size() > 1) add_sensor_pairs();
   const double m = static_cast<double>(dof);
-  at_step(sums_.law.nis_at, step.step).add(total / m);
   run_.law.nis += total;
   run_.law.nis_dof += m;
+  const bool outlier = total > outlier_limit(dof);
+  if (outlier) ++sums_.nis_outliers;
+  if (entry_ == 0) return;
+  StepStatistics& s = at_step(sums_.study.steps, entry_);
   s[Quantity::nis].add(total);
   s.nis_dof += dof;
-  if (total > outlier_limit(dof)) {
-    ++sums_.nis_outliers;
-  } else {
-    at_step(sums_.clean_nis, step.step).add(total, dof);
-  }
+  at_step(sums_.law.nis_at, entry_).add(total / m);
+  if (!outlier) at_step(sums_.clean_nis, entry_).add(total, dof);
 }
 
 void EvidenceRecorder::reject(const Step& step, std::string_view problem) {
@@ -426,16 +459,17 @@ void EvidenceRecorder::add(const Step& step) {
   ++sums_.rows;
   sums_.has_truth = sums_.has_truth || layout_.has_truth;
   sums_.joint_covariance = sums_.joint_covariance && layout_.joint_covariance;
-  const auto k = static_cast<std::size_t>(step.step) - 1;
-  if (sums_.study.steps.size() <= k) sums_.study.steps.resize(k + 1);
+  sums_.thin_steps(step.step);
+  const std::int64_t stride = sums_.step_stride, before = step.step - 1;
+  entry_ = before % stride == 0 ? before / stride + 1 : 0;
+  if (entry_ > 0) at_step(sums_.study.steps, entry_);  // a step that is rejected is one, too
   std::string_view problem = step.problem;
   if (problem.empty()) problem = judge_state(step);
   if (problem.empty()) problem = judge_innovations(step);
   if (!problem.empty()) return reject(step, problem);
-  StepStatistics& s = sums_.study.steps[k];
   sums_.state_dim = std::max(sums_.state_dim, step.error.size());
-  if (!step.states.empty()) add_state(step, s);
-  add_innovations(step, s);
+  if (!step.states.empty()) add_state(step);
+  add_innovations(step);
 }
 
 void EvidenceRecorder::close_innovations(std::size_t i) {
@@ -446,6 +480,13 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
     return (k + 1 < steps ? run.begins[k + 1] : run.values.size()) - run.begins[k];
   };
   const auto d = static_cast<std::size_t>(sums.varies ? 1 : sums.lags.dim());
+  std::vector<double> nis;
+  for (std::size_t k = 0; k < steps; ++k) {
+    if (count_at(k) == 0) continue;
+    const auto values = std::span(run.values).subspan(run.begins[k], count_at(k));
+    nis.push_back(std::inner_product(values.begin(), values.end(), values.begin(), 0.0));
+  }
+  sums.ties.merge(count_ties(std::move(nis)));
   double level = 0.0;
   if (layout_.sensors[i].nis_alone && first < steps) {
     const auto settled = std::span(run.values).subspan(run.begins[first]);
@@ -454,6 +495,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
   std::size_t most = 0;
   Moments scalar_mean;
   LagProducts scalar(1, SensorSums::kLags);
+  Vector value(1);
   for (std::size_t k = first; k < steps; ++k) {
     const std::size_t count = count_at(k);
     most = std::max(most, count / d);
@@ -463,7 +505,7 @@ void EvidenceRecorder::close_innovations(std::size_t i) {
     }
     double sum = -level;
     for (std::size_t j = 0; j < count; ++j) sum += run.values[run.begins[k] + j];
-    const Vector value = Vector::Constant(1, sum / std::sqrt(static_cast<double>(count)));
+    value[0] = sum / std::sqrt(static_cast<double>(count));
     scalar.add(value);
     scalar_mean.add(value[0]);
     sums.scalar_values.add(value);

@@ -47,11 +47,12 @@ class EvidenceRecorder {
     double noise_share = kNaN;      ///< tr(S⁻¹ R)/m of an innovation, where R is known
     std::string_view problem = {};
     NeesSolver solver{};  ///< one of each kind of value, so that none changes its size
-    Vector error{};       ///< of a block that has states at this step
-    Matrix P{};
+    Vector error{};       ///< of the first block, of the position, and of blocks of some but not all states
+    Matrix P{};           ///< likewise
 
     void clear();
-    void normalise(VectorRef e, const MatrixRef& covariance);
+    void take(const Step& step, const std::vector<Index>& places);
+    void normalise(const VectorRef& e, const MatrixRef& covariance);
     /// Of one state, with the same bits and without a matrix.
     void normalise(double e, double variance);
   };
@@ -84,13 +85,13 @@ class EvidenceRecorder {
   std::string_view judge_state(const Step& step);
   std::string_view judge_innovations(const Step& step);
   void reject(const Step& step, std::string_view problem);
-  void add_state(const Step& step, StepStatistics& sums);
+  void add_state(const Step& step);
   void add_angles(const Step& step);
   void add_law(const Step& step);
   void add_scores();
   void add_sensor_pairs();
   void add_traces(const Step& step, StepStatistics& sums) const;
-  void add_innovations(const Step& step, StepStatistics& sums);
+  void add_innovations(const Step& step);
   void add_innovation(std::size_t sensor, const Step& step);
   void add_missing(std::size_t sensor);
   void close_run(bool well);
@@ -101,6 +102,7 @@ class EvidenceRecorder {
   Evidence sums_;
   std::vector<Evidence> full_;
   OpenRun run_;
+  std::int64_t entry_ = 0;                  ///< of the step at hand in the series of steps, from 1; 0: none
   std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
   Index position_ = -1;                     ///< the block of the position; −1: there is none
   Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none

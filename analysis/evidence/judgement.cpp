@@ -13,6 +13,7 @@
 #include "analysis/laws/multiple_tests.h"
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/sample_size.h"
+#include "analysis/laws/thinned_series.h"
 #include "core/nan.h"
 
 namespace credence {
@@ -167,6 +168,14 @@ std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
   return GateFound{s.largest_nis, expected, fit.anderson_p_value};
 }
 
+/// Values with so few digits that their steps would be taken for another law: with n values on a grid of G
+/// places, some n/G of them are equal to another, and steps of 1/G show to the test from about 0.1/√n on.
+bool is_rounded(const CoverageCount& ties) {
+  constexpr double kShare = 0.1;
+  constexpr std::int64_t kFewest = 20;
+  return ties.total >= kFewest && static_cast<double>(ties.inside) > kShare * static_cast<double>(ties.total);
+}
+
 SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double confidence) {
   SensorJudgement result;
   result.name = s.sensor.name;
@@ -184,6 +193,10 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
     result.mean = test_zero_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
   }
   result.fit = test_uniform(s.fit);
+  if (is_rounded(s.ties)) {
+    result.fit.kolmogorov_p_value = result.fit.anderson_p_value = kNaN;
+    result.fit.reason = "not tested: the values are rounded, as many are equal to another";
+  }
   result.histogram = s.fit.counts();
   return result;
 }
@@ -243,26 +256,6 @@ void judge_ends(const Evidence& e, Judgement& j) {
                                                        : j.landmark;
     rmse = rmse_interval(block.squared_error, j.confidence);
   }
-}
-
-/// At most kLongest averages of successive values: correlation times of long runs cost the square of their
-/// length.
-struct ThinnedSeries {
-  std::vector<double> values;
-  double rows_per_value = 1.0;
-};
-
-ThinnedSeries thinned(const std::vector<double>& values) {
-  constexpr std::size_t kLongest = 20'000;
-  const std::size_t group = (values.size() + kLongest - 1) / kLongest;
-  if (group <= 1) return {values, 1.0};
-  ThinnedSeries result{{}, static_cast<double>(group)};
-  for (std::size_t i = 0; i + group <= values.size(); i += group) {
-    double sum = 0.0;
-    for (std::size_t j = i; j < i + group; ++j) sum += values[j];
-    result.values.push_back(sum / static_cast<double>(group));
-  }
-  return result;
 }
 
 /// Adds to the verdict what the course of one run in time says.
@@ -491,6 +484,16 @@ void judge_sensitivity(const Evidence& e, Judgement& j) {
                                        .nis = judge_all_sensors(e, nis, j.confidence)};
 }
 
+/// Which steps of the runs the steps judged are.
+void name_steps(const Evidence& e, bool of_state, Judgement& j) {
+  j.step_stride = e.step_stride;
+  for (BlockVerdict& block : j.blocks) block.verdict.step_stride = e.step_stride;
+  for (SensorJudgement& sensor : j.sensors) sensor.nis.step_stride = e.step_stride;
+  if (!of_state) return;
+  j.nees.step_stride = j.nis.step_stride = e.step_stride;
+  if (j.vehicle_nees) j.vehicle_nees->step_stride = e.step_stride;
+}
+
 /// NEES, NIS of each sensor, the blocks, and the directions of P.
 Word word_of(const Evidence& e, const Judgement& j) {
   constexpr double kDirections = 0.1;
@@ -529,6 +532,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   }
   judge_verdicts(e, context, j);
   judge_blocks(e, context, j);
+  name_steps(e, context.all_runs == nullptr, j);
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
   }

@@ -77,6 +77,7 @@ struct SensitivityJudgement {
 struct Judgement {
   std::int64_t runs = 0;  ///< that it rests on: of a study the first ones
   double confidence = 0.95;
+  std::int64_t step_stride = 1;                    ///< of the coverage, the blocks and the sensors
   ConsistencyVerdict nees, nis;                    ///< of all runs of a study
   std::optional<ConsistencyVerdict> vehicle_nees;  ///< of a block that is a pose, of all runs too
   Word word;                                       ///< over NEES, NIS, the blocks and directions

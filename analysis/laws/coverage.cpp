@@ -76,6 +76,7 @@ CoverageVerdict judge_coverage(std::span<const CoverageCount> per_step, std::spa
     if (is_new) entry->second = clopper_pearson(count, confidence);
     return entry->second;
   };
+  result.steps.reserve(per_step.size());
   for (std::size_t k = 0; k < per_step.size(); ++k) {
     const CoverageStep step{.count = per_step[k],
                             .interval = interval_of(per_step[k]),

@@ -10,6 +10,7 @@
 
 #include "analysis/laws/require.h"
 #include "analysis/laws/student_positive_mean.h"
+#include "analysis/laws/thinned_series.h"
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
@@ -34,12 +35,6 @@ Matrix whitening(const Matrix& P) {
   const Index rank = (eigen.eigenvalues().array() > tolerance).count();
   const Vector root = eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse();
   return root.asDiagonal() * eigen.eigenvectors().rightCols(rank).transpose() * scale.asDiagonal();
-}
-
-void finish(NeesTimeLaw& law, double independent_variance) {
-  const double steps = static_cast<double>(law.correlation.rows());
-  law.effective_dof = 2.0 * law.run_sum.mean * law.run_sum.mean / law.run_sum.variance;
-  law.effective_steps = steps * independent_variance / law.run_sum.variance;
 }
 
 // Σ over the series of (x_k − mean)(x_{k+lag} − mean), and the number of products.
@@ -101,28 +96,8 @@ NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<
       if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = norms(k, l) / (root(k) * root(l));
     }
   }
-  finish(law, 2.0 * static_cast<double>(total));
-  return law;
-}
-
-NeesTimeLaw empirical_nees_time_law(MatrixRef nees) {
-  if (nees.rows() < 2 || nees.cols() < 1) {
-    throw std::invalid_argument(fmt::format("NEES of {} runs: at least 2 are needed", nees.rows()));
-  }
-  const Matrix deviations = nees.rowwise() - nees.colwise().mean();
-  const Matrix covariance = deviations.transpose() * deviations / static_cast<double>(nees.rows() - 1);
-  NeesTimeLaw law;
-  const Vector root = covariance.diagonal().cwiseSqrt();
-  law.correlation = Matrix::Zero(nees.cols(), nees.cols());
-  for (Index k = 0; k < nees.cols(); ++k) {
-    for (Index l = 0; l < nees.cols(); ++l) {
-      if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = covariance(k, l) / (root(k) * root(l));
-    }
-  }
-  law.run_sum.mean = nees.rowwise().sum().mean();
-  law.run_sum.variance = covariance.sum();
-  law.run_sum.third = 2.0 * law.run_sum.variance * law.run_sum.variance / law.run_sum.mean;
-  finish(law, covariance.trace());
+  law.effective_dof = 2.0 * law.run_sum.mean * law.run_sum.mean / law.run_sum.variance;
+  law.effective_steps = static_cast<double>(steps) * 2.0 * static_cast<double>(total) / law.run_sum.variance;
   return law;
 }
 
@@ -176,11 +151,17 @@ SkewedMoments stretch_averages(std::span<const std::vector<double>> runs) {
   for (const auto& run : series) {
     for (const double x : run) all.add(x);
   }
-  const EffectiveSample sample = effective_sample(series, all.mean);
+  const std::size_t longest = std::ranges::max(series, {}, [](const auto& run) { return run.size(); }).size();
+  std::vector<ThinnedSeries> shorter;
+  for (const auto& run : series) shorter.push_back(thinned(run, longest));
+  std::vector<std::span<const double>> looked_at;
+  for (const ThinnedSeries& run : shorter) looked_at.emplace_back(run.values);
+  const double correlation_time =
+      shorter.front().rows_per_value * effective_sample(looked_at, all.mean).correlation_time;
   SkewedMoments averages;
   for (const auto& run : series) {
     const std::size_t length = run.size() / of_a_run;
-    if (!(static_cast<double>(length) >= kShortestStretch * sample.correlation_time)) return {};
+    if (!(static_cast<double>(length) >= kShortestStretch * correlation_time)) return {};
     for (std::size_t i = 0; i < of_a_run; ++i) {
       double sum = 0.0;
       for (const double x : run.subspan(i * length, length)) sum += x;

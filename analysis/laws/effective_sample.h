@@ -36,11 +36,6 @@ struct NeesTimeLaw {
 /// differ or a P that is not positive semidefinite.
 NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<const Matrix> covariances);
 
-/// The law from the NEES of many runs: sample correlation between steps, empirical mean and variance of
-/// the sum. nees: M×T, one run in each row; M ≥ 2, else std::invalid_argument. The sums are taken as
-/// a multiple of χ².
-NeesTimeLaw empirical_nees_time_law(MatrixRef nees);
-
 /// Test of the average over time and runs, from the sums over time of independent runs.
 struct TimeAverageTest {
   MeanInterval run_sum;        ///< of Σ_k ε_k over the runs

@@ -11,7 +11,7 @@ namespace credence {
 /// Two tests that normalised vectors, innovations or errors, have mean zero.
 struct ZeroMeanTest {
   std::int64_t count = 0;
-  Vector mean;              ///< in standard deviations
+  Vector mean{};            ///< in standard deviations
   double chi_square = 0.0;  ///< N ‖ū‖² ~ χ²(m): trusts S
   double chi_square_p_value = 0.0;
   double t_square = 0.0;  ///< Hotelling's N ūᵀ Ĉ⁻¹ ū ~ (N−1) m / (N−m) F(m, N−m): S may be wrong

@@ -34,10 +34,12 @@ void calibrate_tests(const SelftestOptions& options, SelftestWorkers& workers, S
   workers.for_each(
       options.studies,
       [&](std::int64_t i) {
-        const Evidence evidence = synthetic_evidence(filter, noise, i, SyntheticFilter::kRuns);
+        CalibrationRecorder recorder;
+        const Evidence evidence =
+            synthetic_evidence(filter, noise, i, SyntheticFilter::kRuns, SyntheticFilter::kSteps, &recorder);
         const auto at = static_cast<std::size_t>(i);
         const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
-        all[at] = shipped_tests(evidence, judgement);
+        all[at] = shipped_tests(evidence, judgement, judge_calibration(recorder, 1.0 - kSelftestPowerLevel));
         const auto values = static_cast<double>(judgement.nees.count);
         const double sum = judgement.nees.mean * values;
         sum_alarm[at] = is_alarm(two_sided_p_value(sum, judgement.nees.dof), kSelftestPowerLevel) ? 1 : 0;

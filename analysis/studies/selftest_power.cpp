@@ -59,10 +59,12 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
       studies,
       [&](std::int64_t i) {
         const std::size_t at = static_cast<std::size_t>(i);
+        CalibrationRecorder recorder;
         const Evidence evidence =
-            synthetic_evidence(filter, noise, i * kWrongBlocks, kWrongBlocks * SyntheticFilter::kRuns);
+            synthetic_evidence(filter, noise, i * kWrongBlocks, kWrongBlocks * SyntheticFilter::kRuns,
+                               SyntheticFilter::kSteps, &recorder);
         const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
-        all[at] = shipped_tests(evidence, judgement);
+        all[at] = shipped_tests(evidence, judgement, judge_calibration(recorder, 1.0 - kSelftestPowerLevel));
         words[at] = judgement.word.verdict;
         if (!judgement.causes.empty()) causes[at] = judgement.causes.front().cause;
       },

@@ -64,7 +64,7 @@ void show(const SyntheticFilter& filter, const SyntheticFilter::Sample& sample, 
 }  // namespace
 
 Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t first_block,
-                            int runs, int steps) {
+                            int runs, int steps, CalibrationRecorder* calibration) {
   const RunLayout layout = layout_of(filter);
   EvidenceRecorder recorder(layout);
   Step step;
@@ -74,9 +74,11 @@ Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& no
     const auto samples = filter.simulate(noise, first_block + first / SyntheticFilter::kRuns);
     for (int run = 0; run < std::min(SyntheticFilter::kRuns, runs - first); ++run) {
       recorder.begin_run();
+      if (calibration != nullptr) calibration->begin_run(layout, "");
       for (int k = 0; k < steps; ++k) {
         show(filter, samples[static_cast<std::size_t>(k)], k, run, step);
         recorder.add(step);
+        if (calibration != nullptr) calibration->add(step);
       }
     }
   }

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "analysis/calibration/calibration_sums.h"
 #include "analysis/evidence/evidence.h"
 #include "analysis/studies/selftest_filter.h"
 
@@ -10,9 +11,10 @@ namespace credence {
 
 /// The evidence of the first `runs` runs from block `first_block` on, collected as of any other filter. A
 /// filter with one dof too many claims a state of variance one that has no error; one that logs what passed
-/// its gate logs nothing else.
+/// its gate logs nothing else. calibration: is shown the same rows.
 Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t first_block,
-                            int runs, int steps = SyntheticFilter::kSteps);
+                            int runs, int steps = SyntheticFilter::kSteps,
+                            CalibrationRecorder* calibration = nullptr);
 
 /// NEES and NIS alone, which is all that many studies need: added to the moments of each step.
 void add_samples(const SyntheticFilter& filter, std::span<const SyntheticFilter::Sample> samples,

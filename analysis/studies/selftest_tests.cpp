@@ -19,9 +19,15 @@ double betting_e_value_p(const RunAverages& runs) {
   return std::exp(-betting.log_e_value());
 }
 
+double smallest_adjusted(const std::vector<SigmaBin>& bins) {
+  double smallest = kNaN;
+  for (const SigmaBin& bin : bins) smallest = std::fmin(smallest, bin.adjusted);
+  return smallest;
+}
+
 }  // namespace
 
-std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j) {
+std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, const Calibration& c) {
   constexpr Exactness kConservative = Exactness::conservative;
   std::vector<TestResult> results;
   double smallest = 1.0;
@@ -29,6 +35,10 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j) {
     results.push_back({test.name, test.exactness, test.p_value});
     if (!std::isnan(test.adjusted)) smallest = std::min(smallest, test.adjusted);
   }
+  results.push_back({"errors by claimed σ, Holm", kConservative, smallest_adjusted(c.bins)});
+  results.push_back({"NEES of runs left out, scaled", Exactness::approximate, c.with_factor.p_value});
+  results.push_back(
+      {"NEES of runs left out, scaled by part", Exactness::approximate, c.with_part_factors.p_value});
   const StudyStatistics& s = e.study;
   const double e_nees = log_e_nees(s.series(Quantity::nees), s.dofs(Quantity::nees));
   const double e_nis = log_e_nis(s.series(Quantity::nis), s.dofs(Quantity::nis));

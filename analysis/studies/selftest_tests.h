@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/calibration/calibration.h"
 #include "analysis/evidence/judgement.h"
 #include "montecarlo/engine/byte_stream.h"
 
@@ -28,7 +29,9 @@ inline void read_value(ByteReader& r, TestResult& result) {
 }
 
 /// Every test that the product makes of this evidence, always in the same order for evidence of one kind:
-/// those of the judgement, the e-values of the stop rules, all tests together by Holm, and the word.
-std::vector<TestResult> shipped_tests(const Evidence& evidence, const Judgement& judgement);
+/// those of the judgement, of errors by claimed σ and of factors on runs left out, the e-values of the stop
+/// rules, all tests together by Holm, and the word.
+std::vector<TestResult> shipped_tests(const Evidence& evidence, const Judgement& judgement,
+                                      const Calibration& calibration);
 
 }  // namespace credence

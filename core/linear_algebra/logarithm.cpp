@@ -56,9 +56,9 @@ double log_determinant_of_factor(const MatrixRef& L) {
   for (Index i = 0; i < L.rows(); ++i) {
     const double d = L(i, i);
     if (!(d > 0.0 && std::isfinite(d))) return 2.0 * natural_logarithm(d);
-    const Binary b = split(mantissa * split(d).mantissa);
-    exponent += b.exponent + split(d).exponent;
-    mantissa = b.mantissa;
+    const Binary factor = split(d), product = split(mantissa * factor.mantissa);
+    exponent += factor.exponent + product.exponent;
+    mantissa = product.mantissa;
   }
   return 2.0 * logarithm_of(mantissa, exponent);
 }

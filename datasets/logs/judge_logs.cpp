@@ -10,6 +10,7 @@
 #include <mutex>
 #include <utility>
 
+#include "core/nan.h"
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
 #include "datasets/data_error.h"
@@ -72,8 +73,9 @@ class GroupSink final : public LogSink {
     stop_point();
     ++steps_;
     sums_.add(step);
-    group_.calibration.add(step);
+    group_.calibration.add(step, std::exchange(travelled_m_, kNaN));
   }
+  void travelled(double distance_m) override { travelled_m_ = distance_m; }
   void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
   void hint(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence), true}); }
@@ -93,6 +95,7 @@ class GroupSink final : public LogSink {
   ByteCount& bytes_;
   std::filesystem::path file_;
   std::int64_t steps_ = 0, runs_ = 0;  ///< of the file
+  double travelled_m_ = kNaN;          ///< of the next step
 };
 
 Group read_group(std::span<const std::filesystem::path> files, const LogFileReader& read, ByteCount& bytes,

@@ -201,6 +201,7 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
   const TruthComparison comparison(truth, matching, estimate.axes, estimate.joint_covariance,
                                    align_truth(true_poses, estimated, matching.alignment));
   result.layout = comparison.layout();
+  DistanceTravelled travelled;
   for (const std::size_t i : rows) {
     Step step;
     step.step = std::ssize(result.rows) + 1;
@@ -209,6 +210,7 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
     const UncertainPose at = *comparison.truth_at(time);
     comparison.compare(row, at, kAll, step);
     result.rows.push_back(std::move(step));
+    result.travelled_m.push_back(travelled.at(at.pose));
     if (conventions != nullptr && truth.has_orientation) conventions->add(row, at);
   }
   if (conventions != nullptr && sink != nullptr) conventions->tell(comparison, *sink);

@@ -87,7 +87,10 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
   const TrajectoryErrors errors = trajectory_errors(
       estimate, *truth, matching, format == TrajectoryFormat::tum ? &conventions : nullptr, &sink);
   sink.begin_run(errors.layout);
-  for (const Step& row : errors.rows) sink.add(row);
+  for (std::size_t i = 0; i < errors.rows.size(); ++i) {
+    sink.travelled(errors.travelled_m[i]);
+    sink.add(errors.rows[i]);
+  }
   sink.unmatched(errors.unmatched);
   sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
 }

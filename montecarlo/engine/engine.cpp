@@ -8,7 +8,9 @@
 #include <mutex>
 #include <optional>
 
+#include "core/stop_point.h"
 #include "core/version.h"
+#include "montecarlo/engine/packed_bytes.h"
 #include "montecarlo/engine/result_store.h"
 #include "montecarlo/engine/shared_tasks.h"
 
@@ -135,10 +137,24 @@ class ChunkCollector {
     put(chunk, bytes, std::move(statistics));
   }
 
-  /// The same of a chunk that is there as bytes, too.
-  void put(const Chunk& chunk, std::span<const std::byte> bytes, StudyStatistics statistics) {
+  /// A part of a chunk was done, or (negative) is no longer in hand.
+  void add_in_hand(double runs) {
     const std::lock_guard lock(mutex_);
-    if (options_.store != nullptr) options_.store->put_chunk(key_of(chunk), bytes);
+    progress_.runs_in_hand = std::max(0.0, progress_.runs_in_hand + runs);
+    if (runs > 0.0 && options_.progress) options_.progress(progress_);
+  }
+
+  /// The same of a chunk that is there as bytes, too. They are packed before the lock is asked for.
+  void put(const Chunk& chunk, std::span<const std::byte> bytes, StudyStatistics statistics) {
+    put(chunk, bytes, options_.store == nullptr ? std::vector<std::byte>() : packed(bytes),
+        std::move(statistics));
+  }
+
+  /// And as a frame.
+  void put(const Chunk& chunk, std::span<const std::byte> bytes, std::span<const std::byte> frame,
+           StudyStatistics statistics) {
+    const std::lock_guard lock(mutex_);
+    if (options_.store != nullptr) options_.store->put_chunk(key_of(chunk), bytes, frame);
     add(chunk.task, chunk.index, std::move(statistics));
     progress_.runs_done += chunk.runs;
     if (options_.progress) options_.progress(progress_);
@@ -174,6 +190,28 @@ class ChunkCollector {
   StudyProgress progress_;
 };
 
+/// Tells of a chunk in hand while it is computed.
+class ChunkInHand {
+ public:
+  ChunkInHand(ChunkCollector& collector, std::int64_t steps)
+      : collector_(collector), pulse_([this, steps](std::int64_t done) {
+          if (steps <= 0) return;
+          const double runs = static_cast<double>(done) / static_cast<double>(steps);
+          runs_ += runs;
+          collector_.add_in_hand(runs);
+        }) {}
+  ~ChunkInHand() {
+    if (runs_ > 0.0) collector_.add_in_hand(-runs_);
+  }
+  ChunkInHand(const ChunkInHand&) = delete;
+  ChunkInHand& operator=(const ChunkInHand&) = delete;
+
+ private:
+  ChunkCollector& collector_;
+  double runs_ = 0.0;
+  PulseScope pulse_;
+};
+
 /// What all ranks must agree on: the configurations, their runs, and the program.
 std::string identity_of(std::span<const StudyTask> tasks) {
   std::string text = version_text();
@@ -194,6 +232,7 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
 
   const auto chunk_of = [&](std::int64_t i) { return chunks[static_cast<std::size_t>(i)]; };
   const auto run = [&](const Chunk& chunk) {
+    const ChunkInHand in_hand(collector, tasks[chunk.task].steps);
     return tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs);
   };
   SharedTasks shared;
@@ -204,9 +243,10 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
     return !done[number] && in_shard(number, options) && collector.wants(chunk_of(i).task);
   };
   shared.here = [&](std::int64_t i) { collector.put(chunk_of(i), run(chunk_of(i))); };
-  shared.there = [&](std::int64_t i) { return to_bytes(run(chunk_of(i))); };
-  shared.take = [&](std::int64_t i, std::span<const std::byte> bytes) {
-    collector.put(chunk_of(i), bytes, statistics_from_bytes(bytes));
+  shared.there = [&](std::int64_t i) { return packed(to_bytes(run(chunk_of(i)))); };
+  shared.take = [&](std::int64_t i, std::span<const std::byte> frame) {
+    const std::vector<std::byte> bytes = unpacked(frame);
+    collector.put(chunk_of(i), bytes, frame, statistics_from_bytes(bytes));
   };
   if (std::ranges::any_of(tasks, may_end_early)) shared.most_ahead = 1;
   for_each_shared_task(shared, options.threads, options.stop, options.ranks);

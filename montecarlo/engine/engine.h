@@ -29,6 +29,7 @@ struct StudyTask {
   std::int64_t runs = 0;     ///< at most
   StudyWatch enough = {};    ///< may end it before
   double max_seconds = 0.0;  ///< > 0: no chunk is begun later than that after the first of this call
+  std::int64_t steps = 0;    ///< of a run, for the progress within a chunk; 0: not told
 };
 
 /// How far a call of run_studies has come.
@@ -36,13 +37,15 @@ struct StudyProgress {
   std::int64_t runs_done = 0;    ///< in this call, stored ones not included
   std::int64_t runs_stored = 0;  ///< found in the store
   std::int64_t runs_total = 0;   ///< of all tasks
+  double runs_in_hand = 0.0;     ///< of chunks in hand here, by their steps: lost if the call ends now
 };
 
 struct EngineOptions {
   int threads = 0;                          ///< 0: one for each processor
   const std::atomic<bool>* stop = nullptr;  ///< set: the chunks in hand are dropped, no further one is begun
   ResultStore* store = nullptr;             ///< chunks found there are not run again, new ones are put there
-  std::function<void(const StudyProgress&)> progress{};  ///< after every chunk, by one thread at a time
+  std::function<void(const StudyProgress&)>
+      progress{};             ///< after every chunk, and within long ones; by one thread at a time
   int shard = 1, shards = 1;  ///< run only every shards-th chunk, beginning with this one
   Ranks* ranks = nullptr;     ///< share the chunks among these; `store` and `progress` are of rank 0
 };

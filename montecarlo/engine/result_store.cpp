@@ -230,7 +230,8 @@ std::optional<std::string> ResultStore::configuration(std::string_view id) const
   return statement.text(0);
 }
 
-bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payload) {
+bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payload,
+                            std::span<const std::byte> frame) {
   check_key(key);
   require_no_failure();  // a write that fails takes its whole transaction with it, configurations included
   if (const auto stored = get_chunk(key)) {
@@ -243,13 +244,12 @@ bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payl
   if (!configuration(key.configuration)) {
     throw std::invalid_argument(fmt::format("{}: the configuration was not put before", describe(key)));
   }
-  const std::vector<std::byte> frame = packs_ ? packed(payload) : std::vector<std::byte>();
   write([&] {
     SqliteStatement(*database_, "INSERT INTO chunks VALUES(?, ?, ?, ?, ?)")
         .bind(1, key.configuration)
         .bind(2, key.first_run)
         .bind(3, key.runs)
-        .bind(4, packs_ ? std::span<const std::byte>(frame) : payload)
+        .bind(4, packs_ ? frame : payload)
         .bind(5, checksum(key, payload))
         .run();
   });
@@ -257,7 +257,12 @@ bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payl
 }
 
 void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payload) {
-  add_chunk(key, payload);
+  put_chunk(key, payload, packed(payload));
+}
+
+void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payload,
+                            std::span<const std::byte> frame) {
+  add_chunk(key, payload, frame);
   if (std::chrono::steady_clock::now() - last_commit_ >= kCommitInterval) commit();
 }
 
@@ -330,7 +335,8 @@ ResultStore::MergeCount ResultStore::merge_from(const ResultStore& other) {
     for (const std::string& id : other.configurations()) {
       put_configuration(id, other.configuration(id).value_or(""));
       for (const ChunkKey& key : other.chunks(id)) {
-        const bool added = add_chunk(key, other.get_chunk(key).value_or(std::vector<std::byte>()));
+        const std::vector<std::byte> payload = other.get_chunk(key).value_or(std::vector<std::byte>());
+        const bool added = add_chunk(key, payload, packed(payload));
         ++(added ? count.added : count.already_there);
       }
     }

@@ -89,6 +89,9 @@ class ResultStore {
   /// have the same bits. Commits by itself unless the last commit is less than half a second ago.
   void put_chunk(const ChunkKey& key, std::span<const std::byte> payload);
 
+  /// The same with packed(payload), which whoever made the payload had time for.
+  void put_chunk(const ChunkKey& key, std::span<const std::byte> payload, std::span<const std::byte> frame);
+
   /// The bytes of a chunk, nothing if it is not there; throws if they fail their checksum.
   std::optional<std::vector<std::byte>> get_chunk(const ChunkKey& key) const;
 
@@ -114,7 +117,7 @@ class ResultStore {
   std::string meta(std::string_view name) const;
   void set_meta(std::string_view name, std::string_view value);
   void require_no_failure() const;
-  bool add_chunk(const ChunkKey& key, std::span<const std::byte> payload);
+  bool add_chunk(const ChunkKey& key, std::span<const std::byte> payload, std::span<const std::byte> frame);
   template <class Work>
   void write(Work work);
   template <class Work>

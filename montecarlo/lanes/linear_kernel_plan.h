@@ -36,7 +36,12 @@ struct LinearPlanStep {
 struct LinearPlanPhase {
   bool identity;  ///< F = I
   SparseRows F, noise_input, H, measurement_root;
+  /// Of a small system: F and H by rows, noise_input and, after H, measurement_root by columns.
+  const double *dense_F, *dense_H, *noise_columns;
 };
+
+/// States and measurements of a system that can be small.
+inline constexpr int kMostSmallStates = 4, kMostSmallMeasurements = 3;
 
 /// A LinearErrorSystem, in the units of linear_kernel_units.h, as the kernels want it.
 struct LinearPlan {
@@ -45,10 +50,10 @@ struct LinearPlan {
   const LinearPlanPhase* phase;  ///< `period` of them
   SparseRows initial_root;
   const LinearPlanStep* step;  ///< `steps` of them
-  /// Not null for a small monobot: for every step K by rows, then the lower triangles of both whitenings by
-  /// rows.
-  const double* monobot_coefficients;
-  const double* monobot_roots;  ///< the diagonal of the root of R
+  /// Not null for a small system, whose whitenings are lower triangles of full size that end in one: for
+  /// every step K by rows, then both whitenings by rows.
+  const double* small_coefficients;
+  const double* monobot_roots;  ///< the diagonal of the root of R; null unless it is a small monobot
 };
 
 /// Sums of one step over the runs: Σ (x − centre) and Σ (x − centre)² of NEES, then of NIS, each in eight

@@ -10,8 +10,18 @@ bool ends_in_one(const Matrix& matrix) {
   return matrix.isLowerTriangular(0.0) && matrix(matrix.rows() - 1, matrix.cols() - 1) == 1.0;
 }
 
-/// True for the monobots that have a kernel of their own: F = I, unit noise on the vehicle alone, anchors
-/// first.
+/// True for the systems whose state stays in registers.
+bool is_small(const LinearErrorSystem& system) {
+  const Index n = system.F.rows(), m = system.H.rows();
+  if (n < 1 || m < 1 || n > kMostSmallStates || m > kMostSmallMeasurements) return false;
+  return std::all_of(system.steps.begin(), system.steps.end(), [&](const LinearErrorSystem::Step& step) {
+    return step.innovation_whitening.rows() == m && step.error_whitening.rows() == n &&
+           ends_in_one(step.innovation_whitening) && ends_in_one(step.error_whitening);
+  });
+}
+
+/// True for the monobots among them that have a kernel of their own: F = I, unit noise on the vehicle alone,
+/// anchors first.
 bool is_small_monobot(const LinearErrorSystem& system) {
   const Index n = system.F.rows(), m = system.H.rows(), anchors = m - (n - 1);
   if (system.period() > 1 || (n != 2 && n != 3) || anchors < 0 || anchors > 1 || !system.F.isIdentity(0.0))
@@ -22,12 +32,7 @@ bool is_small_monobot(const LinearErrorSystem& system) {
   Matrix H = Matrix::Zero(m, n);
   H.col(0).setConstant(-1.0);
   H.bottomRightCorner(n - 1, n - 1).setIdentity();
-  if (H != system.H) return false;
-  if (!system.measurement_root.isDiagonal(0.0)) return false;
-  return std::all_of(system.steps.begin(), system.steps.end(), [&](const LinearErrorSystem::Step& step) {
-    return step.innovation_whitening.rows() == m && step.error_whitening.rows() == n &&
-           ends_in_one(step.innovation_whitening) && ends_in_one(step.error_whitening);
-  });
+  return H == system.H && system.measurement_root.isDiagonal(0.0);
 }
 
 void append_rows(const Matrix& matrix, bool lower, std::vector<double>& out) {
@@ -61,12 +66,18 @@ LinearPlanStorage::Sparse::Sparse(const Matrix& matrix) {
   }
 }
 
-LinearPlanStorage::Phase::Phase(const LinearErrorDynamics& dynamics)
+LinearPlanStorage::Phase::Phase(const LinearErrorDynamics& dynamics, bool small)
     : identity(dynamics.F.isIdentity(0.0)),
       F(dynamics.F),
       noise_input(dynamics.noise_input),
       H(dynamics.H),
-      measurement_root(dynamics.measurement_root) {}
+      measurement_root(dynamics.measurement_root) {
+  if (!small) return;
+  append_rows(dynamics.F, false, dense_F);
+  append_rows(dynamics.H, false, dense_H);
+  append_rows(dynamics.measurement_root.transpose(), false, dense_H);
+  append_rows(dynamics.noise_input.transpose(), false, noise_columns);
+}
 
 LinearPlanStorage::Dense LinearPlanStorage::append(const Matrix& matrix) {
   const Dense dense{static_cast<std::int32_t>(matrix.rows()), static_cast<std::int32_t>(matrix.cols()),
@@ -87,13 +98,14 @@ DenseRows LinearPlanStorage::rows_of(const Dense& dense) const {
           values_.data() + dense.value};
 }
 
-void LinearPlanStorage::append_monobot(const LinearErrorSystem& system) {
-  for (Index i = 0; i < system.H.rows(); ++i) monobot_roots_.push_back(system.measurement_root(i, i));
+void LinearPlanStorage::append_small(const LinearErrorSystem& system) {
   for (const LinearErrorSystem::Step& step : system.steps) {
-    append_rows(step.K, false, monobot_coefficients_);
-    append_rows(step.innovation_whitening, true, monobot_coefficients_);
-    append_rows(step.error_whitening, true, monobot_coefficients_);
+    append_rows(step.K, false, small_coefficients_);
+    append_rows(step.innovation_whitening, true, small_coefficients_);
+    append_rows(step.error_whitening, true, small_coefficients_);
   }
+  if (!is_small_monobot(system)) return;
+  for (Index i = 0; i < system.H.rows(); ++i) monobot_roots_.push_back(system.measurement_root(i, i));
 }
 
 LinearPlanStorage::LinearPlanStorage(const LinearSystemInUnits& in_units)
@@ -116,14 +128,18 @@ LinearPlanStorage::LinearPlanStorage(const LinearSystemInUnits& in_units)
                       .nees_centre = error->rows / nees_scale_[k],
                       .nees_scale = nees_scale_[k]});
   }
-  if (is_small_monobot(system)) append_monobot(system);
-  for (Index k = 1; k <= system.period(); ++k) phases_.emplace_back(system.at(k));
+  const bool small = is_small(system);
+  if (small) append_small(system);
+  for (Index k = 1; k <= system.period(); ++k) phases_.emplace_back(system.at(k), small);
   for (const Phase& phase : phases_) {
     plan_phases_.push_back({.identity = phase.identity,
                             .F = phase.F.rows(),
                             .noise_input = phase.noise_input.rows(),
                             .H = phase.H.rows(),
-                            .measurement_root = phase.measurement_root.rows()});
+                            .measurement_root = phase.measurement_root.rows(),
+                            .dense_F = phase.dense_F.data(),
+                            .dense_H = phase.dense_H.data(),
+                            .noise_columns = phase.noise_columns.data()});
   }
   plan_ = {.states = static_cast<std::int32_t>(system.F.rows()),
            .process_noises = static_cast<std::int32_t>(system.noise_input.cols()),
@@ -133,8 +149,8 @@ LinearPlanStorage::LinearPlanStorage(const LinearSystemInUnits& in_units)
            .phase = plan_phases_.data(),
            .initial_root = initial_root_.rows(),
            .step = steps_.data(),
-           .monobot_coefficients = monobot_coefficients_.empty() ? nullptr : monobot_coefficients_.data(),
-           .monobot_roots = monobot_roots_.data()};
+           .small_coefficients = small ? small_coefficients_.data() : nullptr,
+           .monobot_roots = monobot_roots_.empty() ? nullptr : monobot_roots_.data()};
 }
 
 Moments LinearPlanStorage::nees_moments(std::size_t step, const double* sums, Index runs) const {

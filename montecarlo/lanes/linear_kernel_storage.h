@@ -40,13 +40,14 @@ class LinearPlanStorage {
   };
   Dense append(const Matrix& matrix);
   DenseRows rows_of(const Dense& dense) const;
-  void append_monobot(const LinearErrorSystem& system);
+  void append_small(const LinearErrorSystem& system);
 
   /// Those of one step of a period.
   struct Phase {
-    explicit Phase(const LinearErrorDynamics& dynamics);
+    Phase(const LinearErrorDynamics& dynamics, bool small);
     bool identity;
     Sparse F, noise_input, H, measurement_root;
+    std::vector<double> dense_F{}, dense_H{}, noise_columns{};  ///< of a small system
   };
 
   std::vector<Phase> phases_;
@@ -55,7 +56,7 @@ class LinearPlanStorage {
   std::vector<std::int32_t> begin_, end_;
   std::vector<double> values_, nis_scale_, nees_scale_;
   std::vector<LinearPlanStep> steps_;
-  std::vector<double> monobot_coefficients_, monobot_roots_;
+  std::vector<double> small_coefficients_, monobot_roots_;
   LinearPlan plan_;
 };
 

@@ -92,10 +92,10 @@ class Chunk:
 
 
 def _shown(value: Any, name: str, shape: "tuple[int, ...]", runs: int) -> np.ndarray:
-    """`value` as (runs, *shape); the same for all runs where it has no axis of them."""
+    """`value` as (runs, *shape), or as `shape`: the same for all runs."""
     array = float_array(value, name)
-    if array.shape in ((runs, *shape), shape):
-        return np.broadcast_to(array, (runs, *shape))
+    if array.shape == (runs, *shape) or array.shape == shape:
+        return array
     raise PlugError(f"{name} has shape {array.shape}: expected {(runs, *shape)} or {shape}")
 
 
@@ -119,10 +119,10 @@ def _innovations(made: Any, measured: Any, runs: int) -> "dict[str, tuple[np.nda
         if value is None:
             continue
         label = f"['{sensor}']" if sensor else ""
-        array = float_array(value, f"filter.innovation{label}")
-        m = array.shape[-1] if array.ndim else 0
+        shape = np.shape(value)
+        m = shape[-1] if shape else 0
         shown[sensor] = (
-            _shown(array, f"filter.innovation{label}", (m,), runs),
+            _shown(value, f"filter.innovation{label}", (m,), runs),
             _shown(S[sensor], f"filter.S{label}", (m, m), runs),
         )
     return shown
@@ -173,7 +173,17 @@ class _Play:
             if z is not None:
                 made.update(z)
             self._show(made, truth, z, k, n, angles)
+        self.name_diverged(plan.steps)
         return chunk
+
+    def name_diverged(self, steps: int) -> None:
+        """Runs whose numbers are not finite fail at the first of these steps where that is so."""
+        chunk = self.chunk
+        well = np.isfinite(chunk.error[:, :steps]).all(axis=-1) & np.isfinite(chunk.P[:, :steps]).all(axis=(-2, -1))
+        for nu, _ in chunk.innovations.values():
+            well &= ~np.isinf(nu[:, :steps]).any(axis=-1)
+        for run in np.flatnonzero(~well.all(axis=-1)):
+            chunk.failures[int(run)] = (int(np.argmin(well[run])) + 1, "diverged", "its numbers are not finite")
 
     def _show(self, made: Any, truth: Any, z: Any, k: int, n: int, angles: np.ndarray) -> None:
         runs, chunk = self._runs, self.chunk
@@ -182,7 +192,6 @@ class _Play:
             raise PlugError(f"filter.state minus the truth has shape {error.shape}: expected {(runs, n)}")
         P = _shown(made.covariance, "filter.covariance", (n, n), runs)
         chunk.error[:, k - 1], chunk.P[:, k - 1] = error, P
-        well = np.isfinite(error).all(axis=-1) & np.isfinite(P).all(axis=(-2, -1))
         for sensor, (nu, S) in _innovations(made, z, runs).items():
             if sensor not in chunk.innovations:
                 m = nu.shape[-1]
@@ -192,9 +201,6 @@ class _Play:
                 )
             all_nu, all_S = chunk.innovations[sensor]
             all_nu[:, k - 1], all_S[:, k - 1] = nu, S
-            well = well & ~np.isinf(nu).any(axis=-1)
-        for run in np.flatnonzero(~np.atleast_1d(well)):
-            chunk.failures.setdefault(int(run), (k, "diverged", "its numbers are not finite"))
 
 
 def _joined(parts: "list[Chunk]") -> Chunk:
@@ -228,6 +234,7 @@ def _play_alone(plan: Plan, run: int) -> Chunk:
     except Exception as error:  # of the user's code, whatever it is
         if not hasattr(play, "chunk"):
             raise
+        play.name_diverged(play.step - 1)
         said = f"seed {plan.seed}: {type(error).__name__}: {error}"
         play.chunk.failures.setdefault(0, (play.step, "threw", said))
         return play.chunk

@@ -54,10 +54,46 @@ std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLe
       number_text(shown.upper_limit, 2), last.risk, static_cast<std::int64_t>(std::ceil(last.needed_rows)));
 }
 
+/// "NEES over n by distance travelled: 0 to 64 m 1.02 (0.98 … 1.07), …": four places along the way.
+std::string distance_sentence(const Calibration& c) {
+  constexpr std::size_t kShown = 4;
+  if (c.distance.empty()) return "";
+  std::string text = "By distance travelled, NEES over n";
+  const bool position = c.distance.front().sigma_m > 0.0;
+  if (position) text += " and the position's error over its σ";
+  const std::size_t shown = std::min(kShown, c.distance.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    const DistanceBin& bin = c.distance[shown == 1 ? 0 : i * (c.distance.size() - 1) / (shown - 1)];
+    text +=
+        fmt::format("{} {:g} to {:g} m {}", i == 0 ? ":" : ";", bin.from_m, bin.to_m, factor_text(bin.nees));
+    if (position) text += fmt::format(", {}", number_text(bin.error_m / bin.sigma_m, 3));
+  }
+  const auto least = std::ranges::min_element(
+      c.distance, {}, [](const DistanceBin& bin) { return std::isnan(bin.adjusted) ? 1.0 : bin.adjusted; });
+  if (std::isnan(least->adjusted)) return text + ". There is no test with fewer than five runs.";
+  return text + fmt::format(". Farthest from 1 where p = {} ({:g} to {:g} m; Holm over {} lengths).",
+                            p_value_text(least->adjusted), least->from_m, least->to_m, c.distance.size());
+}
+
 Json calibration_interval_json(const MeanInterval& i) {
   Json j = {{"value", json_number(i.mean)}, {"lower", json_number(i.lower)}, {"upper", json_number(i.upper)}};
   if (!i.reason.empty()) j["reason"] = i.reason;
   return j;
+}
+
+Json distance_json(std::span<const DistanceBin> bins) {
+  Json all = Json::array();
+  for (const DistanceBin& bin : bins) {
+    all.push_back({{"from_m", bin.from_m},
+                   {"to_m", bin.to_m},
+                   {"rows", bin.rows},
+                   {"nees_over_dof", calibration_interval_json(bin.nees)},
+                   {"p_value", json_number(bin.p_value)},
+                   {"adjusted_p_value", json_number(bin.adjusted)},
+                   {"position_error_m", json_number(bin.error_m)},
+                   {"position_sigma_m", json_number(bin.sigma_m)}});
+  }
+  return all;
 }
 
 Json held_out_json(const HeldOutNees& held_out) {
@@ -103,6 +139,7 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
   if (std::string text = conformal_sentence(c.conformal); !text.empty()) sentences.push_back(std::move(text));
   if (c.protection.front().rows > 0)
     sentences.push_back(protection_sentence(c.protection[1], c.protection.back()));
+  if (std::string text = distance_sentence(c); !text.empty()) sentences.push_back(std::move(text));
   return sentences;
 }
 
@@ -151,6 +188,88 @@ Figure sigma_figure(const std::string& name, const Calibration& c, std::span<con
   return figure;
 }
 
+Figure distance_figure(const std::string& name, const Calibration& c) {
+  Figure figure{.name = name + "-distance",
+                .caption =
+                    "Over the distance that the truth has travelled: NEES over n, whose mean is 1 for a "
+                    "consistent filter (bars: intervals over runs), and position errors beside what is "
+                    "claimed, root mean squares.",
+                .cols = 2};
+  if (c.distance.size() < 2) return figure;
+  FigureData middle, nees, lower, upper, error, sigma;
+  for (const DistanceBin& bin : c.distance) {
+    middle.push_back(0.5 * (bin.from_m + bin.to_m));
+    nees.push_back(bin.nees.mean);
+    lower.push_back(bin.nees.reason.empty() ? bin.nees.lower : bin.nees.mean);
+    upper.push_back(bin.nees.reason.empty() ? bin.nees.upper : bin.nees.mean);
+    error.push_back(bin.error_m);
+    sigma.push_back(bin.sigma_m);
+  }
+  Panel ratio{.title = "NEES over n", .x_label = "distance travelled (m)", .y_label = "mean NEES / n"};
+  ratio.series = {level_series("consistent", ColourRole::exact, 1.0),
+                  error_bar_series("measured", ColourRole::first, middle, nees, lower, upper)};
+  figure.panels.push_back(std::move(ratio));
+  if (c.distance.front().sigma_m > 0.0) {
+    Panel position{
+        .title = "Position", .x_label = "distance travelled (m)", .y_label = "root mean square (m)"};
+    position.series = {line_series("claimed σ", ColourRole::bound, middle, sigma),
+                       line_series("error", ColourRole::estimate, middle, error)};
+    figure.panels.push_back(std::move(position));
+  }
+  figure.cols = static_cast<int>(figure.panels.size());
+  return figure;
+}
+
+Figure stanford_figure(const std::string& name, const Calibration& c) {
+  Figure figure{.name = name + "-stanford", .caption = {}};
+  const ProtectionLevel& level = c.protection[1];
+  if (level.rows == 0 || c.stanford.empty()) return figure;
+  figure.caption = fmt::format(
+      "Stanford diagram: rows by position error and protection level, k = {} standard deviations along the "
+      "widest axis of P, which an error exceeds with a risk of at most {:g} where P is right. Below the line "
+      "the error is beyond the level: {} of {} rows.",
+      number_text(level.k, 3), level.risk, level.beyond, level.rows);
+  constexpr double kCell = 0.125;  // decades
+  double least_error = HUGE_VAL, most_error = 0.0, least_sigma = HUGE_VAL, most_sigma = 0.0;
+  for (const StanfordCell& cell : c.stanford) {
+    least_error = std::min(least_error, cell.error);
+    most_error = std::max(most_error, cell.error);
+    least_sigma = std::min(least_sigma, cell.sigma);
+    most_sigma = std::max(most_sigma, cell.sigma);
+  }
+  // Below a hundredth of the largest error nothing is to be seen: such rows are in the first column.
+  least_error = std::max(least_error, 0.01 * most_error);
+  const auto place = [](double value, double least) {
+    return std::max<Index>(0, std::llround(std::log10(value / least) / kCell));
+  };
+  FigureData x, y;
+  for (Index j = 0; j <= std::max<Index>(1, place(most_error, least_error)); ++j)
+    x.push_back(least_error * std::pow(10.0, kCell * static_cast<double>(j)));
+  for (Index i = 0; i <= std::max<Index>(1, place(most_sigma, least_sigma)); ++i)
+    y.push_back(level.k * least_sigma * std::pow(10.0, kCell * static_cast<double>(i)));
+  Matrix cells = Matrix::Constant(std::ssize(y), std::ssize(x), kNaN);
+  for (const StanfordCell& cell : c.stanford) {
+    double& rows = cells(place(cell.sigma, least_sigma), place(cell.error, least_error));
+    rows = (std::isnan(rows) ? 0.0 : rows) + static_cast<double>(cell.rows);
+  }
+  const double room = std::pow(10.0, 0.5 * kCell), low = std::max(x.front(), y.front()),
+               high = std::min(x.back(), y.back());
+  Panel panel{.title = "Position errors against their protection level",
+              .x_label = "position error (m)",
+              .y_label = "protection level (m)"};
+  panel.x_range = AxisRange{x.front() / room, x.back() * room};
+  panel.y_range = AxisRange{y.front() / room, y.back() * room};
+  panel.log_x = panel.log_y = panel.log_colour = true;
+  panel.colour_label = "rows";
+  panel.colour_range = AxisRange{1.0, std::max(2.0, cells.array().isNaN().select(0.0, cells).maxCoeff())};
+  panel.series.push_back(heat_series(std::move(x), std::move(y), std::move(cells)));
+  if (low < high)
+    panel.series.push_back(line_series("error = level", ColourRole::exact, {low / room, high * room},
+                                       {low / room, high * room}));
+  figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
 Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<const std::string> states) {
   Json bins = Json::array();
   for (const SigmaBin& bin : c.bins) {
@@ -193,6 +312,7 @@ Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<
             {"covered", c.conformal.covered}}},
           {"protection_levels", std::move(protection)},
           {"by_sigma", std::move(bins)},
+          {"by_distance", distance_json(c.distance)},
           {"unit_names", units.names},
           {"unit_factors", std::move(factors)}};
 }

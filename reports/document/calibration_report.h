@@ -25,6 +25,12 @@ ReportTable sigma_table(const Calibration& calibration, std::span<const std::str
 Figure sigma_figure(const std::string& name, const Calibration& calibration,
                     std::span<const std::string> states);
 
+/// NEES over n and position errors over the distance travelled; without panels where that is not known.
+Figure distance_figure(const std::string& name, const Calibration& calibration);
+
+/// Position errors against the protection level of a risk of 1e-3; without panels where there is no position.
+Figure stanford_figure(const std::string& name, const Calibration& calibration);
+
 /// The key `calibration` of the document of `check` (docs/formats.md).
 Json calibration_json(const Calibration& calibration, const UnitFactors& units,
                       std::span<const std::string> states);

@@ -278,13 +278,12 @@ std::string carpark_study_json(const CarparkStudy& study) {
   return j.dump(1);
 }
 
-void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study,
+void write_carpark_study_report(const ReportFolder& directory, const CarparkStudy& study,
                                 const Provenance& provenance) {
-  make_directories(directory / "figures");
   std::vector<Figure> figures{independence_figure(study), horizon_figure(study)};
   for (const InflationSolution solution : {kExact, kPairwise})
     for (Figure& figure : paper_figures(study, solution)) figures.push_back(std::move(figure));
-  const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   const std::vector<ReportTable> tables = carpark_study_tables(study);
 
   HtmlPage page("The car park: Figures 5 to 8 and their neighbours", "Real data replayed");

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "datasets/replay/carpark_study.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// The car park study as tables, JSON and a page like the paper's Figures 5 to 8.
@@ -24,7 +24,7 @@ std::vector<ReportTable> carpark_study_tables(const CarparkStudy& study);
 std::string carpark_study_json(const CarparkStudy& study);
 
 /// Writes DIR/index.html and its figures as SVG and PDF. Throws OutputError.
-void write_carpark_study_report(const std::filesystem::path& directory, const CarparkStudy& study,
+void write_carpark_study_report(const ReportFolder& directory, const CarparkStudy& study,
                                 const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -88,7 +88,7 @@ std::string claims_text(std::span<const Claim> claims) {
   return summary(claims) + "\n\n" + text;
 }
 
-void write_claims_report(const std::filesystem::path& directory, std::span<const Claim> claims,
+void write_claims_report(const ReportFolder& directory, std::span<const Claim> claims,
                          const Provenance& provenance) {
   make_directories(directory);
   using enum ColumnAlign;

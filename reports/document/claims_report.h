@@ -1,11 +1,11 @@
 #pragma once
 
-#include <filesystem>
 #include <span>
 #include <string>
 
 #include "analysis/studies/claims.h"
 #include "reports/document/provenance.h"
+#include "reports/figures/paper_style.h"
 
 namespace credence {
 
@@ -16,7 +16,7 @@ std::string claims_json(std::span<const Claim> claims);
 std::string claims_text(std::span<const Claim> claims);
 
 /// Writes DIR/index.html; OutputError when it cannot be written.
-void write_claims_report(const std::filesystem::path& directory, std::span<const Claim> claims,
+void write_claims_report(const ReportFolder& directory, std::span<const Claim> claims,
                          const Provenance& provenance = make_provenance());
 
 }  // namespace credence

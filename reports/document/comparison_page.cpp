@@ -88,17 +88,16 @@ ReportAnswer comparison_answer(std::span<const ComparedStudy> studies) {
   return answer;
 }
 
-void write_comparison_report(const std::filesystem::path& directory, std::span<const ComparedStudy> studies,
+void write_comparison_report(const ReportFolder& directory, std::span<const ComparedStudy> studies,
                              double confidence, const Provenance& provenance) {
-  const std::filesystem::path folder = directory / "figures";
-  make_directories(folder);
+  make_directories(directory);
   HtmlPage page("Results side by side", fmt::format("{} results, compared by Credence", studies.size()));
   const ReportAnswer answer = comparison_answer(studies);
   page.answer(answer.tone, answer.text + ".");
   page.section("Side by side");
   page.table(comparison_table(studies, confidence));
   if (const Figure figure = comparison_figure(studies, confidence); !figure.panels.empty()) {
-    page.figure(figure, draw_all(std::vector{figure}, folder).front(), directory);
+    page.figure(figure, draw_all(std::vector{figure}, directory).front(), directory);
   }
   page.provenance(provenance);
   page.write(directory / "index.html");

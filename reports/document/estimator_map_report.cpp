@@ -184,12 +184,10 @@ std::string estimator_map_json(const EstimatorMap& map) {
   return json.dump(1);
 }
 
-void write_estimator_map_report(const std::filesystem::path& directory, const EstimatorMap& map,
+void write_estimator_map_report(const ReportFolder& directory, const EstimatorMap& map,
                                 const Provenance& provenance) {
-  const std::filesystem::path folder = directory / "figures";
-  make_directories(folder);
   const std::vector<Figure> figures = estimator_map_figures(map);
-  const std::vector<Drawing> drawings = draw_all(figures, folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   HtmlPage page("Estimators over " + map.plan.name, "The cheapest that stays consistent, by Credence");
   const ReportAnswer answer = estimator_map_answer(map);
   page.answer(answer.tone, answer.text + ".");

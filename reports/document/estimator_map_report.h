@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,6 +7,7 @@
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
 #include "reports/figures/figure.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// What `credence estimators` shows of a sweep: where which estimator is the cheapest that stays consistent.
@@ -28,7 +28,7 @@ std::vector<Figure> estimator_map_figures(const EstimatorMap& map);
 std::string estimator_map_json(const EstimatorMap& map);
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError.
-void write_estimator_map_report(const std::filesystem::path& directory, const EstimatorMap& map,
+void write_estimator_map_report(const ReportFolder& directory, const EstimatorMap& map,
                                 const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -288,12 +288,10 @@ std::string estimator_json(const EstimatorStudy& study) {
   return json.dump(1);
 }
 
-void write_estimator_report(const std::filesystem::path& directory, const EstimatorStudy& study,
+void write_estimator_report(const ReportFolder& directory, const EstimatorStudy& study,
                             const Provenance& provenance) {
-  const std::filesystem::path folder = directory / "figures";
-  make_directories(folder);
   const std::vector<Figure> figures = estimator_figures(study);
-  const std::vector<Drawing> drawings = draw_all(figures, folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   HtmlPage page("Estimators in " + study.scenario.name, "Consistency, accuracy and cost, by Credence");
   const ReportAnswer answer = estimator_answer(study);
   page.answer(answer.tone, answer.text + ".");

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "analysis/studies/estimator_study.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// What `credence estimators` shows: the consistency table, paired differences, JSON and a page.
@@ -29,7 +29,7 @@ ReportTable estimator_difference_table(const EstimatorStudy& study);
 std::string estimator_json(const EstimatorStudy& study);
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError.
-void write_estimator_report(const std::filesystem::path& directory, const EstimatorStudy& study,
+void write_estimator_report(const ReportFolder& directory, const EstimatorStudy& study,
                             const Provenance& provenance = make_provenance());
 
 }  // namespace credence

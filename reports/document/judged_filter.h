@@ -1,9 +1,9 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "reports/document/log_report.h"
+#include "reports/figures/paper_style.h"
 
 namespace credence {
 
@@ -29,7 +29,7 @@ class JudgedFilter {
   /// What `credence check --format json` prints.
   std::string json() const { return log_json(logs_); }
   /// What `credence check --out DIR` writes. Throws OutputError.
-  void write_report(const std::filesystem::path& directory) const { write_log_report(directory, logs_); }
+  void write_report(const ReportFolder& directory) const { write_log_report(directory, logs_); }
 
   /// Says of a failed run what its filter said; by number of the run.
   void explain_failure(std::int64_t run, const std::string& why) { logs_.failures_said[run] = why; }

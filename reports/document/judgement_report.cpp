@@ -89,7 +89,7 @@ Panel coverage_panel(const Judgement& j) {
     for (std::size_t k = 0; k < j.coverage[i].steps.size(); ++k) {
       const CoverageStep& step = j.coverage[i].steps[k];
       if (step.count.total == 0) continue;
-      x.push_back(static_cast<double>(k + 1));
+      x.push_back(static_cast<double>(1 + static_cast<std::int64_t>(k) * j.step_stride));
       inside.push_back(100.0 * step.interval.value);
       expected.push_back(100.0 * step.expected);
     }
@@ -156,7 +156,34 @@ std::string stop_sentence(const StudyAnalysis& a) {
       number_text(stop.p_value, 3), number_text(stop.scale.lower, 3), number_text(stop.scale.upper, 3));
 }
 
+std::string exact_sentence(const StudyAnalysis& a) {
+  double nees = 0.0, nis = 0.0;
+  Index nees_dof = 0, nis_dof = 0;
+  for (const ExactMoments& step : a.exact) {
+    nees += step.nees;
+    nees_dof += step.nees_dof;
+    nis += step.nis;
+    nis_dof += step.nis_dof;
+  }
+  if (nees_dof == 0 || nis_dof == 0) return {};
+  const auto steps = static_cast<double>(a.exact.size());
+  const auto per_step = [steps](double sum) { return number_text(sum / steps, 4); };
+  return fmt::format(
+      "Without noise of the sample: theory gives mean NEES {} of {} (P times {} would have it right) and "
+      "mean "
+      "NIS {} of {}.",
+      per_step(nees), per_step(static_cast<double>(nees_dof)),
+      number_text(nees / static_cast<double>(nees_dof), 4), per_step(nis),
+      per_step(static_cast<double>(nis_dof)));
+}
+
 namespace {
+
+/// "p = 0.031", "p < 1e−12".
+std::string p_statement(double p) {
+  const std::string value = p_value_text(p);
+  return value.starts_with('<') ? "p " + value : "p = " + value;
+}
 
 /// What is proved, what is right whatever the law, and how good the estimate is.
 void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) {
@@ -173,12 +200,12 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   if (second.reason.empty()) {
     const double p = std::min(second.p_value.optimistic, second.p_value.pessimistic);
     sentences.push_back(
-        fmt::format("Whatever the law of the errors, their mean squares {} P{} (p = {}): most in the "
+        fmt::format("Whatever the law of the errors, their mean squares {} P{} ({}): most in the "
                     "direction of {}, times "
                     "{} ({} … {}).",
                     p <= alpha ? "disagree with" : "agree with",
                     b.law.second_moments.of.empty() ? "" : " of the block " + b.law.second_moments.of,
-                    p_value_text(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
+                    p_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
                     number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }
   const ScoreJudgement& log = b.law.log_score;

@@ -135,6 +135,7 @@ std::string log_json(const CheckedLogs& logs) {
                          : calibration_json(logs.calibration, logs.units, s.layout.states);
   j["runs"] = s.study.runs;
   j["steps"] = s.study.steps.size();
+  j["step_stride"] = s.step_stride;
   j["state_dim"] = s.state_dim;
   j["complete"] = logged.complete;
   j["verdict"] = to_string(a.word.verdict);

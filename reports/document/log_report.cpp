@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -33,7 +34,7 @@ void write_steps(const std::filesystem::path& target, const LogAnalysis& a) {
   }
   CsvWriter csv(target, columns);
   for (std::size_t k = 0; k < a.evidence.study.steps.size(); ++k) {
-    std::vector<CsvField> row = {k + 1};
+    std::vector<CsvField> row = {1 + static_cast<std::int64_t>(k) * a.evidence.step_stride};
     for (const StepTest* test : {&a.judgement.nees.steps[k], &a.judgement.nis.steps[k]}) {
       for (const double value : {test->mean, test->expected, test->lower, test->upper, test->p_value}) {
         row.push_back(number_field(value));
@@ -62,16 +63,22 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
 /// Errors of the first run, state by state.
 Figure errors_figure(const std::string& name, const RunErrors& run) {
   constexpr std::size_t kPanels = 6;
-  const std::size_t shown = std::min(kPanels, run.states.size());
+  // A component that the filter does not estimate has no error in any row.
+  std::vector<const RunErrors::State*> estimated;
+  for (const RunErrors::State& state : run.states) {
+    if (!std::ranges::all_of(state.error, [](double e) { return std::isnan(e); }))
+      estimated.push_back(&state);
+  }
+  const std::size_t shown = std::min(kPanels, estimated.size());
   Figure figure{
       .name = name + "-errors",
       .caption = fmt::format("The first run: errors{} with the ±2σ that the filter claims; a consistent "
                              "filter stays between them at 95 % of the steps.",
-                             run.states.size() > shown ? fmt::format(" of the first {} states", shown) : ""),
-      .rows = static_cast<int>((shown + 2) / 3),
-      .cols = static_cast<int>(std::min<std::size_t>(shown, 3))};
+                             estimated.size() > shown ? fmt::format(" of the first {} states", shown) : ""),
+      .rows = static_cast<int>(std::max<std::size_t>(1, (shown + 2) / 3)),
+      .cols = static_cast<int>(std::clamp<std::size_t>(shown, 1, 3))};
   for (std::size_t i = 0; i < shown; ++i) {
-    const RunErrors::State& state = run.states[i];
+    const RunErrors::State& state = *estimated[i];
     const double scale = state.angle ? 1.0 / kRadiansPerDegree : 1.0;
     FigureData error, lower, upper;
     for (std::size_t k = 0; k < run.step.size(); ++k) {
@@ -109,10 +116,15 @@ std::vector<Figure> log_figures(const std::string& name, const CheckedLogs& logs
   if (a.judgement.nees.count > 0 || a.judgement.nis.count > 0)
     figures.push_back(log_consistency_figure(name, a));
   if (!logs.first_run.step.empty() && !logs.first_run.states.empty()) {
-    figures.push_back(errors_figure(name, logs.first_run));
+    if (Figure errors = errors_figure(name, logs.first_run); !errors.panels.empty())
+      figures.push_back(std::move(errors));
   }
   if (Figure sigma = sigma_figure(name, logs.calibration, a.evidence.layout.states); !sigma.panels.empty())
     figures.push_back(std::move(sigma));
+  for (Figure& figure :
+       std::array{distance_figure(name, logs.calibration), stanford_figure(name, logs.calibration)}) {
+    if (!figure.panels.empty()) figures.push_back(std::move(figure));
+  }
   if (Figure blocks = blocks_figure(name, a); !blocks.panels.empty()) figures.push_back(std::move(blocks));
   Figure evidence = evidence_figure(name, a.judgement);
   if (!evidence.panels.empty()) figures.push_back(std::move(evidence));
@@ -171,14 +183,11 @@ void add_rejected(HtmlPage& page, const Evidence& s) {
 
 }  // namespace
 
-void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs,
-                      const Provenance& provenance) {
+void write_log_report(const ReportFolder& directory, const CheckedLogs& logs, const Provenance& provenance) {
   const LogAnalysis& a = logs.analysis;
   const std::string name = file_name(logs.name);
-  const std::filesystem::path pdf_folder = directory / "figures";
-  make_directories(pdf_folder);
   const std::vector<Figure> figures = log_figures(name, logs);
-  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   HtmlPage page(logs.name, "Consistency of a filter from its logs");
   page.answer(verdict_cell(a.judgement.word.verdict).tone, log_answer(logs) + ".");
   if (logs.gate)

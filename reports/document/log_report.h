@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "datasets/logs/run_errors.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// What `credence check` says of a filter's logs.
@@ -66,7 +66,7 @@ std::string log_json(const CheckedLogs& logs);
 
 /// Writes DIR/index.html, DIR/NAME.csv with every step, and the figures as SVG and PDF. Throws OutputError
 /// when a file cannot be written.
-void write_log_report(const std::filesystem::path& directory, const CheckedLogs& logs,
+void write_log_report(const ReportFolder& directory, const CheckedLogs& logs,
                       const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "analysis/evidence/step_series.h"
 #include "reports/document/calibration_report.h"
 #include "reports/document/judgement_report.h"
 #include "reports/document/log_gate.h"
@@ -38,6 +39,13 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   table.notes.push_back(fmt::format("{} of {}{} ({}).{}", counted(s.rows, "row"),
                                     counted(s.study.runs, "run"), files, logs.format,
                                     logs.analysis.complete ? "" : " Interrupted."));
+  if (s.step_stride > 1) {
+    table.notes.push_back(fmt::format(
+        "These runs are longer than {} steps. What is judged step by step, and the values counted above, are "
+        "of every {}{} step; averages of runs, the factor on P and tests of innovations over time are of "
+        "all.",
+        kMostSteps, s.step_stride, s.step_stride == 2 ? "nd" : "th"));
+  }
   if (logs.unmatched_rows > 0) {
     table.notes.push_back(
         fmt::format("{} rows have no truth at their time and are left out.", logs.unmatched_rows));
@@ -85,11 +93,13 @@ int rank_of(const Evidence& evidence, const std::string& block) {
 void add_fit_notes(ReportTable& table, const Judgement& a) {
   for (const SensorJudgement& s : a.sensors) table.notes.push_back(tests_of(s));
   for (const SensorJudgement& s : a.sensors) {
+    const std::string name = s.name.empty() ? "" : " of " + s.name;
+    if (s.fit.reason.starts_with("not tested"))
+      table.notes.push_back(fmt::format("NIS{} against its chi-square law: {}.", name, s.fit.reason));
     if (!s.fit.reason.empty()) continue;
     table.notes.push_back(
         fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov p = {}, Anderson-Darling p = {}.",
-                    s.name.empty() ? "" : " of " + s.name, p_value_text(s.fit.kolmogorov_p_value),
-                    p_value_text(s.fit.anderson_p_value)));
+                    name, p_value_text(s.fit.kolmogorov_p_value), p_value_text(s.fit.anderson_p_value)));
   }
 }
 

@@ -140,7 +140,7 @@ std::string log_tune_json(const std::string& name, std::span<const InnovationTun
   return j.dump(1);
 }
 
-void write_log_tune_report(const std::filesystem::path& directory, const std::string& name,
+void write_log_tune_report(const ReportFolder& directory, const std::string& name,
                            std::span<const InnovationTuning> sensors, const Provenance& provenance) {
   make_directories(directory);
   HtmlPage page("Tuning " + name, "What innovations alone can tell, by Credence");

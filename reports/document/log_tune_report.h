@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <span>
 #include <string>
 
 #include "analysis/tuning/innovation_tuning.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// What `credence tune` shows of logs that hold innovations and S alone.
@@ -23,7 +23,7 @@ std::vector<std::string> log_tune_sentences(std::span<const InnovationTuning> se
 std::string log_tune_json(const std::string& name, std::span<const InnovationTuning> sensors);
 
 /// Writes DIR/index.html. Throws OutputError when it cannot be written.
-void write_log_tune_report(const std::filesystem::path& directory, const std::string& name,
+void write_log_tune_report(const ReportFolder& directory, const std::string& name,
                            std::span<const InnovationTuning> sensors,
                            const Provenance& provenance = make_provenance());
 

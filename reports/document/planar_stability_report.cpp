@@ -222,12 +222,10 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
   return j.dump(2);
 }
 
-void write_planar_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+void write_planar_stability_report(const ReportFolder& directory, const Scenario& scenario,
                                    const PlanarStability& a, const Provenance& provenance) {
-  const std::filesystem::path pdf_folder = directory / "figures";
-  make_directories(pdf_folder);
   const std::vector<Figure> figures = growth_figures(scenario, a);
-  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
 
   HtmlPage page("Stability of " + scenario.name, "Observability and boundedness along the path");
   const ReportAnswer answer = planar_stability_answer(scenario, a);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,6 +7,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// What `credence stability` shows of a planar world: tables, JSON and a page.
@@ -27,7 +27,7 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
 std::string planar_stability_json(const Scenario& scenario, const PlanarStability& analysis);
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError.
-void write_planar_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+void write_planar_stability_report(const ReportFolder& directory, const Scenario& scenario,
                                    const PlanarStability& analysis,
                                    const Provenance& provenance = make_provenance());
 

@@ -117,7 +117,7 @@ std::string planar_stability_table_json(const SweepPlan& plan, std::span<const P
       1);
 }
 
-void write_planar_stability_table(const std::filesystem::path& directory, const SweepPlan& plan,
+void write_planar_stability_table(const ReportFolder& directory, const SweepPlan& plan,
                                   std::span<const PlanarStability> analyses, const Provenance& provenance) {
   make_directories(directory);
   HtmlPage page(plan.name, "Stability of planar EKF-SLAM under inflation");

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <span>
 #include <string>
 
@@ -8,6 +7,7 @@
 #include "montecarlo/scenario/sweep_plan.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// The stability of many planar configurations side by side: the table of theory, section 5, measured.
@@ -22,7 +22,7 @@ ReportTable planar_stability_table(const SweepPlan& plan, std::span<const Planar
 std::string planar_stability_table_json(const SweepPlan& plan, std::span<const PlanarStability> analyses);
 
 /// Writes DIR/index.html; OutputError when it cannot be written.
-void write_planar_stability_table(const std::filesystem::path& directory, const SweepPlan& plan,
+void write_planar_stability_table(const ReportFolder& directory, const SweepPlan& plan,
                                   std::span<const PlanarStability> analyses,
                                   const Provenance& provenance = make_provenance());
 

@@ -52,16 +52,15 @@ std::string file_name(const ReplayResult& result) {
 
 }  // namespace
 
-void write_replay_report(const std::filesystem::path& directory, std::span<const ReportedReplay> replays,
+void write_replay_report(const ReportFolder& directory, std::span<const ReportedReplay> replays,
                          const ReplayJudgement& judgement, const Provenance& provenance) {
-  make_directories(directory / "figures");
   std::vector<Figure> figures{nees_figure(replays, judgement.nees)};
   for (std::size_t i = 0; i < replays.size(); ++i) {
     const std::string number = replays.size() > 1 ? fmt::format("{}-", i + 1) : "";
     for (Figure& figure : replay_figures(number + file_name(replays[i].result), replays[i].result))
       figures.push_back(std::move(figure));
   }
-  const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
 
   HtmlPage page(fmt::format("EKF-SLAM on {}", replays.size() == 1 ? replay_name(replays.front().result)
                                                                   : replays.front().result.dataset),

@@ -165,16 +165,14 @@ std::string replay_tune_json(const ReplayTuning& t) {
   return j.dump(1);
 }
 
-void write_replay_tune_report(const std::filesystem::path& directory, const ReplayTuning& t,
-                              const ReplayScore& score, const Provenance& provenance) {
-  const std::filesystem::path folder = directory / "figures";
-  make_directories(folder);
+void write_replay_tune_report(const ReportFolder& directory, const ReplayTuning& t, const ReplayScore& score,
+                              const Provenance& provenance) {
   std::vector<Figure> figures;
   if (t.tuning.anything_known()) {
     figures.push_back(
         tune_profile_figure(score, t.tuning, [](const std::string& key) { return ScenarioScore::Key{key}; }));
   }
-  const std::vector<Drawing> drawings = draw_all(figures, folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   HtmlPage page("Tuning " + t.name, "The noise that the innovations ask for, by Credence");
   const ReportAnswer answer = replay_tune_answer(t);
   page.answer(answer.tone, answer.text + ".");

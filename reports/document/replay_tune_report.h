@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "datasets/replay/replay_tuning.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// What `credence tune` shows of a data set that is replayed.
@@ -30,7 +30,7 @@ std::vector<std::string> replay_tune_sentences(const ReplayTuning& tuning);
 std::string replay_tune_json(const ReplayTuning& tuning);
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError when a file cannot be written.
-void write_replay_tune_report(const std::filesystem::path& directory, const ReplayTuning& tuning,
+void write_replay_tune_report(const ReportFolder& directory, const ReplayTuning& tuning,
                               const ReplayScore& score, const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -301,11 +301,10 @@ ReportAnswer selftest_answer(const SelftestResult& result) {
           failures)};
 }
 
-void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result,
+void write_selftest_report(const ReportFolder& directory, const SelftestResult& result,
                            const Provenance& provenance) {
-  make_directories(directory / "figures");
   const std::vector<Figure> figures = selftest_figures(result);
-  const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   HtmlPage page("Can these tests be trusted?", "Calibration of Credence's statistical tests");
   const ReportAnswer answer = selftest_answer(result);
   page.answer(answer.tone, answer.text + ".");

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "analysis/studies/selftest.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 namespace credence {
 
@@ -23,7 +23,7 @@ std::vector<ReportTable> selftest_tables(const SelftestResult& result);
 std::vector<std::string> selftest_failures(const SelftestResult& result);
 
 /// Writes DIR/index.html and the figures as SVG and PDF. Throws OutputError.
-void write_selftest_report(const std::filesystem::path& directory, const SelftestResult& result,
+void write_selftest_report(const ReportFolder& directory, const SelftestResult& result,
                            const Provenance& provenance = make_provenance());
 
 }  // namespace credence

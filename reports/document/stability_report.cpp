@@ -350,12 +350,10 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
   return j.dump(2);
 }
 
-void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+void write_stability_report(const ReportFolder& directory, const Scenario& scenario,
                             const StabilityAnalysis& a, const Provenance& provenance) {
-  const std::filesystem::path pdf_folder = directory / "figures";
-  make_directories(pdf_folder);
   const std::vector<Figure> figures = {stability_figure(a)};
-  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
 
   HtmlPage page("Stability of " + scenario.name, "Ranks, Riccati equation and boundedness");
   const ReportAnswer answer = stability_answer(a);

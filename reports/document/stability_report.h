@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,6 +7,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// What `credence stability` shows: tables, JSON and a page.
@@ -27,7 +27,7 @@ ReportTable stability_verdict_table(const StabilityAnalysis& analysis);
 std::string stability_json(const Scenario& scenario, const StabilityAnalysis& analysis);
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError when a file cannot be written.
-void write_stability_report(const std::filesystem::path& directory, const Scenario& scenario,
+void write_stability_report(const ReportFolder& directory, const Scenario& scenario,
                             const StabilityAnalysis& analysis,
                             const Provenance& provenance = make_provenance());
 

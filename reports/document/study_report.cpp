@@ -62,6 +62,7 @@ void add_failures(HtmlPage& page, const StudyAnalysis& a) {
 void add_statistics(HtmlPage& page, const StudyAnalysis& a) {
   std::vector<std::string> sentences = {verdict_sentence("NEES", a.nees), verdict_sentence("NIS", a.nis)};
   if (a.vehicle_nees) sentences.push_back(verdict_sentence("NEES of the pose alone", *a.vehicle_nees));
+  if (std::string exact = exact_sentence(a); !exact.empty()) sentences.push_back(std::move(exact));
   page.bullets(sentences);
   if (!a.judgement) return;
   page.bullets(statistics_sentences(*a.judgement));
@@ -151,11 +152,9 @@ std::string report_title(std::span<const ReportedStudy> studies) {
   return studies.size() == 1 ? studies.front().analysis.scenario.name : "Can these covariances be trusted?";
 }
 
-void write_study_report(const std::filesystem::path& directory, const std::string& title,
+void write_study_report(const ReportFolder& directory, const std::string& title,
                         std::span<const ReportedStudy> studies, const Provenance& provenance) {
   const std::vector<std::string> names = file_names(studies);
-  const std::filesystem::path pdf_folder = directory / "figures";
-  make_directories(pdf_folder);
 
   std::vector<Figure> figures;
   std::vector<std::size_t> first_figure;
@@ -168,7 +167,7 @@ void write_study_report(const std::filesystem::path& directory, const std::strin
     analyses.push_back(studies[i].analysis);
   }
   first_figure.push_back(figures.size());
-  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
 
   HtmlPage page(title, "Monte Carlo consistency of simulated filters");
   const ReportAnswer answer = study_answer(analyses);

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <span>
 #include <string>
 
 #include "analysis/evidence/study_analysis.h"
 #include "montecarlo/engine/experiment.h"
 #include "reports/document/provenance.h"
+#include "reports/figures/paper_style.h"
 
 namespace credence {
 
@@ -24,7 +24,7 @@ std::string report_title(std::span<const ReportedStudy> studies);
 /// and PDF in DIR/figures.
 ///
 /// Throws OutputError when a file cannot be written; no file is left half-written.
-void write_study_report(const std::filesystem::path& directory, const std::string& title,
+void write_study_report(const ReportFolder& directory, const std::string& title,
                         std::span<const ReportedStudy> studies,
                         const Provenance& provenance = make_provenance());
 

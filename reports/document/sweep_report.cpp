@@ -213,14 +213,12 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   return document.dump(1);
 }
 
-void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep,
+void write_sweep_report(const ReportFolder& directory, const SweepAnalysis& sweep,
                         const Provenance& provenance) {
-  const std::filesystem::path pdf_folder = directory / "figures";
-  make_directories(pdf_folder);
   const bool map = !sweep.rank_map.empty();
   const std::vector<Figure> figures =
       map ? std::vector<Figure>{rank_map_figure(sweep.rank_map)} : sweep_figures(sweep);
-  const std::vector<Drawing> drawings = draw_all(figures, pdf_folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   write_sweep_csv(directory / "sweep.csv", sweep);
 
   HtmlPage page(sweep.plan.name, fmt::format("A sweep of {} configurations", sweep.plan.points.size()));

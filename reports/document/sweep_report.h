@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "analysis/evidence/sweep_analysis.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 namespace credence {
 
@@ -19,7 +19,7 @@ std::vector<ReportTable> sweep_tables(const SweepAnalysis& sweep);
 std::string sweep_json(const SweepAnalysis& sweep);
 
 /// Writes DIR/index.html, DIR/sweep.csv and the figures. Throws OutputError.
-void write_sweep_report(const std::filesystem::path& directory, const SweepAnalysis& sweep,
+void write_sweep_report(const ReportFolder& directory, const SweepAnalysis& sweep,
                         const Provenance& provenance = make_provenance());
 
 }  // namespace credence

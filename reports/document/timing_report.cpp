@@ -306,11 +306,10 @@ std::vector<ReportTable> timing_tables(const TimingResult& result) {
   return {growth_table(result), step_table(result), monte_carlo_table(result), scaling_table(result)};
 }
 
-void write_timing_report(const std::filesystem::path& directory, const TimingResult& result,
+void write_timing_report(const ReportFolder& directory, const TimingResult& result,
                          const Provenance& provenance) {
-  make_directories(directory / "figures");
   const std::vector<Figure> figures{step_figure(result)};
-  const std::vector<Drawing> drawings = draw_all(figures, directory / "figures");
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
   HtmlPage page("What does a step cost?", "Time against the size of the map, and the speed of Monte Carlo");
   const ReportAnswer answer = timing_answer(result);
   page.answer(answer.tone, answer.text + ".");

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "analysis/studies/filter_timing.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 namespace credence {
 
@@ -20,7 +20,7 @@ std::string timing_json(const TimingResult& result);
 std::vector<ReportTable> timing_tables(const TimingResult& result);
 
 /// Writes index.html, timing.json and the figures into `directory`. Throws OutputError as AtomicFile does.
-void write_timing_report(const std::filesystem::path& directory, const TimingResult& result,
+void write_timing_report(const ReportFolder& directory, const TimingResult& result,
                          const Provenance& provenance = make_provenance());
 
 }  // namespace credence

@@ -156,12 +156,9 @@ std::string tuned_toml(const ScenarioTuning& t) {
                      t.scenario.name, t.scenario.study.runs, canonical_toml(t.tuned));
 }
 
-void write_tune_report(const std::filesystem::path& directory, const ScenarioTuning& t,
-                       const Provenance& provenance) {
-  const std::filesystem::path folder = directory / "figures";
-  make_directories(folder);
+void write_tune_report(const ReportFolder& directory, const ScenarioTuning& t, const Provenance& provenance) {
   const std::vector<Figure> figures = tune_figures(t);
-  const std::vector<Drawing> drawings = draw_all(figures, folder);
+  const std::vector<Drawing> drawings = draw_all(figures, directory);
 
   HtmlPage page("Tuning " + t.scenario.name, "The noise that the innovations ask for, by Credence");
   const ReportAnswer answer = tune_answer(t);

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "analysis/tuning/tune_scenario.h"
 #include "reports/document/provenance.h"
 #include "reports/document/report_table.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
 /// What `credence tune` shows of a scenario: tables, sentences, JSON, a page and the tuned scenario.
@@ -32,7 +32,7 @@ std::string tune_json(const ScenarioTuning& tuning);
 std::string tuned_toml(const ScenarioTuning& tuning);
 
 /// Writes DIR/index.html and DIR/figures. Throws OutputError when a file cannot be written.
-void write_tune_report(const std::filesystem::path& directory, const ScenarioTuning& tuning,
+void write_tune_report(const ReportFolder& directory, const ScenarioTuning& tuning,
                        const Provenance& provenance = make_provenance());
 
 }  // namespace credence

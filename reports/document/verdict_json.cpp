@@ -5,9 +5,9 @@
 namespace credence {
 namespace {
 
-Json span_json(const StepSpan& span) {
+Json span_json(const ConsistencyVerdict& v, const StepSpan& span) {
   if (span.count == 0) return nullptr;
-  return {{"first", span.first}, {"last", span.last}, {"count", span.count}};
+  return {{"first", v.step_of(span.first)}, {"last", v.step_of(span.last)}, {"count", span.count}};
 }
 
 }  // namespace
@@ -49,8 +49,8 @@ Json verdict_json(const ConsistencyVerdict& v) {
                  {"lower", json_number(v.factor.lower)},
                  {"upper", json_number(v.factor.upper)}};
   if (!v.factor.reason.empty()) j["factor"]["reason"] = v.factor.reason;
-  j["optimistic_steps"] = span_json(v.optimistic_steps);
-  j["pessimistic_steps"] = span_json(v.pessimistic_steps);
+  j["optimistic_steps"] = span_json(v, v.optimistic_steps);
+  j["pessimistic_steps"] = span_json(v, v.pessimistic_steps);
   // Bounds of the mean at a single step; of the last one where the dof varies.
   j["bounds"] = {{"lower", json_number(last.lower)}, {"upper", json_number(last.upper)}};
   j["share_outside"] = json_number(v.share_outside);
@@ -61,7 +61,7 @@ Json verdict_json(const ConsistencyVerdict& v) {
   j["steps_p_value"] = json_number(v.steps_p_value);
   j["steps_rejected"] = v.steps_rejected;
   j["steps_without_data"] = v.steps_without_data;
-  j["worst_step"] = v.worst_step < 0 ? Json(nullptr) : Json(v.worst_step + 1);
+  j["worst_step"] = v.worst_step < 0 ? Json(nullptr) : Json(v.step_of(v.worst_step + 1));
   j["dof"] = json_number(v.dof);
   j["values"] = v.count;
   j["tests"] = v.tests;

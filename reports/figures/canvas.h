@@ -58,9 +58,10 @@ struct Lettering {
 };
 
 inline constexpr double kLabelFont = 12.0;
-inline constexpr double kScriptFont = 9.0;   ///< of sub- and superscripts
-inline constexpr double kSuperscript = 4.5;  ///< that their base line lies above that of the text
-inline constexpr double kSubscript = 2.5;    ///< below
+inline constexpr double kPaperFontPoints = 8.0;  ///< of the label font, on paper
+inline constexpr double kScriptFont = 9.0;       ///< of sub- and superscripts
+inline constexpr double kSuperscript = 4.5;      ///< that their base line lies above that of the text
+inline constexpr double kSubscript = 2.5;        ///< below
 
 class Canvas {
  public:

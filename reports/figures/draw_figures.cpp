@@ -3,19 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/parallel_tasks.h"
+#include "reports/figures/cairo_canvas.h"
 #include "reports/figures/figure_layout.h"
 #include "reports/figures/figure_painter.h"
 #include "reports/figures/panel_data.h"
-#include "reports/figures/pdf_canvas.h"
+#include "reports/figures/pgf_canvas.h"
 #include "reports/figures/svg_canvas.h"
 #include "reports/render/atomic_file.h"
 
 namespace credence {
 namespace {
-
-constexpr const char* kPanelFolder = "panels";
 
 // A page shows up to four columns side by side.
 double page_width(const Figure& figure) {
@@ -23,27 +23,79 @@ double page_width(const Figure& figure) {
 }
 
 // A paper has one or two columns of text to offer.
-double paper_width(const Figure& figure) {
+double paper_width(const Figure& figure, PaperStyle::Width wanted) {
   constexpr double kPointsPerInch = 72.0;
-  const double inches = figure.cols == 1 ? 3.5 : 7.16;
-  return inches * kPointsPerInch / kPdfFontPoints * kLabelFont;
+  const bool one =
+      wanted == PaperStyle::Width::by_figure ? figure.cols == 1 : wanted == PaperStyle::Width::one_column;
+  return (one ? 3.5 : 7.16) * kPointsPerInch / kPaperFontPoints * kLabelFont;
 }
 
-template <class FormatCanvas>
-std::string render(const Figure& figure, double width) {
+// Panels side by side are too narrow in one column of text: there they stand below each other.
+Figure arranged(Figure figure, PaperStyle::Width wanted) {
+  if (wanted == PaperStyle::Width::one_column && figure.cols > 1) {
+    figure.rows = static_cast<int>(figure.panels.size());
+    figure.cols = 1;
+  }
+  return figure;
+}
+
+template <class FormatCanvas, class... Options>
+std::string render(const Figure& figure, double width, const Options&... options) {
   validate(figure);
   const FigureLayout layout = lay_out(figure, width);
-  FormatCanvas canvas(layout.width, layout.height, figure.caption.empty() ? figure.name : figure.caption);
+  FormatCanvas canvas(layout.width, layout.height, figure.caption.empty() ? figure.name : figure.caption,
+                      options...);
   paint_figure(figure, layout, canvas);
   return std::move(canvas).finish();
 }
 
-void write_panels(const Figure& figure, const std::filesystem::path& folder) {
+using FileFormat = std::pair<const char*, std::string (*)(const Figure&, double, const PaperStyle&)>;
+
+// The formats of a style, the first of which a reader is offered first.
+std::vector<FileFormat> file_formats(const PaperStyle& style) {
+  using enum CairoCanvas::Format;
+  std::vector<FileFormat> formats;
+  if (style.pdf) {
+    formats.emplace_back(".pdf", [](const Figure& figure, double width, const PaperStyle& s) {
+      return render<CairoCanvas>(figure, width, CairoCanvas::Options{pdf, s.serif});
+    });
+  }
+  if (style.svg) {
+    formats.emplace_back(".svg", [](const Figure& figure, double width, const PaperStyle& s) {
+      return s.width == PaperStyle::Width::by_figure ? render_svg(figure) : render<SvgCanvas>(figure, width);
+    });
+  }
+  if (style.png) {
+    formats.emplace_back(".png", [](const Figure& figure, double width, const PaperStyle& s) {
+      return render<CairoCanvas>(figure, width, CairoCanvas::Options{png, s.serif});
+    });
+  }
+  if (style.pgf) {
+    formats.emplace_back(".pgf", [](const Figure& figure, double width, const PaperStyle&) {
+      return render<PgfCanvas>(figure, width);
+    });
+  }
+  return formats;
+}
+
+std::vector<std::filesystem::path> write_figure(const Figure& figure, const std::filesystem::path& folder,
+                                                const PaperStyle& style) {
+  std::vector<std::filesystem::path> files;
+  const Figure on_paper = arranged(figure, style.width);
+  const double width = paper_width(on_paper, style.width);
+  for (const auto& [ending, drawn] : file_formats(style)) {
+    files.push_back(folder / (figure.name + ending));
+    write_file(files.back(), drawn(on_paper, width, style));
+  }
+  return files;
+}
+
+void write_panels(const Figure& figure, const std::filesystem::path& folder, const PaperStyle& style) {
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
-    const Figure alone{.name = fmt::format("{}-{}", figure.name, i + 1),
-                       .caption = figure.caption,
-                       .panels = {figure.panels[i]}};
-    write_file(folder / (alone.name + ".pdf"), render_pdf(alone));
+    write_figure({.name = fmt::format("{}-{}", figure.name, i + 1),
+                  .caption = figure.caption,
+                  .panels = {figure.panels[i]}},
+                 folder, style);
   }
 }
 
@@ -59,33 +111,45 @@ void draw_panels(const Figure& figure, Drawing& drawing) {
   }
 }
 
-Drawing draw(const Figure& figure, const std::filesystem::path& folder) {
+Drawing draw(const Figure& figure) {
   Drawing drawing{.svg = render_svg(figure)};
   draw_panels(figure, drawing);
-  if (folder.empty()) return drawing;
-  drawing.svg_file = folder / (figure.name + ".svg");
-  drawing.pdf_file = folder / (figure.name + ".pdf");
-  write_file(drawing.svg_file, drawing.svg);
-  write_file(drawing.pdf_file, render_pdf(figure));
-  if (figure.panels.size() > 1) write_panels(figure, folder / kPanelFolder);
   return drawing;
+}
+
+template <class Draw>
+std::vector<Drawing> draw_each(std::span<const Figure> figures, Draw draw_one) {
+  std::vector<Drawing> drawings(figures.size());
+  for_each_task(static_cast<std::int64_t>(figures.size()), 0, nullptr, [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    drawings[at] = draw_one(figures[at]);
+  });
+  return drawings;
 }
 
 }  // namespace
 
 std::string render_svg(const Figure& figure) { return render<SvgCanvas>(figure, page_width(figure)); }
 
-std::string render_pdf(const Figure& figure) { return render<PdfCanvas>(figure, paper_width(figure)); }
+std::string render_pdf(const Figure& figure, const PaperStyle& style) {
+  const Figure on_paper = arranged(figure, style.width);
+  return render<CairoCanvas>(on_paper, paper_width(on_paper, style.width),
+                             CairoCanvas::Options{CairoCanvas::Format::pdf, style.serif});
+}
 
-std::vector<Drawing> draw_all(std::span<const Figure> figures, const std::filesystem::path& folder) {
-  std::vector<Drawing> drawings(figures.size());
-  const bool has_panels = std::ranges::any_of(figures, [](const Figure& f) { return f.panels.size() > 1; });
-  if (has_panels && std::filesystem::is_directory(folder)) make_directories(folder / kPanelFolder);
-  for_each_task(static_cast<std::int64_t>(figures.size()), 0, nullptr, [&](std::int64_t i) {
-    const auto at = static_cast<std::size_t>(i);
-    drawings[at] = draw(figures[at], folder);
+std::vector<Drawing> draw_all(std::span<const Figure> figures) { return draw_each(figures, draw); }
+
+std::vector<Drawing> draw_all(std::span<const Figure> figures, const ReportFolder& folder) {
+  const std::filesystem::path place = folder / "figures";
+  const std::filesystem::path panels = place / "panels";
+  const auto has_panels = [](const Figure& figure) { return figure.panels.size() > 1; };
+  make_directories(std::ranges::any_of(figures, has_panels) ? panels : place);
+  return draw_each(figures, [&](const Figure& figure) {
+    Drawing drawing = draw(figure);
+    drawing.files = write_figure(figure, place, folder.paper);
+    if (has_panels(figure)) write_panels(figure, panels, folder.paper);
+    return drawing;
   });
-  return drawings;
 }
 
 }  // namespace credence

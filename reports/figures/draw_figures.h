@@ -6,18 +6,18 @@
 #include <vector>
 
 #include "reports/figures/figure.h"
+#include "reports/figures/paper_style.h"
 
 /// @file
-/// Figures as SVG for pages and as PDF for papers.
+/// Figures as SVG for pages, and as files for papers.
 
 namespace credence {
 
 /// One <svg> element to stand in a web page or a file. Throws std::invalid_argument (see validate).
 std::string render_svg(const Figure& figure);
 
-/// The bytes of a PDF file of one page, as wide as one column of a paper (3.5 in) for one column of panels,
-/// else as two (7.16 in). Throws like render_svg.
-std::string render_pdf(const Figure& figure);
+/// The bytes of a PDF file of one page, of the width and lettering of `style`. Throws like render_svg.
+std::string render_pdf(const Figure& figure, const PaperStyle& style = {});
 
 /// A panel as an <svg> element of its own, with the numbers in it (panel_data.h).
 struct PanelDrawing {
@@ -27,14 +27,17 @@ struct PanelDrawing {
 /// A figure that was drawn.
 struct Drawing {
   std::string svg;
-  std::filesystem::path svg_file{}, pdf_file{};  ///< those written, if a folder was given
-  std::vector<PanelDrawing> panels{};            ///< the same again, for a page to place as its width allows
-  std::vector<double> column_widths{};           ///< of the columns of panels, in pixels
+  std::vector<std::filesystem::path> files{};  ///< those written
+  std::vector<PanelDrawing> panels{};          ///< the same again, for a page to place as its width allows
+  std::vector<double> column_widths{};         ///< of the columns of panels, in pixels
 };
 
-/// Draws all figures, several at a time; with `folder`, which must exist, each also as <name>.svg and
-/// <name>.pdf in it, and each panel of several alone as panels/<name>-<number>.pdf. Throws OutputError when a
-/// file cannot be written and std::invalid_argument for an invalid figure.
-std::vector<Drawing> draw_all(std::span<const Figure> figures, const std::filesystem::path& folder = {});
+/// Draws all figures, several at a time. Throws std::invalid_argument for an invalid figure.
+std::vector<Drawing> draw_all(std::span<const Figure> figures);
+
+/// The same, and makes the folder's `figures` with each as <name>.svg and the like, in the formats of its
+/// style; of several panels each alone as panels/<name>-<number>. Throws OutputError as well, when a file
+/// cannot be written.
+std::vector<Drawing> draw_all(std::span<const Figure> figures, const ReportFolder& folder);
 
 }  // namespace credence

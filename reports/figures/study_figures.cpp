@@ -167,7 +167,8 @@ Panel map_panel(const RunTrace& trace) {
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact) {
   Panel panel{.title = title, .x_label = "step", .y_label = y_label};
-  const FigureData x = index_axis(static_cast<Index>(verdict.steps.size()));
+  FigureData x = index_axis(static_cast<Index>(verdict.steps.size()), 0);
+  for (double& step : x) step = 1.0 + static_cast<double>(verdict.step_stride) * step;
   FigureData mean, lower, upper, outer_lower, outer_upper, expected;
   for (const StepTest& step : verdict.steps) {
     const bool tested = step.count > 0 && step.total_dof > 0.0;

@@ -271,11 +271,12 @@ void HtmlPage::figure(const Figure& figure, const Drawing& drawing, const std::f
     body_ += "</div>\n";
   }
   body_ += fmt::format("<figcaption><b>Figure {}.</b> {}", letters_of(++figures_), prose(figure.caption));
-  for (const auto& [words, file] : {std::pair{"PDF", &drawing.pdf_file}, {"SVG", &drawing.svg_file}}) {
-    if (file->empty()) continue;
-    const auto relative = link_base.empty() ? file->filename() : file->lexically_relative(link_base);
+  for (const std::filesystem::path& file : drawing.files) {
+    const auto relative = link_base.empty() ? file.filename() : file.lexically_relative(link_base);
+    std::string format = file.extension().string().substr(1);
+    for (char& letter : format) letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
     body_ +=
-        fmt::format(" <a href=\"{}\">{}</a>", escape_html(encoded_path(relative.generic_string())), words);
+        fmt::format(" <a href=\"{}\">{}</a>", escape_html(encoded_path(relative.generic_string())), format);
   }
   body_ += "</figcaption>\n</figure>\n";
 }

@@ -193,6 +193,41 @@ TEST_F(CommandLine, ReportsAreCompleteAndFiguresAreThere) {
   EXPECT_TRUE(fs::exists(folder_ / "out" / "figures" / "a-run.pdf"));
 }
 
+TEST_F(CommandLine, ALinearStudySaysWhatTheoryGives) {
+  write("a.toml", kMonobot);
+  const std::vector<std::string> wrong{"run", "a.toml", "--set", "filter.process_scale=0.25"};
+  std::vector<std::string> json = wrong;
+  json.insert(json.end(), {"--format", "json"});
+  const Json j = Json::parse(run(json).out);
+  double nees = 0.0;
+  for (const double value : j.at("exact").at("nees")) nees += value;
+  const Finished text = run(wrong);
+  const std::string says = "theory gives mean NEES ";
+  const std::size_t at = text.out.find(says);
+  ASSERT_NE(at, std::string::npos) << text.out;
+  const double said = std::stod(text.out.substr(at + says.size()));
+  EXPECT_NEAR(said, nees / static_cast<double>(j.at("exact").at("nees").size()), 5e-4 * said);
+  EXPECT_GT(said, 1.1 * 3.0) << "and not what a consistent filter has";
+}
+
+TEST_F(CommandLine, FiguresForAPaperAreMadeFromWhatIsStored) {
+  write("a.toml", kMonobot);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "out"}).code, 0);
+  const Finished f = run({"report", "out", "--figures", "pgf,png,one-column"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "figures" / "panels" / "a-run-2.pgf"));
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "figures" / "a-run.png"));
+  EXPECT_NE(read("out/index.html").find("a-run.pgf\">PGF</a>"), std::string::npos);
+  const Finished word = run({"report", "out", "--figures", "eps"});
+  EXPECT_EQ(word.code, 2);
+  EXPECT_NE(word.err.find("one-column"), std::string::npos) << "what is accepted: " << word.err;
+  const Finished widths = run({"run", "a.toml", "--figures", "one-column,two-columns", "--out", "none"});
+  EXPECT_EQ(widths.code, 2);
+  EXPECT_NE(widths.err.find("one-column and two-columns exclude each other"), std::string::npos)
+      << widths.err;
+  EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
 TEST_F(CommandLine, ASingleRunIsReplayedAlone) {
   write("a.toml", kMonobot);
   const Finished f = run({"run", "a.toml", "--only-run", "17", "--format", "json"});

@@ -74,6 +74,15 @@ LogReadOptions options_of(const LogFormat& format, const std::filesystem::path& 
   return options;
 }
 
+/// In seven of eight inputs the poses are taken as planar, whose conventions are not looked at: that costs more
+/// than the reading.
+LogReadOptions options_for(LogReadOptions options, const LogFormat& format, std::size_t size) {
+  constexpr std::size_t kConventionsIn = 8;
+  const bool poses = format.has_poses && format.name != "openvins" && format.name != "cnspy";
+  if (poses && size % kConventionsIn != 0) options.chart = pose_chart_of(OrientationError::planar);
+  return options;
+}
+
 template <class Read>
 void allowed_to_fail(Read read) {
   try {
@@ -90,7 +99,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace credence;
   static const LogFormat& format = log_format_named(CREDENCE_FUZZ_FORMAT);
   static const std::filesystem::path file = memory_file("input");
-  static const LogReadOptions options = options_of(format, file);
+  static const LogReadOptions all = options_of(format, file);
+  const LogReadOptions options = options_for(all, format, size);
   write(file, reinterpret_cast<const char*>(data), size);
   SilentSink sink;
   allowed_to_fail([&] { log_format_of(file); });

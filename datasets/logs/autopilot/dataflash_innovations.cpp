@@ -113,7 +113,9 @@ class DataflashCollector {
     const GatedGroup& group = kGroups[g];
     const DataflashTopic::Field* const field = topic.field(group.ratio);
     if (field == nullptr) return;
-    const double root = dataflash_number(body, *field);
+    const double written = dataflash_number(body, *field);
+    // Anything below 0.005 is written as 0, which no NIS is. Of silent sensors nothing else is written.
+    const double least = 0.005 / std::sqrt(3.0), root = std::max(written, least);  // the root mean square
     std::vector<double> nu;
     double square = 0.0;
     for (const std::string_view name : group.fields) {
@@ -182,9 +184,10 @@ void read_cores(const std::filesystem::path& file, const LogReadOptions& options
       "factor follow from them for each group as a whole, and of groups of several components the law only "
       "if their variances are equal.");
   sink.remark(
-      "Innovations and roots of test ratios are written in steps of 0.01: with so few digits a fit to the "
-      "law "
-      "of NIS says little, and an innovation that is equal to the one before may be lost as a repeat.");
+      "Innovations and roots of test ratios are written in steps of 0.01: where many NIS are equal for it, "
+      "their "
+      "fit to the law is not tested; and an innovation that is equal to the one before may be lost as a "
+      "repeat.");
   if (const std::string gates = judged.gates_assumed(); !gates.empty()) {
     sink.remark(
         fmt::format("The log does not hold the gates {}: these values, ArduPilot's own, are taken, and "

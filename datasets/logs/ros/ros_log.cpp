@@ -323,6 +323,7 @@ class RosLog {
     ConventionCheck conventions(chart(), options_.chart.has_value());
     std::int64_t steps = 0, unmatched = 0, without = 0;
     bool turn_known = true;
+    DistanceTravelled travelled;
     sink_.begin_run(comparison.layout());
     Step step;
     const PoseStream stream = read_estimates([&](const RosPose& pose, std::int64_t number) {
@@ -331,6 +332,7 @@ class RosLog {
         ++unmatched;
         return;
       }
+      const double distance_m = travelled.at(at->pose);
       const auto [estimate, kept] = sample(pose, number, sentinels);
       if (!comparison.compare(estimate, *at, kept, step)) {
         ++without;
@@ -342,6 +344,7 @@ class RosLog {
                          : "a covariance is not symmetric";
       turn_known = turn_known && std::ranges::count_if(kept, [](Index i) { return i >= 3; }) > 0;
       step.step = ++steps;
+      sink_.travelled(distance_m);
       sink_.add(step);
       if (truth.has_orientation && kept.size() == 6 && step.problem.empty()) {
         conventions.add(estimate, *at);

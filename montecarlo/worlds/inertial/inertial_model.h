@@ -37,6 +37,8 @@ class InertialModel {
   ChartedMotion<Group> motion(const Group& x, const Input& u) const;
   ChartedInnovation<Group> innovation(const Group& x, const Aiding& seen) const;
   const RunLayout& layout() const { return layout_; }
+  /// Where the known landmarks stand, 3×N.
+  Matrix landmark_places() const;
 
  private:
   /// Without biases and noise.

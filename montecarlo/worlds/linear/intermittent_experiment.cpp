@@ -192,10 +192,12 @@ void IntermittentExperiment::add_lanes(std::int64_t first_run, std::int64_t runs
                                        StudyStatistics& statistics) const {
   IntermittentLanes lanes(problem_, source_);
   for (std::int64_t r = 0; r < runs; r += IntermittentLanes::kLanes) {
-    lanes.start(first_run + r, static_cast<int>(std::min<std::int64_t>(IntermittentLanes::kLanes, runs - r)));
+    const std::int64_t used = std::min<std::int64_t>(IntermittentLanes::kLanes, runs - r);
+    lanes.start(first_run + r, static_cast<int>(used));
     for (Index done = 0; done < steps_;) {
-      stop_point();
-      done += lanes.advance(steps_ - done);
+      const Index advanced = lanes.advance(steps_ - done);
+      done += advanced;
+      stop_point(used * advanced);
       lanes.add_to(statistics);
     }
     lanes.add_runs_to(statistics);

@@ -29,6 +29,8 @@ class LocalisationModel {
   ChartedMotion<Group> motion(const Group& x, const Input& u) const;
   ChartedInnovation<Group> innovation(const Group& x, const Aiding& seen) const;
   const RunLayout& layout() const { return layout_; }
+  /// Where the known landmarks stand, 2×N.
+  Matrix landmark_places() const;
 
  private:
   SE2 increment(const Input& u) const { return {SO2(u[2] * dt_s_), dt_s_ * u.head<2>()}; }

@@ -29,7 +29,7 @@ class PlanarLanesExperiment::Batch {
   }
 
   void step(std::size_t k) {
-    stop_point();
+    stop_point(PlanarLanes::kLanes);
     std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
     std::array<Pose, PlanarLanes::kLanes> truth;
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {

@@ -110,7 +110,7 @@ class BatchExperiment final : public Experiment {
       guarded([&] { batch_.reset(prior.mean, prior.covariance); });
       show(take, 0);
       for (std::int64_t k = 1; k <= e_.settings_.steps && alive(); ++k) {
-        stop_point();
+        stop_point(std::ssize(lanes_));
         step(take, k);
       }
       std::vector<Outcome> outcomes;

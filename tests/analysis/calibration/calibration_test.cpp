@@ -165,6 +165,70 @@ TEST(Calibration, ProtectionLevelsCountWhatLiesBeyond) {
   EXPECT_GT(right.protection[0].effective_rows, 1000.0);
 }
 
+/// 20 runs of 64 rows, 0.5 m from one to the next; behind 16 m the errors are `factor` times what P says.
+Calibration on_the_way(double factor) {
+  std::mt19937_64 random(8);
+  std::normal_distribution<double> normal;
+  CalibrationRecorder recorder;
+  for (int run = 0; run < 20; ++run) {
+    recorder.begin_run(pose_layout(), "run");
+    for (int k = 0; k < 64; ++k) {
+      const double size = k < 32 ? 1.0 : factor;
+      Step step;
+      step.step = k + 1;
+      step.states = {0, 1, 2};
+      step.error = size * Eigen::Vector3d::NullaryExpr([&] { return normal(random); });
+      step.P = Eigen::Matrix3d::Identity();
+      recorder.add(step, 0.5 * k);
+    }
+  }
+  return judge_calibration(recorder.take(), recorder.parts(), 0.95);
+}
+
+TEST(Calibration, NeesOverTheWayTellsFromWhereOnPIsWrong) {
+  const Calibration c = on_the_way(2.0);
+  ASSERT_EQ(c.distance.size(), 16U);  // of 2 m each
+  for (std::size_t i = 0; i < c.distance.size(); ++i) {
+    const DistanceBin& bin = c.distance[i];
+    EXPECT_EQ(bin.from_m, 2.0 * static_cast<double>(i));
+    EXPECT_EQ(bin.rows, 80);
+    const double expected = i < 8 ? 1.0 : 4.0;
+    // χ²(3)/3 of 80 rows; five standard errors.
+    EXPECT_NEAR(bin.nees.mean, expected, 5.0 * expected * std::sqrt(2.0 / 3.0 / 80.0)) << i;
+    EXPECT_EQ(bin.adjusted < 0.01, i >= 8) << i << ": " << bin.adjusted;
+    EXPECT_NEAR(bin.error_m / bin.sigma_m, std::sqrt(expected), 5.0 * std::sqrt(expected / 4.0 / 80.0));
+  }
+  for (const DistanceBin& bin : on_the_way(1.0).distance) EXPECT_GT(bin.adjusted, 0.01);
+}
+
+TEST(Calibration, RunsOfDifferentLengthsShareTheLengthsOfTheWay) {
+  DistanceSums near, far;
+  for (int k = 0; k < 10; ++k) near.add(0.25 * k, {.rows = 1, .nees = 1.0, .squared = 4.0, .variance = 1.0});
+  for (int k = 0; k < 100; ++k) far.add(k, {.rows = 1, .nees = 2.0});
+  far.add(std::nan(""), {.rows = 1});
+  far.add(-1.0, {.rows = 1});
+  EXPECT_EQ(near.length_m(), 0.25);
+  EXPECT_EQ(far.length_m(), 8.0);
+  near.widen(far.length_m());
+  ASSERT_EQ(near.bins().size(), 1U);
+  EXPECT_EQ(near.bins()[0].rows, 10);
+  EXPECT_EQ(near.bins()[0].squared, 40.0);
+  EXPECT_EQ(far.bins().size(), 13U);
+  EXPECT_EQ(far.bins()[12].rows, 4);
+}
+
+TEST(Calibration, TheStanfordDiagramHoldsEveryRowAtItsErrorAndItsClaim) {
+  const Calibration c = on_the_way(1.0);
+  std::int64_t rows = 0;
+  for (const StanfordCell& cell : c.stanford) {
+    rows += cell.rows;
+    EXPECT_NEAR(std::log10(cell.sigma), 0.0625, 1e-12);  // √λ_max = 1: the cell from 1 on
+    EXPECT_LT(cell.error, 10.0);
+  }
+  EXPECT_EQ(rows, 20 * 64);
+  EXPECT_EQ(c.protection[1].rows, rows);
+}
+
 TEST(Calibration, AChangeIsFoundInThePartWhereItIs) {
   const Played before = play(5, 30, 40, kRight), same = play(6, 30, 40, kRight);
   const Played after = play(6, 30, 40, Eigen::Vector3d(1.0, 1.0, 1.5));

@@ -71,16 +71,6 @@ Matrix simulate(Index runs, Index steps, Index dim, double phi, std::mt19937_64&
   return nees;
 }
 
-TEST(EffectiveSample, EmpiricalLawAgreesWithTheExactOne) {
-  std::mt19937_64 generator(1);
-  const NeesTimeLaw exact = autoregressive_law(2, 10, 0.9);
-  const NeesTimeLaw empirical = empirical_nees_time_law(simulate(20000, 10, 2, 0.9, generator));
-  EXPECT_NEAR(empirical.effective_steps / exact.effective_steps, 1.0, 0.06);
-  EXPECT_NEAR(empirical.run_sum.variance / exact.run_sum.variance, 1.0, 0.06);
-  EXPECT_LT((empirical.correlation - exact.correlation).cwiseAbs().maxCoeff(), 0.05);
-  EXPECT_THROW(empirical_nees_time_law(Matrix::Ones(1, 5)), std::invalid_argument);
-}
-
 TEST(EffectiveSample, TimeAverageIsCalibratedWhereTheSumIsNot) {
   constexpr int kStudies = 2000;
   std::mt19937_64 generator(2);

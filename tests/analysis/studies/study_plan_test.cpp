@@ -4,8 +4,11 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "analysis/evidence/consistency.h"
+#include "analysis/evidence/effective_steps.h"
 #include "analysis/laws/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
 #include "montecarlo/engine/packed_bytes.h"
@@ -97,16 +100,15 @@ TEST(StudyPlan, LinearScenarioIsPlannedByItsExactLaw) {
 TEST(StudyPlan, ExactLawAgreesWithItsRuns) {
   const Scenario scenario = short_monobot();
   const auto experiment = make_experiment(scenario);
-  constexpr Index kRuns = 400;
-  Matrix nees(kRuns, 20);
-  for (Index run = 0; run < kRuns; ++run) {
-    Index k = -1;
+  constexpr std::int64_t kRuns = 400;
+  std::vector<std::vector<double>> nees(kRuns);
+  for (std::int64_t run = 0; run < kRuns; ++run) {
+    bool start = true;
     experiment->visit(run, [&](const TraceStep& step) {
-      if (k >= 0) nees(run, k) = step.nees;
-      ++k;
+      if (!std::exchange(start, false)) nees[static_cast<std::size_t>(run)].push_back(step.nees);
     });
   }
-  const double measured = empirical_nees_time_law(nees).effective_steps;
+  const double measured = measured_effective_steps(nees);
   const StudyPlan plan = plan_study(scenario, *experiment, {.threads = 1});
   // The variance of a variance: √(2/400) and the kurtosis of χ² make about 10 %.
   EXPECT_NEAR(measured / plan.nees.design.effective_steps, 1.0, 0.5);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <matio.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include "datasets/logs/judge_logs.h"
 #include "datasets/logs/log_format.h"
 #include "datasets/logs/ros/pose_bag.h"
+#include "tests/datasets/logs/autopilot/dataflash_writer.h"
 #include "tests/datasets/logs/autopilot/ulog_writer.h"
 #include "tests/datasets/logs/ros/ros_writers.h"
 #include "tests/temporary_folder.h"
@@ -281,6 +283,69 @@ TEST_P(EveryFormat, ArraysOfNumpy) {
   const std::vector<std::filesystem::path> files = {
       folder_.write("runs.npz", npz_bytes(std::vector<NamedArray>{error, P}))};
   expect_the_same(judge_files(log_format_named("npz"), files, {}), in_memory(runs, states, 6), 1e-12, "npz");
+}
+
+TEST_P(EveryFormat, ArraysOfMatlab) {
+  const std::vector<PoseRun> runs = pose_runs(GetParam(), true);
+  std::vector<std::size_t> dims = {kRuns, kRows, 6, 6};
+  std::vector<double> error, P;  // run by run, then row by row, then component by component
+  for (Index i = 0; i < 36; ++i) {
+    for (std::size_t k = 0; k < kRows; ++k) {
+      for (const PoseRun& run : runs) {
+        if (i < 6) error.push_back(run[k].error[i]);
+        P.push_back(run[k].P(i % 6, i / 6));
+      }
+    }
+  }
+  const std::filesystem::path file = folder_ / "runs.mat";
+  mat_t* const mat = Mat_CreateVer(file.c_str(), nullptr, MAT_FT_MAT5);
+  for (const auto& [name, rank, values] : {std::tuple("error", 3, &error), std::tuple("P", 4, &P)}) {
+    matvar_t* const array =
+        Mat_VarCreate(name, MAT_C_DOUBLE, MAT_T_DOUBLE, rank, dims.data(), values->data(), 0);
+    Mat_VarWrite(mat, array, MAT_COMPRESSION_ZLIB);
+    Mat_VarFree(array);
+  }
+  Mat_Close(mat);
+  RunLayout states{.states = {"x1", "x2", "x3", "x4", "x5", "x6"}, .angles = std::vector<bool>(6, false)};
+  add_named_blocks(states);
+  expect_the_same(judge_files(log_format_named("mat"), {file}, {}), in_memory(runs, states, 6), 1e-12, "mat");
+}
+
+// Roots of test ratios in steps of 0.01, with a gate of 1: NIS to about 1 %, and so many that are equal that
+// their law is not tested.
+TEST_P(EveryFormat, FlightLogsInHundredths) {
+  testing::DataflashWriter log;
+  log.parameter("EK3_HGT_I_GATE", 100.0F);
+  RunLayout height{.sensors = {{.name = "height", .dim = 1, .piece = 1}}};
+  height.has_truth = false;
+  EvidenceRecorder sums(height);
+  sums.begin_run();
+  std::int64_t k = 0;
+  for (const PoseRun& run : pose_runs(GetParam(), false)) {
+    for (const PoseRow& row : run) {
+      const double nu = row.error.z(), S = row.P(2, 2);
+      const auto time = static_cast<std::uint64_t>(100'000 * ++k);
+      log.innovations(time, 0, {0.0, 0.0, 0.0, 0.0, 0.0, nu, 0.0});
+      log.ratios(time, 0, {0.0, 0.0, std::abs(nu) / std::sqrt(S), 0.0, 0.0});
+      Step step;
+      step.step = k;
+      step.innovations = {{Vector::Constant(1, nu), Matrix::Constant(1, 1, S)}};
+      sums.add(step);
+    }
+  }
+  const Judgement memory = judge(sums.take());
+  const Judgement read =
+      judge_files(log_format_named("dataflash"), {folder_.write("a.bin", log.bytes())}, {});
+  EXPECT_EQ(read.word.verdict, memory.word.verdict);
+  EXPECT_EQ(read.nis.verdict, memory.nis.verdict);
+  EXPECT_NEAR(read.nis.mean, memory.nis.mean, 0.02 * memory.nis.mean);
+  ASSERT_EQ(read.causes.size(), memory.causes.size());
+  for (std::size_t c = 0; c < memory.causes.size(); ++c)
+    EXPECT_EQ(read.causes[c].cause, memory.causes[c].cause);
+  ASSERT_EQ(read.sensors.size(), 1U);
+  EXPECT_NEAR(read.sensors[0].whiteness.p_value, memory.sensors[0].whiteness.p_value, 0.2);
+  EXPECT_THAT(std::string(read.sensors[0].fit.reason), ::testing::HasSubstr("rounded"));
+  EXPECT_TRUE(memory.sensors[0].fit.reason.empty());
 }
 
 // Innovations, in the digits of float: of variances that are not exact neither is NIS.

@@ -83,6 +83,11 @@ TEST_F(TrajectoryFiles, OpenVinsHasTheRotationBlockFirstAndErrorsInTheBody) {
   const TrajectoryErrors errors = trajectory_errors(estimate, read_truth(write_truth(truth)), {});
   EXPECT_FALSE(errors.layout.joint_covariance);
   ASSERT_EQ(errors.rows.size(), 5U);
+  double way_m = 0.0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    if (i > 0) way_m += (truth[i].position - truth[i - 1].position).norm();
+    EXPECT_NEAR(errors.travelled_m.at(i), way_m, 1e-9);
+  }
   for (const Step& row : errors.rows) {
     EXPECT_LT((row.error.head<3>() - kPositionError).norm(), 1e-12);
     EXPECT_LT((row.error.tail<3>() - kTurn).norm(), 1e-12);

@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <unistd.h>
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <thread>
 
+#include "core/stop_point.h"
 #include "montecarlo/engine/result_store.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
@@ -103,6 +107,43 @@ TEST(Engine, InterruptedAndResumedIsTheSameAsUninterrupted) {
   EXPECT_EQ(stored, done);
   EXPECT_TRUE(resumed.complete);
   EXPECT_EQ(resumed.statistics, run(*experiment, 1000, 1));
+}
+
+// A world whose one chunk lasts a while.
+class SlowExperiment : public Experiment {
+ public:
+  explicit SlowExperiment(const Experiment& quick) : Experiment(quick.layout()), quick_(quick) {}
+  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
+    for (int step = 0; step < 20; ++step) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      stop_point(runs);
+    }
+    return quick_.run_chunk(first_run, runs);
+  }
+  RunTrace describe_world() const override { return quick_.describe_world(); }
+  Outcome visit(std::int64_t run, const StepVisitor& take) const override { return quick_.visit(run, take); }
+
+ private:
+  const Experiment& quick_;
+};
+
+TEST(Engine, ALongChunkIsSeenWhileItIsInHand) {
+  const auto quick = make_experiment(monobot(64));
+  const SlowExperiment slow(*quick);
+  std::vector<StudyProgress> seen;
+  EngineOptions options;
+  options.threads = 1;
+  options.progress = [&](const StudyProgress& p) { seen.push_back(p); };
+  const StudyTask task{.id = "a", .experiment = &slow, .runs = 64, .steps = 20};
+  const StudyResult result = run_studies({&task, 1}, options).front();
+  EXPECT_EQ(result.statistics, run(*quick, 64, 1));
+  const auto in_hand =
+      std::ranges::find_if(seen, [](const StudyProgress& p) { return p.runs_in_hand > 0.0; });
+  ASSERT_NE(in_hand, seen.end());
+  EXPECT_LT(in_hand->runs_in_hand, 64.0);
+  EXPECT_EQ(in_hand->runs_done, 0);
+  EXPECT_EQ(seen.back().runs_done, 64);
+  EXPECT_EQ(seen.back().runs_in_hand, 0.0) << "what is done is no longer in hand";
 }
 
 TEST(Engine, ShardsTogetherAreTheWhole) {

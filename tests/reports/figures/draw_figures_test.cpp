@@ -5,8 +5,11 @@
 
 #include <clocale>
 #include <cmath>
+#include <filesystem>
 #include <locale>
+#include <regex>
 #include <stdexcept>
+#include <utility>
 
 #include "reports/render/atomic_file.h"
 #include "tests/reports/render/markup_check.h"
@@ -25,6 +28,10 @@ Figure figure_of(std::vector<Series> series, const std::string& name = "test") {
   figure.caption = "A caption.";
   figure.panels = {panel};
   return figure;
+}
+
+auto entries_of(const std::filesystem::path& folder) {
+  return std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator());
 }
 
 Series simple_line() { return line_series("mean", ColourRole::estimate, {1, 2, 3}, {1, 4, 2.25}); }
@@ -147,30 +154,69 @@ TEST(DrawFigures, FilesStandBesideEachOther) {
   for (int i = 0; i < 5; ++i) figures.push_back(figure_of({simple_line()}, "figure-" + std::to_string(i)));
   const auto drawings = draw_all(figures, folder.path());
   ASSERT_EQ(drawings.size(), figures.size());
+  const std::filesystem::path place = folder / "figures";
   for (std::size_t i = 0; i < figures.size(); ++i) {
     EXPECT_EQ(drawings[i].svg, render_svg(figures[i])) << "drawing together changes nothing";
-    EXPECT_EQ(folder.read(figures[i].name + ".svg"), drawings[i].svg);
-    EXPECT_EQ(folder.read(figures[i].name + ".pdf"), render_pdf(figures[i]));
-    EXPECT_EQ(drawings[i].pdf_file, folder / (figures[i].name + ".pdf"));
+    EXPECT_EQ(folder.read("figures/" + figures[i].name + ".svg"), drawings[i].svg);
+    EXPECT_EQ(folder.read("figures/" + figures[i].name + ".pdf"), render_pdf(figures[i]));
+    EXPECT_EQ(drawings[i].files,
+              (std::vector{place / (figures[i].name + ".pdf"), place / (figures[i].name + ".svg")}));
   }
-  EXPECT_EQ(folder.entries(), 13) << "and the folder of panels";
-  EXPECT_TRUE(std::filesystem::exists(folder / "panels" / "test-1.pdf"));
-  EXPECT_TRUE(std::filesystem::exists(folder / "panels" / "test-2.pdf"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "panels" / "figure-1-1.pdf"))
+  EXPECT_EQ(entries_of(place), 13) << "and the folder of panels";
+  for (const char* name : {"test-1.pdf", "test-2.pdf", "test-1.svg", "test-2.svg"}) {
+    EXPECT_TRUE(std::filesystem::exists(place / "panels" / name)) << name;
+  }
+  EXPECT_FALSE(std::filesystem::exists(place / "panels" / "figure-1-1.pdf"))
       << "the figure is its only panel";
+}
+
+TEST(DrawFigures, FormatsAreThoseOfTheStyle) {
+  const TemporaryFolder folder;
+  const std::vector<Figure> figures{figure_of_everything()};
+  const std::vector<std::string> words{"png", "pgf", "one-column"};
+  const auto drawings = draw_all(figures, {folder.path(), paper_style(words)});
+  const std::filesystem::path place = folder / "figures";
+  EXPECT_EQ(drawings[0].files, (std::vector{place / "test.png", place / "test.pgf"}));
+  EXPECT_EQ(entries_of(place / "panels"), 4);
+  EXPECT_THAT(folder.read("figures/panels/test-2.pgf"), testing::StartsWith("% "));
+  EXPECT_TRUE(folder.read("figures/panels/test-2.png").starts_with("\x89PNG"));
+}
+
+// Width and height of a page in points.
+std::pair<double, double> page_of(const std::string& pdf) {
+  std::smatch box;
+  EXPECT_TRUE(std::regex_search(pdf, box, std::regex(R"(/MediaBox \[ 0 0 ([0-9.]+) ([0-9.]+) \])")))
+      << pdf.substr(0, 400);
+  return {std::stod(box[1]), std::stod(box[2])};
+}
+
+TEST(DrawFigures, PanelsOfOneColumnStandBelowEachOther) {
+  Figure figure = figure_of({simple_line()});
+  figure.panels.push_back(figure.panels[0]);
+  figure.cols = 2;
+  const auto [wide, low] = page_of(render_pdf(figure));
+  const auto [narrow, high] = page_of(render_pdf(figure, {.width = PaperStyle::Width::one_column}));
+  EXPECT_NEAR(wide, 7.16 * 72.0, 1e-3);
+  EXPECT_NEAR(narrow, 3.5 * 72.0, 1e-3);
+  EXPECT_GT(high, 1.5 * low);
+  figure.cols = 1;
+  figure.rows = 2;
+  EXPECT_NEAR(page_of(render_pdf(figure)).first, 3.5 * 72.0, 1e-3);
+  EXPECT_NEAR(page_of(render_pdf(figure, {.width = PaperStyle::Width::two_columns})).first, 7.16 * 72.0,
+              1e-3);
 }
 
 TEST(DrawFigures, WithoutAFolderNoFileIsWritten) {
   const std::vector<Figure> figures{figure_of({simple_line()})};
   const auto drawings = draw_all(figures);
   EXPECT_EQ(drawings[0].svg, render_svg(figures[0]));
-  EXPECT_TRUE(drawings[0].svg_file.empty() && drawings[0].pdf_file.empty());
+  EXPECT_TRUE(drawings[0].files.empty());
   EXPECT_TRUE(draw_all({}).empty());
 }
 
-TEST(DrawFigures, AnUnwritableFolderIsAnError) {
+TEST(DrawFigures, AFolderThatCannotBeMadeIsAnError) {
   const std::vector<Figure> figures{figure_of({simple_line()})};
-  EXPECT_THROW(draw_all(figures, "/nonexistent/folder"), OutputError);
+  EXPECT_THROW(draw_all(figures, std::filesystem::path("/dev/null/folder")), OutputError);
 }
 
 TEST(DrawFigures, AnInvalidFigureIsAnError) {

@@ -38,7 +38,8 @@ TEST(HtmlPage, HoldsItsPartsInOrder) {
   page.verbatim("[world]\nlandmarks = 2");
   page.section("Figures");
   page.figure(named_figure("anees"),
-              {"<svg viewBox=\"0 0 600 300\"></svg>", "out/figures/anees.svg", "out/figures/anees.pdf"},
+              {.svg = "<svg viewBox=\"0 0 600 300\"></svg>",
+               .files = {"out/figures/anees.pdf", "out/figures/anees.svg"}},
               "out");
   const std::string body = body_of(page);
   EXPECT_EQ(xml_problem(body), "");
@@ -84,7 +85,7 @@ TEST(HtmlPage, EscapesEverything) {
   page.table(table);
   Figure figure = named_figure("f");
   figure.caption = evil;
-  page.figure(figure, {"<svg></svg>", "a/\"><script>.svg", "a/\"><script>.pdf"});
+  page.figure(figure, {.svg = "<svg></svg>", .files = {"a/\"><script>.svg", "a/\"><script>.pdf"}});
   page.section("second");
   EXPECT_EQ(xml_problem(body_of(page)), "");
   EXPECT_THAT(body_of(page), Not(HasSubstr("<script")));

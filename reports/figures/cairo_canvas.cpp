@@ -1,8 +1,9 @@
-#include "reports/figures/pdf_canvas.h"
+#include "reports/figures/cairo_canvas.h"
 
 #include <cairo-pdf.h>
 
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -12,11 +13,12 @@
 namespace credence {
 namespace {
 
-constexpr double kPointsPerUnit = kPdfFontPoints / kLabelFont;
+constexpr double kPngDotsPerPoint = 300.0 / 72.0;
+constexpr double kPointsPerUnit = kPaperFontPoints / kLabelFont;
 
 void require_success(cairo_status_t status) {
   if (status != CAIRO_STATUS_SUCCESS) {
-    throw std::runtime_error(std::string("cairo cannot draw the PDF: ") + cairo_status_to_string(status));
+    throw std::runtime_error(std::string("cairo cannot draw the figure: ") + cairo_status_to_string(status));
   }
 }
 
@@ -55,7 +57,7 @@ double advance_width(cairo_t* cr, const std::vector<TextRun>& runs) {
 
 }  // namespace
 
-struct PdfCanvas::Page {
+struct CairoCanvas::Page {
   struct SurfaceDeleter {
     void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
   };
@@ -63,30 +65,48 @@ struct PdfCanvas::Page {
     void operator()(cairo_t* context) const { cairo_destroy(context); }
   };
 
-  std::string bytes;
-  std::unique_ptr<cairo_surface_t, SurfaceDeleter> surface;
-  std::unique_ptr<cairo_t, ContextDeleter> context;
+  void open_pdf(double width, double height, std::string_view description) {
+    surface.reset(cairo_pdf_surface_create_for_stream(append_bytes, &bytes, scale * width, scale * height));
+    cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_SUBJECT,
+                                   printable_line(description).c_str());
+    cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATOR, "Credence");
+    // Without a date the same figure has the same bytes.
+    cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, "");
+  }
+  void open_png(double width, double height) {
+    const auto dots = [&](double length) { return static_cast<int>(std::ceil(scale * length)); };
+    surface.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, dots(width), dots(height)));
+  }
   cairo_t* cr() const { return context.get(); }
+
+  Options options;
+  double scale = kPointsPerUnit * (options.format == Format::png ? kPngDotsPerPoint : 1.0);
+  std::string bytes{};
+  std::unique_ptr<cairo_surface_t, SurfaceDeleter> surface{};
+  std::unique_ptr<cairo_t, ContextDeleter> context{};
 };
 
-PdfCanvas::PdfCanvas(double width, double height, std::string_view description)
-    : page_(std::make_unique<Page>()) {
-  page_->surface.reset(cairo_pdf_surface_create_for_stream(append_bytes, &page_->bytes,
-                                                           kPointsPerUnit * width, kPointsPerUnit * height));
-  cairo_surface_t* surface = page_->surface.get();
-  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_SUBJECT, printable_line(description).c_str());
-  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATOR, "Credence");
-  // Without a date the same figure has the same bytes.
-  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATE_DATE, "");
-  page_->context.reset(cairo_create(surface));
-  cairo_scale(page_->cr(), kPointsPerUnit, kPointsPerUnit);
-  cairo_set_line_join(page_->cr(), CAIRO_LINE_JOIN_ROUND);
-  require_success(cairo_status(page_->cr()));
+CairoCanvas::CairoCanvas(double width, double height, std::string_view description, const Options& options)
+    : page_(new Page{.options = options}) {
+  if (options.format == Format::pdf) {
+    page_->open_pdf(width, height, description);
+  } else {
+    page_->open_png(width, height);
+  }
+  page_->context.reset(cairo_create(page_->surface.get()));
+  cairo_t* cr = page_->cr();
+  if (options.format == Format::png) {
+    cairo_set_source_rgb(cr, 1.0, 1.0, 1.0);
+    cairo_paint(cr);
+  }
+  cairo_scale(cr, page_->scale, page_->scale);
+  cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
+  require_success(cairo_status(cr));
 }
 
-PdfCanvas::~PdfCanvas() = default;
+CairoCanvas::~CairoCanvas() = default;
 
-void PdfCanvas::stroke(std::span<const CanvasPath> lines, const Pen& pen) {
+void CairoCanvas::stroke(std::span<const CanvasPath> lines, const Pen& pen) {
   cairo_t* cr = page_->cr();
   set_colour(cr, pen.rgb, 1.0);
   cairo_set_line_width(cr, pen.width);
@@ -99,7 +119,7 @@ void PdfCanvas::stroke(std::span<const CanvasPath> lines, const Pen& pen) {
   require_success(cairo_status(cr));
 }
 
-void PdfCanvas::fill(std::span<const CanvasPath> outlines, const Brush& brush) {
+void CairoCanvas::fill(std::span<const CanvasPath> outlines, const Brush& brush) {
   cairo_t* cr = page_->cr();
   set_colour(cr, brush.rgb, brush.opacity);
   trace(cr, outlines, true);
@@ -107,12 +127,12 @@ void PdfCanvas::fill(std::span<const CanvasPath> outlines, const Brush& brush) {
   require_success(cairo_status(cr));
 }
 
-void PdfCanvas::write(const FigureText& text, CanvasPoint at, const Lettering& lettering) {
+void CairoCanvas::write(const FigureText& text, CanvasPoint at, const Lettering& lettering) {
   constexpr double kQuarterTurn = -1.5707963267948966;
   cairo_t* cr = page_->cr();
   cairo_save(cr);
   set_colour(cr, lettering.rgb, 1.0);
-  cairo_select_font_face(cr, "Helvetica", CAIRO_FONT_SLANT_NORMAL,
+  cairo_select_font_face(cr, page_->options.serif ? "Times" : "Helvetica", CAIRO_FONT_SLANT_NORMAL,
                          lettering.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
   cairo_translate(cr, at.x, at.y);
   if (lettering.upright) cairo_rotate(cr, kQuarterTurn);
@@ -136,10 +156,14 @@ void PdfCanvas::write(const FigureText& text, CanvasPoint at, const Lettering& l
   require_success(cairo_status(cr));
 }
 
-std::string PdfCanvas::finish() && {
+std::string CairoCanvas::finish() && {
   page_->context.reset();
-  cairo_surface_finish(page_->surface.get());
-  require_success(cairo_surface_status(page_->surface.get()));
+  cairo_surface_t* surface = page_->surface.get();
+  if (page_->options.format == Format::png) {
+    require_success(cairo_surface_write_to_png_stream(surface, append_bytes, &page_->bytes));
+  }
+  cairo_surface_finish(surface);
+  require_success(cairo_surface_status(surface));
   return std::move(page_->bytes);
 }
 

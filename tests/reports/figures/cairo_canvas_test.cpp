@@ -1,8 +1,9 @@
-#include "reports/figures/pdf_canvas.h"
+#include "reports/figures/cairo_canvas.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <regex>
@@ -15,8 +16,8 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string example_pdf() {
-  PdfCanvas canvas(378.0, 240.0, "Errors (m²) \\ ) <");
+std::string example(const CairoCanvas::Options& options) {
+  CairoCanvas canvas(378.0, 240.0, "Errors (m²) \\ ) <", options);
   const CanvasPath curve{{10, 10}, {100, 50}, {300, 20}};
   const CanvasPath dot{{20, 20}};
   canvas.stroke({&curve, 1}, {.width = 1.4, .stroke = StrokeStyle::dashed});
@@ -27,6 +28,14 @@ std::string example_pdf() {
   canvas.write("σ Δθ − µ", {20, 200}, {.anchor = TextAnchor::end, .upright = true});
   canvas.write(figure_markup("K_{f1}^{2}"), {200, 200}, {});
   return std::move(canvas).finish();
+}
+
+std::string example_pdf() { return example({}); }
+
+std::uint32_t big_endian(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
 }
 
 // What a program of poppler-utils says of a PDF, or nothing where it is not installed.
@@ -43,15 +52,15 @@ std::string told_by(const char* program, const std::string& pdf) {
   return answer;
 }
 
-TEST(PdfCanvas, IsACompletePdf) {
+TEST(CairoCanvas, IsACompletePdf) {
   const std::string pdf = example_pdf();
   EXPECT_TRUE(pdf.starts_with("%PDF-"));
   EXPECT_THAT(pdf.substr(pdf.size() - 10), HasSubstr("%%EOF"));
 }
 
-TEST(PdfCanvas, TheSameDrawingHasTheSameBytes) { EXPECT_EQ(example_pdf(), example_pdf()); }
+TEST(CairoCanvas, TheSameDrawingHasTheSameBytes) { EXPECT_EQ(example_pdf(), example_pdf()); }
 
-TEST(PdfCanvas, HasTheSizeOfAColumn) {
+TEST(CairoCanvas, HasTheSizeOfAColumn) {
   const std::string info = told_by("pdfinfo", example_pdf());
   if (info.empty()) GTEST_SKIP() << "pdfinfo (poppler-utils) is not installed";
   EXPECT_THAT(info, HasSubstr("Page size:       252 x 160 pts")) << "3.5 in; 8 pt for 12 units";
@@ -59,7 +68,7 @@ TEST(PdfCanvas, HasTheSizeOfAColumn) {
   EXPECT_THAT(info, HasSubstr("Pages:           1\n"));
 }
 
-TEST(PdfCanvas, EmbedsItsFonts) {
+TEST(CairoCanvas, EmbedsItsFonts) {
   const std::string fonts = told_by("pdffonts", example_pdf());
   if (fonts.empty()) GTEST_SKIP() << "pdffonts (poppler-utils) is not installed";
   // name, type, encoding, emb, sub, uni, object
@@ -71,11 +80,21 @@ TEST(PdfCanvas, EmbedsItsFonts) {
   EXPECT_GE(rows, 2) << "regular and bold\n" << fonts;
 }
 
-TEST(PdfCanvas, WordsCanBeReadBack) {
+TEST(CairoCanvas, WordsCanBeReadBack) {
   const std::string text = told_by("pdftotext", example_pdf());
   if (text.empty()) GTEST_SKIP() << "pdftotext (poppler-utils) is not installed";
   for (const char* words : {"Vehicle error", "2×10 m² …"}) EXPECT_THAT(text, HasSubstr(words));
 }
+
+TEST(CairoCanvas, APngHasThreeHundredDotsPerInch) {
+  const std::string png = example({.format = CairoCanvas::Format::png});
+  ASSERT_TRUE(png.starts_with("\x89PNG\r\n\x1a\n"));
+  EXPECT_EQ(big_endian(png, 16), 1050u) << "3.5 in";
+  EXPECT_EQ(big_endian(png, 20), 667u) << "160 pt, and what a dot has left over";
+  EXPECT_EQ(example({.format = CairoCanvas::Format::png}), png);
+}
+
+TEST(CairoCanvas, LettersWithSerifsAreOthers) { EXPECT_NE(example({.serif = true}), example_pdf()); }
 
 }  // namespace
 }  // namespace credence

@@ -1,0 +1,91 @@
+#include "montecarlo/worlds/world_stream.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "montecarlo/worlds/charted/charted_stream.h"
+#include "montecarlo/worlds/inertial/inertial_model.h"
+#include "montecarlo/worlds/inertial/inertial_world.h"
+#include "montecarlo/worlds/localisation/localisation_model.h"
+#include "montecarlo/worlds/localisation/localisation_world.h"
+#include "montecarlo/worlds/planar/planar_registration.h"
+#include "montecarlo/worlds/planar/planar_stream.h"
+#include "montecarlo/worlds/planar_slam/odometry_stream.h"
+#include "montecarlo/worlds/planar_slam/planar_slam_world.h"
+#include "montecarlo/worlds/registry.h"
+
+namespace credence {
+namespace {
+
+/// Worlds whose experiment shows a measurement as one vector, and where nothing is steered.
+class ExperimentStream final : public WorldStream {
+ public:
+  explicit ExperimentStream(std::unique_ptr<Experiment> experiment) : experiment_(std::move(experiment)) {
+    states = experiment_->layout().states;
+    Index most = 0;
+    experiment_->visit(0, [&](const TraceStep& now) { most = std::max(most, now.z.size()); });
+    for (Index i = 1; i <= most; ++i) measurements.push_back(std::to_string(i));
+  }
+
+  void visit(std::int64_t run,
+             const std::function<void(std::int64_t, const StreamRow&)>& take) const override {
+    experiment_->visit(run, [&](const TraceStep& now) {
+      StreamRow row{.truth = now.truth};
+      (now.step == 0 ? row.prior : row.measurement) = now.step == 0 ? now.estimate : now.z;
+      take(now.step, row);
+    });
+  }
+
+ private:
+  std::unique_ptr<Experiment> experiment_;
+};
+
+template <class Model>
+std::unique_ptr<const WorldStream> charted(const Scenario& scenario, const char* group) {
+  return std::make_unique<ChartedStream<Model>>(scenario, group);
+}
+
+}  // namespace
+
+std::vector<std::string> names_of_landmarks(std::size_t count, const std::vector<std::string>& numbers) {
+  std::vector<std::string> names;
+  for (std::size_t i = 1; i <= count; ++i) {
+    for (const std::string& number : numbers) names.push_back(fmt::format("landmark{}.{}", i, number));
+  }
+  return names;
+}
+
+std::string text_of_landmarks(const Matrix& places) {
+  std::string text;
+  for (Index i = 0; i < places.cols(); ++i) {
+    const Vector place = places.col(i);
+    text += fmt::format("landmark{} = {}\n", i + 1, fmt::join(place.begin(), place.end(), ","));
+  }
+  return text;
+}
+
+std::unique_ptr<const WorldStream> world_stream(const Scenario& scenario) {
+  const World* const world = &world_of(scenario);
+  if (world == &kPlanarWorld) return std::make_unique<PlanarStream>(scenario);
+  if (world == &kPlanarSlamWorld) return std::make_unique<OdometryStream>(scenario);
+  if (world == &kLocalisationWorld) {
+    return charted<LocalisationModel>(scenario, "SE(2): place p (m), heading (rad)");
+  }
+  if (world == &kInertialWorld) {
+    return charted<InertialModel>(scenario,
+                                  "SE_2(3) x R^6: place p (m), velocity v (m/s), attitude R = Exp of a "
+                                  "rotation vector (rad), biases of gyro (rad/s) and accelerometer (m/s^2)");
+  }
+  auto stream = std::make_unique<ExperimentStream>(make_experiment(scenario));
+  if (stream->measurements.empty()) {
+    throw std::invalid_argument(
+        fmt::format("{}: what is measured there is not told; it is of all worlds but the spatial one",
+                    world_text(scenario)));
+  }
+  return stream;
+}
+
+}  // namespace credence

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/types.h"
+#include "montecarlo/scenario/scenario.h"
+
+namespace credence {
+
+/// A step as a world tells it to a filter in any language; NaN where there is nothing.
+struct StreamRow {
+  Vector prior{};  ///< what the filter starts from; empty after step 0
+  Vector truth{};
+  Vector input{};        ///< empty at step 0
+  Vector measurement{};  ///< empty where nothing is measured
+};
+
+/// The runs of a world without a filter: names of the numbers of each kind, and the rows.
+struct WorldStream {
+  virtual ~WorldStream() = default;
+  /// All steps of a run, from 0 on, with the noise of the scenario's experiment.
+  virtual void visit(std::int64_t run,
+                     const std::function<void(std::int64_t step, const StreamRow&)>& take) const = 0;
+
+  std::vector<std::string> states, inputs, measurements;
+  std::string notes{};  ///< what a filter must know beside the scenario, in lines
+};
+
+/// Of any scenario whose world tells what is measured. Throws std::invalid_argument for another, and as the
+/// experiment of the scenario does.
+std::unique_ptr<const WorldStream> world_stream(const Scenario& scenario);
+
+/// "landmark1.range", "landmark1.bearing", "landmark2.range", …
+std::vector<std::string> names_of_landmarks(std::size_t count, const std::vector<std::string>& numbers);
+
+/// "landmark1 = 3,4": where each column of `places` lies, in lines.
+std::string text_of_landmarks(const Matrix& places);
+
+}  // namespace credence
