@@ -65,7 +65,7 @@ bool PanelCholesky::compute(const MatrixRef& S, const MatrixRef& Y, const Vector
   }
   for (Index k = 0; k < m; ++k) data_[at(below + rows_, k)] = nu[k];
   if (!kernel_->factor(trapezoid(0))) return false;
-  whitened_.resize(m);
+  if (whitened_.size() < m) whitened_.resize(m);
   for (Index k = 0; k < m; ++k) whitened_[k] = data_[at(below + rows_, k)];
   return true;
 }
@@ -109,7 +109,7 @@ const Vector& PanelCholesky::inverse_diagonal() {
   inverse_diagonal_.resize(m);
   for (Index p = 0; p < triangle_; ++p) {
     Panel sum = Panel::Zero();
-    const PanelColumns rows(panel_of_W(p), kPanelRows, m);
+    const PanelColumns rows(solved_panel(p), kPanelRows, m);
     for (Index k = kPanelRows * p; k < m; ++k) sum += rows.col(k).cwiseAbs2();
     const Index count = std::min<Index>(kPanelRows, m - kPanelRows * p);
     inverse_diagonal_.segment(kPanelRows * p, count) = sum.head(count);
@@ -121,7 +121,7 @@ void PanelCholesky::sums(Vector& squares, Vector& product) const {
   squares.resize(rows_);
   product.resize(rows_);
   for (Index row = 0; row < rows_; row += kPanelRows) {
-    const PanelColumns W(panel_of_W(row / kPanelRows), kPanelRows, columns_);
+    const PanelColumns W(solved_panel(row / kPanelRows), kPanelRows, columns_);
     Panel square = Panel::Zero(), sum = Panel::Zero();
     for (Index k = 0; k < columns_; ++k) {
       square += W.col(k).cwiseAbs2();
@@ -136,7 +136,8 @@ void PanelCholesky::sums(Vector& squares, Vector& product) const {
 void PanelCholesky::downdate(Matrix& P) const {
   if (P.rows() != rows_ || P.cols() != rows_)
     throw std::invalid_argument("PanelCholesky: P does not match W");
-  kernel_->downdate(P.data(), rows_, P.rows(), panel_of_W(0), kPanelRows * kPanelRows * triangle_, columns_);
+  kernel_->downdate(P.data(), rows_, P.rows(), solved_panel(0), kPanelRows * kPanelRows * triangle_,
+                    columns_);
 }
 
 }  // namespace credence

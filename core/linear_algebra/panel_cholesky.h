@@ -20,13 +20,13 @@ class PanelCholesky {
   /// The same with no row in Y.
   bool compute(const MatrixRef& S, const VectorRef& nu) { return compute(S, Matrix(0, S.cols()), nu); }
 
-  Index size() const { return columns_; }                  ///< m
-  double pivot(Index i) const { return data_[at(i, i)]; }  ///< L_ii
-  double log_determinant() const;                          ///< of S
-  const Vector& whitened() const { return whitened_; }     ///< y
-  Matrix L() const;                                        ///< allocates
-  Matrix W() const;                                        ///< allocates
-  Matrix gain() const;                                     ///< W L⁻¹ = Y S⁻¹; allocates
+  Index size() const { return columns_; }                                             ///< m
+  double pivot(Index i) const { return data_[at(i, i)]; }                             ///< L_ii
+  double log_determinant() const;                                                     ///< of S
+  Eigen::Map<const Vector> whitened() const { return {whitened_.data(), columns_}; }  ///< y
+  Matrix L() const;                                                                   ///< allocates
+  Matrix W() const;                                                                   ///< allocates
+  Matrix gain() const;  ///< W L⁻¹ = Y S⁻¹; allocates
 
   /// (S⁻¹)_ii; W is gone afterwards. m³/2 multiply-adds.
   const Vector& inverse_diagonal();
@@ -42,7 +42,7 @@ class PanelCholesky {
     return static_cast<std::size_t>(panel_offset(row / kPanelRows, triangle_) + kPanelRows * column +
                                     row % kPanelRows);
   }
-  const double* panel_of_W(Index p) const { return data_.data() + panel_offset(triangle_ + p, triangle_); }
+  const double* solved_panel(Index p) const { return data_.data() + panel_offset(triangle_ + p, triangle_); }
   void shape(Index columns, Index rows_below);
   PanelTrapezoid trapezoid(Index first) {
     return {.data = data_.data(),
@@ -56,7 +56,8 @@ class PanelCholesky {
   Index columns_ = 0, rows_ = 0;     ///< m, n
   Index triangle_ = 0, panels_ = 0;  ///< panels of S, and of all
   AlignedVector data_, inverse_;
-  Vector whitened_, inverse_diagonal_;
+  Vector whitened_;  ///< its first entries, so that it keeps its memory
+  Vector inverse_diagonal_;
 };
 
 }  // namespace credence
