@@ -205,7 +205,11 @@ int check(const CheckOptions& options) {
   const std::vector<fs::path> files = log_files(options.logs);
   const std::map<fs::path, const LogFormat*> formats = formats_of(options, files);
   const LogReadOptions reading = read_options(options, files);
-  const std::string baseline = options.baseline.empty() ? "" : text_of_file(options.baseline, "there is no such file (--baseline)");
+  const std::string baseline =
+      options.baseline.empty()
+          ? ""
+          : text_of_file(options.baseline,
+                         fmt::format("--baseline {}: there is no such file", options.baseline));
   RunErrors first_run;
   LogJudgeResult result = judge(options, files, [&](const fs::path& file, LogSink& sink) {
     FirstRunSink first(sink, first_run);

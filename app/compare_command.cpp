@@ -60,7 +60,9 @@ int compare(const CompareOptions& options) {
   std::vector<std::string> places;
   for (const std::string& result : options.results) {
     std::vector<ComparedStudy> these =
-        fs::is_directory(result) ? read_folder(result, options, places) : compared_documents(result, text_of_file(result, "no such folder or document"));
+        fs::is_directory(result)
+            ? read_folder(result, options, places)
+            : compared_documents(result, text_of_file(result, result + ": no such folder or document"));
     places.resize(studies.size() + these.size(), result);
     std::ranges::move(these, std::back_inserter(studies));
   }

@@ -63,9 +63,9 @@ StandardInputFile::~StandardInputFile() {
   fs::remove_all(folder_, ignored);
 }
 
-std::string text_of_file(const std::string& file, const std::string& otherwise) {
+std::string text_of_file(const std::string& file, const std::string& complaint) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw std::invalid_argument(fmt::format("{}: {}", file, otherwise));
+  if (!stream) throw std::invalid_argument(complaint);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 

@@ -21,7 +21,7 @@ class StandardInputFile {
   std::filesystem::path folder_;
 };
 
-/// All of a file that an argument names; throws std::invalid_argument "FILE: `otherwise`".
-std::string text_of_file(const std::string& file, const std::string& otherwise);
+/// All of a file that an argument names; throws std::invalid_argument with the complaint.
+std::string text_of_file(const std::string& file, const std::string& complaint);
 
 }  // namespace credence
