@@ -138,7 +138,8 @@ void CalibrationRecorder::add(const Step& step, double distance_m) {
 void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here) {
   const Matrix P = step.P(position_, position_);
   const double largest = P.rows() == 1 ? P(0, 0) : P.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
-  const double squared = step.error(position_).squaredNorm();
+  double squared = 0.0;
+  for (const Index i : position_) squared += step.error[i] * step.error[i];
   for (std::size_t r = 0; r < kRisks.size(); ++r) {
     if (squared > limits_[r] * largest) ++run_.beyond[r];
   }

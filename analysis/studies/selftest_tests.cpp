@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "analysis/evidence/sequential_e_value.h"
 #include "analysis/laws/betting_e_value.h"
@@ -28,24 +29,26 @@ double smallest_adjusted(const std::vector<SigmaBin>& bins) {
 }  // namespace
 
 std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, const Calibration& c) {
-  constexpr Exactness kConservative = Exactness::conservative;
   std::vector<TestResult> results;
   double smallest = 1.0;
   for (const NamedTest& test : j.tests) {
     results.push_back({test.name, test.exactness, test.p_value});
     if (!std::isnan(test.adjusted)) smallest = std::min(smallest, test.adjusted);
   }
-  results.push_back({"errors by claimed σ, Holm", kConservative, smallest_adjusted(c.bins)});
-  results.push_back({"NEES of runs left out, scaled", kConservative, c.with_factor.p_value});
-  results.push_back({"NEES of runs left out, scaled by part", kConservative, c.with_part_factors.p_value});
+  const auto conservative = [&](std::string name, double p_value) {
+    results.push_back({.name = std::move(name), .exactness = Exactness::conservative, .p_value = p_value});
+  };
+  conservative("errors by claimed σ, Holm", smallest_adjusted(c.bins));
+  conservative("NEES of runs left out, scaled", c.with_factor.p_value);
+  conservative("NEES of runs left out, scaled by part", c.with_part_factors.p_value);
   const StudyStatistics& s = e.study;
   const double e_nees = log_e_nees(s.series(Quantity::nees), s.dofs(Quantity::nees));
   const double e_nis = log_e_nis(s.series(Quantity::nis), s.dofs(Quantity::nis));
-  results.push_back({"e-value of NEES, steps", kConservative, std::exp(-e_nees)});
-  results.push_back({"e-value of NEES, betting over runs", kConservative, betting_e_value_p(s.nees_of_runs)});
-  results.push_back({"e-value of NIS", kConservative, std::exp(-e_nis)});
-  results.push_back({"all tests together, Holm", kConservative, smallest});
-  results.push_back({"the word", kConservative, j.word.p_value});
+  conservative("e-value of NEES, steps", std::exp(-e_nees));
+  conservative("e-value of NEES, betting over runs", betting_e_value_p(s.nees_of_runs));
+  conservative("e-value of NIS", std::exp(-e_nis));
+  conservative("all tests together, Holm", smallest);
+  conservative("the word", j.word.p_value);
   return results;
 }
 
