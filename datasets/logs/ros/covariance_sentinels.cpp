@@ -73,6 +73,15 @@ bool CovarianceSentinels::constant() const {
   return rows_ >= kEnough && !changed_ && moved_m_ >= kMoved_m;
 }
 
+bool CovarianceSentinels::planar() const {
+  constexpr std::array<bool, 6> kPlane = {true, true, false, false, false, true};
+  for (std::size_t i = 0; i < kPlane.size(); ++i) {
+    const std::int64_t missing = zero_[i] + large_[i] + not_finite_[i];
+    if (missing != (kPlane[i] ? 0 : rows_)) return false;
+  }
+  return rows_ > 0 && unknown_ == 0;
+}
+
 std::vector<std::string> CovarianceSentinels::remarks(const std::string& topic) const {
   std::vector<std::string> sentences;
   const auto say = [&](const char* what, const std::array<std::int64_t, 6>& counts) {

@@ -27,6 +27,9 @@ class CovarianceSentinels {
   /// Whether P was the same in at least ten rows while the body moved by 0.1 m or more.
   bool constant() const;
 
+  /// Whether x, y and yaw were estimated in every row, and nothing else in any.
+  bool planar() const;
+
  private:
   std::array<std::int64_t, 6> zero_{}, large_{}, not_finite_{};
   std::int64_t unknown_ = 0, rows_ = 0;

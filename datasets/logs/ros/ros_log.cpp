@@ -373,6 +373,12 @@ class RosLog {
     const std::string& name = estimate().topic.name;
     stream.tell(sink_);
     for (std::string& sentence : sentinels.remarks(name)) sink_.remark(std::move(sentence));
+    if (sentinels.planar() && chart().axes.orientation != OrientationError::planar) {
+      sink_.remark(fmt::format(
+          "{}: only x, y and yaw are estimated: with --chart planar it is also told where P lies and what "
+          "would mend it.",
+          name));
+    }
     if (without > 0) sink_.remark(fmt::format("{}: {} rows estimate nothing that is judged.", name, without));
     const std::string& truth_frame = truth_stream_.frame();
     if (!truth_frame.empty() && truth_frame != stream.frame() &&

@@ -553,6 +553,8 @@ TEST(RosLog, SampleBagsHaveTheirCountsAndSentinels) {
   EXPECT_THAT(jackal.said(),
               HasSubstr("at or above 1e5 means “not estimated”, and is left out of the dof: z, rotation "
                         "x, rotation y in every row"));
+  EXPECT_THAT(jackal.said(), HasSubstr("with --chart planar it is also told where P lies"));
+  EXPECT_THAT(husky.said(), Not(HasSubstr("--chart planar"))) << "which estimates all six";
   const LogContents mcap = mcap_format().list(data / "cdr_test.mcap");
   const LogContents db3 = ros2_sqlite_format().list(data / "cdr_test.db3");
   for (const LogContents* contents : {&mcap, &db3}) {
