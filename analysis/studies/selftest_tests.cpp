@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "analysis/evidence/sequential_e_value.h"
 #include "analysis/laws/betting_e_value.h"
@@ -35,8 +34,11 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
     results.push_back({test.name, test.exactness, test.p_value});
     if (!std::isnan(test.adjusted)) smallest = std::min(smallest, test.adjusted);
   }
-  const auto conservative = [&](std::string name, double p_value) {
-    results.push_back({.name = std::move(name), .exactness = Exactness::conservative, .p_value = p_value});
+  const auto conservative = [&](const char* name, double p_value) {
+    TestResult& result = results.emplace_back();
+    result.name = name;
+    result.exactness = Exactness::conservative;
+    result.p_value = p_value;
   };
   conservative("errors by claimed σ, Holm", smallest_adjusted(c.bins));
   conservative("NEES of runs left out, scaled", c.with_factor.p_value);
