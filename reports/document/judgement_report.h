@@ -16,8 +16,8 @@ ReportTable tests_table(const Judgement& judgement);
 /// How a study with a stop rule ended, in one sentence. Expects analysis.stop.
 std::string stop_sentence(const StudyAnalysis& analysis);
 
-/// What a linear world gives without any run: the mean NEES and NIS that the filter really has, and the factor on
-/// P that mends it, over all steps. Empty where no exact moments are known.
+/// What a linear world gives without any run: the mean NEES and NIS that the filter really has, and the
+/// factor on P that mends it, over all steps. Empty where no exact moments are known.
 std::string exact_sentence(const StudyAnalysis& analysis);
 
 /// Within what NEES and NIS are proved right, in words; empty where that is more than the margin asked for.

@@ -74,8 +74,8 @@ LogReadOptions options_of(const LogFormat& format, const std::filesystem::path& 
   return options;
 }
 
-/// In seven of eight inputs the poses are taken as planar, whose conventions are not looked at: that costs more
-/// than the reading.
+/// In seven of eight inputs the poses are taken as planar, whose conventions are not looked at: that costs
+/// more than the reading.
 LogReadOptions options_for(LogReadOptions options, const LogFormat& format, std::size_t size) {
   constexpr std::size_t kConventionsIn = 8;
   const bool poses = format.has_poses && format.name != "openvins" && format.name != "cnspy";
