@@ -47,7 +47,7 @@ struct UpdateResult {
 /// The update is P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ and S = L Lᵀ. Its rounding is that of the prior, and relative
 /// to the posterior in the measured directions that times tr(R⁻¹ S). An update with tr(R⁻¹ S) > 1e8 (a prior
 /// that vague, or a singular R), or that would leave a variance negative, is done in Joseph's form instead,
-/// with allocation, and counted.
+/// and counted.
 template <class Model>
 class EkfSlam {
  public:
@@ -230,6 +230,8 @@ class EkfSlam {
   Index joseph_updates_ = 0;
   MatrixBuffer nu_, S_, K_, PHt_, columns_, H_, r_;
   PanelCholesky factor_;
+  JosephUpdate joseph_;
+  Matrix corrected_P_;  ///< by Joseph's form
   Vector squares_, change_;
   SequentialWorkspace sequential_;
 };
@@ -360,10 +362,12 @@ bool EkfSlam<Model>::correct(UpdateResult& result) {
 
 template <class Model>
 bool EkfSlam<Model>::correct_by_joseph() {
-  Matrix P = covariance();
-  joseph_update(P, jacobian(), factor_.gain(), R_);
-  if (!P.allFinite() || !(P.diagonal().minCoeff() >= 0.0)) return false;
-  P_ = P;
+  corrected_P_ = covariance();
+  auto K = K_.resize(x_.size(), nu_.vector().size());
+  factor_.gain(K);
+  joseph_.apply(corrected_P_, jacobian(), K, R_);
+  if (!corrected_P_.allFinite() || !(corrected_P_.diagonal().minCoeff() >= 0.0)) return false;
+  P_ = corrected_P_;
   ++joseph_updates_;
   return true;
 }

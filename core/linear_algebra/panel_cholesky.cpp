@@ -86,15 +86,27 @@ Matrix PanelCholesky::L() const {
 
 Matrix PanelCholesky::W() const {
   Matrix W(rows_, columns_);
-  for (Index k = 0; k < columns_; ++k) {
-    for (Index i = 0; i < rows_; ++i) W(i, k) = data_[at(kPanelRows * triangle_ + i, k)];
-  }
+  copy_rows(W);
   return W;
 }
 
+void PanelCholesky::copy_rows(Eigen::Ref<Matrix> W) const {
+  for (Index k = 0; k < columns_; ++k) {
+    for (Index i = 0; i < rows_; ++i) W(i, k) = data_[at(kPanelRows * triangle_ + i, k)];
+  }
+}
+
+void PanelCholesky::gain(Eigen::Ref<Matrix> K) const {
+  copy_rows(K);
+  for (Index k = columns_ - 1; k >= 0; --k) {
+    for (Index i = k + 1; i < columns_; ++i) K.col(k) -= data_[at(i, k)] * K.col(i);
+    K.col(k) /= pivot(k);
+  }
+}
+
 Matrix PanelCholesky::gain() const {
-  Matrix K = W();
-  L().triangularView<Eigen::Lower>().solveInPlace<Eigen::OnTheRight>(K);
+  Matrix K(rows_, columns_);
+  gain(K);
   return K;
 }
 

@@ -26,7 +26,8 @@ class PanelCholesky {
   Eigen::Map<const Vector> whitened() const { return {whitened_.data(), columns_}; }  ///< y
   Matrix L() const;                                                                   ///< allocates
   Matrix W() const;                                                                   ///< allocates
-  Matrix gain() const;  ///< W L⁻¹ = Y S⁻¹; allocates
+  Matrix gain() const;                    ///< W L⁻¹ = Y S⁻¹; allocates
+  void gain(Eigen::Ref<Matrix> K) const;  ///< into K, n×m
 
   /// (S⁻¹)_ii; W is gone afterwards. m³/2 multiply-adds.
   const Vector& inverse_diagonal();
@@ -44,6 +45,7 @@ class PanelCholesky {
   }
   const double* solved_panel(Index p) const { return data_.data() + panel_offset(triangle_ + p, triangle_); }
   void shape(Index columns, Index rows_below);
+  void copy_rows(Eigen::Ref<Matrix> W) const;
   PanelTrapezoid trapezoid(Index first) {
     return {.data = data_.data(),
             .inverse = inverse_.data(),

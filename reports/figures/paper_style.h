@@ -1,9 +1,11 @@
 #pragma once
 
+#include <concepts>
 #include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 /// @file
@@ -30,9 +32,12 @@ PaperStyle paper_style(std::span<const std::string> words);
 
 /// Where a report is written, and how its figures are.
 struct ReportFolder {
-  ReportFolder(std::filesystem::path folder,
-               PaperStyle style = {})  // NOLINT: most callers name a folder only
-      : path(std::move(folder)), paper(style) {}
+  /// From anything that names a folder.
+  template <class Path>
+  requires std::convertible_to<Path, std::filesystem::path> &&
+      (!std::same_as<std::remove_cvref_t<Path>, ReportFolder>)
+          ReportFolder(Path&& folder, PaperStyle style = {})  // NOLINT: most callers name a folder only
+      : path(std::forward<Path>(folder)), paper(style) {}
   operator const std::filesystem::path&() const { return path; }  // NOLINT
   std::filesystem::path operator/(const std::filesystem::path& name) const { return path / name; }
 
