@@ -4,7 +4,7 @@
 
 namespace credence {
 
-void JosephUpdate::apply(Matrix& P, const MatrixRef& H_of_all, const MatrixRef& K, const Matrix& R) {
+void JosephUpdate::apply(Matrix& P, const MatrixRef& H_of_all, const MatrixRef& K, const MatrixRef& R) {
   states_.clear();
   for (Index i = 0; i < P.cols(); ++i) {
     if (!H_of_all.col(i).isZero(0.0)) states_.push_back(i);

@@ -15,7 +15,7 @@ namespace credence {
 /// O(n² dim ν). Keeps its memory, so that an update of no larger size allocates nothing.
 class JosephUpdate {
  public:
-  void apply(Matrix& P, const MatrixRef& H, const MatrixRef& K, const Matrix& R);
+  void apply(Matrix& P, const MatrixRef& H, const MatrixRef& K, const MatrixRef& R);
 
  private:
   std::vector<Index> states_;  ///< those that are measured
