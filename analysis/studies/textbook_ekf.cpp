@@ -5,8 +5,8 @@
 
 namespace credence {
 
-TextbookEkf::TextbookEkf(PlanarModel model, const Eigen::Matrix2d& Q, const Eigen::Matrix2d& R)
-    : model_(std::move(model)), Q_(Q), R_(R) {}
+TextbookEkf::TextbookEkf(const PlanarModel& model, const Eigen::Matrix2d& Q, const Eigen::Matrix2d& R)
+    : model_(model), Q_(Q), R_(R) {}
 
 void TextbookEkf::reset(VectorRef x, MatrixRef P, std::span<const int> ids) {
   x_ = x;

@@ -12,7 +12,7 @@ namespace credence {
 /// Eigen, Joseph's form. What a fast filter is timed against.
 class TextbookEkf {
  public:
-  TextbookEkf(PlanarModel model, const Eigen::Matrix2d& Q, const Eigen::Matrix2d& R);
+  TextbookEkf(const PlanarModel& model, const Eigen::Matrix2d& Q, const Eigen::Matrix2d& R);
 
   void reset(VectorRef x, MatrixRef P, std::span<const int> ids);
   void predict(const Control& u);

@@ -10,7 +10,7 @@ namespace credence {
 namespace {
 
 constexpr double kDifference = 1e-2;  // of the scales: the cubic term is 1e-4 of the curvature
-constexpr int kMostSteps = 8;
+constexpr int kMostNewtonSteps = 8;
 constexpr double kGain = 1e-6;
 
 std::vector<Index> numbers_of(const std::vector<bool>& free) {
@@ -64,7 +64,7 @@ ScoreEstimate estimate_score(const ScoreModel& model, const Vector& start, const
   const Maximum maximum = maximise(model, start, box, free, scale);
   ScoreEstimate estimate{.phi = maximum.phi, .value = maximum.value, .free = numbers_of(free)};
   estimate.ok = maximum.ok && measure_curve(model, scale, estimate);
-  for (int step = 0; estimate.ok && step < kMostSteps; ++step) {
+  for (int step = 0; estimate.ok && step < kMostNewtonSteps; ++step) {
     if (estimate.covariance.size() == 0) return estimate;
     const Vector gradient = estimate.unit_scores.rowwise().sum();
     const Vector move = estimate.covariance * gradient;
