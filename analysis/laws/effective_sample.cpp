@@ -153,8 +153,10 @@ SkewedMoments stretch_averages(std::span<const std::vector<double>> runs) {
   }
   const std::size_t longest = std::ranges::max(series, {}, [](const auto& run) { return run.size(); }).size();
   std::vector<ThinnedSeries> shorter;
+  shorter.reserve(series.size());
   for (const auto& run : series) shorter.push_back(thinned(run, longest));
   std::vector<std::span<const double>> looked_at;
+  looked_at.reserve(shorter.size());
   for (const ThinnedSeries& run : shorter) looked_at.emplace_back(run.values);
   const double correlation_time =
       shorter.front().rows_per_value * effective_sample(looked_at, all.mean).correlation_time;
