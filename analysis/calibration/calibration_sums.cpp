@@ -9,6 +9,7 @@
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/effective_sample.h"
 #include "analysis/laws/thinned_series.h"
+#include "core/linear_algebra/squared_norm.h"
 
 namespace credence {
 namespace {
@@ -138,8 +139,7 @@ void CalibrationRecorder::add(const Step& step, double distance_m) {
 void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here) {
   const Matrix P = step.P(position_, position_);
   const double largest = P.rows() == 1 ? P(0, 0) : P.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
-  double squared = 0.0;
-  for (const Index i : position_) squared += step.error[i] * step.error[i];
+  const double squared = squared_norm(step.error, position_);
   for (std::size_t r = 0; r < kRisks.size(); ++r) {
     if (squared > limits_[r] * largest) ++run_.beyond[r];
   }

@@ -13,6 +13,7 @@
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"
+#include "core/linear_algebra/squared_norm.h"
 
 namespace credence {
 namespace {
@@ -60,12 +61,6 @@ constexpr Index kLargestState = 60;
 double normal_score(double u) {
   constexpr double kLeast = 1e-15;
   return quantile(boost::math::normal(), std::clamp(u, kLeast, 1.0 - kLeast));
-}
-
-double squared_norm(const Vector& values, const std::vector<Index>& places) {
-  double sum = 0.0;
-  for (const Index i : places) sum += values[i] * values[i];
-  return sum;
 }
 
 /// How many of the values are equal to another, within what arithmetic leaves of numbers with few digits.

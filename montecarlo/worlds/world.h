@@ -11,6 +11,8 @@
 
 namespace credence {
 
+struct WorldStream;
+
 /// The figure of a single run.
 enum class RunFigure {
   line_slam,   ///< a vehicle on a line and its landmarks
@@ -38,6 +40,8 @@ struct World {
   RunFigure figure;
   /// The estimators that `credence estimators` compares; null where there are none.
   const EstimatorOffer* estimators = nullptr;
+  /// What it tells a filter in another program; null: what its experiment shows, where that is one vector.
+  std::unique_ptr<const WorldStream> (*stream)(const Scenario&) = nullptr;
 };
 
 }  // namespace credence

@@ -6,15 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "montecarlo/worlds/charted/charted_stream.h"
-#include "montecarlo/worlds/inertial/inertial_model.h"
-#include "montecarlo/worlds/inertial/inertial_world.h"
-#include "montecarlo/worlds/localisation/localisation_model.h"
-#include "montecarlo/worlds/localisation/localisation_world.h"
-#include "montecarlo/worlds/planar/planar_registration.h"
-#include "montecarlo/worlds/planar/planar_stream.h"
-#include "montecarlo/worlds/planar_slam/odometry_stream.h"
-#include "montecarlo/worlds/planar_slam/planar_slam_world.h"
 #include "montecarlo/worlds/registry.h"
 
 namespace credence {
@@ -43,11 +34,6 @@ class ExperimentStream final : public WorldStream {
   std::unique_ptr<Experiment> experiment_;
 };
 
-template <class Model>
-std::unique_ptr<const WorldStream> charted(const Scenario& scenario, const char* group) {
-  return std::make_unique<ChartedStream<Model>>(scenario, group);
-}
-
 }  // namespace
 
 std::vector<std::string> names_of_landmarks(std::size_t count, const std::vector<std::string>& numbers) {
@@ -58,27 +44,9 @@ std::vector<std::string> names_of_landmarks(std::size_t count, const std::vector
   return names;
 }
 
-std::string text_of_landmarks(const Matrix& places) {
-  std::string text;
-  for (Index i = 0; i < places.cols(); ++i) {
-    const Vector place = places.col(i);
-    text += fmt::format("landmark{} = {}\n", i + 1, fmt::join(place.begin(), place.end(), ","));
-  }
-  return text;
-}
-
 std::unique_ptr<const WorldStream> world_stream(const Scenario& scenario) {
-  const World* const world = &world_of(scenario);
-  if (world == &kPlanarWorld) return std::make_unique<PlanarStream>(scenario);
-  if (world == &kPlanarSlamWorld) return std::make_unique<OdometryStream>(scenario);
-  if (world == &kLocalisationWorld) {
-    return charted<LocalisationModel>(scenario, "SE(2): place p (m), heading (rad)");
-  }
-  if (world == &kInertialWorld) {
-    return charted<InertialModel>(scenario,
-                                  "SE_2(3) x R^6: place p (m), velocity v (m/s), attitude R = Exp of a "
-                                  "rotation vector (rad), biases of gyro (rad/s) and accelerometer (m/s^2)");
-  }
+  const World& world = world_of(scenario);
+  if (world.stream != nullptr) return world.stream(scenario);
   auto stream = std::make_unique<ExperimentStream>(make_experiment(scenario));
   if (stream->measurements.empty()) {
     throw std::invalid_argument(

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -37,7 +40,20 @@ std::unique_ptr<const WorldStream> world_stream(const Scenario& scenario);
 /// "landmark1.range", "landmark1.bearing", "landmark2.range", …
 std::vector<std::string> names_of_landmarks(std::size_t count, const std::vector<std::string>& numbers);
 
-/// "landmark1 = 3,4": where each column of `places` lies, in lines.
-std::string text_of_landmarks(const Matrix& places);
+/// "landmark1 = 3,4": where each of these points lies, in lines.
+template <class Point>
+std::string text_of_landmarks(const std::vector<Point>& points) {
+  std::string text;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    text += fmt::format("landmark{} = {}\n", i + 1, fmt::join(points[i].begin(), points[i].end(), ","));
+  }
+  return text;
+}
+
+/// For World::stream.
+template <class Stream>
+std::unique_ptr<const WorldStream> make_stream(const Scenario& scenario) {
+  return std::make_unique<Stream>(scenario);
+}
 
 }  // namespace credence

@@ -18,7 +18,7 @@ std::string factor_text(const MeanInterval& factor) {
 }
 
 std::string held_out_text(const HeldOutNees& held_out) {
-  return fmt::format("{} times n, p = {}", factor_text(held_out.nees), p_value_text(held_out.p_value));
+  return fmt::format("{} times n, {}", factor_text(held_out.nees), p_value_statement(held_out.p_value));
 }
 
 std::string state_name(std::span<const std::string> states, Index state) {
@@ -72,8 +72,8 @@ std::string distance_sentence(const Calibration& c) {
       c.distance, {}, [](const DistanceBin& bin) { return std::isnan(bin.adjusted) ? 1.0 : bin.adjusted; });
   if (std::isnan(least->adjusted)) return text + ". There is no test with fewer than five runs.";
   return text +
-         fmt::format(". The clearest sign that it is not 1: p = {}, {:g} to {:g} m (Holm over {} lengths).",
-                     p_value_text(least->adjusted), least->from_m, least->to_m, c.distance.size());
+         fmt::format(". The clearest sign that it is not 1: {}, {:g} to {:g} m (Holm over {} lengths).",
+                     p_value_statement(least->adjusted), least->from_m, least->to_m, c.distance.size());
 }
 
 Json calibration_interval_json(const MeanInterval& i) {

@@ -179,12 +179,6 @@ std::string exact_sentence(const StudyAnalysis& a) {
 
 namespace {
 
-/// "p = 0.031", "p < 1e−12".
-std::string p_statement(double p) {
-  const std::string value = p_value_text(p);
-  return value.starts_with('<') ? "p " + value : "p = " + value;
-}
-
 /// What is proved, what is right whatever the law, and how good the estimate is.
 void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) {
   const double alpha = 1.0 - b.confidence;
@@ -205,7 +199,7 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
                     "{} ({} … {}).",
                     p <= alpha ? "disagree with" : "agree with",
                     b.law.second_moments.of.empty() ? "" : " of the block " + b.law.second_moments.of,
-                    p_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
+                    p_value_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
                     number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }
   const ScoreJudgement& log = b.law.log_score;

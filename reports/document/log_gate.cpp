@@ -78,11 +78,11 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
 }
 
 std::string change_text(const FactorChange& change) {
-  return fmt::format("more {} in {}: the factor on P is {} times what it was, p = {}",
+  return fmt::format("more {} in {}: the factor on P is {} times what it was, {}",
                      change.ratio.mean > 1.0 ? "optimistic" : "pessimistic",
                      change.part == "NEES" ? "the whole state" : change.part,
                      interval_text(change.ratio.mean, change.ratio.lower, change.ratio.upper),
-                     p_value_text(change.adjusted));
+                     p_value_statement(change.adjusted));
 }
 
 std::string gate_sentence(const LogGate& gate) {
@@ -133,7 +133,7 @@ std::string junit_xml(const CheckedLogs& logs, double confidence) {
   for (const NamedTest& test : j.tests) {
     const bool rejects = test.adjusted <= 1.0 - confidence;
     cases.push_back({test.name,
-                     fmt::format("{}; p = {}, adjusted {}", test.says, p_value_text(test.p_value),
+                     fmt::format("{}; {}, adjusted {}", test.says, p_value_statement(test.p_value),
                                  p_value_text(test.adjusted)),
                      rejects && failed && !logs.gate, std::isnan(test.p_value)});
     if (cases.back().skipped) cases.back().says = test.says;

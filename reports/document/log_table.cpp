@@ -98,8 +98,8 @@ void add_fit_notes(ReportTable& table, const Judgement& a) {
       table.notes.push_back(fmt::format("NIS{} against its chi-square law: {}.", name, s.fit.reason));
     if (!s.fit.reason.empty()) continue;
     table.notes.push_back(
-        fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov p = {}, Anderson-Darling p = {}.",
-                    name, p_value_text(s.fit.kolmogorov_p_value), p_value_text(s.fit.anderson_p_value)));
+        fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov {}, Anderson-Darling {}.", name,
+                    p_value_statement(s.fit.kolmogorov_p_value), p_value_statement(s.fit.anderson_p_value)));
   }
 }
 

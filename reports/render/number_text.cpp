@@ -47,6 +47,11 @@ std::string p_value_text(double p) {
   return p < kSmallest ? "< 1e−12" : number_text(p, 3);
 }
 
+std::string p_value_statement(double p) {
+  const std::string value = p_value_text(p);
+  return value.starts_with('<') ? "p " + value : "p = " + value;
+}
+
 std::string duration_text(double seconds, int significant) {
   if (seconds == 0.0) return "0 s";
   if (seconds < 1e-6) return number_text(1e9 * seconds, significant) + " ns";

@@ -14,6 +14,8 @@ std::string number_text(double value, int significant = 4);
 /// A p-value: three digits, and "< 1e−12" below what any approximation in a test can vouch for; a dash for
 /// NaN.
 std::string p_value_text(double p);
+/// The same as a statement: "p = 0.031", "p < 1e−12".
+std::string p_value_statement(double p);
 
 /// A time in the unit that suits it, from ns to h, rounded likewise: "1.64 µs", "3.2 min".
 std::string duration_text(double seconds, int significant = 3);

@@ -16,8 +16,7 @@ namespace credence {
 template <ChartedModel Model>
 class ChartedStream final : public WorldStream {
  public:
-  /// `group`: the state and its coordinates in words.
-  ChartedStream(const Scenario& scenario, const std::string& group)
+  explicit ChartedStream(const Scenario& scenario)
       : model_(std::make_shared<const Model>(scenario)),
         world_(model_, Chart::componentwise),
         settings_(plug_settings(scenario)),
@@ -26,14 +25,13 @@ class ChartedStream final : public WorldStream {
     states = layout.states;
     constexpr Index kInputs = Model::Input::RowsAtCompileTime;
     for (Index i = 1; i <= kInputs; ++i) inputs.push_back(std::to_string(i));
-    notes = "state = " + group + "\n";
-    const Matrix places = model_->landmark_places();
+    notes = fmt::format("state = {}\n", Model::kCoordinates);
+    const auto& landmarks = model_->landmarks();
     std::vector<std::string> numbers;
-    const Index dim = by_landmarks_ ? places.rows() : layout.sensors.front().dim;
+    const Index dim = by_landmarks_ ? landmarks.front().size() : layout.sensors.front().dim;
     for (Index i = 1; i <= dim; ++i) numbers.push_back(std::to_string(i));
-    measurements =
-        by_landmarks_ ? names_of_landmarks(static_cast<std::size_t>(places.cols()), numbers) : numbers;
-    if (by_landmarks_) notes += text_of_landmarks(places);
+    measurements = by_landmarks_ ? names_of_landmarks(landmarks.size(), numbers) : numbers;
+    if (by_landmarks_) notes += text_of_landmarks(landmarks);
   }
 
   void visit(std::int64_t run,

@@ -202,10 +202,4 @@ ChartedInnovation<InertialModel::Group> InertialModel::innovation(const Group& x
   return result;
 }
 
-Matrix InertialModel::landmark_places() const {
-  Matrix places(3, std::ssize(landmarks_));
-  for (Index i = 0; i < places.cols(); ++i) places.col(i) = landmarks_[static_cast<std::size_t>(i)];
-  return places;
-}
-
 }  // namespace credence

@@ -23,6 +23,10 @@ namespace credence {
 class InertialModel {
  public:
   using Group = ProductGroup<SE23, VectorGroup<6>>;
+  static constexpr const char* kCoordinates =
+      "SE_2(3) x R^6: place p (m), velocity v (m/s), attitude R = Exp of a rotation vector (rad), biases of "
+      "gyro "
+      "(rad/s) and accelerometer (m/s^2)";
   using Input = Eigen::Matrix<double, 6, 1>;  ///< rate (rad/s) and specific force (m/s²), as read
 
   /// Of a scenario of the inertial world.
@@ -37,8 +41,7 @@ class InertialModel {
   ChartedMotion<Group> motion(const Group& x, const Input& u) const;
   ChartedInnovation<Group> innovation(const Group& x, const Aiding& seen) const;
   const RunLayout& layout() const { return layout_; }
-  /// Where the known landmarks stand, 3×N.
-  Matrix landmark_places() const;
+  const std::vector<Eigen::Vector3d>& landmarks() const { return landmarks_; }  ///< that are known
 
  private:
   /// Without biases and noise.

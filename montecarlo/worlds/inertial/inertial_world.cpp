@@ -5,6 +5,7 @@
 #include "core/manifold/angle.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/worlds/charted/charted_settings.h"
+#include "montecarlo/worlds/charted/charted_stream.h"
 #include "montecarlo/worlds/inertial/inertial_model.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/scenario_plug.h"
@@ -108,6 +109,7 @@ constinit const World kInertialWorld = {
     .least_doubles = least_inertial_doubles,
     .size_text = inertial_size_text,
     .text = inertial_text,
-    .figure = RunFigure::states};
+    .figure = RunFigure::states,
+    .stream = make_stream<ChartedStream<InertialModel>>};
 
 }  // namespace credence

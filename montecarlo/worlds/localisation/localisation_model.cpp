@@ -89,10 +89,4 @@ ChartedInnovation<SE2> LocalisationModel::innovation(const SE2& x, const Aiding&
   return result;
 }
 
-Matrix LocalisationModel::landmark_places() const {
-  Matrix places(2, std::ssize(landmarks_));
-  for (Index i = 0; i < places.cols(); ++i) places.col(i) = landmarks_[static_cast<std::size_t>(i)];
-  return places;
-}
-
 }  // namespace credence

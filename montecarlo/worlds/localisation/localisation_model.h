@@ -15,6 +15,7 @@ namespace credence {
 class LocalisationModel {
  public:
   using Group = SE2;
+  static constexpr const char* kCoordinates = "SE(2): place p (m), heading (rad)";
   using Input = Eigen::Vector3d;  ///< v (m/s), ω (rad/s)
 
   /// Of a scenario of the localisation world.
@@ -29,8 +30,7 @@ class LocalisationModel {
   ChartedMotion<Group> motion(const Group& x, const Input& u) const;
   ChartedInnovation<Group> innovation(const Group& x, const Aiding& seen) const;
   const RunLayout& layout() const { return layout_; }
-  /// Where the known landmarks stand, 2×N.
-  Matrix landmark_places() const;
+  const std::vector<Eigen::Vector2d>& landmarks() const { return landmarks_; }  ///< that are known
 
  private:
   SE2 increment(const Input& u) const { return {SO2(u[2] * dt_s_), dt_s_ * u.head<2>()}; }

@@ -6,6 +6,7 @@
 
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/worlds/charted/charted_settings.h"
+#include "montecarlo/worlds/charted/charted_stream.h"
 #include "montecarlo/worlds/localisation/localisation_model.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/scenario_plug.h"
@@ -73,6 +74,7 @@ constinit const World kLocalisationWorld = {
     .least_doubles = least_localisation_doubles,
     .size_text = localisation_size_text,
     .text = localisation_text,
-    .figure = RunFigure::states};
+    .figure = RunFigure::states,
+    .stream = make_stream<ChartedStream<LocalisationModel>>};
 
 }  // namespace credence

@@ -9,6 +9,7 @@
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
+#include "montecarlo/worlds/planar/planar_stream.h"
 #include "montecarlo/worlds/slam_settings.h"
 
 namespace credence {
@@ -92,6 +93,7 @@ constinit const World kPlanarWorld = {.schema = {.name = "planar",
                                       .least_doubles = least_planar_doubles,
                                       .size_text = slam_size_text,
                                       .text = slam_text,
-                                      .figure = RunFigure::plane_slam};
+                                      .figure = RunFigure::plane_slam,
+                                      .stream = make_stream<PlanarStream>};
 
 }  // namespace credence

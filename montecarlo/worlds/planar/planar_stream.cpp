@@ -13,7 +13,7 @@ PlanarStream::PlanarStream(const Scenario& scenario)
   states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
   inputs = {"1", "2"};
   measurements = names_of_landmarks(world_.landmarks.size(), {"range", "bearing"});
-  notes = text_of_landmarks(places_of(world_));
+  notes = text_of_landmarks(world_.landmarks);
 }
 
 void PlanarStream::visit(std::int64_t run,
@@ -35,12 +35,6 @@ Vector numbers_of_observations(std::span<const Observation<PlanarModel>> seen, s
   Vector z = Vector::Constant(static_cast<Index>(2 * landmarks), std::nan(""));
   for (const auto& observation : seen) z.segment<2>(2 * Index{observation.landmark}) = observation.z;
   return z;
-}
-
-Matrix places_of(const PlanarWorld& world) {
-  Matrix places(2, std::ssize(world.landmarks));
-  for (Index i = 0; i < places.cols(); ++i) places.col(i) = world.landmarks[static_cast<std::size_t>(i)];
-  return places;
 }
 
 }  // namespace credence

@@ -25,7 +25,4 @@ class PlanarStream final : public WorldStream {
 /// Each at the numbers of its landmark; empty where nothing is seen.
 Vector numbers_of_observations(std::span<const Observation<PlanarModel>> seen, std::size_t landmarks);
 
-/// Where the landmarks stand, 2×N.
-Matrix places_of(const PlanarWorld& world);
-
 }  // namespace credence

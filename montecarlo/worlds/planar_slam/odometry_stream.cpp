@@ -14,7 +14,7 @@ OdometryStream::OdometryStream(const Scenario& scenario)
   measurements = names_of_landmarks(
       world_.plane.landmarks.size(),
       relative ? std::vector<std::string>{"x", "y"} : std::vector<std::string>{"range", "bearing"});
-  notes = text_of_landmarks(places_of(world_.plane));
+  notes = text_of_landmarks(world_.plane.landmarks);
 }
 
 void OdometryStream::visit(std::int64_t run,

@@ -7,6 +7,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
+#include "montecarlo/worlds/planar_slam/odometry_stream.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
 #include "montecarlo/worlds/slam_settings.h"
@@ -142,6 +143,7 @@ constinit const World kPlanarSlamWorld = {
     .size_text = planar_slam_size_text,
     .text = planar_slam_text,
     .figure = RunFigure::plane_slam,
-    .estimators = &kPlanarSlamOffer};
+    .estimators = &kPlanarSlamOffer,
+    .stream = make_stream<OdometryStream>};
 
 }  // namespace credence
