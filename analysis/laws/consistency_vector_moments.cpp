@@ -15,9 +15,16 @@ void VectorMoments::add(VectorRef u) {
     throw std::invalid_argument(fmt::format("vector of dimension {}, expected {}", u.size(), mean.size()));
   }
   ++count;
-  const Vector delta = u - mean;
-  mean += delta / static_cast<double>(count);
-  scatter += delta * (u - mean).transpose();
+  const double n = static_cast<double>(count);
+  if (delta_.size() != u.size()) delta_.resize(u.size());
+  for (Index i = 0; i < u.size(); ++i) {
+    delta_[i] = u[i] - mean[i];
+    mean[i] += delta_[i] / n;
+  }
+  for (Index j = 0; j < u.size(); ++j) {
+    const double after = u[j] - mean[j];
+    for (Index i = 0; i < u.size(); ++i) scatter(i, j) += delta_[i] * after;
+  }
 }
 
 void VectorMoments::merge(const VectorMoments& other) {

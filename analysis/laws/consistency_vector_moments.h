@@ -16,6 +16,9 @@ struct VectorMoments {
   /// Throws std::invalid_argument for a dimension other than that of the first value.
   void add(VectorRef u);
   void merge(const VectorMoments& other);
+
+ private:
+  Vector delta_{};  ///< of the last value, so that adding allocates nothing
 };
 
 }  // namespace credence

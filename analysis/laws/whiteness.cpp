@@ -42,34 +42,54 @@ LagProducts::LagProducts(Index dim, Index lags) : dim_(dim) {
   if (dim < 1 || lags < 1) {
     throw std::invalid_argument(fmt::format("dim = {} and lags = {} must be >= 1", dim, lags));
   }
-  products_.assign(static_cast<std::size_t>(lags) + 1, Matrix::Zero(dim, dim));
   pairs_.assign(static_cast<std::size_t>(lags) + 1, 0);
-  recent_ = Matrix::Zero(dim, lags);
-  present_.assign(static_cast<std::size_t>(lags), false);
+  sums_.assign(static_cast<std::size_t>(dim * dim * (lags + 1)), 0.0);
+  begin_run();
 }
 
-LagProducts::LagProducts(std::vector<Matrix> products, std::vector<std::int64_t> pairs, std::int64_t invalid)
-    : dim_(products.empty() ? 0 : products[0].rows()),
-      products_(std::move(products)),
-      pairs_(std::move(pairs)),
-      invalid_(invalid) {
-  const bool square = std::all_of(products_.begin(), products_.end(), [this](const Matrix& product) {
+LagProducts::LagProducts(const std::vector<Matrix>& products, std::vector<std::int64_t> pairs,
+                         std::int64_t invalid)
+    : dim_(products.empty() ? 0 : products[0].rows()), pairs_(std::move(pairs)), invalid_(invalid) {
+  const bool square = std::all_of(products.begin(), products.end(), [this](const Matrix& product) {
     return product.rows() == dim_ && product.cols() == dim_;
   });
   const bool counted =
       std::all_of(pairs_.begin(), pairs_.end(), [](std::int64_t count) { return count >= 0; });
-  if (dim_ < 1 || products_.size() < 2 || pairs_.size() != products_.size() || !square || !counted ||
+  if (dim_ < 1 || products.size() < 2 || pairs_.size() != products.size() || !square || !counted ||
       invalid < 0) {
     throw std::invalid_argument(
-        fmt::format("{} lag products and {} counts do not fit together", products_.size(), pairs_.size()));
+        fmt::format("{} lag products and {} counts do not fit together", products.size(), pairs_.size()));
   }
-  recent_ = Matrix::Zero(dim_, lags());
-  present_.assign(static_cast<std::size_t>(lags()), false);
+  for (Index row = 0; row < dim_ * dim_; ++row) {
+    for (const Matrix& product : products) sums_.push_back(product(row / dim_, row % dim_));
+  }
+  begin_run();
+}
+
+Matrix LagProducts::product(Index lag) const {
+  Matrix product(dim_, dim_);
+  for (Index row = 0; row < dim_ * dim_; ++row) {
+    product(row / dim_, row % dim_) = sums_[static_cast<std::size_t>(row * (lags() + 1) + lag)];
+  }
+  return product;
 }
 
 void LagProducts::begin_run() {
-  time_ = 0;
-  present_.assign(present_.size(), false);
+  begin_ = kSteps;
+  recent_.assign(static_cast<std::size_t>(dim_ * row()), 0.0);
+  present_.assign(static_cast<std::size_t>(row()), 0);
+}
+
+/// The next value is one step later.
+void LagProducts::advance() {
+  if (--begin_ >= 0) return;
+  begin_ = kSteps;
+  const auto move_up = [this](auto* first) {
+    std::copy_backward(first, first + lags(), first + row());
+    std::fill(first, first + kSteps + 1, 0);
+  };
+  for (Index j = 0; j < dim_; ++j) move_up(recent_.data() + j * row());
+  move_up(present_.data());
 }
 
 void LagProducts::add(VectorRef u) {
@@ -81,30 +101,31 @@ void LagProducts::add(VectorRef u) {
     add_missing();
     return;
   }
-  products_[0].noalias() += u * u.transpose();
-  ++pairs_[0];
-  for (Index lag = 1; lag <= std::min(lags(), time_); ++lag) {
-    const Index earlier = (time_ - lag) % lags();
-    if (!present_[static_cast<std::size_t>(earlier)]) continue;
-    products_[static_cast<std::size_t>(lag)].noalias() += u * recent_.col(earlier).transpose();
-    ++pairs_[static_cast<std::size_t>(lag)];
+  for (Index j = 0; j < dim_; ++j) recent_[static_cast<std::size_t>(j * row() + begin_)] = u[j];
+  present_[static_cast<std::size_t>(begin_)] = 1;
+  const Index count = lags() + 1;
+  double* sums = sums_.data();
+  for (Index i = 0; i < dim_; ++i) {
+    const double factor = u[i];
+    for (Index j = 0; j < dim_; ++j, sums += count) {
+      const double* earlier = recent_.data() + j * row() + begin_;
+      for (Index lag = 0; lag < count; ++lag) sums[lag] += factor * earlier[lag];
+    }
   }
-  const Index now = time_++ % lags();
-  recent_.col(now) = u;
-  present_[static_cast<std::size_t>(now)] = true;
+  const std::int64_t* present = present_.data() + begin_;
+  for (Index lag = 0; lag < count; ++lag) pairs_[static_cast<std::size_t>(lag)] += present[lag];
+  advance();
 }
 
-void LagProducts::add_missing() { present_[static_cast<std::size_t>(time_++ % lags())] = false; }
+void LagProducts::add_missing() { advance(); }
 
 void LagProducts::merge(const LagProducts& other) {
   if (other.dim_ != dim_ || other.lags() != lags()) {
     throw std::invalid_argument(fmt::format("lag products of dim {} with {} lags and dim {} with {} lags",
                                             dim_, lags(), other.dim_, other.lags()));
   }
-  for (std::size_t h = 0; h < products_.size(); ++h) {
-    products_[h] += other.products_[h];
-    pairs_[h] += other.pairs_[h];
-  }
+  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += other.sums_[i];
+  for (std::size_t h = 0; h < pairs_.size(); ++h) pairs_[h] += other.pairs_[h];
   invalid_ += other.invalid_;
 }
 

@@ -23,7 +23,7 @@ class LagProducts {
   /// Throws std::invalid_argument unless dim ≥ 1 and lags ≥ 1.
   LagProducts(Index dim, Index lags);
   /// From stored sums, index h = 0 … H; throws for sizes that do not agree or a negative number of pairs.
-  LagProducts(std::vector<Matrix> products, std::vector<std::int64_t> pairs, std::int64_t invalid);
+  LagProducts(const std::vector<Matrix>& products, std::vector<std::int64_t> pairs, std::int64_t invalid);
 
   /// The next values belong to another run: no product spans two runs.
   void begin_run();
@@ -36,19 +36,25 @@ class LagProducts {
   void merge(const LagProducts& other);
 
   Index dim() const { return dim_; }
-  Index lags() const { return static_cast<Index>(products_.size()) - 1; }
-  const Matrix& product(Index lag) const { return products_[static_cast<std::size_t>(lag)]; }
+  Index lags() const { return std::ssize(pairs_) - 1; }
+  Matrix product(Index lag) const;
   std::int64_t pairs(Index lag) const { return pairs_[static_cast<std::size_t>(lag)]; }
   std::int64_t invalid() const { return invalid_; }
 
  private:
+  /// Of each component the values at lags 0 … H, side by side: those of the time that comes next begin at
+  /// `begin_` of a row and move down by one each step. Zero where a value is missing.
+  static constexpr Index kSteps = 64;  ///< between two moves of a row
+  Index row() const { return kSteps + lags() + 1; }
+  void advance();
+
   Index dim_;
-  std::vector<Matrix> products_;     // index h
+  std::vector<double> sums_;         // m×m rows of H + 1 lags: row i·m + j is Σ u_i u_j(k − h)
   std::vector<std::int64_t> pairs_;  // products summed at lag h
   std::int64_t invalid_ = 0;
-  Matrix recent_;              // m×H, the value of time t of this run in column t mod H
-  std::vector<bool> present_;  // whether that column holds a value; false where it is missing
-  Index time_ = 0;             // of the next value
+  std::vector<double> recent_;         // m rows
+  std::vector<std::int64_t> present_;  // one row: whether there is a value
+  Index begin_ = 0;
 };
 
 /// The autocorrelation of the innovation and its portmanteau test.

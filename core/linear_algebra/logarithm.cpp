@@ -50,17 +50,29 @@ double natural_logarithm(double x) {
   return logarithm_of(b.mantissa, b.exponent);
 }
 
-double log_determinant_of_factor(const MatrixRef& L) {
-  double mantissa = 1.0;
+double log_of_product(const double* x, Index count, Index stride) {
+  constexpr double kFar = 1e140;
+  double product = 1.0;
   int exponent = 0;
-  for (Index i = 0; i < L.rows(); ++i) {
-    const double d = L(i, i);
-    if (!(d > 0.0 && std::isfinite(d))) return 2.0 * natural_logarithm(d);
-    const Binary factor = split(d), product = split(mantissa * factor.mantissa);
-    exponent += factor.exponent + product.exponent;
-    mantissa = product.mantissa;
+  const auto set_apart = [&exponent](double& value) {
+    if (value < kFar && value > 1.0 / kFar) return;
+    const Binary binary = split(value);
+    value = binary.mantissa;
+    exponent += binary.exponent;
+  };
+  for (Index i = 0; i < count; ++i) {
+    double factor = x[i * stride];
+    if (!(factor > 0.0 && std::isfinite(factor))) return natural_logarithm(factor);
+    set_apart(factor);
+    product *= factor;
+    set_apart(product);
   }
-  return 2.0 * logarithm_of(mantissa, exponent);
+  const Binary binary = split(product);
+  return logarithm_of(binary.mantissa, exponent + binary.exponent);
+}
+
+double log_determinant_of_factor(const MatrixRef& L) {
+  return 2.0 * log_of_product(L.data(), L.rows(), L.outerStride() + 1);
 }
 
 }  // namespace credence

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -75,6 +76,19 @@ TEST(ChiSquare, EvenDofIsAPoissonSum) {
       }
       EXPECT_NEAR(chi_square_survival(x, 2.0 * k), sum, 1e-13) << "k " << k << " x " << x;
     }
+  }
+}
+
+// Against the incomplete gamma function in long double, in both tails and where the two sums meet.
+TEST(ChiSquare, OfEvenDofKeepsItsDigitsInBothTails) {
+  for (const double dof : {4.0, 6.0, 20.0, 62.0, 64.0}) {
+    for (const double ratio : {1e-3, 0.1, 0.5, 0.999, 1.0, 1.001, 2.0, 5.0}) {
+      const double x = ratio * dof;
+      const double exact = static_cast<double>(boost::math::gamma_p(0.5L * dof, 0.5L * x));
+      EXPECT_NEAR(chi_square_cdf(x, dof), exact, 1e-13 * exact) << x << " of " << dof;
+    }
+    EXPECT_EQ(chi_square_cdf(1e300, dof), 1.0);
+    EXPECT_EQ(chi_square_cdf(5e-324, dof), 0.0);
   }
 }
 
