@@ -146,6 +146,10 @@ int run(const RunOptions& options) {
       if (!options.out.empty() && options.log.empty()) require_storable(scenario);
       return make_configuration(scenario);
     }));
+    if (!options.log.empty() || launched_ranks() != nullptr) continue;
+    Configuration& c = configurations.back();
+    const std::int64_t most = evidence_runs(c.scenario, c.scenario.most_runs());
+    c.evidence = std::make_unique<EvidenceCollector>(*c.experiment, most);
   }
   require_names(options, configurations);
   std::vector<StudyAnalysis> analyses;

@@ -51,6 +51,9 @@ std::vector<ConfigurationResult> collect(std::span<const Configuration> configur
         StudyTask{.id = c.id, .experiment = c.experiment.get(), .runs = c.scenario.most_runs()});
     task.max_seconds = c.scenario.stop.max_seconds;
     task.steps = c.scenario.study.steps;
+    if (c.evidence) {
+      task.play = [&e = *c.evidence](std::int64_t first, std::int64_t runs) { return e.play(first, runs); };
+    }
     SequentialStudy& watch = watches.emplace_back(c.scenario);
     if (!c.scenario.stop.asked()) continue;
     task.enough = [&watch](const StudyStatistics& chunk, const StudyStatistics& prefix) {
@@ -69,7 +72,7 @@ std::vector<ConfigurationResult> collect(std::span<const Configuration> configur
 }  // namespace
 
 Configuration make_configuration(const Scenario& scenario) {
-  return {configuration_id(scenario), scenario, make_experiment(scenario)};
+  return {.id = configuration_id(scenario), .scenario = scenario, .experiment = make_experiment(scenario)};
 }
 
 StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result) {
@@ -83,7 +86,11 @@ void explain(StudyAnalysis& analysis, const Configuration& configuration, const 
   engine.threads = options.threads;
   engine.stop = &catch_interrupt();
   engine.progress = [&](const StudyProgress& progress) { display.show(progress); };
-  add_judgement(analysis, *configuration.experiment, engine);
+  if (configuration.evidence) {
+    add_judgement(analysis, *configuration.evidence, engine);
+  } else {
+    add_judgement(analysis, *configuration.experiment, engine);
+  }
 }
 
 std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,

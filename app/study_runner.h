@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/evidence/evidence_collect.h"
 #include "analysis/evidence/study_analysis.h"
 #include "app/common_options.h"
 #include "montecarlo/engine/engine.h"
@@ -21,6 +22,8 @@ struct Configuration {
   std::string id;
   Scenario scenario;
   std::unique_ptr<Experiment> experiment;
+  /// Where it is to be explained: takes the evidence while the engine plays.
+  std::unique_ptr<EvidenceCollector> evidence{};
 };
 
 /// Throws std::invalid_argument naming the key where a chunk of this scenario is more than a store takes.
@@ -42,8 +45,8 @@ struct ConfigurationResult {
 /// Judges it; see analyse_study.
 StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result);
 
-/// Plays the first runs again for the tests that explain the verdicts, and for the verdict over all blocks;
-/// adds nothing if it is interrupted.
+/// Adds the tests that explain the verdicts, and the verdict over all blocks, for which the first runs are
+/// played where `evidence` has not seen them; adds nothing if it is interrupted.
 void explain(StudyAnalysis& analysis, const Configuration& configuration, const CommonOptions& options);
 
 /// Runs configurations with progress, interrupt and, if `store_directory` is not empty, a store that belongs

@@ -1,8 +1,6 @@
 #include "analysis/evidence/evidence_collect.h"
 
 #include <algorithm>
-#include <mutex>
-#include <vector>
 
 #include "analysis/evidence/evidence_recorder.h"
 #include "core/parallel_tasks.h"
@@ -10,91 +8,21 @@
 namespace credence {
 namespace {
 
-void record_run(const Experiment& experiment, std::int64_t run, EvidenceRecorder& recorder) {
-  recorder.begin_run();
-  std::int64_t steps = 0;
-  const auto outcomes = experiment.visit_runs(run, 1, [&](std::int64_t, const TraceStep& step) {
-    steps = step.step;
-    if (step.step > 0 && step.outcome == Outcome::ok) recorder.add(step);
-  });
-  recorder.end_run(outcomes.front(), steps);
-}
-
-/// Runs that are played side by side, kept step by step until each can be recorded as a whole: the sums are
-/// those of one run after the other. Long runs are taken fewer at a time.
-class SideBySide {
+/// Hands what a chunk shows to a recorder.
+class Recording final : public ChunkObserver {
  public:
-  explicit SideBySide(const Experiment& experiment)
-      : experiment_(experiment), most_(experiment.runs_side_by_side()) {}
-
-  void record(std::int64_t first, std::int64_t last, EvidenceRecorder& recorder) {
-    while (first < last) {
-      const std::int64_t runs = std::min(most_, last - first);
-      if (runs > 1) {
-        record_together(first, runs, recorder);
-      } else {
-        record_run(experiment_, first, recorder);
-      }
-      first += runs;
-    }
+  explicit Recording(const RunLayout& layout) : recorder_(layout) {}
+  void begin_runs(std::int64_t runs) override { recorder_.begin_runs(runs); }
+  void add(const Step& step, std::size_t i) override { recorder_.add(step, i); }
+  void add(const NormalisedStep& step, std::size_t i) override { recorder_.add(step, i); }
+  void end_run(Outcome outcome, std::int64_t step, std::size_t i) override {
+    recorder_.end_run(outcome, step, i);
   }
+  Evidence take() { return recorder_.take(); }
 
  private:
-  static constexpr double kMostDoubles = 2e7;  // 160 MB of a thread
-
-  struct Kept {
-    std::vector<Step> steps{};  ///< the first `size` are of this run; the others keep their memory
-    std::size_t size = 0;
-    std::int64_t last = 0;
-
-    void add(const Step& step) {
-      if (size == steps.size()) steps.emplace_back();
-      steps[size++] = step;
-    }
-  };
-
-  static double doubles_of(const Step& step) {
-    double doubles = static_cast<double>(step.P.size() + step.error.size()) + 32.0;
-    for (const Innovation& i : step.innovations) doubles += static_cast<double>(i.S.size() + i.nu.size());
-    return doubles;
-  }
-
-  void record_together(std::int64_t first, std::int64_t runs, EvidenceRecorder& recorder) {
-    kept_.resize(std::max(kept_.size(), static_cast<std::size_t>(runs)));
-    for (Kept& run : kept_) run.size = 0;
-    double doubles = 0.0;
-    const std::vector<Outcome> outcomes =
-        experiment_.visit_runs(first, runs, [&](std::int64_t run, const TraceStep& step) {
-          Kept& kept = kept_[static_cast<std::size_t>(run - first)];
-          kept.last = step.step;
-          if (step.step == 0 || step.outcome != Outcome::ok) return;
-          doubles += doubles_of(step);
-          if (doubles <= kMostDoubles) kept.add(step);
-        });
-    const bool all = doubles <= kMostDoubles;
-    if (!all) most_ = static_cast<std::int64_t>(kMostDoubles / doubles * static_cast<double>(runs));
-    for (std::int64_t i = 0; i < runs; ++i) {
-      if (!all) {
-        record_run(experiment_, first + i, recorder);
-        continue;
-      }
-      const Kept& run = kept_[static_cast<std::size_t>(i)];
-      recorder.begin_run();
-      for (std::size_t k = 0; k < run.size; ++k) recorder.add(run.steps[k]);
-      recorder.end_run(outcomes[static_cast<std::size_t>(i)], run.last);
-    }
-  }
-
-  const Experiment& experiment_;
-  std::int64_t most_;
-  std::vector<Kept> kept_;
+  EvidenceRecorder recorder_;
 };
-
-Evidence play(const Experiment& experiment, std::int64_t first, std::int64_t last) {
-  EvidenceRecorder recorder(experiment.layout());
-  SideBySide(experiment).record(first, last, recorder);
-  return recorder.take();
-}
 
 }  // namespace
 
@@ -107,23 +35,50 @@ std::int64_t evidence_runs(Index state_dim, std::int64_t steps, std::int64_t run
   return std::min(runs, std::clamp(affordable / kChunkRuns * kChunkRuns, kChunkRuns, kMost));
 }
 
-std::optional<Evidence> collect_evidence(const Experiment& experiment, std::int64_t runs,
-                                         const EngineOptions& options) {
+StudyStatistics EvidenceCollector::play(std::int64_t first_run, std::int64_t runs) {
+  if (first_run >= most_ || !experiment_.shows_as_it_runs()) return experiment_.run_chunk(first_run, runs);
+  return record(first_run, runs).value();
+}
+
+std::optional<StudyStatistics> EvidenceCollector::record(std::int64_t first_run, std::int64_t runs) {
+  Recording recording(experiment_.layout());
+  std::optional<StudyStatistics> statistics = experiment_.show_chunk(first_run, runs, recording);
+  Evidence evidence = recording.take();
+  const std::lock_guard lock(mutex_);
+  chunks_.insert_or_assign({first_run, runs}, std::move(evidence));
+  return statistics;
+}
+
+std::optional<Evidence> EvidenceCollector::take(std::int64_t runs, const EngineOptions& options) {
   const std::int64_t chunks = (runs + kChunkRuns - 1) / kChunkRuns;
-  std::vector<Evidence> parts(static_cast<std::size_t>(chunks));
+  const auto key_of = [runs](std::int64_t chunk) {
+    const std::int64_t first = chunk * kChunkRuns;
+    return ChunkRuns{first, std::min(kChunkRuns, runs - first)};
+  };
   StudyProgress progress{.runs_total = runs};
   std::mutex mutex;
   for_each_task(chunks, options.threads, options.stop, [&](std::int64_t chunk) {
-    const std::int64_t first = chunk * kChunkRuns, last = std::min(runs, first + kChunkRuns);
-    parts[static_cast<std::size_t>(chunk)] = play(experiment, first, last);
+    const auto [first, count] = key_of(chunk);
+    if (!has({first, count})) record(first, count);
     const std::lock_guard lock(mutex);
-    progress.runs_done += last - first;
+    progress.runs_done += count;
     if (options.progress) options.progress(progress);
   });
   if (progress.runs_done < runs) return std::nullopt;
   Evidence all;
-  for (Evidence& part : parts) all.merge(std::move(part));
+  for (std::int64_t chunk = 0; chunk < chunks; ++chunk) all.merge(std::move(chunks_.at(key_of(chunk))));
+  chunks_.clear();
   return all;
+}
+
+bool EvidenceCollector::has(const ChunkRuns& chunk) {
+  const std::lock_guard lock(mutex_);
+  return chunks_.contains(chunk);
+}
+
+std::optional<Evidence> collect_evidence(const Experiment& experiment, std::int64_t runs,
+                                         const EngineOptions& options) {
+  return EvidenceCollector(experiment, runs).take(runs, options);
 }
 
 }  // namespace credence

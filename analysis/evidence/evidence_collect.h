@@ -1,6 +1,9 @@
 #pragma once
 
+#include <map>
+#include <mutex>
 #include <optional>
+#include <utility>
 
 #include "analysis/evidence/evidence.h"
 #include "montecarlo/engine/engine.h"
@@ -10,13 +13,36 @@ namespace credence {
 
 /// Runs of a study that its further evidence is taken of: at most 1,024, fewer where a state of n dimensions
 /// makes them dear, and whole chunks.
-///
-/// Every run is played again in full for it, so the number is bounded by what that costs.
 std::int64_t evidence_runs(Index state_dim, std::int64_t steps, std::int64_t runs);
 
-/// Plays the first `runs` runs and accumulates; the bits do not depend on the threads. Of `options` only
-/// threads, stop and progress count. Nothing when stopped: the evidence of some of the runs would not be the
-/// same twice.
+/// The evidence of the first runs of a study, of each chunk from whoever plays it first: the engine, which
+/// then need not play it twice, or take(). Safe to use from several threads. `experiment` must live as long.
+class EvidenceCollector {
+ public:
+  /// No evidence is asked for beyond the first `most` runs.
+  EvidenceCollector(const Experiment& experiment, std::int64_t most) : experiment_(experiment), most_(most) {}
+
+  /// Experiment::run_chunk, with the same bits, which keeps the evidence of an early chunk.
+  StudyStatistics play(std::int64_t first_run, std::int64_t runs);
+
+  /// The evidence of the first `runs` runs, those played that were not yet; the bits do not depend on the
+  /// threads, nor on who played. Of `options` only threads, stop and progress count. Nothing when stopped:
+  /// the evidence of some of the runs would not be the same twice.
+  std::optional<Evidence> take(std::int64_t runs, const EngineOptions& options = {});
+
+ private:
+  using ChunkRuns = std::pair<std::int64_t, std::int64_t>;  ///< the first run, and how many
+
+  std::optional<StudyStatistics> record(std::int64_t first_run, std::int64_t runs);
+  bool has(const ChunkRuns& chunk);
+
+  const Experiment& experiment_;
+  std::int64_t most_;
+  std::mutex mutex_;
+  std::map<ChunkRuns, Evidence> chunks_;
+};
+
+/// Plays the first `runs` runs for their evidence alone.
 std::optional<Evidence> collect_evidence(const Experiment& experiment, std::int64_t runs,
                                          const EngineOptions& options = {});
 

@@ -1,16 +1,17 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "analysis/evidence/evidence.h"
-#include "core/nan.h"
+#include "analysis/evidence/step_normaliser.h"
+#include "core/record/normalised_step.h"
 #include "core/record/step.h"
 #include "montecarlo/engine/engine.h"
-#include "montecarlo/worlds/planar/covariance_statistics.h"
 
 namespace credence {
 
@@ -27,10 +28,15 @@ class EvidenceRecorder {
   /// The next rows come from this file.
   void begin_file(const std::filesystem::path& file, const RunLayout& layout);
   /// The next steps belong to another run.
-  void begin_run();
-  void add(const Step& step);
-  /// The run that is open ended so, at this step.
-  void end_run(Outcome outcome, std::int64_t step);
+  void begin_run() { begin_runs(1); }
+  /// They belong to these many other runs that are played side by side, and end in their order: the sums are
+  /// those of one run after the other, to the bit.
+  void begin_runs(std::int64_t count);
+  /// The next step of the open run, or of the i-th of them.
+  void add(const Step& step, std::size_t i = 0);
+  void add(const NormalisedStep& step, std::size_t i = 0);
+  /// It ended so, at this step.
+  void end_run(Outcome outcome, std::int64_t step, std::size_t i = 0);
 
   /// The chunks of kChunkRuns runs that are full; the caller merges them in their order.
   std::vector<Evidence> take_chunks() { return std::exchange(full_, {}); }
@@ -38,79 +44,68 @@ class EvidenceRecorder {
   Evidence take();
 
  private:
-  struct Normalised {
-    double value = 0.0;
-    Vector whitened{};
-    Index dof = -1;                 ///< −1: nothing to normalise
-    bool factorised = false;        ///< `solver` holds the factor of the covariance
-    double log_determinant = kNaN;  ///< of a covariance of full rank
-    double noise_share = kNaN;      ///< tr(S⁻¹ R)/m of an innovation, where R is known
-    std::string_view problem = {};
-    NeesSolver solver{};  ///< one of each kind of value, so that none changes its size
-    Vector error{};       ///< of the first block, of the position, and of blocks of some but not all states
-    Matrix P{};           ///< likewise
-
-    void clear();
-    void take(const Step& step, const std::vector<Index>& places);
-    void normalise(const VectorRef& e, const MatrixRef& covariance);
-    /// Of one state, with the same bits and without a matrix.
-    void normalise(double e, double variance);
-  };
-
-  /// What the steps of the open run leave behind for its end: the normalised innovations of one sensor.
+  /// What the steps of an open run leave behind for its end: the normalised innovations of one sensor.
   struct RunInnovations {
-    std::vector<double> values;         ///< one after the other
+    struct Nis {
+      double value = 0.0;
+      Index dof = 0;
+      double noise_share = 0.0;
+    };
+    std::vector<Nis> nis{};             ///< of the steps with a measurement
+    std::vector<double> values{};       ///< whitened, one after the other
     std::vector<std::size_t> begins{};  ///< of each step in `values`; an empty one had no measurement
+    bool pieces = true;                 ///< all of them can be taken apart
+
+    std::span<const double> at(std::size_t k) const {
+      const std::size_t end = k + 1 < begins.size() ? begins[k + 1] : values.size();
+      return std::span(values).subspan(begins[k], end - begins[k]);
+    }
   };
 
-  /// The open run.
   struct OpenRun {
-    bool open = false;
+    bool open = false, first = false;
     std::vector<double> nees{};
     Moments values{};           ///< of NEES
     RunSum whole{}, vehicle{};  ///< of NEES
     std::vector<RunSum> blocks{};
     std::vector<Moments> squared_error{};       ///< of each block
     std::vector<RunInnovations> innovations{};  ///< of each sensor of the layout
-    Vector last_error{};
-    Matrix last_covariance{};
-    Vector last_whitened{};  ///< of the whole state
+    BlockError last{};                          ///< of the first block
+    Vector last_whitened{};                     ///< of the whole state
     RunLaw law{};
     RunScore score{};
   };
 
   void list_blocks();  ///< in the order of the layout, seen or not
   BlockSums& sums_of_block(std::size_t b) { return sums_.blocks[block_at_[b]]; }
-  void find_places(const Step& step);
-  std::string_view judge_state(const Step& step);
-  std::string_view judge_innovations(const Step& step);
-  void reject(const Step& step, std::string_view problem);
-  void add_state(const Step& step);
-  void add_angles(const Step& step);
-  void add_law(const Step& step);
-  void add_scores();
-  void add_sensor_pairs();
-  void add_traces(const Step& step, StepStatistics& sums) const;
-  void add_innovations(const Step& step);
-  void add_innovation(std::size_t sensor, const Step& step);
-  void add_missing(std::size_t sensor);
-  void close_run(bool well);
-  void close_innovations(std::size_t sensor);
+  /// The step that comes next, of any run: its entry.
+  void count(std::int64_t step);
+  void reject(OpenRun& run, const Step& step, std::string_view problem);
+  void add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_scores(OpenRun& run, const NormalisedStep& step) const;
+  void add_traces(const StepPlaces& places, const NormalisedStep& step, StepStatistics& sums) const;
+  void add_innovations(OpenRun& run, const NormalisedStep& step);
+  void add_innovation(OpenRun& run, std::size_t sensor, const NormalisedInnovation& value);
+  void close_run(OpenRun& run, bool well);
+  void close_runs();
+  void close_sensor_pairs(const OpenRun& run);
+  void close_innovations(const RunInnovations& run, std::size_t sensor);
 
   std::string file_;
   RunLayout layout_;
   Evidence sums_;
   std::vector<Evidence> full_;
-  OpenRun run_;
-  std::int64_t entry_ = 0;                  ///< of the step at hand in the series of steps, from 1; 0: none
-  std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
-  Index position_ = -1;                     ///< the block of the position; −1: there is none
-  Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none
-  std::vector<Index> states_;               ///< of the step that places_ is of
-  std::vector<std::vector<Index>> places_;  ///< of the states of each block in the step at hand
-  std::vector<Index> angles_;               ///< the places of angles in the step at hand
-  Normalised state_;                        ///< of the step at hand
-  std::vector<Normalised> blocks_, innovations_;  ///< of the step at hand
+  std::vector<OpenRun> runs_;
+  std::vector<StepPlaces> places_;     ///< of each open run
+  std::int64_t entry_ = 0;             ///< of the step at hand in the series of steps, from 1; 0: none
+  std::vector<std::size_t> block_at_;  ///< of each block of the layout, among those of the sums
+  Index position_ = -1;                ///< the block of the position; −1: there is none
+  Index averaged_dim_ = -1;            ///< of the errors whose second moments are taken; −1: of none
+  StepNormaliser normaliser_;
+  NormalisedStep normalised_;
+  Vector first_variance_;
 };
 
 }  // namespace credence

@@ -28,14 +28,17 @@ void LawSums::merge(const LawSums& later) {
   merge_series(nis_at, later.nis_at);
 }
 
-void RunLaw::add_error(const Vector& whitened, VectorRef error, MatrixRef P) {
-  if (outer.rows() != whitened.size()) {
+void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector& variance) {
+  const Index dim = whitened.size();
+  if (outer.rows() != dim) {
     if (steps > 0) return;  // of fewer states than before: no average of the same thing
-    outer = Matrix::Zero(whitened.size(), whitened.size());
-    normalised = Vector::Zero(whitened.size());
+    outer = Matrix::Zero(dim, dim);
+    normalised = Vector::Zero(dim);
   }
-  normalised.array() += error.array() / P.diagonal().array().sqrt();
-  outer.selfadjointView<Eigen::Lower>().rankUpdate(whitened);
+  for (Index j = 0; j < dim; ++j) {
+    normalised[j] += error[j] / std::sqrt(variance[j]);
+    for (Index i = j; i < dim; ++i) outer(i, j) += whitened[i] * whitened[j];
+  }
   ++steps;
 }
 

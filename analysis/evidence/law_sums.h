@@ -40,8 +40,8 @@ struct RunLaw {
   RunTails nees_tails{}, nis_tails{};
   double nis = 0.0, nis_dof = 0.0;
 
-  /// Of a covariance P of full rank.
-  void add_error(const Vector& whitened, VectorRef error, MatrixRef P);
+  /// Of a covariance of full rank.
+  void add_error(const Vector& whitened, const Vector& error, const Vector& variance);
   /// The run ended well.
   void add_to(LawSums& sums) const;
 };

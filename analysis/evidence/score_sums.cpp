@@ -30,18 +30,13 @@ void RunScore::add(double nees, Index dof, double log_determinant) {
   last_dof = dof;
 }
 
-void RunScore::set_position(const Vector& error, const Matrix& P) {
-  last_position = error;
-  last_position_P = P;
-}
-
 void RunScore::add_to(ScoreSums& sums) const {
   if (steps > 0) {
     const double of_a_step = 1.0 / static_cast<double>(steps);
     credence::add(sums.log, log * of_a_step, log_expected * of_a_step);
   }
-  if (last_position.size() > 0) {
-    const Score score = energy_score(last_position, last_position_P);
+  if (last_position.error.size() > 0) {
+    const Score score = energy_score(last_position.error, last_position.P);
     sums.of_position = true;
     credence::add(sums.energy, score.value, score.expected);
   } else if (last_dof > 0) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/types.h"
+#include "core/record/normalised_step.h"
 #include "montecarlo/engine/moments.h"
 
 /// @file
@@ -34,12 +34,10 @@ struct RunScore {
   Index steps = 0;
   double last_nees = 0.0;
   Index last_dof = 0;
-  Vector last_position{};
-  Matrix last_position_P{};
+  BlockError last_position{};
 
   /// The next step of the whole state. log_determinant: of P; NaN where that is of lower rank.
   void add(double nees, Index dof, double log_determinant);
-  void set_position(const Vector& error, const Matrix& P);
   void add_to(ScoreSums& sums) const;
 };
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/evidence/evidence_collect.h"
-
 #include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/linear/intermittent_experiment.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
@@ -122,9 +120,17 @@ StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experime
   return analysis;
 }
 
+std::int64_t evidence_runs(const Scenario& scenario, std::int64_t runs) {
+  return evidence_runs(block_layout(scenario).state_dim(), scenario.study.steps, runs);
+}
+
 void add_judgement(StudyAnalysis& a, const Experiment& experiment, const EngineOptions& options) {
-  const std::int64_t runs = evidence_runs(a.state_dim, a.scenario.study.steps, a.statistics.runs);
-  const auto evidence = collect_evidence(experiment, runs, options);
+  EvidenceCollector evidence(experiment, evidence_runs(a.scenario, a.statistics.runs));
+  add_judgement(a, evidence, options);
+}
+
+void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineOptions& options) {
+  const auto evidence = collector.take(evidence_runs(a.scenario, a.statistics.runs), options);
   if (!evidence) return;
   a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence,
                                   .inflated = a.scenario.filter.inflation != FilterInflation::none,

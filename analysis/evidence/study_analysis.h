@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/evidence/consistency.h"
+#include "analysis/evidence/evidence_collect.h"
 #include "analysis/evidence/judgement.h"
 #include "analysis/evidence/sequential.h"
 #include "analysis/stability/exact_moments.h"
@@ -56,8 +57,13 @@ struct StudyAnalysis {
 StudyAnalysis analyse_study(const Scenario& scenario, const Experiment& experiment, StudyResult result,
                             const std::optional<StopDecision>& stop = std::nullopt);
 
-/// Plays the first runs of the study again (evidence_runs) and adds what their evidence says, unless it is
-/// stopped. `options` as for collect_evidence.
+/// Runs of a study of so many that its further evidence is taken of.
+std::int64_t evidence_runs(const Scenario& scenario, std::int64_t runs);
+
+/// Adds what the evidence of the first runs (evidence_runs) says, unless it is stopped. `options` as for
+/// EvidenceCollector::take.
+void add_judgement(StudyAnalysis& analysis, EvidenceCollector& evidence, const EngineOptions& options = {});
+/// Plays these runs for it.
 void add_judgement(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options = {});
 
 /// The one word: that of the stop rule if there is one, else the word over NEES, NIS and the blocks.

@@ -59,10 +59,13 @@ void name_by_keys(const ScenarioScore& score, Tuning& tuning) {
 
 StudyAnalysis judge_again(const Scenario& scenario, const EngineOptions& options) {
   const auto experiment = make_experiment(scenario);
-  const StudyTask task{.id = "", .experiment = experiment.get(), .runs = scenario.study.runs};
+  const std::int64_t runs = scenario.study.runs;
+  EvidenceCollector evidence(*experiment, evidence_runs(scenario, runs));
+  StudyTask task{.id = "", .experiment = experiment.get(), .runs = runs};
+  task.play = [&](std::int64_t first, std::int64_t count) { return evidence.play(first, count); };
   StudyResult result = std::move(run_studies(std::span(&task, 1), options).front());
   StudyAnalysis analysis = analyse_study(scenario, *experiment, std::move(result));
-  if (analysis.complete) add_judgement(analysis, *experiment, options);
+  if (analysis.complete) add_judgement(analysis, evidence, options);
   return analysis;
 }
 

@@ -243,13 +243,16 @@ void study_planar(benchmark::State& state) {
   const Scenario scenario = planar_loop(state.range(0), state.range(1) != 0, state.range(2));
   const auto experiment = make_experiment(scenario);
   const std::int64_t runs = scenario.study.runs;
-  const StudyTask task{"", experiment.get(), runs};
   EngineOptions options;
   options.threads = 1;
   const Index n = 3 + 2 * scenario.world.landmarks;
+  const std::int64_t looked_at = evidence_runs(n, kRunSteps, runs);
   for (auto _ : state) {
+    EvidenceCollector evidence(*experiment, looked_at);
+    StudyTask task{"", experiment.get(), runs};
+    task.play = [&](std::int64_t first, std::int64_t count) { return evidence.play(first, count); };
     benchmark::DoNotOptimize(run_studies({&task, 1}, options));
-    benchmark::DoNotOptimize(collect_evidence(*experiment, evidence_runs(n, kRunSteps, runs), options));
+    benchmark::DoNotOptimize(evidence.take(looked_at, options));
   }
   state.SetItemsProcessed(state.iterations() * runs);
 }

@@ -232,8 +232,10 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
 
   const auto chunk_of = [&](std::int64_t i) { return chunks[static_cast<std::size_t>(i)]; };
   const auto run = [&](const Chunk& chunk) {
-    const ChunkInHand in_hand(collector, tasks[chunk.task].steps);
-    return tasks[chunk.task].experiment->run_chunk(chunk.first_run, chunk.runs);
+    const StudyTask& task = tasks[chunk.task];
+    const ChunkInHand in_hand(collector, task.steps);
+    return task.play ? task.play(chunk.first_run, chunk.runs)
+                     : task.experiment->run_chunk(chunk.first_run, chunk.runs);
   };
   SharedTasks shared;
   shared.count = static_cast<std::int64_t>(chunks.count());

@@ -30,6 +30,8 @@ struct StudyTask {
   StudyWatch enough = {};    ///< may end it before
   double max_seconds = 0.0;  ///< > 0: no chunk is begun later than that after the first of this call
   std::int64_t steps = 0;    ///< of a run, for the progress within a chunk; 0: not told
+  /// Plays a chunk in the place of the experiment, with the same bits; empty: nobody does. Thread-safe.
+  std::function<StudyStatistics(std::int64_t first_run, std::int64_t runs)> play{};
 };
 
 /// How far a call of run_studies has come.

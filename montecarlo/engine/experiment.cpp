@@ -1,5 +1,7 @@
 #include "montecarlo/engine/experiment.h"
 
+#include <algorithm>
+
 namespace credence {
 
 std::vector<Outcome> Experiment::visit_runs(std::int64_t first_run, std::int64_t runs,
@@ -9,6 +11,24 @@ std::vector<Outcome> Experiment::visit_runs(std::int64_t first_run, std::int64_t
     outcomes.push_back(visit(run, [&](const TraceStep& step) { take(run, step); }));
   }
   return outcomes;
+}
+
+std::optional<StudyStatistics> Experiment::show_chunk(std::int64_t first_run, std::int64_t runs,
+                                                      ChunkObserver& observer) const {
+  std::vector<std::int64_t> last;
+  for (std::int64_t done = 0; done < runs; done += std::ssize(last)) {
+    const std::int64_t first = first_run + done;
+    last.assign(static_cast<std::size_t>(std::min(runs_side_by_side(), runs - done)), 0);
+    observer.begin_runs(std::ssize(last));
+    const std::vector<Outcome> outcomes =
+        visit_runs(first, std::ssize(last), [&](std::int64_t run, const TraceStep& step) {
+          const auto i = static_cast<std::size_t>(run - first);
+          last[i] = step.step;
+          if (step.step > 0 && step.outcome == Outcome::ok) observer.add(step, i);
+        });
+    for (std::size_t i = 0; i < last.size(); ++i) observer.end_run(outcomes[i], last[i], i);
+  }
+  return std::nullopt;
 }
 
 RunTrace Experiment::trace(std::int64_t run) const {

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "core/record/normalised_step.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 #include "core/types.h"
@@ -33,6 +35,20 @@ using StepVisitor = std::function<void(const TraceStep&)>;
 
 /// Takes the steps of several runs: of each run in their order, of different runs in any.
 using RunsVisitor = std::function<void(std::int64_t run, const TraceStep&)>;
+
+/// Takes the steps of a chunk, from the first (1) on and as long as they go well: of each run in their order,
+/// of different runs in any.
+class ChunkObserver {
+ public:
+  virtual ~ChunkObserver() = default;
+  /// These many consecutive runs come next, side by side.
+  virtual void begin_runs(std::int64_t runs) = 0;
+  /// The next step of the i-th of them, in one of two forms.
+  virtual void add(const Step& step, std::size_t i) = 0;
+  virtual void add(const NormalisedStep& step, std::size_t i) = 0;
+  /// How they ended, in their order, each with its last step.
+  virtual void end_run(Outcome outcome, std::int64_t step, std::size_t i) = 0;
+};
 
 /// One run from start to end, or to the step at which it failed.
 struct RunTrace {
@@ -72,6 +88,13 @@ class Experiment {
   /// What `visit` shows of the runs first_run … first_run + runs − 1 but for the gain K, and how each ended.
   virtual std::vector<Outcome> visit_runs(std::int64_t first_run, std::int64_t runs,
                                           const RunsVisitor& take) const;
+
+  /// Whether show_chunk plays a chunk as run_chunk does, and returns what that would.
+  virtual bool shows_as_it_runs() const { return false; }
+
+  /// Shows the steps of a chunk; what run_chunk returns of it, or nothing.
+  virtual std::optional<StudyStatistics> show_chunk(std::int64_t first_run, std::int64_t runs,
+                                                    ChunkObserver& observer) const;
 
   /// A single run with all its steps.
   RunTrace trace(std::int64_t run) const;

@@ -1,17 +1,21 @@
 #include "montecarlo/lanes/planar_lanes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "core/linear_algebra/logarithm.h"
 #include "core/manifold/angle.h"
 #include "core/manifold/trigonometry.h"
 #include "core/simd/kernel_choice.h"
+#include "montecarlo/worlds/slam_layout.h"
 
 namespace credence {
 namespace {
 
 constexpr unsigned kAllLanes = 0xff;
+constexpr Index kMostBelow = 4;  ///< rows below L: the error, and three to normalise the map with
 
 bool has(unsigned lanes, int lane) { return ((lanes >> lane) & 1u) != 0; }
 std::uint8_t with(unsigned lanes, int lane) { return static_cast<std::uint8_t>(lanes | (1u << lane)); }
@@ -25,11 +29,12 @@ const PlanarLanesKernel& planar_lanes_kernel(InstructionSet set) {
 }
 
 PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,
-                         const RangeBearing& measurement_variance, InstructionSet set)
+                         const RangeBearing& measurement_variance, bool inflate_map, InstructionSet set)
     : world_(world),
       model_{.vehicle = world.vehicle, .dt_s = world.dt_s},
       Q_(Q),
       variance_(measurement_variance),
+      inflate_map_(inflate_map),
       kernel_(planar_lanes_kernel(set)),
       states_(3 + 2 * world.states()),
       padded_((states_ + 3) / 4 * 4),
@@ -53,7 +58,9 @@ PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,
       error_(at(padded_)),
       whitened_error_(at(padded_)),
       diagonal_(at(padded_)),
-      L_(at(padded_ * (padded_ + 1))) {
+      L_(at(padded_ * (padded_ + kMostBelow))),
+      columns_(8 * world.landmarks.size()),
+      landmark_nees_(at(padded_ / 2)) {
   of_measured_.reserve(world.landmarks.size());
   for (Index a = 0; a < world.anchors; ++a) {
     const std::size_t number = at(world.states() + a);
@@ -90,7 +97,10 @@ PlanarLanesData PlanarLanes::kernel_data() {
           .nu = data(nu_),
           .A = data(A_),
           .nis = nis_.of,
-          .check = check_.of};
+          .check = check_.of,
+          .columns = data(columns_),
+          .share = share_.of,
+          .doubt = doubt_of_S_.of};
 }
 
 void PlanarLanes::predict(const Control& u) {
@@ -170,6 +180,7 @@ void PlanarLanes::drop_failed_lanes() {
 }
 
 void PlanarLanes::update(const std::array<Observations, kLanes>& seen) {
+  if (inflate_map_) kernel_.decorrelate(kernel_data());
   for (int lane = 0; lane < kLanes; ++lane) {
     UpdateResult& result = steps_[static_cast<std::size_t>(lane)].update;
     result = {};
@@ -239,7 +250,7 @@ void PlanarLanes::compute_errors(const std::array<Pose, kLanes>& truth) {
   }
 }
 
-void PlanarLanes::judge(const std::array<Pose, kLanes>& truth) {
+void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise) {
   compute_errors(truth);
   Lanes trace, largest, map_error, finite, dof, landmarks;
   for (Index i = 0; i < padded_; ++i) {
@@ -259,14 +270,23 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth) {
   for (Index l = 0; l < world_.states(); ++l) {
     for (int lane = 0; lane < kLanes; ++lane) landmarks[lane] += has(known_[at(l)], lane) ? 1.0 : 0.0;
   }
-  kernel_.nees({.padded = padded_,
-                .P = data(P_),
-                .diagonal = data(diagonal_),
-                .error = data(whitened_error_),
-                .L = data(L_),
-                .nees = nees_.of,
-                .vehicle_nees = vehicle_nees_.of,
-                .check = check_.of});
+  const PlanarLanesNees nees{.padded = padded_,
+                             .P = data(P_),
+                             .diagonal = data(diagonal_),
+                             .error = data(whitened_error_),
+                             .below = normalise ? kMostBelow : 1,
+                             .L = data(L_),
+                             .nees = nees_.of,
+                             .vehicle_nees = vehicle_nees_.of,
+                             .check = check_.of,
+                             .map_nees = map_nees_.of,
+                             .landmark_nees = data(landmark_nees_),
+                             .doubt = doubt_.of};
+  kernel_.nees(nees);
+  if (normalise) {
+    kernel_.normalise(nees);
+    kernel_.share_noise(kernel_data());
+  }
   for (int lane = 0; lane < kLanes; ++lane) {
     PlanarStep& s = steps_[static_cast<std::size_t>(lane)];
     // An update that failed says nothing of how large the error is.
@@ -285,6 +305,81 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth) {
     s.map_error_squared = map_error[lane];
     s.landmarks = static_cast<Index>(landmarks[lane]);
   }
+}
+
+bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
+  const PlanarStep& s = step(lane);
+  const Index n = 3 + 2 * s.landmarks;
+  const bool full_rank = s.nees_dof == n && doubt_[lane] * NeesSolver::least_pivot(n) < 1.0;
+  const bool update = s.update.dof == 0 || doubt_of_S_[lane] * NeesSolver::least_pivot(s.update.dof) < 1.0;
+  if (!full_rank || !update || !std::isfinite(s.nees) || !std::isfinite(s.update.nis)) return false;
+  told.states.resize(at(n));
+  told.error.resize(n);
+  told.variance.resize(n);
+  told.whole.whitened.resize(n);
+  const Lanes* whitened = &L_[at(padded_)];  // every padded_ + kMostBelow
+  for (Index place = 0, i = 0; place < states_; ++place) {
+    if (place > 2 && !has(known_[at((place - 3) / 2)], lane)) continue;
+    told.states[at(i)] = place;
+    told.error[i] = error_[at(place)][lane];
+    told.variance[i] = covariance_at(place, place)[lane];
+    told.whole.whitened[i] = whitened[place * (padded_ + kMostBelow)][lane];
+    ++i;
+  }
+  told.whole.value = s.nees;
+  told.whole.dof = n;
+  const Index pivots = kLanes * (padded_ + kMostBelow + 1);
+  told.log_determinant = -2.0 * log_of_product(&L_[0].of[lane], padded_, pivots);
+  normalise_blocks(lane, told);
+  told.innovations.resize(1);
+  normalise_innovation(lane, told.innovations.front());
+  return true;
+}
+
+/// The pose, its parts, the single landmarks, and the map.
+void PlanarLanes::normalise_blocks(int lane, NormalisedStep& told) const {
+  const PlanarStep& s = step(lane);
+  const Vector& u = told.whole.whitened;
+  told.first_whitened = u.head<3>();
+  told.first.error = told.error.head<3>();
+  told.first.P.resize(3, 3);
+  for (Index i = 0; i < 3; ++i) {
+    for (Index j = 0; j < 3; ++j) told.first.P(i, j) = covariance_at(i, j)[lane];
+  }
+  told.position.error = told.error.head<2>();
+  told.position.P = told.first.P.topLeftCorner<2, 2>();
+  told.blocks.clear();
+  told.blocks.push_back({s.vehicle_nees, 3});
+  told.blocks.push_back({u[0] * u[0] + u[1] * u[1], 2});
+  const double heading = told.error[2] / std::sqrt(told.variance[2]);
+  told.blocks.push_back({heading * heading, 1});
+  for (Index l = 0; l < std::min(world_.states(), kSingleLandmarks); ++l) {
+    const bool known = has(known_[at(l)], lane);
+    told.blocks.push_back(known ? NormalisedSquare{landmark_nees_[at(l)][lane], 2} : NormalisedSquare{});
+  }
+  if (world_.states() == 0) return;
+  told.blocks.push_back(s.landmarks > 0 ? NormalisedSquare{map_nees_[lane], 2 * s.landmarks}
+                                        : NormalisedSquare{});
+}
+
+void PlanarLanes::normalise_innovation(int lane, NormalisedInnovation& told) const {
+  const UpdateResult& update = step(lane).update;
+  told.dof = update.dof > 0 ? update.dof : -1;
+  if (update.dof == 0) return;
+  told.value = update.nis;
+  told.nu.resize(update.dof);
+  told.whitened.resize(update.dof);
+  Index i = 0;
+  for (Index b = 0; b < measured_; ++b) {
+    if (!has(used_[at(b)], lane)) continue;
+    for (Index c = 2 * b; c < 2 * b + 2; ++c, ++i) {
+      told.nu[i] = nu_[at(c)][lane];
+      told.whitened[i] = update_at(2 * measured_ + padded_, c)[lane];
+    }
+  }
+  // Where a lane saw nothing, S and R are one.
+  const double m = static_cast<double>(update.dof);
+  told.noise_share = (share_[lane] - (static_cast<double>(2 * measured_) - m)) / m;
 }
 
 // ------------------------------------------------------------------------------------- one lane, to look at

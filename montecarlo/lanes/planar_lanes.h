@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/filters/ekf_slam.h"
+#include "core/record/normalised_step.h"
 #include "montecarlo/lanes/planar_lanes_kernel.h"
 #include "montecarlo/worlds/planar/planar_step.h"
 #include "montecarlo/worlds/planar/planar_world.h"
@@ -13,7 +14,7 @@
 namespace credence {
 
 /// EKF-SLAM ([Vidal-Calleja 2004], eqs (3)-(10)) for eight runs of one planar world at a time, one run in a
-/// lane: what EkfSlam<PlanarModel> without inflation computes, to rounding, several times faster where the
+/// lane: what EkfSlam<PlanarModel> computes, to rounding, several times faster where the
 /// map is small.
 ///
 /// Landmark i has its place in the state from the start, with zero rows in P until a run has seen it, so that
@@ -29,9 +30,9 @@ class PlanarLanes {
   using Observations = std::span<const Observation<PlanarModel>>;
 
   /// `Q` of the noise on the control and the variances of range and bearing are those that the filter
-  /// assumes.
+  /// assumes. `inflate_map`: before every update, by Inflation::map and InflationSolution::pairwise.
   PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q, const RangeBearing& measurement_variance,
-              InstructionSet set = best_instruction_set());
+              bool inflate_map = false, InstructionSet set = best_instruction_set());
 
   /// Starts a run with a pose of covariance P and an empty map.
   void reset(int lane, const Pose& pose, const Eigen::Matrix3d& P);
@@ -41,8 +42,12 @@ class PlanarLanes {
   /// What each lane sees. A lane whose S is not positive definite keeps its state: UpdateResult::ok is false.
   void update(const std::array<Observations, kLanes>& seen);
 
-  /// Errors and statistics of all lanes after the update, given the true poses.
-  void judge(const std::array<Pose, kLanes>& truth);
+  /// Errors and statistics of all lanes after the update, given the true poses; on request also what
+  /// `normalised` tells.
+  void judge(const std::array<Pose, kLanes>& truth, bool normalise = false);
+  /// The errors and the innovation of a lane whose outcome is ok, its blocks those of planar_layout. False,
+  /// and nothing told, where P or S is singular or so near it that rounding has eaten a pivot.
+  bool normalised(int lane, NormalisedStep& told) const;
   const PlanarStep& step(int lane) const { return steps_[static_cast<std::size_t>(lane)]; }
 
   /// One lane as a matrix filter would say it; landmarks by number, those that are known.
@@ -78,6 +83,8 @@ class PlanarLanes {
   void set_innovations();
   void drop_failed_lanes();
   void initialise(int lane, Index landmark, const RangeBearing& z);
+  void normalise_blocks(int lane, NormalisedStep& told) const;
+  void normalise_innovation(int lane, NormalisedInnovation& told) const;
   void compute_errors(const std::array<Pose, kLanes>& truth);
   std::vector<Index> states_of(int lane) const;
   std::vector<Index> columns_of(int lane) const;
@@ -87,6 +94,7 @@ class PlanarLanes {
   PlanarModel model_;
   Eigen::Matrix2d Q_;
   RangeBearing variance_;
+  bool inflate_map_;
   const PlanarLanesKernel& kernel_;
   Index states_, padded_, measured_ = 0;
 
@@ -102,7 +110,8 @@ class PlanarLanes {
   Numbers difference_, direction_, H_, R_, nu_, A_, F_, GQG_;
   Lanes nis_, check_;
   Numbers error_, whitened_error_, diagonal_, L_;
-  Lanes nees_, vehicle_nees_;
+  Numbers columns_, landmark_nees_;
+  Lanes share_, doubt_of_S_, nees_, vehicle_nees_, map_nees_, doubt_;
   std::array<PlanarStep, kLanes> steps_;
 };
 

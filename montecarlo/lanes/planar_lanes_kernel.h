@@ -36,6 +36,10 @@ struct PlanarLanesData {
   double* A;
   double* nis;    ///< 1
   double* check;  ///< 1: zero where a Cholesky factor exists, else not a number
+
+  double* columns;  ///< 8·M, to work in
+  double* share;    ///< 1: tr(S⁻¹ R)
+  double* doubt;    ///< 1: the largest S_ii/L_ii²
 };
 
 /// The NEES of all lanes, from a P that is left alone.
@@ -44,23 +48,34 @@ struct PlanarLanesNees {
   const double* P;
   const double* diagonal;  ///< `padded`: that of P, with ones for the states that are left out
   const double* error;     ///< `padded`: zeros for these
-  double* L;               ///< (padded + 1) × padded
+  std::int64_t below;      ///< rows of L under the triangle: 1, or 4 for `normalise`
+  double* L;               ///< (padded + below) × padded: L with the inverse of its diagonal, (L⁻¹ e)ᵀ
   double* nees;
-  double* vehicle_nees;  ///< of the first three states
-  double* check;         ///< as above
+  double* vehicle_nees;   ///< of the first three states
+  double* check;          ///< as above
+  double* map_nees;       ///< of the other states
+  double* landmark_nees;  ///< (n − 3)/2: of each landmark
+  double* doubt;          ///< the largest P_ii/L_ii²
 };
 
 /// The functions of one instruction set.
 struct PlanarLanesKernel {
   /// P_rr ← F P_rr Fᵀ + Q, P_rf ← F P_rf; F 3×3 by rows, Q = G Q_u Gᵀ as (0,0) (1,0) (1,1) (2,0) (2,1) (2,2).
   void (*predict)(const PlanarLanesData&, const double* F, const double* Q);
+  /// Makes the map block diagonal by the pairwise sum of core/inflation/pairwise_bound.h.
+  void (*decorrelate)(const PlanarLanesData&);
   /// `difference` and H of range and bearing at the estimate.
   void (*linearise)(const PlanarLanesData&);
   /// A, `nis` and `check`.
   void (*innovate)(const PlanarLanesData&);
   /// x += K ν and P ← P − W Wᵀ.
   void (*correct)(const PlanarLanesData&);
+  /// `share` and `doubt`, of the factor in A.
+  void (*share_noise)(const PlanarLanesData&);
+  /// L, `nees`, `vehicle_nees` and `check`.
   void (*nees)(const PlanarLanesNees&);
+  /// The rest, of an L with the four rows below.
+  void (*normalise)(const PlanarLanesNees&);
 };
 
 /// The kernel of one instruction set; throws std::invalid_argument if this machine does not support it.

@@ -7,7 +7,10 @@ namespace credence {
 bool NeesSolver::factor(const VectorRef& error, const MatrixRef& P) {
   wide_ = P.rows() >= kWide;
   if (wide_) {
-    if (!panels_.compute(P, error)) return false;
+    if (lead_rows_.rows() != lead_ || lead_rows_.cols() != P.rows()) {
+      lead_rows_ = Matrix::Identity(lead_, P.rows());
+    }
+    if (!panels_.compute(P, lead_rows_, error)) return false;
     whitened_ = panels_.whitened();
     return true;
   }
@@ -47,6 +50,34 @@ const Vector& NeesSolver::inverse_diagonal() {
   inverse_diagonal_.resize(m);
   for (Index i = 0; i < m; ++i) inverse_diagonal_[i] = inverse_factor_.col(i).tail(m - i).squaredNorm();
   return inverse_diagonal_;
+}
+
+bool NeesSolver::well_conditioned(const MatrixRef& P) const {
+  if (whitened_.size() != P.rows()) return false;
+  for (Index i = 0; i < P.rows(); ++i) {
+    if (!(pivot(i) * pivot(i) > least_pivot(P.rows()) * P(i, i))) return false;
+  }
+  return true;
+}
+
+double NeesSolver::without_lead() const {
+  const Index n = whitened_.size();
+  Matrix G = wide_ ? Matrix(panels_.W().transpose()) : Matrix(Matrix::Identity(n, lead_));
+  if (!wide_) llt_.matrixL().solveInPlace(G);
+  const Vector scale = G.colwise().norm();
+  G.array().rowwise() /= scale.transpose().array();
+  const Eigen::LLT<Matrix> J(G.transpose() * G);
+  Vector along = G.transpose() * whitened_;
+  J.matrixL().solveInPlace(along);
+  return whitened_.squaredNorm() - along.squaredNorm();
+}
+
+double NeesSolver::noise_share(const std::vector<double>& variances) {
+  const Vector& inverse = inverse_diagonal();
+  const Index m = inverse.size(), d = std::ssize(variances);
+  double trace = 0.0;
+  for (Index i = 0; i < m; ++i) trace += variances[static_cast<std::size_t>(i % d)] * inverse[i];
+  return trace / static_cast<double>(m);
 }
 
 NeesValue pose_nees(const Vector& error, const Matrix& P, NeesSolver& solver) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <concepts>
+#include <limits>
 #include <vector>
 
 #include "core/linear_algebra/cholesky.h"
@@ -31,12 +32,30 @@ class NeesSolver {
   double log_determinant() const;
   const Vector& inverse_diagonal();
 
+  /// Of the last solve, of an S: tr(S⁻¹ R)/m with R of pieces of these variances.
+  double noise_share(const std::vector<double>& variances);
+
+  /// Of the last solve, whether rounding has left every pivot of P, all of whose variances are positive.
+  bool well_conditioned(const MatrixRef& P) const;
+
+  /// Further solves serve `without_lead`: the NEES of all but the first `lead` states, of the solve of a P of
+  /// full rank. Of u = L⁻¹ e it is what the least squares of G c leave, G = L⁻¹ [I; 0].
+  void keep_lead(Index lead) { lead_ = lead; }
+  double without_lead() const;
+
+  /// L_ii² of an n×n covariance is beyond rounding where it is larger than this times the variance.
+  static constexpr double least_pivot(Index n) {
+    return 100.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon();
+  }
+
  private:
   static constexpr Index kWide = 32;  ///< from here on panels are faster
 
   bool factor(const VectorRef& error, const MatrixRef& P);
 
   bool wide_ = false;
+  Index lead_ = 0;
+  Matrix lead_rows_;        ///< lead×n: [I 0]
   Eigen::LLT<Matrix> llt_;  ///< of what is not wide
   PanelCholesky panels_;
   Matrix inverse_factor_;

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <functional>
+#include <type_traits>
+#include <utility>
 
 #include "core/filters/block_map_ekf_slam.h"
 #include "core/stop_point.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/worlds/planar/arrow_statistics.h"
 #include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_normaliser.h"
 #include "montecarlo/worlds/planar/planar_step.h"
 #include "montecarlo/worlds/planar/slam_filter.h"
 #include "montecarlo/worlds/planar/state_error.h"
@@ -30,28 +33,12 @@ class PlanarExperiment final : public Experiment {
         make_filter_(std::move(make_filter)) {}
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
-    StudyStatistics statistics;
-    statistics.steps.resize(world_.controls.size());
-    statistics.runs = runs;
-    statistics.reserve_runs(runs);
-    F filter = make_filter_();
-    Run run(*this, filter);
-    for (std::int64_t r = first_run; r < first_run + runs; ++r) {
-      run.start(r);
-      PlanarRunSums sums;
-      std::size_t k = 1;
-      for (; k <= world_.controls.size(); ++k) {
-        const Outcome outcome = run.step(k);
-        if (outcome != Outcome::ok) {
-          statistics.failures.push_back({r, static_cast<std::int64_t>(k), outcome});
-          break;
-        }
-        run.result().add_to(statistics.steps[k - 1]);
-        sums.add(run.result());
-      }
-      if (k > world_.controls.size()) sums.add_to(statistics);
-    }
-    return statistics;
+    return play(first_run, runs, nullptr);
+  }
+  bool shows_as_it_runs() const override { return true; }
+  std::optional<StudyStatistics> show_chunk(std::int64_t first_run, std::int64_t runs,
+                                            ChunkObserver& observer) const override {
+    return play(first_run, runs, &observer);
   }
 
   Outcome visit(std::int64_t r, const StepVisitor& take) const override {
@@ -80,11 +67,43 @@ class PlanarExperiment final : public Experiment {
   RunTrace describe_world() const override { return describe_planar_world(world_); }
 
  private:
+  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const {
+    StudyStatistics statistics;
+    statistics.steps.resize(world_.controls.size());
+    statistics.runs = runs;
+    statistics.reserve_runs(runs);
+    F filter = make_filter_();
+    Run run(*this, filter);
+    for (std::int64_t r = first_run; r < first_run + runs; ++r) {
+      run.start(r);
+      if (observer != nullptr) run.begin_showing(*observer);
+      PlanarRunSums sums;
+      Outcome outcome = Outcome::ok;
+      std::int64_t k = 0;
+      while (outcome == Outcome::ok && k < std::ssize(world_.controls)) {
+        outcome = run.step(static_cast<std::size_t>(++k));
+        if (outcome != Outcome::ok) {
+          statistics.failures.push_back({r, k, outcome});
+          break;
+        }
+        run.result().add_to(statistics.steps[static_cast<std::size_t>(k - 1)]);
+        sums.add(run.result());
+        if (observer != nullptr) run.show(*observer, k);
+      }
+      if (outcome == Outcome::ok) sums.add_to(statistics);
+      if (observer != nullptr) observer->end_run(outcome, k, 0);
+    }
+    return statistics;
+  }
+
   /// The state of a run, its buffers kept from run to run.
   class Run {
    public:
     Run(const PlanarExperiment& experiment, F& filter)
-        : e_(experiment), filter_(filter), drive_(e_.world_, e_.noise_, e_.source_) {}
+        : e_(experiment),
+          filter_(filter),
+          drive_(e_.world_, e_.noise_, e_.source_),
+          normaliser_(e_.world_, e_.layout().sensors.front().variances) {}
 
     void start(std::int64_t run) {
       filter_.reset(drive_.start(run), e_.noise_.initial_covariance());
@@ -109,6 +128,25 @@ class PlanarExperiment final : public Experiment {
 
     const PlanarStep& result() const { return step_; }
 
+    void begin_showing(ChunkObserver& observer) {
+      solver().keep_lead(3);
+      observer.begin_runs(1);
+    }
+
+    /// What the last step was.
+    void show(ChunkObserver& observer, std::int64_t k) {
+      told_.step = k;
+      const Matrix& P = solved_covariance();
+      const VectorRef nu = filter_.innovation();
+      if (normaliser_.normalise_state(error_.error, P, solver(), filter_.landmarks(), told_) &&
+          normaliser_.normalise_innovation(nu.head(step_.update.dof > 0 ? nu.size() : 0),
+                                           filter_.innovation_covariance(), told_)) {
+        observer.add(told_, 0);
+      } else {
+        observer.add(shown_at(k, Outcome::ok, trace_step()), 0);
+      }
+    }
+
     /// Without the gain.
     TraceStep trace_step() const {
       TraceStep step;
@@ -128,11 +166,31 @@ class PlanarExperiment final : public Experiment {
     Matrix gain() const { return filter_.gain(); }
 
    private:
+    static constexpr bool kDense =
+        std::is_same_v<std::remove_cvref_t<decltype(std::declval<F>().covariance())>, Matrix>;
+
+    NeesSolver& solver() { return kDense ? error_.solver() : dense_solver_; }
+
+    /// P as a matrix that solver() has factored.
+    const Matrix& solved_covariance() {
+      if constexpr (kDense) {
+        return filter_.covariance();
+      } else {
+        dense_P_ = dense_covariance(filter_.covariance());
+        dense_solver_.solve(error_.error, dense_P_);
+        return dense_P_;
+      }
+    }
+
     const PlanarExperiment& e_;
     F& filter_;
     PlanarDrive drive_;
     PlanarStep step_;
     StateError error_;
+    PlanarNormaliser normaliser_;
+    NormalisedStep told_;
+    NeesSolver dense_solver_;  ///< of a P that is not dense
+    Matrix dense_P_;
   };
 
   Outcome show(Run& run, std::int64_t r, const StepVisitor& take,

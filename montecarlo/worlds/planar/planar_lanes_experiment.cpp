@@ -13,12 +13,13 @@ class PlanarLanesExperiment::Batch {
   explicit Batch(const PlanarLanesExperiment& e)
       : e_(e),
         drives_(PlanarLanes::kLanes, PlanarDrive(e.world_, e.noise_, e.source_)),
-        lanes_(e.world_, e.Q_, e.variance_, e.source_.instruction_set()) {}
+        lanes_(e.world_, e.Q_, e.variance_, e.inflate_map_, e.source_.instruction_set()) {}
 
   void start(std::int64_t first_run, int runs) {
     first_run_ = first_run;
     alive_.fill(false);
     sums_.fill({});
+    ends_.fill({});
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
       // The lanes beyond the last run idle, with nothing to see.
       const bool used = lane < runs;
@@ -28,7 +29,7 @@ class PlanarLanesExperiment::Batch {
     }
   }
 
-  void step(std::size_t k) {
+  void step(std::size_t k, bool normalise = false) {
     stop_point(PlanarLanes::kLanes);
     std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
     std::array<Pose, PlanarLanes::kLanes> truth;
@@ -42,7 +43,7 @@ class PlanarLanesExperiment::Batch {
     }
     lanes_.predict(e_.world_.controls[k - 1]);
     lanes_.update(seen);
-    lanes_.judge(truth);
+    lanes_.judge(truth, normalise);
   }
 
   /// Adds what the last step was in every run, and ends those that failed. False when none is left.
@@ -55,6 +56,7 @@ class PlanarLanesExperiment::Batch {
         sums_[at(lane)].add(step);
       } else {
         statistics.failures.push_back({first_run_ + lane, static_cast<std::int64_t>(k), step.outcome});
+        ends_[at(lane)] = {.step = static_cast<std::int64_t>(k), .outcome = step.outcome};
         alive_[at(lane)] = false;
       }
     }
@@ -65,6 +67,27 @@ class PlanarLanesExperiment::Batch {
   void add_runs_to(StudyStatistics& statistics) const {
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
       if (alive_[at(lane)]) sums_[at(lane)].add_to(statistics);
+    }
+  }
+
+  /// What the last step was in every run that goes on.
+  void show(ChunkObserver& observer, std::size_t k) {
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      if (!alive_[at(lane)] || lanes_.step(lane).outcome != Outcome::ok) continue;
+      told_.step = static_cast<std::int64_t>(k);
+      if (lanes_.normalised(lane, told_)) {
+        observer.add(told_, at(lane));
+      } else {
+        observer.add(shown_at(static_cast<Index>(k), Outcome::ok, trace_step(lane)), at(lane));
+      }
+    }
+  }
+
+  void show_ends(ChunkObserver& observer, int runs) const {
+    const std::int64_t steps = std::ssize(e_.world_.controls);
+    for (int lane = 0; lane < runs; ++lane) {
+      const RunFailure& end = ends_[at(lane)];
+      observer.end_run(end.outcome, end.outcome == Outcome::ok ? steps : end.step, at(lane));
     }
   }
 
@@ -103,21 +126,28 @@ class PlanarLanesExperiment::Batch {
   std::int64_t first_run_ = 0;
   std::array<bool, PlanarLanes::kLanes> alive_{};
   std::array<PlanarRunSums, PlanarLanes::kLanes> sums_{};
+  std::array<RunFailure, PlanarLanes::kLanes> ends_{};  ///< ok: it did not fail
+  NormalisedStep told_;
 };
 
-StudyStatistics PlanarLanesExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+StudyStatistics PlanarLanesExperiment::play(std::int64_t first_run, std::int64_t runs,
+                                            ChunkObserver* observer) const {
   StudyStatistics statistics;
   statistics.steps.resize(world_.controls.size());
   statistics.runs = runs;
   statistics.reserve_runs(runs);
   Batch batch(*this);
   for (std::int64_t r = 0; r < runs; r += PlanarLanes::kLanes) {
-    batch.start(first_run + r, static_cast<int>(std::min<std::int64_t>(PlanarLanes::kLanes, runs - r)));
+    const int used = static_cast<int>(std::min<std::int64_t>(PlanarLanes::kLanes, runs - r));
+    batch.start(first_run + r, used);
+    if (observer != nullptr) observer->begin_runs(used);
     for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
-      batch.step(k);
+      batch.step(k, observer != nullptr);
+      if (observer != nullptr) batch.show(*observer, k);
       if (!batch.add_to(statistics, k)) break;
     }
     batch.add_runs_to(statistics);
+    if (observer != nullptr) batch.show_ends(*observer, used);
   }
   std::ranges::sort(statistics.failures, {}, &RunFailure::run);
   return statistics;

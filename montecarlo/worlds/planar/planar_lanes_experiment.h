@@ -6,7 +6,7 @@
 
 namespace credence {
 
-/// Many runs of EKF-SLAM without inflation in one planar world, eight at a time (see PlanarLanes): the same
+/// Many runs of EKF-SLAM in one planar world, eight at a time (see PlanarLanes): the same
 /// worlds and noise as those of PlanarExperiment.
 class PlanarLanesExperiment final : public Experiment {
  public:
@@ -14,17 +14,27 @@ class PlanarLanesExperiment final : public Experiment {
   /// fast here and faster beyond, where a batch of runs no longer fits the cache.
   static constexpr Index kMaxLandmarks = 40;
 
-  /// `noise` is the true one, Q and the variances of range and bearing are what the filter assumes.
+  /// `noise` is the true one, Q and the variances of range and bearing are what the filter assumes;
+  /// `inflate_map` as for PlanarLanes.
   PlanarLanesExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
-                        const Eigen::Matrix2d& Q, const RangeBearing& measurement_variance)
+                        const Eigen::Matrix2d& Q, const RangeBearing& measurement_variance,
+                        bool inflate_map = false)
       : Experiment(planar_layout(world)),
         world_(std::move(world)),
         noise_(noise),
         source_(source),
         Q_(Q),
-        variance_(measurement_variance) {}
+        variance_(measurement_variance),
+        inflate_map_(inflate_map) {}
 
-  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
+  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
+    return play(first_run, runs, nullptr);
+  }
+  bool shows_as_it_runs() const override { return true; }
+  std::optional<StudyStatistics> show_chunk(std::int64_t first_run, std::int64_t runs,
+                                            ChunkObserver& observer) const override {
+    return play(first_run, runs, &observer);
+  }
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
   std::int64_t runs_side_by_side() const override { return PlanarLanes::kLanes; }
   std::vector<Outcome> visit_runs(std::int64_t first_run, std::int64_t runs,
@@ -34,11 +44,14 @@ class PlanarLanesExperiment final : public Experiment {
  private:
   class Batch;
 
+  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const;
+
   PlanarWorld world_;
   PlanarNoise noise_;
   NoiseSource source_;
   Eigen::Matrix2d Q_;
   RangeBearing variance_;
+  bool inflate_map_;
 };
 
 }  // namespace credence

@@ -59,11 +59,13 @@ std::unique_ptr<Experiment> unlabelled_experiment(const Scenario& scenario) {
   const NoiseSource source = noise_source(scenario);
   PlanarWorld world = make_planar_world(scenario);
   if (!has_block_map(scenario)) require_dense_covariance(scenario, world);
-  if (scenario.filter.inflation == FilterInflation::none &&
+  const bool inflate_map = scenario.filter.inflation == FilterInflation::map &&
+                           scenario.filter.solution == InflationSolution::pairwise;
+  if ((scenario.filter.inflation == FilterInflation::none || inflate_map) &&
       scenario.world.landmarks <= PlanarLanesExperiment::kMaxLandmarks) {
     const AssumedPlanarNoise assumed = AssumedPlanarNoise::of(scenario);
     return std::make_unique<PlanarLanesExperiment>(std::move(world), PlanarNoise::of(scenario), source,
-                                                   assumed.Q, assumed.measurement_variance);
+                                                   assumed.Q, assumed.measurement_variance, inflate_map);
   }
   if (has_block_map(scenario)) {
     BlockMapEkfSlam<PlanarModel> filter = make_block_map_filter(scenario, world);

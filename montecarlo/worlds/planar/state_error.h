@@ -27,6 +27,9 @@ struct StateError {
     return set_nees(joint_nees(error, P, solver_), pose_nees(error, P, pose_solver_));
   }
 
+  /// Of `error` and a dense P; what else it shall solve for is told to it beforehand.
+  NeesSolver& solver() { return solver_; }
+
   /// The numbers that the statistics take.
   void put_into(PlanarStep& step) const;
 

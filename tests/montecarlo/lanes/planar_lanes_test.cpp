@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <string>
 
+#include "core/linear_algebra/logarithm.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
@@ -24,8 +26,12 @@ Scenario planar(Index landmarks, Index steps = 60) {
 
 PlanarLanesExperiment lanes_of(const Scenario& s, InstructionSet set = best_instruction_set()) {
   const AssumedPlanarNoise assumed = AssumedPlanarNoise::of(s);
-  return {make_planar_world(s), PlanarNoise::of(s), NoiseSource(s.study.seed, noise_group(s), set), assumed.Q,
-          assumed.measurement_variance};
+  return {make_planar_world(s),
+          PlanarNoise::of(s),
+          NoiseSource(s.study.seed, noise_group(s), set),
+          assumed.Q,
+          assumed.measurement_variance,
+          s.filter.inflation == FilterInflation::map};
 }
 
 PlanarExperiment<EkfSlam<PlanarModel>> matrices_of(const Scenario& s) {
@@ -91,8 +97,12 @@ std::vector<World> worlds() {
   mistuned.filter.measurement_scale = 0.5;
   Scenario missed = planar(5, 120);
   missed.noise.detection_probability = 0.4;
-  return {{"missed", missed},     {"all_in_view", planar(10)}, {"short_range", range}, {"half_a_view", view},
-          {"anchored", anchored}, {"mistuned", mistuned},      {"one", planar(1)}};
+  Scenario inflated = planar(7, 120);
+  inflated.world.sensor_range = 9.0;
+  inflated.filter.inflation = FilterInflation::map;
+  return {{"missed", missed},    {"all_in_view", planar(10)}, {"short_range", range},
+          {"half_a_view", view}, {"anchored", anchored},      {"mistuned", mistuned},
+          {"one", planar(1)},    {"inflated", inflated}};
 }
 
 TEST(PlanarLanes, are_the_matrix_filter_to_rounding) {
@@ -198,6 +208,140 @@ TEST(PlanarLanes, runs_side_by_side_show_what_each_shows_alone) {
       ASSERT_EQ(together.P, one.P) << i << " at " << k;
       ASSERT_EQ(together.innovation(), one.innovation()) << i << " at " << k;
       ASSERT_EQ(together.S(), one.S()) << i << " at " << k;
+    }
+  }
+}
+
+/// Notes the steps that come normalised.
+class Noting final : public ChunkObserver {
+ public:
+  void begin_runs(std::int64_t) override {}
+  void add(const Step&, std::size_t) override { ++plain; }
+  void add(const NormalisedStep& step, std::size_t i) override { steps[i].push_back(step); }
+  void end_run(Outcome outcome, std::int64_t step, std::size_t i) override { ends[i] = {0, step, outcome}; }
+
+  std::array<std::vector<NormalisedStep>, PlanarLanes::kLanes> steps;
+  std::array<RunFailure, PlanarLanes::kLanes> ends;
+  int plain = 0;
+};
+
+/// The NEES of some states from their own block of P, and L⁻¹ e.
+NormalisedVector from_block(const TraceStep& step, const std::vector<Index>& at) {
+  NeesSolver solver;
+  const NeesValue nees = solver.solve(step.error(at), step.P(at, at));
+  NormalisedVector value;
+  value.value = nees.value;
+  value.dof = nees.dof;
+  value.whitened = solver.whitened();
+  return value;
+}
+
+std::vector<Index> range(Index first, Index end) {
+  std::vector<Index> all;
+  for (Index i = first; i < end; ++i) all.push_back(i);
+  return all;
+}
+
+/// What `normalised` must be of this step, each block from its own covariance.
+void expect_normalised(const NormalisedStep& normalised, const TraceStep& step,
+                       const RangeBearing& variance) {
+  constexpr double kTolerance = 1e-8;
+  const Index n = step.error.size();
+  const auto near = [](double a, double b) { EXPECT_NEAR(a, b, kTolerance * (1.0 + std::abs(b))); };
+  const auto expect_block = [&](const NormalisedSquare& block, const std::vector<Index>& at) {
+    const NormalisedVector expected = from_block(step, at);
+    EXPECT_EQ(block.dof, expected.dof);
+    near(block.value, expected.value);
+  };
+  EXPECT_EQ(normalised.states, step.states);
+  EXPECT_LT((normalised.error - step.error).cwiseAbs().maxCoeff(), kTolerance);
+  EXPECT_LT((normalised.variance - step.P.diagonal()).cwiseAbs().maxCoeff(), kTolerance);
+  const NormalisedVector whole = from_block(step, range(0, n));
+  expect_block(normalised.whole, range(0, n));
+  EXPECT_LT((normalised.whole.whitened - whole.whitened).cwiseAbs().maxCoeff(), kTolerance);
+  const Eigen::LLT<Matrix> llt(step.P);
+  near(normalised.log_determinant, log_determinant_of_factor(llt.matrixLLT()));
+  expect_block(normalised.blocks[0], range(0, 3));
+  expect_block(normalised.blocks[1], range(0, 2));
+  expect_block(normalised.blocks[2], range(2, 3));
+  for (std::size_t i = 0; i < step.landmarks.size(); ++i) {
+    const auto at = static_cast<Index>(3 + 2 * i);
+    expect_block(normalised.blocks[static_cast<std::size_t>(3 + step.landmarks[i])], range(at, at + 2));
+  }
+  EXPECT_EQ(std::ranges::count(normalised.blocks, -1, &NormalisedSquare::dof),
+            std::ssize(normalised.blocks) - 3 - std::ssize(step.landmarks) - (n > 3 ? 1 : 0));
+  if (n > 3) expect_block(normalised.blocks.back(), range(3, n));
+  EXPECT_EQ(normalised.first.P, step.P.topLeftCorner(3, 3));
+  EXPECT_EQ(normalised.position.P, step.P.topLeftCorner(2, 2));
+
+  const NormalisedInnovation& innovation = normalised.innovations.front();
+  const Index m = step.innovation().size();
+  EXPECT_EQ(innovation.dof, m > 0 ? m : -1);
+  if (m == 0) return;
+  NeesSolver solver;
+  near(innovation.value, solver.solve(step.innovation(), step.S()).value);
+  EXPECT_LT((innovation.whitened - solver.whitened()).cwiseAbs().maxCoeff(), kTolerance);
+  EXPECT_EQ(innovation.nu, step.innovation());
+  near(innovation.noise_share, solver.noise_share({variance[0], variance[1]}));
+}
+
+TEST(PlanarLanes, shows_steps_normalised_as_by_the_covariance_of_each_block) {
+  for (const World& world : worlds()) {
+    SCOPED_TRACE(world.name);
+    Scenario scenario = world.scenario;
+    scenario.study.steps = 40;
+    const RangeBearing variance = AssumedPlanarNoise::of(scenario).measurement_variance;
+    PlanarLanesExperiment lanes = lanes_of(scenario);
+    auto matrices = matrices_of(scenario);
+    for (Experiment* experiment : std::initializer_list<Experiment*>{&lanes, &matrices}) {
+      experiment->assume_measurement_variances({variance[0], variance[1]});
+      Noting noted;
+      const StudyStatistics statistics = experiment->show_chunk(3, 1, noted).value();
+      EXPECT_EQ(statistics, experiment->run_chunk(3, 1));
+      const RunTrace trace = experiment->trace(3);
+      EXPECT_EQ(noted.plain, 0);
+      EXPECT_EQ(noted.ends[0], (RunFailure{0, 40, Outcome::ok}));
+      ASSERT_EQ(noted.steps[0].size(), trace.steps.size() - 1);
+      for (std::size_t k = 1; k < trace.steps.size() && !testing::Test::HasFailure(); ++k) {
+        SCOPED_TRACE(k);
+        expect_normalised(noted.steps[0][k - 1], trace.steps[k], variance);
+      }
+    }
+  }
+}
+
+TEST(PlanarLanes, shows_a_step_plain_whose_covariance_is_singular) {
+  Scenario scenario = planar(2, 10);
+  scenario.initial.heading_std_deg = 0.0;
+  scenario.noise.steering_std_deg = scenario.noise.turn_rate_std = 0.0;
+  Noting noted;
+  lanes_of(scenario).show_chunk(0, 1, noted);
+  EXPECT_GT(noted.plain, 0);
+}
+
+TEST(PlanarLanes, instruction_sets_show_the_same_bits) {
+  if (best_instruction_set() == InstructionSet::scalar) GTEST_SKIP() << "one instruction set cannot differ";
+  for (const World& world : worlds()) {
+    SCOPED_TRACE(world.name);
+    Scenario scenario = world.scenario;
+    scenario.study.steps = 20;
+    Noting scalar;
+    lanes_of(scenario, InstructionSet::scalar).show_chunk(0, 8, scalar);
+    for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
+      if (!is_supported(set)) continue;
+      Noting noted;
+      lanes_of(scenario, set).show_chunk(0, 8, noted);
+      for (std::size_t i = 0; i < noted.steps.size(); ++i) {
+        ASSERT_EQ(noted.steps[i].size(), scalar.steps[i].size());
+        for (std::size_t k = 0; k < noted.steps[i].size(); ++k) {
+          const NormalisedStep &a = noted.steps[i][k], &b = scalar.steps[i][k];
+          ASSERT_EQ(a.whole.whitened, b.whole.whitened);
+          ASSERT_EQ(a.log_determinant, b.log_determinant);
+          for (std::size_t j = 0; j < a.blocks.size(); ++j) ASSERT_EQ(a.blocks[j].value, b.blocks[j].value);
+          if (a.innovations[0].dof <= 0) continue;
+          ASSERT_EQ(a.innovations[0].noise_share, b.innovations[0].noise_share);
+        }
+      }
     }
   }
 }

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/nan.h"
+#include "core/types.h"
+
+/// @file
+/// What a step shows (step.h) once its errors and innovations are normalised by their covariances. Whoever
+/// has the Cholesky factors of P and S at hand fills it in; of other steps they are computed.
+
+namespace credence {
+
+/// eᵀ C⁻¹ e of some error and its covariance.
+struct NormalisedSquare {
+  double value = 0.0;
+  Index dof = -1;  ///< −1: there was none
+};
+
+/// Of a whole state or an innovation: e whitened as u = L⁻¹ e, C = L Lᵀ.
+struct NormalisedVector : NormalisedSquare {
+  Vector whitened{};  ///< `dof` numbers
+};
+
+/// An innovation.
+struct NormalisedInnovation : NormalisedVector {
+  Vector nu{};
+  double noise_share = kNaN;  ///< tr(S⁻¹ R)/m, where R is known
+};
+
+/// A block's error with its covariance.
+struct BlockError {
+  Vector error{};
+  Matrix P{};
+};
+
+/// One step of one run.
+struct NormalisedStep {
+  std::int64_t step = 0;          ///< from 1
+  std::vector<Index> states{};    ///< as Step::states
+  Vector error{}, variance{};     ///< of these states
+  NormalisedVector whole{};       ///< the state; its dof is the sum over blocks without a joint covariance
+  double log_determinant = kNaN;  ///< of P of full rank
+  std::vector<NormalisedSquare> blocks{};           ///< of the layout
+  Vector first_whitened{};                          ///< of the layout's first block
+  BlockError first{}, position{};                   ///< of the first block, and of that of the position
+  std::vector<NormalisedInnovation> innovations{};  ///< one for each sensor
+};
+
+}  // namespace credence

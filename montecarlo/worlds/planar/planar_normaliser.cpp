@@ -1,0 +1,67 @@
+#include "montecarlo/worlds/planar/planar_normaliser.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "montecarlo/worlds/slam_layout.h"
+
+namespace credence {
+namespace {
+
+/// eᵀ P⁻¹ e of the two states from i on.
+double pair_nees(const Vector& error, const Matrix& P, Index i) {
+  const double ratio = P(i + 1, i) / P(i, i), rest = P(i + 1, i + 1) - ratio * P(i + 1, i);
+  const double v = error[i + 1] - ratio * error[i];
+  return error[i] * error[i] / P(i, i) + v * v / rest;
+}
+
+}  // namespace
+
+bool PlanarNormaliser::normalise_state(const Vector& error, const Matrix& P, const NeesSolver& factor,
+                                       std::span<const int> landmarks, NormalisedStep& told) const {
+  const Index n = error.size();
+  if (!factor.well_conditioned(P) || !std::isfinite(factor.whitened().squaredNorm())) return false;
+  slam_states({.vehicle = 3, .landmark = 2, .landmarks = world_.states()}, landmarks, told.states);
+  told.error = error;
+  told.variance = P.diagonal();
+  const Vector& u = told.whole.whitened = factor.whitened();
+  told.whole.value = u.squaredNorm();
+  told.whole.dof = n;
+  told.log_determinant = factor.log_determinant();
+  told.first_whitened = u.head<3>();
+  told.first.error = error.head<3>();
+  told.first.P = P.topLeftCorner<3, 3>();
+  told.position.error = error.head<2>();
+  told.position.P = P.topLeftCorner<2, 2>();
+
+  const Index singles = std::min(world_.states(), kSingleLandmarks);
+  told.blocks.assign(static_cast<std::size_t>(3 + singles + (world_.states() > 0 ? 1 : 0)), {});
+  told.blocks[0] = {u.head<3>().squaredNorm(), 3};
+  told.blocks[1] = {u.head<2>().squaredNorm(), 2};
+  const double heading = error[2] / std::sqrt(P(2, 2));
+  told.blocks[2] = {heading * heading, 1};
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    if (landmarks[i] >= singles) continue;
+    told.blocks[static_cast<std::size_t>(3 + landmarks[i])] = {
+        pair_nees(error, P, 3 + 2 * static_cast<Index>(i)), 2};
+  }
+  if (!landmarks.empty()) told.blocks.back() = {factor.without_lead(), n - 3};
+  return true;
+}
+
+bool PlanarNormaliser::normalise_innovation(const VectorRef& nu, const MatrixRef& S, NormalisedStep& told) {
+  told.innovations.resize(1);
+  NormalisedInnovation& innovation = told.innovations.front();
+  innovation.dof = -1;
+  if (nu.size() == 0) return true;
+  const NeesValue nis = solver_.solve(nu, S);
+  if (nis.dof != nu.size() || !std::isfinite(nis.value) || !solver_.well_conditioned(S)) return false;
+  innovation.value = nis.value;
+  innovation.dof = nis.dof;
+  innovation.whitened = solver_.whitened();
+  innovation.nu = nu;
+  innovation.noise_share = variances_.empty() ? kNaN : solver_.noise_share(variances_);
+  return true;
+}
+
+}  // namespace credence
