@@ -11,9 +11,11 @@
 #include <span>
 
 #include "analysis/evidence/consistency_nees.h"
+#include "analysis/evidence/relative_place.h"
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"
 #include "core/linear_algebra/squared_norm.h"
+#include "core/manifold/angle.h"
 
 namespace credence {
 namespace {
@@ -94,11 +96,14 @@ void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLa
 
 void EvidenceRecorder::list_blocks() {
   block_at_.clear();
-  position_ = averaged_dim_ = -1;
+  position_ = pose_ = averaged_dim_ = -1;
+  landmarks_.clear();
   sums_.law.averaged.clear();
   if (!layout_.has_truth) return;
   for (const Block& block : layout_.blocks) {
     if (block.part == Part::position && position_ < 0) position_ = std::ssize(block_at_);
+    if (block.part == Part::pose && block.states.size() == 3) pose_ = std::ssize(block_at_);
+    if (block.part == Part::landmark && block.states.size() == 2) landmarks_.push_back(block_at_.size());
     block_at_.push_back(static_cast<std::size_t>(&sums_.block(block) - sums_.blocks.data()));
   }
   const Index all = std::ssize(layout_.states);
@@ -329,6 +334,7 @@ void EvidenceRecorder::add_state(const Step& step) {
   }
   add_angles(step);
   add_law(step);
+  add_lateness(step);
   add_scores();
   if (sums_.study.runs == 1) sums_.first_run.push_back(state_.value / static_cast<double>(state_.dof));
   if (state_.value > outlier_limit(state_.dof)) {
@@ -356,6 +362,57 @@ void EvidenceRecorder::add_law(const Step& step) {
   if (state_.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
     sums_.law.whitened[step.step].add(state_.whitened);
   }
+}
+
+/// The places of a pose and of one landmark that is in the state, another one at each step; empty: there is
+/// none.
+std::vector<Index> EvidenceRecorder::pose_and_landmark(std::int64_t step) const {
+  if (pose_ < 0 || places_[static_cast<std::size_t>(pose_)].size() != 3) return {};
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    const std::size_t at = (i + static_cast<std::size_t>(step)) % landmarks_.size();
+    const std::vector<Index>& landmark = places_[landmarks_[at]];
+    if (landmark.size() != 2) continue;
+    std::vector<Index> both = places_[static_cast<std::size_t>(pose_)];
+    both.insert(both.end(), landmark.begin(), landmark.end());
+    return both;
+  }
+  return {};
+}
+
+// Of what moves: in a map a landmark as seen from the vehicle, since a map made of late sights is displaced
+// and the vehicle within it is not; else the position, or a state without one, unless it is large. The step
+// is that of the mean over a few, in which what corrections add is smaller.
+void EvidenceRecorder::add_lateness_of(const Step& step) {
+  const double steps = static_cast<double>(run_.way.size());
+  const Vector& before = run_.way.front();
+  if (pose_ >= 0 && !landmarks_.empty()) {
+    const std::vector<Index> five = pose_and_landmark(step.step);
+    if (five.empty()) return;
+    const RelativePlace now = relative_place(step.estimate(five));
+    const RelativePlace truth = relative_place(step.estimate(five) - step.error(five));
+    const Eigen::Matrix2d P = now.J * step.P(five, five) * now.J.transpose();
+    run_.lateness.add(now.r - truth.r, (now.r - relative_place(before(five)).r) / steps, P);
+  } else if (position_ >= 0) {
+    const auto p = static_cast<std::size_t>(position_);
+    const Vector motion = (step.estimate - before)(places_[p]) / steps;
+    if (blocks_[p].dof == motion.size()) run_.lateness.add(blocks_[p].error, motion, blocks_[p].P);
+  } else if (layout_.joint_covariance && averaged_dim_ == state_.dof) {
+    Vector motion = step.estimate - before;
+    for (const Index i : angles_) motion[i] = wrap_angle(motion[i]);
+    run_.lateness.add(step.error, motion / steps, step.P);
+  }
+}
+
+void EvidenceRecorder::add_lateness(const Step& step) {
+  constexpr std::size_t kSteps = 4;
+  if (!layout_.componentwise || step.estimate.size() != step.error.size()) return;
+  if (run_.way_states != step.states) {
+    run_.way_states = step.states;
+    run_.way.clear();
+  }
+  if (!run_.way.empty()) add_lateness_of(step);
+  run_.way.push_back(step.estimate);
+  if (run_.way.size() > kSteps) run_.way.pop_front();
 }
 
 void EvidenceRecorder::add_scores() {
@@ -536,6 +593,7 @@ void EvidenceRecorder::close_run(bool well) {
   if (well) run_.law.add_to(sums_.law);
   if (!well || run_.nees.empty()) return;
   run_.score.add_to(sums_.scores);
+  run_.lateness.add_to(sums_.lateness);
   RunSums& runs = sums_.whole_runs;
   runs.nees_values.merge(run_.values);
   // Of blocks whose covariances are not known the sum is no χ²: the smallest of them bounds its spread.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "analysis/evidence/evidence.h"
+#include "analysis/laws/lateness.h"
 #include "core/nan.h"
 #include "core/record/step.h"
 #include "montecarlo/engine/engine.h"
@@ -76,6 +78,9 @@ class EvidenceRecorder {
     Matrix last_covariance{};
     Vector last_whitened{};  ///< of the whole state
     RunLaw law{};
+    RunLateness lateness{};
+    std::vector<Index> way_states{};  ///< of the estimates of the way
+    std::deque<Vector> way{};         ///< of the last steps, the newest at the end
     RunScore score{};
   };
 
@@ -88,6 +93,9 @@ class EvidenceRecorder {
   void add_state(const Step& step);
   void add_angles(const Step& step);
   void add_law(const Step& step);
+  void add_lateness(const Step& step);
+  void add_lateness_of(const Step& step);
+  std::vector<Index> pose_and_landmark(std::int64_t step) const;
   void add_scores();
   void add_sensor_pairs();
   void add_traces(const Step& step, StepStatistics& sums) const;
@@ -104,6 +112,8 @@ class EvidenceRecorder {
   OpenRun run_;
   std::int64_t entry_ = 0;                  ///< of the step at hand in the series of steps, from 1; 0: none
   std::vector<std::size_t> block_at_;       ///< of each block of the layout, among those of the sums
+  std::vector<std::size_t> landmarks_;      ///< blocks of landmarks in the plane, beside the pose_
+  Index pose_ = -1;                         ///< the block of a pose in the plane; −1: there is none
   Index position_ = -1;                     ///< the block of the position; −1: there is none
   Index averaged_dim_ = -1;                 ///< of the errors whose second moments are taken; −1: of none
   std::vector<Index> states_;               ///< of the step that places_ is of
