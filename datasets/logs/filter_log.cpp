@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -9,6 +10,7 @@
 #include "core/manifold/angle.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/step_conventions.h"
+#include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/symmetry.h"
 
@@ -215,6 +217,18 @@ void FilterLogReader::read_innovations(Step& row) const {
   }
 }
 
+Vector FilterLogReader::true_position() const {
+  const std::vector<Block>& blocks = header_.layout.blocks;
+  const auto block = std::ranges::find(blocks, Part::position, &Block::part);
+  if (!header_.layout.has_truth || block == blocks.end()) return {};
+  Vector place(std::ssize(block->states));
+  for (Index i = 0; i < place.size(); ++i) {
+    const auto state = static_cast<std::size_t>(block->states[static_cast<std::size_t>(i)]);
+    place[i] = fields_[static_cast<std::size_t>(header_.truth[state])];
+  }
+  return place.allFinite() ? place : Vector();
+}
+
 bool FilterLogReader::next(Step& row) {
   failure_.reset();
   std::string_view line;
@@ -252,12 +266,15 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
     sink.end_run(outcome_named(reader.failure()->outcome), reader.failure()->step);
     open = false;
   };
+  DistanceTravelled travelled;
   while (reader.next(row)) {
     if (reader.run_began()) {
       end_failed();
       sink.begin_run(reader.layout());
       open = true;
+      travelled = {};
     }
+    if (const Vector place = reader.true_position(); place.size() > 0) sink.travelled(travelled.at(place));
     sink.add(row);
     if (++rows % kRowsBetween == 0) {
       sink.advance(reader.bytes_read() - told);

@@ -38,6 +38,9 @@ class FilterLogReader {
   };
   const std::optional<Failure>& failure() const { return failure_; }
 
+  /// Where the row last read has the truth of the block "position"; empty where it has none.
+  Vector true_position() const;
+
   std::int64_t bytes_read() const { return lines_.bytes_read(); }
 
  private:

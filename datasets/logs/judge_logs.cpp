@@ -28,7 +28,7 @@ struct Group {
   std::vector<LogRemark> remarks;
   std::vector<LogPoses> poses;
   CalibrationRecorder calibration;
-  std::int64_t unmatched = 0;
+  std::int64_t unmatched = 0, unexplained = 0;
   std::size_t files = 0;
   std::exception_ptr error;
 };
@@ -79,6 +79,7 @@ class GroupSink final : public LogSink {
   void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
   void hint(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence), true}); }
+  void unexplained() override { ++group_.unexplained; }
   void charts(ChartFindings findings) override { poses().charts = std::move(findings); }
   void time_offset(TimeOffset offset) override { poses().time_offset = std::move(offset); }
   void unmatched(std::int64_t rows) override { group_.unmatched += rows; }
@@ -132,13 +133,15 @@ double chance_of_files(std::int64_t k, std::int64_t n, double p) {
   return 1.0 - below;
 }
 
-void leave_out_chance(LogJudgeResult& result) {
+/// Keeps one hint where more files have one than chance explains and than misfit without: a mistake of who
+/// wrote the logs is in most of those that it can be seen in.
+void leave_out_chance(LogJudgeResult& result, std::int64_t unexplained) {
   const auto is_hint = [](const LogRemark& remark) { return remark.hint; };
   const std::int64_t hints = std::ranges::count_if(result.remarks, is_hint);
   if (hints == 0) return;
   constexpr double kRounding = 1e-12;
-  const bool chance =
-      chance_of_files(hints, result.files, ReadingFit::kLevel) > ReadingFit::kLevel + kRounding;
+  const bool chance = hints <= unexplained || chance_of_files(hints, result.files, ReadingFit::kLevel) >
+                                                  ReadingFit::kLevel + kRounding;
   bool told = false;
   std::erase_if(result.remarks, [&](LogRemark& remark) {
     if (!remark.hint) return false;
@@ -159,7 +162,8 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   LogJudgeResult result;
   std::mutex mutex;
   std::condition_variable turn;
-  std::int64_t merged = 0;  // groups
+  std::int64_t merged = 0;       // groups
+  std::int64_t unexplained = 0;  // files
   bool failed = false;
   const auto groups = static_cast<std::int64_t>((files.size() + kGroupFiles - 1) / kGroupFiles);
   for_each_task(groups, options.threads, options.stop, [&](std::int64_t i) {
@@ -178,12 +182,13 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     std::ranges::move(group.poses, std::back_inserter(result.poses));
     result.calibration.append(group.calibration);
     result.unmatched_rows += group.unmatched;
+    unexplained += group.unexplained;
     result.files += static_cast<std::int64_t>(group.files);
     ++merged;
     turn.notify_all();
   });
   result.complete = merged == groups;
-  leave_out_chance(result);
+  leave_out_chance(result, unexplained);
   return result;
 }
 

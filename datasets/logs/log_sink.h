@@ -29,6 +29,8 @@ class LogSink {
   /// The same, of what may be a mistake of the file's author: said of at most one in a hundred of the files
   /// that have none.
   virtual void hint(std::string sentence) { remark(std::move(sentence)); }
+  /// The file does not fit its covariance, and no mistake that is looked for explains it.
+  virtual void unexplained() {}
   /// Of a log of poses: in which charts its covariance was looked at, and what time lay between it and the
   /// truth.
   virtual void charts(ChartFindings /*findings*/) {}  // NOLINT(performance-unnecessary-value-param)
@@ -50,6 +52,7 @@ class ForwardingSink : public LogSink {
   void end_run(Outcome outcome, std::int64_t step) override { next_.end_run(outcome, step); }
   void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
   void hint(std::string sentence) override { next_.hint(std::move(sentence)); }
+  void unexplained() override { next_.unexplained(); }
   void charts(ChartFindings findings) override { next_.charts(std::move(findings)); }
   void time_offset(TimeOffset offset) override { next_.time_offset(std::move(offset)); }
   void unmatched(std::int64_t rows) override { next_.unmatched(rows); }

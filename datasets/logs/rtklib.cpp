@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "datasets/data_error.h"
+#include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/geodesy.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"
@@ -197,6 +198,7 @@ void read_solution(const std::filesystem::path& file, const LogReadOptions& opti
   sink.begin_run(layout);
   Step step;
   std::int64_t unmatched = 0;
+  DistanceTravelled travelled;
   for (const GnssFix& fix : log.fixes) {
     const GnssFix* const at = truth_fix(truth, fix.time_s, options.matching.max_time_difference_s);
     if (at == nullptr) {
@@ -211,6 +213,7 @@ void read_solution(const std::filesystem::path& file, const LogReadOptions& opti
     step.error =
         log.baseline ? difference : Eigen::Vector3d(east_north_up(geodetic(at->earth_fixed)) * difference);
     step.P = fix.covariance + at->covariance;
+    if (truth.fixes.size() > 1) sink.travelled(travelled.at(at->earth_fixed));
     sink.add(step);
   }
   if (step.step == 0) {

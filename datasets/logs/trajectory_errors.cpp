@@ -9,6 +9,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/alignment.h"
 #include "datasets/logs/conventions/convention_check.h"
+#include "datasets/logs/distance_travelled.h"
 
 namespace credence {
 namespace {
@@ -210,7 +211,7 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
     const UncertainPose at = *comparison.truth_at(time);
     comparison.compare(row, at, kAll, step);
     result.rows.push_back(std::move(step));
-    result.travelled_m.push_back(travelled.at(at.pose));
+    result.travelled_m.push_back(travelled.at(at.pose.position));
     if (conventions != nullptr && truth.has_orientation) conventions->add(row, at);
   }
   if (conventions != nullptr && sink != nullptr) conventions->tell(comparison, *sink);

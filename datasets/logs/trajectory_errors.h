@@ -60,23 +60,6 @@ std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
 Eigen::Isometry3d align_truth(const std::vector<SpatialPose>& truth, const std::vector<SpatialPose>& estimate,
                               TruthAlignment alignment);
 
-/// The distance that a truth has travelled since its first pose.
-class DistanceTravelled {
- public:
-  /// Up to this pose, m.
-  double at(const SpatialPose& pose) {
-    if (seen_) travelled_m_ += (pose.position - last_).norm();
-    last_ = pose.position;
-    seen_ = true;
-    return travelled_m_;
-  }
-
- private:
-  Eigen::Vector3d last_ = Eigen::Vector3d::Zero();
-  double travelled_m_ = 0.0;
-  bool seen_ = false;
-};
-
 /// One estimate of a trajectory.
 struct PoseEstimate {
   double time_s = 0.0;

@@ -20,19 +20,24 @@ std::string rank_words(const PlanarRanks& ranks, Index n) {
   return missing == 0 ? "n" : fmt::format("n − {}", missing);
 }
 
-/// One noisy run fluctuates: an exponent below this is not told from none.
+/// One noisy run fluctuates: an exponent within this of none tells neither growth nor a bound.
 constexpr double kLeastNoisyExponent = 0.1;
 
+/// The word with its exponent; of a noisy run only where the two agree, so that noise has no colour.
 TableCell growth_cell(const PlanarFollowed& f) {
-  if (f.growth.verdict == LongRun::failed) return {"beyond all bounds", CellTone::alarm};
-  if (f.at == Linearisation::estimate && f.growth.verdict == LongRun::growing &&
-      f.growth.exponent < kLeastNoisyExponent) {
-    return {fmt::format("no clear growth ({})", number_text(f.growth.exponent, 2)), CellTone::muted};
+  const LongRun verdict = f.growth.verdict;
+  if (verdict == LongRun::failed) return {"beyond all bounds", CellTone::alarm};
+  const double rounded = std::round(100.0 * f.growth.exponent) / 100.0;
+  const std::string exponent = fmt::format("{}{:.2f}", rounded < 0.0 ? "−" : "", std::abs(rounded));
+  const bool contradicts = verdict == LongRun::growing ? f.growth.exponent < kLeastNoisyExponent
+                                                       : f.growth.exponent > kLeastNoisyExponent;
+  if (f.at == Linearisation::estimate && contradicts) {
+    return {fmt::format("not clear ({})", exponent), CellTone::muted};
   }
-  const CellTone tone = f.growth.verdict == LongRun::bounded   ? CellTone::good
-                        : f.growth.verdict == LongRun::growing ? CellTone::alarm
-                                                               : CellTone::caution;
-  return {fmt::format("{} ({})", to_string(f.growth.verdict), number_text(f.growth.exponent, 2)), tone};
+  const CellTone tone = verdict == LongRun::bounded   ? CellTone::good
+                        : verdict == LongRun::growing ? CellTone::alarm
+                                                      : CellTone::caution;
+  return {fmt::format("{} ({})", to_string(verdict), exponent), tone};
 }
 
 const PlanarFollowed* find(const PlanarStability& a, Linearisation at, InflationSolution solution) {
@@ -98,7 +103,7 @@ ReportTable planar_stability_table(const SweepPlan& plan, std::span<const Planar
   table.notes = {
       "n: dimension of the state. In brackets: log2 of the last tr P over that at half the loops.",
       "At the truth: Jacobians along the nominal path. In the EKF: of one noisy run, whose P fluctuates.",
-      "An exponent below 0.1 is no clear growth.",
+      "not clear: one noisy run grows with an exponent below 0.1, or is bounded with one above.",
       "rank O in the EKF: beyond that at the truth it is spurious. pose NEES / 3: above 1 is optimistic.",
       "beyond all bounds: the run ended before, as S could no longer be factorised.",
       "P0 × 100: what a hundredfold initial variance multiplies the last trace by; 1 is independent of P0.",

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "reports/document/study_table.h"
@@ -141,18 +142,27 @@ ReportTable replays_table(std::span<const ReportedReplay> replays) {
   return table;
 }
 
+// The worst of both: innovations that contradict S are never behind a green word for the error.
 ReportAnswer replay_answer(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {
   const ConsistencyVerdict& nees = judgement.nees.verdict;
+  const NoiseScale& noise = judgement.innovations.noise_scale;
   const char* what = has_true_heading(replays.front().result) ? "pose" : "position";
   const std::string name = replays.size() == 1
                                ? replay_name(replays.front().result)
                                : fmt::format("{} runs of {}", replays.size(), replays.front().result.dataset);
-  if (nees.verdict == Verdict::undecided) {
-    return {CellTone::caution, fmt::format("{}: undecided, {}", name, nees.reason)};
-  }
-  return {verdict_cell(nees.verdict).tone,
-          fmt::format("EKF-SLAM on {} is {}: NEES of the {} {} where {} is expected", name,
-                      to_string(nees.verdict), what, number_text(nees.mean), number_text(nees.expected))};
+  ReportAnswer answer{verdict_cell(nees.verdict).tone, ""};
+  answer.text =
+      nees.verdict == Verdict::undecided
+          ? fmt::format("{}: undecided, {}", name, nees.reason)
+          : fmt::format("EKF-SLAM on {} is {} in {}: NEES {} where {} is expected", name,
+                        to_string(nees.verdict), what, number_text(nees.mean), number_text(nees.expected));
+  const TableCell innovations = noise_says(noise);
+  if (innovations.tone == CellTone::good || !noise.reason.empty()) return answer;
+  answer.tone = std::max(answer.tone, innovations.tone);
+  answer.text +=
+      fmt::format("; {} in its innovations: all variances × {} ({} … {}) would suit them", innovations.text,
+                  number_text(noise.scale, 3), number_text(noise.lower, 3), number_text(noise.upper, 3));
+  return answer;
 }
 
 ReportTable judgement_table(std::span<const ReportedReplay> replays, const ReplayJudgement& judgement) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -62,20 +63,44 @@ Json wrong_filter_json(const WrongFilterResult& filter) {
   return json;
 }
 
+// The nominal rates of the tests, the largest first.
+std::set<double, std::greater<>> nominal_levels(const SelftestResult& result) {
+  std::set<double, std::greater<>> levels;
+  for (const CalibrationRow& row : result.calibration) levels.insert(row.nominal);
+  return levels;
+}
+
+// Every test once, numbered as in the figures, with its rate at each nominal level.
 ReportTable calibration_table(const SelftestResult& result) {
   using enum ColumnAlign;
   ReportTable table{.title = "False alarms on exact filters",
-                    .columns = {{"test", words},
-                                {"law", words},
-                                {"nominal %"},
-                                {"measured %"},
-                                {"true rate within %", words},
-                                {"", words}},
+                    .columns = {{"no."}, {"test", words}, {"law", words}},
                     .rows = {},
                     .notes = {}};
+  const std::set<double, std::greater<>> levels = nominal_levels(result);
+  for (const double level : levels) {
+    table.columns.push_back({fmt::format("% at {:g} %", 100.0 * level)});
+    table.columns.push_back({"true rate within %", words});
+  }
+  table.columns.push_back({"", words});
+  std::vector<std::string> names;
   for (const CalibrationRow& row : result.calibration) {
-    table.add({row.name, std::string(to_string(row.exactness)), TableCell(100.0 * row.nominal, 2),
-               TableCell(100.0 * row.measured.interval.value, 3), range(row.measured), ok_cell(row.ok)});
+    if (std::ranges::find(names, row.name) == names.end()) names.push_back(row.name);
+  }
+  for (const std::string& name : names) {
+    std::vector<TableCell> cells{table.rows.size() + 1, name};
+    bool ok = true;
+    for (const double level : levels) {
+      const auto row = std::ranges::find_if(result.calibration, [&](const CalibrationRow& candidate) {
+        return candidate.name == name && candidate.nominal == level;
+      });
+      if (cells.size() == 2) cells.emplace_back(std::string(to_string(row->exactness)));
+      cells.emplace_back(100.0 * row->measured.interval.value, 3);
+      cells.emplace_back(range(row->measured));
+      ok = ok && row->ok;
+    }
+    cells.push_back(ok_cell(ok));
+    table.rows.push_back(std::move(cells));
   }
   table.notes = {
       fmt::format(
@@ -167,7 +192,7 @@ Panel rate_panel(const SelftestResult& result, double nominal) {
     failed_row.push_back(number);
   }
   Panel panel{.title = fmt::format("Nominal {:g} %", 100.0 * nominal),
-              .x_label = "test, in the order of the table",
+              .x_label = "number of the test in the table",
               .y_label = "false alarms (%)"};
   panel.series.push_back(level_series("nominal", ColourRole::truth, 100.0 * nominal));
   panel.series.push_back(error_bar_series("measured", ColourRole::estimate, row, rate, lower, upper));
@@ -194,11 +219,11 @@ Figure power_figure(const SelftestResult& result) {
   }
   Figure figure{.name = "power",
                 .caption =
-                    "Which test sees which wrong filter: share of studies rejected at 5 %. Filters and "
-                    "tests are numbered as in the tables.",
+                    "Which test sees which wrong filter: share of studies rejected at 5 %. Tests are "
+                    "numbered as in the table of false alarms.",
                 .panels = {}};
   Panel panel{.title = "Power",
-              .x_label = "test, in the order of the table of false alarms",
+              .x_label = "number of the test",
               .y_label = "",
               .y_names = names,
               .colour_label = "rejected (%)",
@@ -216,9 +241,7 @@ std::vector<Figure> selftest_figures(const SelftestResult& result) {
                .rows = 2,
                .cols = 1,
                .panels = {}};
-  std::set<double, std::greater<>> levels;
-  for (const CalibrationRow& row : result.calibration) levels.insert(row.nominal);
-  for (const double level : levels) rates.panels.push_back(rate_panel(result, level));
+  for (const double level : nominal_levels(result)) rates.panels.push_back(rate_panel(result, level));
   rates.rows = static_cast<int>(rates.panels.size());
   return {rates, power_figure(result)};
 }

@@ -54,9 +54,9 @@ button, input { font: inherit; color: inherit; background: var(--wash); border: 
   border-radius: 4px; padding: .2rem .6rem; }
 nav button { margin: .7rem 0 0; font-size: .82rem; white-space: nowrap; cursor: pointer; }
 @media screen and (min-width: 1060px) {
-  body:has(nav) { display: grid; grid-template-columns: 13.5rem minmax(0, 1fr); }
+  body:has(nav) { display: grid; grid-template-columns: 12rem minmax(0, 1fr); }
   nav { position: sticky; top: 0; align-self: start; max-height: 100vh; overflow-y: auto;
-    padding: 2.2rem .9rem 2rem 1.4rem; border-right: 1px solid var(--rule); min-height: 100vh; }
+    padding: 2.2rem .8rem 2rem 1.2rem; border-right: 1px solid var(--rule); min-height: 100vh; }
   body:has(nav) main { margin: 0; width: 100%; }
 }
 details { margin: .6rem 0; }
@@ -84,10 +84,11 @@ th[aria-sort=ascending] button::after { content: " ▲"; font-size: .7em; }
 th[aria-sort=descending] button::after { content: " ▼"; font-size: .7em; }
 tbody tr { border-bottom: 1px solid var(--rule); }
 tbody tr:last-child { border-bottom: 1.5px solid var(--ink); }
-th, td { padding: .3rem .55rem; text-align: left; }
+th, td { padding: .3rem .38rem; text-align: left; }
 td { vertical-align: top; white-space: nowrap; }
 td.long { white-space: normal; min-width: 12rem; }
 .number { text-align: right; white-space: nowrap; }
+thead .number { white-space: normal; }
 .table { margin: 1.2rem 0; }
 .table input { margin: 0 0 .4rem; }
 .table .notes { font-size: .84rem; color: var(--soft); margin: .35rem 0 0; }

@@ -1,9 +1,11 @@
 """Every kind of page in a real browser: python3 page_test.py CREDENCE SCENARIOS.
 
-Exits with 77, which ctest takes as skipped, where there is no Chromium.
+Exits with 77, which ctest takes as skipped, where there is no Chromium. With the file axe.min.js of axe-core named in
+CREDENCE_AXE the pages are held against its rules of accessibility as well.
 """
 
 import csv
+import os
 import pathlib
 import shutil
 import subprocess
@@ -41,6 +43,11 @@ def make_pages(credence, scenarios, folder):
         "growth": ["stability", scenarios / "planar_stability.toml", "--loops", "4", "--set",
                    "study.steps=40"],
         "check": ["check", folder / "logs"],
+        "inflated": ["run", scenarios / "figure2_two_landmarks.toml", *small],
+        "compare": ["compare", folder / "inflated", folder / "inflated"],
+        "selftest": ["selftest", "--studies", "100"],
+        "timing": ["timing", "--landmarks", "10,20", "--observed", "1", "--repetitions", "1"],
+        "claims": ["claims"],
     }
     subprocess.run([credence, "run", scenarios / "planar_loop.toml", "--runs", "8", "--steps", "30", "--log",
                     folder / "logs"], check=True, capture_output=True)
@@ -224,6 +231,31 @@ class Pages(unittest.TestCase):
         for name, path in self.pages.items():
             self.browser.open(path)
             self.assertEqual(self.browser.run(script), [], name)
+
+    @unittest.skipUnless("CREDENCE_AXE" in os.environ, "axe.min.js is not named in CREDENCE_AXE")
+    def test_breaks_no_rule_of_accessibility(self):
+        axe = pathlib.Path(os.environ["CREDENCE_AXE"]).read_text()
+        violations = """(async () => {
+          document.querySelectorAll('details').forEach(d => { d.open = true; });
+          return (await axe.run()).violations.map(v => v.id + ': ' + v.nodes[0].html.slice(0, 160));
+        })()"""
+        for width, dark in ((1280, False), (1280, True), (390, False)):
+            self.browser.view(width, dark=dark)
+            for name, path in self.pages.items():
+                self.browser.open(path)
+                self.browser.run(axe + "; 0")
+                self.assertEqual(self.browser.run(violations), [], f"{name}, {width} px")
+
+    def test_no_table_is_wider_than_a_common_screen(self):
+        self.browser.view(1280)
+        for name, path in self.pages.items():
+            self.browser.open(path)
+            wide = self.browser.run("""(() => {
+              document.querySelectorAll('details').forEach(d => { d.open = true; });
+              return [...document.querySelectorAll('.table .scroll')].filter(s => s.scrollWidth > s.clientWidth)
+                  .map(s => `${s.closest('.table').querySelector('.caption').textContent}: ${s.scrollWidth}`);
+            })()""")
+            self.assertEqual(wide, [], name)
 
     def test_print_unfolds_everything(self):
         self.browser.view(1280)

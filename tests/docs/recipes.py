@@ -1,9 +1,10 @@
-"""Runs the commands of docs/recipes.md as they stand there. usage: recipes.py PAGE PROGRAM
+"""Runs the commands of docs/recipes.md or docs/tutorials.md as they stand there. usage: recipes.py PAGE PROGRAM [MOST]
 
-A block ```sh is one recipe: its lines are run by bash, all of them in one empty folder; what stands behind "#> " must be in
-what they print. Blocks marked ```sh slow are left out.
+The blocks ```sh below one "## title" are run by bash in a folder that is empty for the first; what stands behind "#> " must
+be in what a block prints, and a title has at most MOST commands. Blocks marked ```sh slow are left out.
 """
 
+import itertools
 import os
 import pathlib
 import re
@@ -12,7 +13,7 @@ import sys
 import tempfile
 
 
-def recipes(page):
+def blocks(page):
     """Title, commands and expected words of every block."""
     title = ""
     for part in re.split(r"^(## [^\n]*|```sh(?: slow)?\n.*?^```)$", page.read_text(), flags=re.M | re.S):
@@ -23,22 +24,23 @@ def recipes(page):
             yield title, [x for x in lines if not x.startswith("#>")], [x[3:] for x in lines if x.startswith("#> ")]
 
 
-def main(page, program):
-    found = list(recipes(pathlib.Path(page)))
-    assert len(found) >= 9, f"only {len(found)} recipes found"
+def main(page, program, most="1000"):
+    found = [(title, list(of_title)) for title, of_title in itertools.groupby(blocks(pathlib.Path(page)), key=lambda block: block[0])]
+    assert len(found) >= 3, f"only {len(found)} titles with commands found"
     failed = 0
     environment = dict(os.environ, PATH=":".join([str(pathlib.Path(program).resolve().parent),
                                                     str(pathlib.Path(sys.executable).parent), os.environ["PATH"]]))
-    for title, commands, expected in found:
-        assert len(commands) <= 3, f"{title}: {len(commands)} commands"
-        assert expected, f"{title}: nothing is expected"
+    for title, of_title in found:
+        assert sum(len(commands) for _, commands, _ in of_title) <= int(most), f"{title}: more than {most} commands"
         with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(["bash", "-c", "\n".join([*commands, "code=$?", "wait", "exit $code"])], cwd=folder, env=environment,
-                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
-        missing = [words for words in expected if words not in done.stdout]
-        if done.returncode != 0 or missing:
-            failed += 1
-            print(f"{title}: exit code {done.returncode}, without {missing}:\n{done.stdout}")
+            for _, commands, expected in of_title:
+                assert expected, f"{title}: nothing is expected"
+                done = subprocess.run(["bash", "-c", "\n".join([*commands, "code=$?", "wait", "exit $code"])], cwd=folder,
+                                      env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+                missing = [words for words in expected if words not in done.stdout]
+                if done.returncode != 0 or missing:
+                    failed += 1
+                    print(f"{title}: exit code {done.returncode}, without {missing}:\n{done.stdout}")
     return 1 if failed else 0
 
 

@@ -46,7 +46,12 @@ void ConventionCheck::tell(const TruthComparison& truth, LogSink& sink) const {
   ChartFindings findings = charts();
   if (std::string text = charts_text(findings); !text.empty()) sink.remark(std::move(text));
   sink.charts(std::move(findings));
-  if (std::string text = mistakes(truth); !text.empty()) sink.hint(std::move(text));
+  if (samples_.size() < kFewestForReading) return;
+  const ReadingFit declared = fit({"", "", declared_});
+  if (!declared.misfits()) return;
+  std::string text = mistakes(declared, truth);
+  if (text.empty()) return sink.unexplained();
+  sink.hint(std::move(text));
 }
 
 double ConventionCheck::spacing() const {
@@ -112,13 +117,10 @@ std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
       text, declared_.name, least_carried, most_carried);
 }
 
-std::string ConventionCheck::mistakes(const TruthComparison& truth) const {
+std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthComparison& truth) const {
   constexpr std::size_t kMostNamed = 3;
   // A reading so much less likely than the best is no rival: 3 in the logarithm over all samples.
   constexpr double kRival = 3.0;
-  if (samples_.size() < kFewestForReading) return "";
-  const ReadingFit declared = fit({"", "", declared_});
-  if (!declared.misfits()) return "";
   const TruthLookup truth_at = [&](double time_s, SpatialPose& pose) {
     const std::optional<UncertainPose> at = truth.truth_at(time_s);
     if (at) pose = at->pose;

@@ -31,7 +31,7 @@ class ConventionCheck {
  private:
   ChartFindings charts() const;
   std::string charts_text(const ChartFindings& findings) const;
-  std::string mistakes(const TruthComparison& truth) const;
+  std::string mistakes(const ReadingFit& declared, const TruthComparison& truth) const;
   ReadingFit fit(const PoseReading& reading) const;
   double spacing() const;
 

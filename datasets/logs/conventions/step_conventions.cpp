@@ -89,7 +89,7 @@ void StepConventions::finish() {
     best = found;
     cause = reading.cause;
   }
-  if (!best) return;
+  if (!best) return unexplained();
   hint(
       fmt::format("The covariance does not fit as it is read ({}). It would fit if {} (mean NEES {:.4g}). "
                   "Whether it is so, the log cannot say: look at the program that wrote it.",

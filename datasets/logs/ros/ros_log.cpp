@@ -12,6 +12,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/conventions/thinned.h"
+#include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/geodesy.h"
 #include "datasets/logs/partial_read.h"
 #include "datasets/logs/ros/covariance_sentinels.h"
@@ -332,7 +333,7 @@ class RosLog {
         ++unmatched;
         return;
       }
-      const double distance_m = travelled.at(at->pose);
+      const double distance_m = travelled.at(at->pose.position);
       const auto [estimate, kept] = sample(pose, number, sentinels);
       if (!comparison.compare(estimate, *at, kept, step)) {
         ++without;

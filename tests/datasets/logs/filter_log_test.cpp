@@ -1,5 +1,6 @@
 #include "datasets/logs/filter_log.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,9 +10,12 @@
 
 #include "datasets/data_error.h"
 #include "tests/datasets/data_folder.h"
+#include "tests/datasets/logs/recorded_sink.h"
 
 namespace credence {
 namespace {
+
+using ::testing::ElementsAre;
 
 const std::string kHeader =
     "step,estimate.x,estimate.heading:angle,truth.x,truth.heading,P.1.1,P.1.2,P.2.2,innovation.1,S.1.1\n";
@@ -117,6 +121,21 @@ TEST_F(FilterLog, KeepsTheRunsOfARunColumnApart) {
   ASSERT_TRUE(reader.failure().has_value());
   EXPECT_EQ(reader.failure()->step, 3);
   EXPECT_FALSE(reader.next(row));
+}
+
+TEST_F(FilterLog, TellsHowFarTheTruthHasTravelledInEachRun) {
+  const std::string diagonal = ",1,0,0,1,0,1\n",
+                    header =
+                        "run,estimate.vehicle.x,estimate.vehicle.y,estimate.vehicle.heading:angle,truth."
+                        "vehicle.x,truth.vehicle.y,"
+                        "truth.vehicle.heading,P.1.1,P.1.2,P.1.3,P.2.2,P.2.3,P.3.3\n";
+  testing::RecordedSink sink;
+  const auto file = write(header + "1,0,0,0,0,0,0" + diagonal + "1,0,0,0,3,4,0" + diagonal + "1,0,0,0,3,5,0" +
+                          diagonal + "2,0,0,0,9,9,0" + diagonal);
+  own_format().read(file, {}, sink);
+  ASSERT_EQ(sink.runs.size(), 2U);
+  EXPECT_THAT(sink.runs[0].travelled_m, ElementsAre(0.0, 5.0, 6.0));
+  EXPECT_THAT(sink.runs[1].travelled_m, ElementsAre(0.0));
 }
 
 TEST_F(FilterLog, AnAsymmetricCovarianceIsAProblemOfTheRow) {

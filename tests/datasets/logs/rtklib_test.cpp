@@ -101,6 +101,17 @@ TEST_F(RtklibFiles, ABetterSolutionIsMatchedInTimeAndItsCovarianceAdded) {
   EXPECT_THAT(sink.said(), HasSubstr("the truth has a covariance of its own"));
 }
 
+TEST_F(RtklibFiles, TellsHowFarATruthThatMovesHasTravelled) {
+  const std::string rest = " 1 9 1 1 1 0 0 0";
+  const std::string rows =
+      kGeodetic + geodetic_row("1692 10.00", {1, 0, 0}, rest) + geodetic_row("1692 11.00", {4, 4, 0}, rest);
+  const RecordedSink moving = read(rows, rows);
+  ASSERT_EQ(moving.runs[0].travelled_m.size(), 2U);
+  EXPECT_NEAR(moving.runs[0].travelled_m[1], 5.0, 1e-3);
+  EXPECT_TRUE(
+      read(rows, kGeodetic + geodetic_row("1692 10.00", {1, 0, 0}, rest)).runs[0].travelled_m.empty());
+}
+
 TEST_F(RtklibFiles, CalendarAndWeekAreTheSameTime) {
   // GPS week 1692 began on 2012-06-10.
   const auto week =

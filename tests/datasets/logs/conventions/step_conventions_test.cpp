@@ -75,12 +75,13 @@ TEST(StepConventions, NothingIsSaidOfWhatFitsNorOfWhatNoMistakeExplains) {
 
 TEST(StepConventions, OfManyFilesAHintThatChanceExplainsIsLeftOut) {
   const std::vector<std::filesystem::path> files(40, "log");
-  const auto hints_of = [&](int wrong) {
+  const auto hints_of = [&](int wrong, double scale_of_others = 1.0) {
     int file = 0;
     const LogFileReader read = [&](const std::filesystem::path&, LogSink& sink) {
       const bool is_wrong = file < wrong;
       give(sink, static_cast<std::uint64_t>(20 + file++), 200, [&](Step& s) {
         if (is_wrong) s.P = s.P.inverse().eval();
+        if (!is_wrong) s.P *= scale_of_others;
       });
     };
     LogJudgeOptions one_thread;
@@ -94,6 +95,9 @@ TEST(StepConventions, OfManyFilesAHintThatChanceExplainsIsLeftOut) {
   const auto all = hints_of(40);
   ASSERT_EQ(all.size(), 1U);
   EXPECT_THAT(all[0], HasSubstr("likewise 40 of 40 files"));
+  EXPECT_EQ(hints_of(12).size(), 1U);
+  // A filter whose P is too small may look so in a few files: most of them misfit and no mistake explains it.
+  EXPECT_THAT(hints_of(12, 0.3), IsEmpty());
 }
 
 }  // namespace
