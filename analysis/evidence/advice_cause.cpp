@@ -167,15 +167,20 @@ bool explains_the_errors(const ZeroMeanTest& mean, const Findings& findings) {
 }
 
 // A filter that is fed late follows the truth of then: its innovations are as they should be, and its errors
-// the way since. A gain that is too small lags behind, too, and shows in the innovations.
+// the way since. A gain that is too small lags behind, too, and noise that is correlated in time is followed
+// along; both show in the innovations.
 void find_late_measurements(const Findings& findings, std::vector<CauseFound>& found) {
-  constexpr double kMost = 0.8;         // of the excess of NEES; an error that grows along its way has 3/4
-  constexpr double kSteps = 0.3;        // a shorter time is none of steps
-  constexpr double kSmallExcess = 0.1;  // of the innovations
+  constexpr double kMost = 0.8;   // of the excess of NEES; an error that grows along its way has 3/4
+  constexpr double kSteps = 0.3;  // a shorter time is none of steps
+  constexpr double kLeastExcess = 0.2, kSmallExcess = 0.1;  // of NEES, of NIS
+  constexpr double kSmallColour = 0.1;
   if (!findings.lateness || !(findings.lateness->p_value <= cause_level(findings))) return;
   const LatenessTest& late = *findings.lateness;
-  if (!is_inconsistent(findings.nees.verdict) || late.steps < kSteps || late.explained < kMost) return;
-  if (!(std::abs(innovation_shape(findings).excess) < kSmallExcess)) return;
+  const ConsistencyVerdict& nees = findings.nees;
+  if (!is_inconsistent(nees.verdict) || !(nees.mean > (1.0 + kLeastExcess) * nees.expected)) return;
+  if (late.steps < kSteps || late.explained < kMost) return;
+  const InnovationShape shape = innovation_shape(findings);
+  if (!(std::abs(shape.excess) < kSmallExcess && std::abs(shape.lag_1) < kSmallColour)) return;
   found.push_back({Cause::late_measurements,
                    fmt::format("the errors point back along the way, about {:.2g} steps of it (p = {:.2g}), "
                                "which is {:.2g} of what NEES has in excess",

@@ -59,8 +59,10 @@ TEST(CollectedEvidence, NamesLateMeasurements) {
     return analysed(load_scenario_text(text, "t.toml", std::vector<std::string>{setting})).judgement.value();
   };
   for (const std::string model : {"tracking", "planar"}) {
-    EXPECT_FALSE(names(judged(model, "noise.measurement_delay=0"), Cause::late_measurements)) << model;
-    EXPECT_FALSE(names(judged(model, "filter.process_scale=0.1"), Cause::late_measurements)) << model;
+    for (const char* other :
+         {"noise.measurement_delay=0", "filter.process_scale=0.1", "noise.measurement_correlation=0.5"}) {
+      EXPECT_FALSE(names(judged(model, other), Cause::late_measurements)) << model << ' ' << other;
+    }
     for (const std::string delay : {"1", "3"}) {
       const Judgement judgement = judged(model, "noise.measurement_delay=" + delay);
       ASSERT_FALSE(judgement.causes.empty()) << model << ' ' << delay;
