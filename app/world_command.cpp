@@ -67,18 +67,18 @@ void append(std::vector<double>& row, const Vector& values, const std::vector<st
 int stream(const WorldOptions& options) {
   const Scenario scenario = open_one_scenario(options.scenario, options.overrides());
   naming_file(options.scenario, [&] {
-    const auto world = world_stream(scenario);
+    const WorldStream world = world_stream(scenario);
     const Stream out(scenario, options.frames,
-                     columns("prior", world->states) + columns("truth", world->states) +
-                         columns("input", world->inputs) + columns("measurement", world->measurements),
-                     world->notes);
+                     columns("prior", world.states) + columns("truth", world.states) +
+                         columns("input", world.inputs) + columns("measurement", world.measurements),
+                     world.notes);
     for (std::int64_t run = 0; run < scenario.study.runs && !catch_interrupt().load(); ++run) {
-      world->visit(run, [&](std::int64_t step, const StreamRow& told) {
+      world.visit(run, [&](std::int64_t step, const StreamRow& told) {
         std::vector<double> row;
-        append(row, told.prior, world->states);
-        append(row, told.truth, world->states);
-        append(row, told.input, world->inputs);
-        append(row, told.measurement, world->measurements);
+        append(row, told.prior, world.states);
+        append(row, told.truth, world.states);
+        append(row, told.input, world.inputs);
+        append(row, told.measurement, world.measurements);
         out.write(run, step, std::move(row));
       });
     }

@@ -34,10 +34,12 @@ namespace {
 
 using Doubles = py::array_t<double, 0>;
 
-/// Runs of one length: error, P, and innovation and S of every sensor; (runs, steps, …) with contiguous rows.
+/// Runs of one length: error, P, innovation and S of every sensor, and estimate; (runs, steps, …) with
+/// contiguous rows.
 struct ArrayBundle {
   std::optional<Doubles> error, P;
   std::vector<std::pair<Doubles, Doubles>> innovations;
+  std::optional<Doubles> estimate;
 };
 
 void require_rows(const Doubles& array, std::initializer_list<Index> row) {
@@ -119,6 +121,7 @@ class Collector {
       require_rows(*bundle.error, {n});
       require_rows(*bundle.P, {n, n});
     }
+    if (bundle.estimate) require_rows(*bundle.estimate, {n});
     for (std::size_t s = 0; s < bundle.innovations.size(); ++s) {
       const Index m = layout_.sensors[s].dim;
       require_rows(bundle.innovations[s].first, {m});
@@ -131,6 +134,7 @@ class Collector {
         added.error = rows_of(*bundle.error, run);
         added.P = rows_of(*bundle.P, run);
       }
+      if (bundle.estimate) added.estimate = rows_of(*bundle.estimate, run);
       for (const auto& [nu, S] : bundle.innovations) {
         added.innovations.push_back({rows_of(nu, run), rows_of(S, run)});
       }
@@ -198,8 +202,9 @@ PYBIND11_MODULE(_credence, m) {
       .value("listed", ArrayIndexing::listed);
 
   py::class_<ArrayBundle>(m, "Bundle")
-      .def(py::init<std::optional<Doubles>, std::optional<Doubles>,
-                    std::vector<std::pair<Doubles, Doubles>>>());
+      .def(py::init<std::optional<Doubles>, std::optional<Doubles>, std::vector<std::pair<Doubles, Doubles>>,
+                    std::optional<Doubles>>(),
+           py::arg("error"), py::arg("P"), py::arg("innovations"), py::arg("estimate") = py::none());
 
   py::class_<Collector>(m, "Collector")
       .def(py::init<std::vector<std::string>, std::vector<bool>,

@@ -24,6 +24,14 @@ void add_to(std::vector<double>& sums, const std::vector<double>& more) {
 
 }  // namespace
 
+void CalibrationSum::clear(std::size_t parts) {
+  rows = 0;
+  nees = 0.0;
+  marginal.assign(parts, 0.0);
+  pairs.assign(parts * (parts + 1) / 2, 0.0);
+  bins.clear();
+}
+
 void CalibrationSum::merge(const CalibrationSum& later) {
   rows += later.rows;
   nees += later.nees;
@@ -78,7 +86,7 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
   }
   run_ = {.name = std::move(name), .whole = {}, .position_dim = std::ssize(position_)};
   last_bins_.assign(static_cast<std::size_t>(n), {0.0, 0});
-  groups_.clear();
+  open_groups_ = 0;
   nees_.clear();
   rows_per_group_ = 1;
 }
@@ -93,25 +101,11 @@ void CalibrationRecorder::add(const Step& step, double distance_m) {
   factor_.solveInPlace(solved_);
   const double nees = step.error.dot(solved_) / static_cast<double>(n);
   if (!std::isfinite(nees)) return;
-  if (groups_.empty() || groups_.back().rows == rows_per_group_) {
-    if (groups_.size() == kGroups) {
-      for (std::size_t i = 0; i < kGroups / 2; ++i) {
-        CalibrationSum both = std::move(groups_[2 * i]);
-        both.merge(groups_[2 * i + 1]);
-        groups_[i] = std::move(both);
-      }
-      groups_.resize(kGroups / 2);
-      rows_per_group_ *= 2;
-    }
-    groups_.emplace_back();
-  }
-  CalibrationSum& sum = groups_.back();
+  CalibrationSum& sum = group_at_hand();
   ++sum.rows;
   sum.nees += nees;
   nees_.push_back(nees);
   const std::size_t m = parts_.size();
-  sum.marginal.resize(m, 0.0);
-  sum.pairs.resize(m * (m + 1) / 2, 0.0);
   if (m == 1) {
     sum.marginal[0] += nees;
     sum.pairs[0] += static_cast<double>(n) * nees;
@@ -134,6 +128,22 @@ void CalibrationRecorder::add(const Step& step, double distance_m) {
   DistanceSums::Bin here{.rows = 1, .nees = nees};
   if (!position_.empty()) add_position(step, here);
   run_.distance.add(distance_m, here);
+}
+
+CalibrationSum& CalibrationRecorder::group_at_hand() {
+  if (open_groups_ > 0 && groups_[open_groups_ - 1].rows < rows_per_group_) return groups_[open_groups_ - 1];
+  if (open_groups_ == kGroups) {
+    open_groups_ /= 2;
+    for (std::size_t i = 0; i < open_groups_; ++i) {
+      if (i > 0) std::swap(groups_[i], groups_[2 * i]);
+      groups_[i].merge(groups_[2 * i + 1]);
+    }
+    rows_per_group_ *= 2;
+  }
+  if (open_groups_ == groups_.size()) groups_.emplace_back();
+  CalibrationSum& group = groups_[open_groups_++];
+  group.clear(parts_.size());
+  return group;
 }
 
 void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here) {
@@ -182,14 +192,14 @@ void CalibrationRecorder::add_parts(const Step& step, CalibrationSum& sum) {
 void CalibrationRecorder::close_run() {
   if (!std::exchange(open_, false) || nees_.empty()) return;
   const double n = static_cast<double>(layout_.states.size());
-  for (const CalibrationSum& group : groups_) run_.whole.merge(group);
+  for (std::size_t g = 0; g < open_groups_; ++g) run_.whole.merge(groups_[g]);
   const ThinnedSeries series = thinned(nees_);
   const double mean = run_.whole.nees / static_cast<double>(run_.whole.rows);
   const EffectiveSample sample = effective_sample(std::vector<std::span<const double>>{series.values}, mean);
   if (sample.reason.empty()) {
     const double time = series.rows_per_value * sample.correlation_time;
     run_.effective_rows = std::max(1.0, static_cast<double>(run_.whole.rows) / time);
-    const std::size_t groups = groups_.size() / CalibrationRun::kStretches;
+    const std::size_t groups = open_groups_ / CalibrationRun::kStretches;
     const double length = static_cast<double>(groups) * static_cast<double>(rows_per_group_);
     if (groups > 0 && length >= 10.0 * time) {
       for (std::size_t s = 0; s < CalibrationRun::kStretches; ++s) {

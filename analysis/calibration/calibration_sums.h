@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <boost/container/flat_map.hpp>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -33,8 +34,10 @@ struct CalibrationSum {
   /// Of each pair a ≤ b of parts, by rows: Σ e_aᵀ (P⁻¹)_ab e_b, twice for a < b. With P scaled by f_a in part
   /// a, and √(f_a f_b) between two, NEES is the sum of these over √(f_a f_b).
   std::vector<double> pairs;
-  std::map<std::pair<Index, int>, Bin> bins;  ///< by state and bin
+  boost::container::flat_map<std::pair<Index, int>, Bin> bins;  ///< by state and bin
 
+  /// Of so many parts, without rows; keeps its memory.
+  void clear(std::size_t parts);
   void merge(const CalibrationSum& later);
 };
 
@@ -77,14 +80,17 @@ class CalibrationRecorder {
 
  private:
   void close_run();
+  CalibrationSum& group_at_hand();
   void add_parts(const Step& step, CalibrationSum& sum);
   void add_position(const Step& step, DistanceSums::Bin& here);
 
   RunLayout layout_;
   std::vector<Block> parts_;
-  std::vector<Index> position_;         ///< states of the position
-  std::array<double, 3> limits_{};      ///< χ² of kRisks
-  std::vector<CalibrationSum> groups_;  ///< of the open run: equal numbers of rows, at most twice kGroups
+  std::vector<Index> position_;     ///< states of the position
+  std::array<double, 3> limits_{};  ///< χ² of kRisks
+  std::vector<CalibrationSum>
+      groups_;  ///< the first open_groups_ are of the open run, of equal numbers of rows
+  std::size_t open_groups_ = 0;
   std::int64_t rows_per_group_ = 1;
   std::vector<double> nees_;   ///< of the open run, of each row over n
   Eigen::LLT<Matrix> factor_;  ///< of the step at hand

@@ -166,6 +166,27 @@ bool explains_the_errors(const ZeroMeanTest& mean, const Findings& findings) {
   return !findings.nonlinear || mean.mean.squaredNorm() > kMost * std::max(0.0, excess);
 }
 
+// A filter that is fed late follows the truth of then: its innovations are as they should be, and its errors
+// the way since. A gain that is too small lags behind, too, and noise that is correlated in time is followed
+// along; both show in the innovations.
+void find_late_measurements(const Findings& findings, std::vector<CauseFound>& found) {
+  constexpr double kMost = 0.8;   // of the excess of NEES; an error that grows along its way has 3/4
+  constexpr double kSteps = 0.3;  // a shorter time is none of steps
+  constexpr double kLeastExcess = 0.2, kSmallExcess = 0.1;  // of NEES, of NIS
+  constexpr double kSmallColour = 0.1;
+  if (!findings.lateness || !(findings.lateness->p_value <= cause_level(findings))) return;
+  const LatenessTest& late = *findings.lateness;
+  const ConsistencyVerdict& nees = findings.nees;
+  if (!is_inconsistent(nees.verdict) || !(nees.mean > (1.0 + kLeastExcess) * nees.expected)) return;
+  if (late.steps < kSteps || late.explained < kMost) return;
+  const InnovationShape shape = innovation_shape(findings);
+  if (!(std::abs(shape.excess) < kSmallExcess && std::abs(shape.lag_1) < kSmallColour)) return;
+  found.push_back({Cause::late_measurements,
+                   fmt::format("the errors point back along the way, about {:.2g} steps of it (p = {:.2g}), "
+                               "which is {:.2g} of what NEES has in excess",
+                               late.steps, late.p_value, std::min(1.0, late.explained))});
+}
+
 void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
   const auto clear = [&](const ZeroMeanTest& test) { return test.p_value <= cause_level(findings); };
   if (findings.innovation_mean && clear(*findings.innovation_mean)) {
@@ -387,6 +408,8 @@ std::string_view to_string(Cause cause) {
       return "outliers, as of a wrong association";
     case Cause::gated_innovations:
       return "innovations that had to pass a gate";
+    case Cause::late_measurements:
+      return "measurements that arrive late, or a truth that is ahead";
     case Cause::bias:
       return "a bias of the sensor or of the model";
     case Cause::initial_covariance:
@@ -438,7 +461,8 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   find_heavy_tails(findings, found);
   find_gate(findings, found);
   find_sequential_sensors(findings, found);
-  find_bias(findings, found);
+  find_late_measurements(findings, found);
+  if (found.empty()) find_bias(findings, found);
   if (found.size() == 1 && found.front().cause == Cause::bias) {
     find_noise_beside_the_bias(findings, found);
   }

@@ -11,6 +11,7 @@
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/error_correlation.h"
 #include "analysis/laws/goodness_of_fit.h"
+#include "analysis/laws/lateness.h"
 #include "analysis/laws/whiteness.h"
 #include "analysis/laws/zero_mean.h"
 
@@ -22,6 +23,7 @@ enum class Cause {
   wide_angle,          ///< an angle so uncertain that its wrapped error is not Gaussian
   outliers,            ///< a few innovations or errors beyond any law: a wrong match
   gated_innovations,   ///< NIS is cut off at a gate
+  late_measurements,   ///< the estimate lags behind the truth by a time
   bias,                ///< the innovations have a mean, or the errors
   initial_covariance,  ///< only the first steps are inconsistent
   process_noise_too_small,
@@ -62,6 +64,7 @@ struct Findings {
     std::string state;  ///< with the largest
   };
   std::optional<ErrorMean> error_mean = {};
+  std::optional<LatenessTest> lateness = {};
   std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law
   std::optional<GateFound> gate = {};
   /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
@@ -95,13 +98,14 @@ struct CauseFound {
 /// Rules, each a signature (statistics, "Which cause"): an angle innovation beyond half a
 /// turn; an angle of the state wider than kWideAngle; outliers beyond the far tail; heavy tails with the
 /// right second moments; a law cut off at a gate; two sensors correlated at one step more than each is with
-/// itself in time; a mean of the innovations, or of the errors, and beside it the noise, judged by the
-/// innovations less their mean; an inconsistency of the first fifth of the steps that is all but gone in the
-/// second half; innovations more correlated than a wrong gain makes them; the sign of the lag-1
-/// autocorrelation with that of the NIS (gain too small: positive, too large: negative), or, for an S that is
-/// nearly R, innovations whiter than a wrong Q would leave them; Var(NEES) = 2 mean, as for another dof,
-/// against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a joint inconsistency that no
-/// block shares. Heuristic: a hint; signatures that are tests of their own need (1 − confidence) / 15.
+/// itself in time; errors that are the way of some steps; a mean of the innovations, or of the errors, and
+/// beside it the noise, judged by the innovations less their mean; an inconsistency of the first fifth of the
+/// steps that is all but gone in the second half; innovations more correlated than a wrong gain makes them;
+/// the sign of the lag-1 autocorrelation with that of the NIS (gain too small: positive, too large:
+/// negative), or, for an S that is nearly R, innovations whiter than a wrong Q would leave them; Var(NEES) =
+/// 2 mean, as for another dof, against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a
+/// joint inconsistency that no block shares. Heuristic: a hint; signatures that are tests of their own need
+/// (1 − confidence) / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "analysis/evidence/step_series.h"
+#include "analysis/laws/lateness.h"
 
 namespace credence {
 namespace {
@@ -122,6 +123,7 @@ void Evidence::merge(Evidence later) {
   coverage.merge(later.coverage);
   whole_runs.merge(later.whole_runs);
   law.merge(later.law);
+  merge_lateness(later.lateness, lateness);
   scores.merge(later.scores);
   for (const SensorPairSums& pair : later.sensor_pairs) {
     VectorMoments& here = sensor_pair(pair.first, pair.second, pair.first_dim).both;

@@ -140,6 +140,7 @@ struct Evidence {
   CoverageSums coverage;
   RunSums whole_runs;
   LawSums law;
+  VectorMoments lateness{};  ///< of the runs, where estimates are known (lateness.h)
   ScoreSums scores;
   std::vector<SensorPairSums> sensor_pairs;  ///< of the order of the layout
   SumsOverSteps clean_nees, clean_nis;       ///< without gross outliers

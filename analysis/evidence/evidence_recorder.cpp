@@ -11,9 +11,11 @@
 #include <span>
 
 #include "analysis/evidence/consistency_nees.h"
+#include "analysis/evidence/relative_place.h"
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"
 #include "core/linear_algebra/squared_norm.h"
+#include "core/manifold/angle.h"
 
 namespace credence {
 namespace {
@@ -75,6 +77,7 @@ void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLa
 void EvidenceRecorder::list_blocks() {
   block_at_.clear();
   position_ = position_block(layout_);
+  planar_map_ = has_planar_map(layout_);
   averaged_dim_ = -1;
   sums_.law.averaged.clear();
   if (!layout_.has_truth) return;
@@ -222,6 +225,7 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
   if (!step.blocks.empty()) run.last = step.first;
   for (const Index i : places.angles) sums_.narrow_angles.add(step.variance[i] <= kWideAngle * kWideAngle);
   add_law(run, places, step);
+  add_lateness(run, step);
   add_scores(run, step);
   if (run.first) sums_.first_run.push_back(per_dof);
   if (whole.value > outlier_limit(whole.dof)) {
@@ -250,6 +254,39 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   if (whole.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
     sums_.law.whitened[step.step].add(whole.whitened);
   }
+}
+
+// Of what moves: in a map a landmark as seen from the vehicle, since a map made of late sights is displaced
+// and the vehicle within it is not. The step is that of the mean over a few, in which what corrections add
+// is smaller.
+void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) const {
+  if (step.estimate.size() == 0) return;
+  if (run.way_states != step.states) {
+    run.way_states = step.states;
+    run.way_steps = 0;
+  }
+  const std::size_t most = run.way.size(), newest = run.way_steps++ % most;
+  const std::vector<Index>& places = step.moving.places;
+  if (run.way_steps > 1 && !places.empty()) {
+    const Vector& before = run.way[run.way_steps > most ? newest : 0];
+    const auto steps = static_cast<double>(std::min(most, run.way_steps - 1));
+    const Vector& error = step.moving.error;
+    const Vector now = step.estimate(places);
+    if (planar_map_) {
+      const RelativePlace place = relative_place(now), truth = relative_place(now - error);
+      const Eigen::Matrix2d P = place.J * step.moving.P * place.J.transpose();
+      run.lateness.add(place.r - truth.r, (place.r - relative_place(before(places)).r) / steps, P);
+    } else {
+      Vector motion = now - before(places);
+      for (Index i = 0; i < motion.size(); ++i) {
+        const auto state = static_cast<std::size_t>(
+            step.states[static_cast<std::size_t>(places[static_cast<std::size_t>(i)])]);
+        if (layout_.angles[state]) motion[i] = wrap_angle(motion[i]);
+      }
+      run.lateness.add(error, motion / steps, step.moving.P);
+    }
+  }
+  run.way[newest] = step.estimate;
 }
 
 void EvidenceRecorder::add_scores(OpenRun& run, const NormalisedStep& step) const {
@@ -399,6 +436,7 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   if (well) run.law.add_to(sums_.law);
   if (!well || run.nees.empty()) return;
   run.score.add_to(sums_.scores);
+  run.lateness.add_to(sums_.lateness);
   RunSums& runs = sums_.whole_runs;
   runs.nees_values.merge(run.values);
   // Of blocks whose covariances are not known the sum is no χ²: the smallest of them bounds its spread.

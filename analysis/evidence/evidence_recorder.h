@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "analysis/evidence/evidence.h"
 #include "analysis/evidence/step_normaliser.h"
+#include "analysis/laws/lateness.h"
 #include "core/record/normalised_step.h"
 #include "core/record/step.h"
 #include "montecarlo/engine/engine.h"
@@ -73,6 +75,10 @@ class EvidenceRecorder {
     BlockError last{};                          ///< of the first block
     Vector last_whitened{};                     ///< of the whole state
     RunLaw law{};
+    RunLateness lateness{};
+    std::vector<Index> way_states{};  ///< of the estimates of the way
+    std::array<Vector, 4> way{};      ///< estimates of the last steps, that of way_steps mod 4 the oldest
+    std::size_t way_steps = 0;        ///< so far, of these states
     RunScore score{};
   };
 
@@ -84,6 +90,7 @@ class EvidenceRecorder {
   void add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_lateness(OpenRun& run, const NormalisedStep& step) const;
   void add_scores(OpenRun& run, const NormalisedStep& step) const;
   void add_traces(const StepPlaces& places, const NormalisedStep& step, StepStatistics& sums) const;
   void add_innovations(OpenRun& run, const NormalisedStep& step);
@@ -102,6 +109,7 @@ class EvidenceRecorder {
   std::int64_t entry_ = 0;             ///< of the step at hand in the series of steps, from 1; 0: none
   std::vector<std::size_t> block_at_;  ///< of each block of the layout, among those of the sums
   Index position_ = -1;                ///< the block of the position; −1: there is none
+  bool planar_map_ = false;            ///< the layout has one
   Index averaged_dim_ = -1;            ///< of the errors whose second moments are taken; −1: of none
   StepNormaliser normaliser_;
   NormalisedStep normalised_;

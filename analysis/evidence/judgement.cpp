@@ -463,6 +463,7 @@ std::vector<CauseFound> causes_of(const Evidence& e, const JudgementContext& con
   if (speaks(j, kErrorCorrelation)) findings.error_correlation = j.error_correlation;
   findings.nees_values = e.whole_runs.nees_values;
   findings.nonlinear = e.layout.nonlinear;
+  findings.lateness = test_lateness(e.lateness);
   if (share.count > 0) findings.measurement_noise_share = share.mean;
   for (const SensorPairJudgement& pair : j.law.sensor_pairs) {
     if (!speaks(j, pair_test(pair))) continue;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/evidence/consistency_nees.h"
+#include "analysis/laws/lateness.h"
 
 namespace credence {
 void StepPlaces::find(const std::vector<Index>& step_states, const RunLayout& layout) {
@@ -30,14 +31,15 @@ Index position_block(const RunLayout& layout) {
   return found == layout.blocks.end() || !layout.has_truth ? -1 : found - layout.blocks.begin();
 }
 
-void StepNormaliser::Solved::clear() {
-  of.value = 0.0;
-  of.dof = -1;
-  factorised = false;
-  problem = {};
+namespace {
+
+bool is_planar_pose(const Block& block) { return block.part == Part::pose && block.states.size() == 3; }
+bool is_planar_landmark(const Block& block) {
+  return block.part == Part::landmark && block.states.size() == 2;
 }
 
-void StepNormaliser::Solved::take(const Step& step, const std::vector<Index>& places) {
+/// The error and covariance of some states of a step.
+void take_block(const Step& step, const std::vector<Index>& places, BlockError& block) {
   const Index n = std::ssize(places);
   block.error.resize(n);
   block.P.resize(n, n);
@@ -46,6 +48,54 @@ void StepNormaliser::Solved::take(const Step& step, const std::vector<Index>& pl
     block.error[j] = step.error[from];
     for (Index i = 0; i < n; ++i) block.P(i, j) = step.P(places[static_cast<std::size_t>(i)], from);
   }
+}
+
+}  // namespace
+
+bool has_planar_map(const RunLayout& layout) {
+  return layout.has_truth && std::ranges::any_of(layout.blocks, is_planar_pose) &&
+         std::ranges::any_of(layout.blocks, is_planar_landmark);
+}
+
+void StepNormaliser::take_moving(const Step& step, const RunLayout& layout, const StepPlaces& at,
+                                 NormalisedStep& normalised) {
+  MovingPart& moving = normalised.moving;
+  moving.places.clear();
+  normalised.estimate.resize(0);
+  if (step.states.empty() || !layout.componentwise || step.estimate.size() != step.error.size()) return;
+  normalised.estimate = step.estimate;
+  const auto position = position_block(layout);
+  if (has_planar_map(layout)) {
+    const std::vector<Index>* pose = nullptr;
+    std::vector<const std::vector<Index>*> landmarks;
+    for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+      if (is_planar_pose(layout.blocks[b])) pose = &at.of_block[b];
+      if (is_planar_landmark(layout.blocks[b])) landmarks.push_back(&at.of_block[b]);
+    }
+    const auto landmark = [&](Index i) -> const std::vector<Index>& {
+      return *landmarks[static_cast<std::size_t>(i)];
+    };
+    const Index chosen =
+        landmark_in_turn(step.step, std::ssize(landmarks), [&](Index i) { return landmark(i).size() == 2; });
+    if (pose->size() != 3 || chosen < 0) return;
+    moving.places = *pose;
+    moving.places.insert(moving.places.end(), landmark(chosen).begin(), landmark(chosen).end());
+  } else if (position >= 0) {
+    moving.places = at.of_block[static_cast<std::size_t>(position)];
+    if (moving.places.size() != layout.blocks[static_cast<std::size_t>(position)].states.size())
+      moving.places.clear();
+  } else if (layout.joint_covariance && step.states.size() == layout.states.size() &&
+             step.error.size() <= RunLateness::kLargest) {
+    for (Index i = 0; i < step.error.size(); ++i) moving.places.push_back(i);
+  }
+  take_block(step, moving.places, moving);
+}
+
+void StepNormaliser::Solved::clear() {
+  of.value = 0.0;
+  of.dof = -1;
+  factorised = false;
+  problem = {};
 }
 
 void StepNormaliser::Solved::normalise(const VectorRef& e, const MatrixRef& covariance) {
@@ -92,6 +142,7 @@ std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& la
   normalised.states = step.states;
   normalised.error = step.error;
   normalised.variance = step.P.diagonal();
+  take_moving(step, layout, places, normalised);
   const std::string_view problem = normalise_state(step, layout, places, normalised);
   return problem.empty() ? normalise_innovations(step, layout, normalised) : problem;
 }
@@ -120,7 +171,8 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     block.clear();
     const bool all = std::ssize(places) == step.error.size() && layout.joint_covariance;
     const bool single = places.size() == 1;
-    if (b == 0 || static_cast<Index>(b) == position || !(all || single)) block.take(step, places);
+    if (b == 0 || static_cast<Index>(b) == position || !(all || single))
+      take_block(step, places, block.block);
     if (places.empty()) continue;
     if (all) {
       block.of = state_.of;

@@ -23,6 +23,9 @@ struct StepPlaces {
 /// The block of the position; −1: there is none.
 Index position_block(const RunLayout& layout);
 
+/// A pose in the plane and landmarks, each a block of its own.
+bool has_planar_map(const RunLayout& layout);
+
 /// Normalises the errors and innovations of steps by their covariances, over the range of each.
 class StepNormaliser {
  public:
@@ -40,7 +43,6 @@ class StepNormaliser {
     BlockError block{};   ///< of the first block, of the position, and of blocks of some but not all states
 
     void clear();
-    void take(const Step& step, const std::vector<Index>& places);
     void normalise(const VectorRef& e, const MatrixRef& covariance);
     /// Of one state, with the same bits and without a matrix.
     void normalise(double e, double variance);
@@ -48,6 +50,9 @@ class StepNormaliser {
 
   std::string_view normalise_state(const Step& step, const RunLayout& layout, const StepPlaces& places,
                                    NormalisedStep& normalised);
+  /// The pose and one landmark; without a map the position, or a state without one, unless it is large.
+  static void take_moving(const Step& step, const RunLayout& layout, const StepPlaces& at,
+                          NormalisedStep& normalised);
   std::string_view normalise_innovations(const Step& step, const RunLayout& layout,
                                          NormalisedStep& normalised);
 

@@ -35,11 +35,28 @@ struct BlockError {
   Matrix P{};
 };
 
+/// What of a step is looked at for lateness (laws/lateness.h): some of its states.
+struct MovingPart : BlockError {
+  std::vector<Index> places{};  ///< in the step; empty: there is nothing to look at
+};
+
+/// Of `count` landmarks the known one that is looked at in a step, another one each time; −1: none is known.
+template <typename Known>
+Index landmark_in_turn(std::int64_t step, Index count, Known known) {
+  for (Index i = 0; i < count; ++i) {
+    const Index landmark = (i + step) % count;
+    if (known(landmark)) return landmark;
+  }
+  return -1;
+}
+
 /// One step of one run.
 struct NormalisedStep {
   std::int64_t step = 0;          ///< from 1
   std::vector<Index> states{};    ///< as Step::states
   Vector error{}, variance{};     ///< of these states
+  Vector estimate{};              ///< x̂ of these states, in coordinates; empty: not known
+  MovingPart moving{};            ///< of a map in the plane the pose and one landmark
   NormalisedVector whole{};       ///< the state; its dof is the sum over blocks without a joint covariance
   double log_determinant = kNaN;  ///< of P of full rank
   std::vector<NormalisedSquare> blocks{};           ///< of the layout

@@ -49,6 +49,8 @@ struct RunLayout {
   /// false: the covariances between blocks are not known, so that only the NEES of each block is χ².
   bool joint_covariance = true;
   bool nonlinear = false;  ///< the filter is known to linearise at its own estimates
+  /// An error is the difference of the coordinates of estimate and truth, of angles wrapped.
+  bool componentwise = true;
 
   bool operator==(const RunLayout&) const = default;
 };

@@ -29,6 +29,7 @@ struct Step {
   std::int64_t line = 0;                  ///< of its file, if it has one
   std::vector<Index> states{};            ///< those with an estimate and a truth, by number of the layout
   Vector error{};                         ///< x̂ ⊟ x of these states, as the producer defines it
+  Vector estimate{};                      ///< x̂ of these states, in coordinates; empty: not known
   Matrix P{};                             ///< their covariance
   std::vector<Innovation> innovations{};  ///< one for each sensor
   std::string_view problem = {};          ///< why the step cannot be used, else empty

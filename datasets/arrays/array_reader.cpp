@@ -83,6 +83,13 @@ void ArrayReader::read_state(const ArrayRun& run, Place place, Step& step) {
     const Index state = kept_[static_cast<std::size_t>(i)];
     step.error[i] = layout.angles[static_cast<std::size_t>(state)] ? wrap_angle(error[state]) : error[state];
   }
+  if (run.estimate.data != nullptr) {
+    const double* const estimate = run.estimate.at(place.row);
+    step.estimate.resize(step.error.size());
+    for (Index i = 0; i < step.error.size(); ++i) {
+      step.estimate[i] = estimate[kept_[static_cast<std::size_t>(i)]];
+    }
+  }
   place.array = "P";
   read_covariance(run.P.at(place.row), n, place, step.P);
 }

@@ -34,6 +34,7 @@ struct ArrayRun {
   std::int64_t steps = 0;
   ArrayRows error{};                          ///< n: x̂ ⊟ x; NaN: a state without estimate or truth
   ArrayRows P{};                              ///< n×n; not read where the error is NaN
+  ArrayRows estimate{};                       ///< n: x̂, where the error is a difference; none: not known
   std::vector<InnovationRows> innovations{};  ///< one for each sensor of the layout
   /// Where a run ended that failed; its rows are those before.
   std::optional<RunFailure> failure{};

@@ -172,10 +172,11 @@ void FilterLogReader::read_state(Step& row) const {
     if (!std::isnan(estimate) && !std::isnan(truth)) row.states.push_back(i);
   }
   row.error.resize(std::ssize(row.states));
+  row.estimate.resize(row.error.size());
   for (Index i = 0; i < row.error.size(); ++i) {
     const auto at = static_cast<std::size_t>(row.states[static_cast<std::size_t>(i)]);
-    row.error[i] = fields_[static_cast<std::size_t>(header_.estimate[at])] -
-                   fields_[static_cast<std::size_t>(header_.truth[at])];
+    row.estimate[i] = fields_[static_cast<std::size_t>(header_.estimate[at])];
+    row.error[i] = row.estimate[i] - fields_[static_cast<std::size_t>(header_.truth[at])];
     if (header_.layout.angles[at]) row.error[i] = wrap_angle(row.error[i]);
   }
   const Index missing = read_symmetric(header_.P, row.states, n, row.P, row.problem);

@@ -17,7 +17,6 @@ namespace credence {
 /// measurement.
 struct TraceStep : Step {
   Vector truth{};                 ///< state of the world in the order of the filter's state
-  Vector estimate{};              ///< x̂
   Matrix K{};                     ///< gain, n×dim ν
   Vector z{};                     ///< the measurement H x + w; empty in planar runs
   Outcome outcome = Outcome::ok;  ///< other: the run failed here, and the numbers mean nothing

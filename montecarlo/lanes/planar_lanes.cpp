@@ -314,6 +314,7 @@ bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
   const bool update = s.update.dof == 0 || doubt_of_S_[lane] * NeesSolver::least_pivot(s.update.dof) < 1.0;
   if (!full_rank || !update || !std::isfinite(s.nees) || !std::isfinite(s.update.nis)) return false;
   told.states.resize(at(n));
+  told.estimate.resize(n);
   told.error.resize(n);
   told.variance.resize(n);
   told.whole.whitened.resize(n);
@@ -321,6 +322,7 @@ bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
   for (Index place = 0, i = 0; place < states_; ++place) {
     if (place > 2 && !has(known_[at((place - 3) / 2)], lane)) continue;
     told.states[at(i)] = place;
+    told.estimate[i] = x_[at(place)][lane];
     told.error[i] = error_[at(place)][lane];
     told.variance[i] = covariance_at(place, place)[lane];
     told.whole.whitened[i] = whitened[place * (padded_ + kMostBelow)][lane];
@@ -331,6 +333,7 @@ bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
   const Index pivots = kLanes * (padded_ + kMostBelow + 1);
   told.log_determinant = -2.0 * log_of_product(&L_[0].of[lane], padded_, pivots);
   normalise_blocks(lane, told);
+  take_moving(lane, told);
   told.innovations.resize(1);
   normalise_innovation(lane, told.innovations.front());
   return true;
@@ -360,6 +363,24 @@ void PlanarLanes::normalise_blocks(int lane, NormalisedStep& told) const {
   if (world_.states() == 0) return;
   told.blocks.push_back(s.landmarks > 0 ? NormalisedSquare{map_nees_[lane], 2 * s.landmarks}
                                         : NormalisedSquare{});
+}
+
+/// The pose and one landmark.
+void PlanarLanes::take_moving(int lane, NormalisedStep& told) const {
+  const auto known = [&](Index l) { return has(known_[at(l)], lane); };
+  const Index chosen = landmark_in_turn(told.step, std::min(world_.states(), kSingleLandmarks), known);
+  MovingPart& moving = told.moving;
+  moving.places.clear();
+  if (chosen < 0) return;
+  Index i = 3;
+  for (Index l = 0; l < chosen; ++l) i += known(l) ? 2 : 0;
+  moving.places.assign({0, 1, 2, i, i + 1});
+  moving.error = told.error(moving.places);
+  const std::array<Index, 5> states = {0, 1, 2, 3 + 2 * chosen, 4 + 2 * chosen};
+  moving.P.resize(5, 5);
+  for (Index a = 0; a < 5; ++a) {
+    for (Index b = 0; b < 5; ++b) moving.P(a, b) = covariance_at(states[at(a)], states[at(b)])[lane];
+  }
 }
 
 void PlanarLanes::normalise_innovation(int lane, NormalisedInnovation& told) const {

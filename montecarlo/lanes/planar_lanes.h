@@ -84,6 +84,7 @@ class PlanarLanes {
   void drop_failed_lanes();
   void initialise(int lane, Index landmark, const RangeBearing& z);
   void normalise_blocks(int lane, NormalisedStep& told) const;
+  void take_moving(int lane, NormalisedStep& told) const;
   void normalise_innovation(int lane, NormalisedInnovation& told) const;
   void compute_errors(const std::array<Pose, kLanes>& truth);
   std::vector<Index> states_of(int lane) const;

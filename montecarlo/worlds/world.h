@@ -41,7 +41,7 @@ struct World {
   /// The estimators that `credence estimators` compares; null where there are none.
   const EstimatorOffer* estimators = nullptr;
   /// What it tells a filter in another program; null: what its experiment shows, where that is one vector.
-  std::unique_ptr<const WorldStream> (*stream)(const Scenario&) = nullptr;
+  WorldStream (*stream)(const Scenario&) = nullptr;
 };
 
 }  // namespace credence

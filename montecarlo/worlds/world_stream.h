@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,20 +21,20 @@ struct StreamRow {
   Vector measurement{};  ///< empty where nothing is measured
 };
 
+/// Takes the steps of a run.
+using RowVisitor = std::function<void(std::int64_t step, const StreamRow&)>;
+
 /// The runs of a world without a filter: names of the numbers of each kind, and the rows.
 struct WorldStream {
-  virtual ~WorldStream() = default;
-  /// All steps of a run, from 0 on, with the noise of the scenario's experiment.
-  virtual void visit(std::int64_t run,
-                     const std::function<void(std::int64_t step, const StreamRow&)>& take) const = 0;
-
-  std::vector<std::string> states, inputs, measurements;
+  std::vector<std::string> states, inputs{}, measurements;
   std::string notes{};  ///< what a filter must know beside the scenario, in lines
+  /// All steps of a run, from 0 on, with the noise of the scenario's experiment.
+  std::function<void(std::int64_t run, const RowVisitor& take)> visit;
 };
 
 /// Of any scenario whose world tells what is measured. Throws std::invalid_argument for another, and as the
 /// experiment of the scenario does.
-std::unique_ptr<const WorldStream> world_stream(const Scenario& scenario);
+WorldStream world_stream(const Scenario& scenario);
 
 /// "landmark1.range", "landmark1.bearing", "landmark2.range", …
 std::vector<std::string> names_of_landmarks(std::size_t count, const std::vector<std::string>& numbers);
@@ -48,12 +47,6 @@ std::string text_of_landmarks(const std::vector<Point>& points) {
     text += fmt::format("landmark{} = {}\n", i + 1, fmt::join(points[i].begin(), points[i].end(), ","));
   }
   return text;
-}
-
-/// For World::stream.
-template <class Stream>
-std::unique_ptr<const WorldStream> make_stream(const Scenario& scenario) {
-  return std::make_unique<Stream>(scenario);
 }
 
 }  // namespace credence

@@ -38,13 +38,17 @@ class Told:
     def write_report(self, folder: str) -> None: ...
 
 class Bundle:
-    """Runs of one length: float64 (runs, steps, …) whose rows are contiguous; innovation and S of every sensor."""
+    """Runs of one length: float64 (runs, steps, …) whose rows are contiguous; innovation and S of every sensor.
+
+    estimate: where the error is its difference from the truth, angles wrapped.
+    """
 
     def __init__(
         self,
         error: Optional[np.ndarray],
         P: Optional[np.ndarray],
         innovations: Sequence[tuple[np.ndarray, np.ndarray]],
+        estimate: Optional[np.ndarray] = None,
     ) -> None: ...
 
 class Collector:

@@ -12,8 +12,14 @@ import numpy as np
 from . import _credence
 from ._arrays import float_array
 
-CHUNK = 64  # runs: fixed, because it fixes the bits
+CHUNK = 64  # runs that are judged as one
+_MOST_CHUNKS, _MOST_DOUBLES = 8, 1 << 23  # of a batch; of its covariances, 64 MB
 _INPUT_SLOTS = 1 << 20  # beyond those of the process noise
+
+
+def batch_runs(steps: int, n: int) -> int:
+    """Runs of one batch: whole chunks, by the size of a run alone, because how many there are may move the last bits."""
+    return CHUNK * min(_MOST_CHUNKS, max(1, _MOST_DOUBLES // (CHUNK * steps * n * n)))
 
 
 class PlugError(ValueError):
@@ -88,6 +94,7 @@ class Chunk:
     error: np.ndarray
     P: np.ndarray
     innovations: "dict[str, tuple[np.ndarray, np.ndarray]]"
+    estimate: Optional[np.ndarray]  # where the error is its difference from the truth
     failures: "dict[int, tuple[int, str, str]]" = field(default_factory=dict)
 
 
@@ -165,7 +172,9 @@ class _Play:
         angles = np.zeros(n, dtype=bool)
         if plan.angles is not None:
             angles[plan.angles] = True
-        chunk = Chunk(np.full((runs, plan.steps, n), np.nan), np.empty((runs, plan.steps, n, n)), {})
+        error = np.full((runs, plan.steps, n), np.nan)
+        estimate = None if hasattr(world, "minus") else error.copy()
+        chunk = Chunk(error, np.empty((runs, plan.steps, n, n)), {}, estimate)
         self.chunk = chunk
         truth = world.initial(Noise(source, 0, _credence.Purpose.initial))
         made.reset(mean, P0)
@@ -199,6 +208,8 @@ class _Play:
             raise PlugError(f"filter.state minus the truth has shape {error.shape}: expected {(runs, n)}")
         P = _shown(made.covariance, "filter.covariance", (n, n), runs)
         chunk.error[:, k - 1], chunk.P[:, k - 1] = error, P
+        if chunk.estimate is not None:
+            chunk.estimate[:, k - 1] = made.state
         for sensor, (nu, S) in _innovations(made, z, runs).items():
             if sensor not in chunk.innovations:
                 m = nu.shape[-1]
@@ -223,7 +234,13 @@ def _joined(parts: "list[Chunk]") -> Chunk:
             np.concatenate([of(part, 0, nu) for part in parts]),
             np.concatenate([of(part, 1, S) for part in parts]),
         )
-    joined = Chunk(np.concatenate([p.error for p in parts]), np.concatenate([p.P for p in parts]), innovations)
+    estimates = [part.estimate for part in parts if part.estimate is not None]
+    joined = Chunk(
+        np.concatenate([p.error for p in parts]),
+        np.concatenate([p.P for p in parts]),
+        innovations,
+        np.concatenate(estimates) if estimates else None,
+    )
     first = 0
     for part in parts:
         joined.failures.update({first + run: failure for run, failure in part.failures.items()})
@@ -247,8 +264,8 @@ def _play_alone(plan: Plan, run: int) -> Chunk:
         return play.chunk
 
 
-def play_chunk(plan: Plan, first_run: int, runs: int) -> Chunk:
-    """All runs of a chunk at once; where that throws, one by one, to find which."""
+def play_batch(plan: Plan, first_run: int, runs: int) -> Chunk:
+    """All runs of a batch at once; where that throws, chunk by chunk, and then one by one, to find which."""
     if plan.batch:
         try:
             return _Play(plan, first_run, runs).play()
@@ -256,6 +273,9 @@ def play_chunk(plan: Plan, first_run: int, runs: int) -> Chunk:
             raise
         except Exception:
             pass
+    if plan.batch and runs > CHUNK:
+        firsts = range(first_run, first_run + runs, CHUNK)
+        return _joined([play_batch(plan, first, min(CHUNK, first_run + runs - first)) for first in firsts])
     return _joined([_play_alone(plan, run) for run in range(first_run, first_run + runs)])
 
 
@@ -287,7 +307,7 @@ def require_time_step(plan: Plan) -> None:
 def require_same_twice(plan: Plan, runs: int) -> None:
     short = dataclasses.replace(plan, steps=min(plan.steps, 5))
     runs = min(runs, CHUNK if plan.batch else 2)
-    once, again = play_chunk(short, 0, runs), play_chunk(short, 0, runs)
+    once, again = play_batch(short, 0, runs), play_batch(short, 0, runs)
     for name, a, b in (("error", once.error, again.error), ("covariance", once.P, again.P)):
         same = (a == b) | (np.isnan(a) & np.isnan(b))
         for run in once.failures.keys() | again.failures.keys():

@@ -12,7 +12,7 @@ import numpy as np
 from . import _credence
 from ._arrays import indices, state_names
 from ._check import collector
-from ._play import CHUNK, Chunk, Plan, PlugError, Switches, play_chunk, require_same_twice, require_time_step
+from ._play import Chunk, Plan, PlugError, Switches, batch_runs, play_batch, require_same_twice, require_time_step
 from ._result import Result
 
 
@@ -44,7 +44,7 @@ def study(
 ) -> Result:
     """Judges a filter in a world, both written in Python, by a Monte Carlo study.
 
-    world and filter work on batches: B runs at once, so that one call serves 64 of them. Arrays are float64.
+    world and filter work on batches: B runs at once, so that one call serves up to 512 of them. Arrays are float64.
 
     world.prior() -> mean (n,), P (n, n): what the filter starts from.
     world.initial(noise) -> x (B, n): the truth at the start. noise(c) gives (B, c) standard normals.
@@ -64,7 +64,7 @@ def study(
     batch=False: for a filter of one run, without the axis B; many times slower.
     noise_group: studies of one seed and group meet the same noise.
     workers: processes; world and filter must then be importable, and the script guarded by
-        ``if __name__ == "__main__":``. The bits do not depend on it: the same 64 runs are always one batch.
+        ``if __name__ == "__main__":``. The bits do not depend on it: the same runs are always one batch.
     names, angles, blocks, confidence, inflated: as in ``check``.
     noise: what makes it other than a filter believes: {"outlier_rate": 0.01, "outlier_scale": 10, "student_dof": 4,
         "measurement_correlation": 0.5, "process_correlation": 0.5, "measurement_delay": 1}, each as the key of [noise]
@@ -82,7 +82,8 @@ def study(
     require_same_twice(plan, runs)
     require_time_step(plan)
 
-    bounds = [(first, min(CHUNK, runs - first)) for first in range(0, runs, CHUNK)]
+    size = batch_runs(steps, n)
+    bounds = [(first, min(size, runs - first)) for first in range(0, runs, size)]
     collected, sensors = None, []
 
     def add(chunk: Chunk) -> None:
@@ -92,24 +93,24 @@ def study(
             collected = collector(names, angles, blocks, n, sensors, True)
         late = chunk.innovations.keys() - dict(sensors).keys()
         if late:
-            raise PlugError(f"filter.innovation has a sensor {sorted(late)} that the first {CHUNK} runs never show")
+            raise PlugError(f"filter.innovation has a sensor {sorted(late)} that the first {size} runs never show")
         pairs = []
         for sensor, m in sensors:
-            size = (*chunk.error.shape[:2], m)
-            silent = np.full(size, np.nan), np.broadcast_to(np.eye(m), (*size, m))
+            shape = (*chunk.error.shape[:2], m)
+            silent = np.full(shape, np.nan), np.broadcast_to(np.eye(m), (*shape, m))
             pairs.append(chunk.innovations.get(sensor, silent))
-        bundle = _credence.Bundle(chunk.error, chunk.P, pairs)
-        collected.add([bundle], _credence.Indexing.stacked, 1, chunk.failures)
+        bundle = _credence.Bundle(chunk.error, chunk.P, pairs, chunk.estimate)
+        collected.add([bundle], _credence.Indexing.stacked, 0, chunk.failures)
 
     if workers > 1:
         context = multiprocessing.get_context("spawn")
         with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
-            waiting = [pool.submit(play_chunk, plan, *b) for b in bounds]
+            waiting = [pool.submit(play_batch, plan, *b) for b in bounds]
             for place, future in enumerate(waiting):
                 add(future.result())
                 waiting[place] = None  # type: ignore[call-overload]  # its arrays are no longer needed
     else:
         for first, count in bounds:
-            add(play_chunk(plan, first, count))
+            add(play_batch(plan, first, count))
     source = f"simulated, {steps} steps, seed {seed}"
     return Result(collected.judge(name, source, confidence, inflated, False))

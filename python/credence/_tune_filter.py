@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _credence
 from ._arrays import indices, state_names
-from ._play import CHUNK, Chunk, Plan, play_chunk, require_same_twice
+from ._play import CHUNK, Chunk, Plan, play_batch, require_same_twice
 from ._result import Result
 from ._study import study
 from ._tune import Told
@@ -114,7 +114,7 @@ def tune_filter(
     def play(values: Sequence[float]):
         plan, scores = plan_with(values), _Scores()
         for first in range(0, runs, CHUNK):
-            scores.add(play_chunk(plan, first, min(CHUNK, runs - first)))
+            scores.add(play_batch(plan, first, min(CHUNK, runs - first)))
         return scores.all()
 
     require_same_twice(plan_with(list(factors.values())), runs)

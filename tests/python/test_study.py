@@ -15,9 +15,15 @@ def test_the_right_filter_is_consistent_and_a_wrong_one_is_named():
     assert "v" in [b.name for b in wrong.blocks if b.verdict == "optimistic"]
 
 
+def test_late_measurements_are_named():
+    late = credence.study(World(), Filter, noise={"measurement_delay": 3}, **STUDY)
+    assert late.causes[0].name.startswith("measurements that arrive late")
+
+
 def test_the_bits_do_not_depend_on_processes():
-    one = credence.study(World(), Optimistic, **STUDY)
-    assert credence.study(World(), Optimistic, workers=2, **STUDY).to_dict() == one.to_dict()
+    batches = {"runs": 600, "steps": 10}  # two
+    one = credence.study(World(), Optimistic, **batches)
+    assert credence.study(World(), Optimistic, workers=2, **batches).to_dict() == one.to_dict()
 
 
 def test_batches_and_single_runs_agree():
@@ -59,9 +65,9 @@ def test_noise_is_a_function_of_run_and_step():
             return x
 
     credence.study(Listening(), Filter, runs=70, steps=9)
-    values = np.concatenate([v.ravel() for key, v in seen.items() if key[0] == 64])
+    values = np.concatenate([v.ravel() for key, v in seen.items() if key[0] == 70])
     assert len(np.unique(values)) == values.size
-    # 9 steps of 128: a mean of 0 and a variance of 1, within 5 standard errors.
+    # 9 steps of 140: a mean of 0 and a variance of 1, within 5 standard errors.
     assert abs(values.mean()) < 5.0 / np.sqrt(values.size)
     assert abs(values.var() - 1.0) < 5.0 * np.sqrt(2.0 / values.size)
 
@@ -73,6 +79,7 @@ def test_an_exception_is_a_failed_run():
     assert failure["outcome"] == "threw" and failure["says"] == "seed 4: RuntimeError: lost"
     alone = credence.study(World(), Fragile, batch=False, **STUDY)
     assert alone.failures == result.failures
+    np.testing.assert_allclose(alone.mean_nees, result.mean_nees, rtol=1e-9)
     assert "threw at step" in repr(result)
 
 

@@ -84,15 +84,10 @@ def test_a_filter_of_a_vehicle_has_the_verdict_of_the_built_in_one():
         ("inertial", [], 2 + 15 + 15 + 6 + 6, "# state = SE_2(3) x R^6"),
         ("inertial_landmarks", [], 2 + 15 + 15 + 6 + 9, "# landmark3 = "),
         ("huang_ring", [], None, "# landmark1 = "),
-        ("zhang_3d", [], 0, ""),
+        ("zhang_3d", ["--set", "world.landmarks=40"], 2 + 6 + 6 + 6 + 3 * 40, "# state = SE(3)"),
     ],
 )
 def test_every_world_that_measures_tells(scenario, settings, columns, ahead):
-    if columns == 0:  # the spatial world: a filter of it is a plug
-        with pytest.raises(subprocess.CalledProcessError) as refused:
-            told(scenario, "--runs", "1", "--steps", "3")
-        assert "is not told" in refused.value.stderr
-        return
     lines, rows = told(scenario, "--runs", "2", "--steps", "200", *settings)
     assert any(line.startswith(ahead) for line in lines)
     assert len(rows) == 2 * 201
@@ -102,3 +97,32 @@ def test_every_world_that_measures_tells(scenario, settings, columns, ahead):
     assert numbers(rows[0], "input.").size == 0 and numbers(rows[1], "input.").size >= 2
     assert any(numbers(row, "measurement.").size for row in rows[1:201])
     assert rows[1] != rows[202]  # another run, other noise
+
+
+def turned(phi):
+    """Exp of a rotation vector (Rodrigues)."""
+    angle = np.linalg.norm(phi)
+    K = np.array([[0, -phi[2], phi[1]], [phi[2], 0, -phi[0]], [-phi[1], phi[0], 0]]) / max(angle, 1e-300)
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+def test_the_world_in_space_tells_what_its_scenario_says():
+    lines, rows = told("zhang_3d", "--runs", "1", "--steps", "40")
+    landmarks = [np.array([float(v) for v in line.split("=")[1].split(",")]) for line in lines if "landmark" in line
+                 and line.split("=")[1].count(",") == 2]
+    truth = [numbers(row, "truth.") for row in rows]
+    steps, sights = [], []
+    for before, now, row in zip(truth[:-1], truth[1:], rows[1:]):
+        R, next_R, u = turned(before[3:]), turned(now[3:]), numbers(row, "input.")
+        v = R.T @ (now[:3] - before[:3])
+        steps.append((u[:3] - v) / np.linalg.norm(v))
+        assert np.allclose(turned(u[3:]), R.T @ next_R, atol=0.02)
+        for i, landmark in enumerate(landmarks):
+            seen = [row[f"measurement.landmark{i + 1}.{axis}"] for axis in "xyz"]
+            if seen[0] == "":
+                continue
+            z = next_R.T @ (landmark - now[:3])
+            sights.append((np.array([float(s) for s in seen]) - z) / np.linalg.norm(z))
+    for off, share in ((np.array(steps), 0.01), (np.array(sights), 0.01)):
+        deviation = np.sqrt(np.mean(off**2)) / share
+        assert abs(deviation - 1) < 5 / np.sqrt(2 * off.size), deviation

@@ -86,7 +86,11 @@ class ChartedWorld {
     return credence::plus(x, typename Group::Tangent(d), judged_);
   }
   Vector coordinates(const Group& x) const { return x.split().Log(); }
-  RunLayout layout() const { return model_->layout(); }
+  RunLayout layout() const {
+    RunLayout layout = model_->layout();
+    layout.componentwise = judged_ == Chart::componentwise || judged_ == Chart::componentwise_left;
+    return layout;
+  }
 
  private:
   std::shared_ptr<const Model> model_;

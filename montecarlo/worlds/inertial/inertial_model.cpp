@@ -57,6 +57,7 @@ InertialModel::InertialModel(const Scenario& scenario)
   }
   cone_angle_ = real("world.coning_angle_deg") * kRadiansPerDegree;
   cone_rate_ = 2.0 * std::numbers::pi * real("world.coning_frequency");
+  shaking_ = cone_angle_ > 0.0 ? real("world.sculling_acceleration") : 0.0;
   // A density is that of white noise in continuous time: a mean over dt has the variance density²/dt.
   reading_std_ = pair(real("noise.gyro_density"), real("noise.accelerometer_density")) / std::sqrt(dt_s_);
   walk_std_ = pair(real("noise.gyro_bias_walk"), real("noise.accelerometer_bias_walk")) * std::sqrt(dt_s_);
@@ -110,11 +111,35 @@ Vector3 InertialModel::coning_rate(const Vector3& turn, std::int64_t k) const {
   return own + (turn + 4.0 * middle + last) / 6.0;
 }
 
+/// Of v = B/Ω sin Ωt and p = B/Ω² (1 − cos Ωt), less what v adds to p by itself.
+Eigen::Vector2d InertialModel::shaken(std::int64_t k) const {
+  const double from = cone_rate_ * dt_s_ * static_cast<double>(k - 1), to = from + cone_rate_ * dt_s_;
+  const double speed = shaking_ / cone_rate_;
+  return {speed / cone_rate_ * (cosine(from) - cosine(to)) - dt_s_ * speed * sine(from),
+          speed * (sine(to) - sine(from))};
+}
+
+/// The mean over the step of B cos Ωt Exp(θ n)ᵀ e_z, n = (cos Ωt, sin Ωt, 0): Exp(θ n)ᵀ e_z = cos θ e_z −
+/// sin θ n × e_z. The path turns about e_z.
+Vector3 InertialModel::shaking_force(std::int64_t k) const {
+  const double turn = cone_rate_ * dt_s_;
+  const double from = turn * static_cast<double>(k - 1), to = turn * static_cast<double>(k);
+  const double cos = (sine(to) - sine(from)) / turn;
+  const double sin_cos = 0.5 * (sine(to) * sine(to) - sine(from) * sine(from)) / turn;
+  const double cos_cos = 0.5 + 0.5 * (sine(to) * cosine(to) - sine(from) * cosine(from)) / turn;
+  const double tilt = sine(cone_angle_);
+  return shaking_ * Vector3(-tilt * sin_cos, tilt * cos_cos, cosine(cone_angle_) * cos);
+}
+
 InertialModel::Group InertialModel::step(const Group& x, std::int64_t k, NoiseDraw& noise) const {
   const Vector6 walk = walk_std_.cwiseProduct(Vector6(noise.normals(6)));
   const SE23& body = x.first();
   SE23 next = moved(body, true_rate(body), true_force(body.rotation(), k));
-  if (cone_angle_ > 0.0) next = {next.rotation() * coned(k), next.vectors()};
+  if (cone_angle_ > 0.0) {
+    SE23::Vectors vectors = next.vectors();
+    vectors.row(2) += shaken(k).transpose();
+    next = {next.rotation() * coned(k), vectors};
+  }
   return {next, VectorGroup<6>(x.second().vector() + walk)};
 }
 
@@ -125,7 +150,11 @@ InertialModel::Input InertialModel::input(const Group& x, std::int64_t k, NoiseD
   const Vector3 rate = after.inverse() * turn_in_world_;
   const SO3 before = after * SO3::Exp(-dt_s_ * rate);
   Input reading;
-  reading << (cone_angle_ > 0.0 ? coning_rate(rate, k) : rate), true_force(before, k);
+  reading << rate, true_force(before, k);
+  if (cone_angle_ > 0.0) {
+    reading.head<3>() = coning_rate(rate, k);
+    reading.tail<3>() += shaking_force(k);
+  }
   return reading + x.second().vector() + reading_std_.cwiseProduct(Input(noise.normals(6)));
 }
 

@@ -19,7 +19,11 @@ namespace credence {
 /// The truth obeys the same equations, so that nothing but noise parts them, unless the unit cones: its axis
 /// then moves on a cone of half-angle θ at the rate Ω, and as a reading is the mean of a step the filter
 /// drifts by Ω θ²/2 (1 − sin(Ω dt)/(Ω dt)) about the cone's axis ([Bortz 1971]), which it does not know of.
-/// Satellites give p and v with noise, a landmark Rᵀ(l − p) with noise.
+/// If the coning unit is also shaken, by B cos(Ωt) upwards where its tilt is θ (cos Ωt, sin Ωt, 0), what it
+/// reads of that in its moving axes is taken in those of the start of a step, and the filter's velocity
+/// drifts in the path's axes by θB/2 (1 − sin(Ω dt)/(Ω dt)) along y, sculling ([Savage 1998]), and by −θB/2
+/// (1 − cos(Ω dt))/(Ω dt) along x, which is the turn within the step. Satellites give p and v with noise, a
+/// landmark Rᵀ(l − p) with noise.
 class InertialModel {
  public:
   using Group = ProductGroup<SE23, VectorGroup<6>>;
@@ -55,8 +59,13 @@ class InertialModel {
   /// The mean rate of step k that a gyro reads, where `turn` is that of the path.
   Eigen::Vector3d coning_rate(const Eigen::Vector3d& turn, std::int64_t k) const;
 
+  /// What the shaking adds in step k to height and rate of climb, and to the mean force that is read.
+  Eigen::Vector2d shaken(std::int64_t k) const;
+  Eigen::Vector3d shaking_force(std::int64_t k) const;
+
   double dt_s_, radius_m_, speed_m_s_;
   double cone_angle_ = 0.0, cone_rate_ = 0.0;  ///< rad, rad/s
+  double shaking_ = 0.0;                       ///< m/s²
   Eigen::Vector3d turn_in_world_;              ///< rad/s
   Input reading_std_, walk_std_;               ///< of one step
   Group::Tangent initial_std_;

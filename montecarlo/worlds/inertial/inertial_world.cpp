@@ -18,6 +18,7 @@ namespace {
 constexpr double kGyroDensity = 0.01 * kRadiansPerDegree, kAccelerometerDensity = 60e-6 * 9.80665;
 
 bool cones(const Scenario& s) { return real_value(s, "world.coning_angle_deg") > 0.0; }
+bool sculls(const Scenario& s) { return cones(s) && real_value(s, "world.sculling_acceleration") > 0.0; }
 
 KeyRow real_key(std::string_view section, std::string_view name, std::string_view unit,
                 std::string_view meaning, double default_value) {
@@ -44,6 +45,14 @@ std::vector<KeyRow> inertial_keys() {
        .meaning = "how often it goes round; of no effect with coning_angle_deg = 0",
        .field = own_real("world.coning_frequency", 10.0, Interval::kPositive),
        .in_effect = cones},
+      {.section = "world",
+       .name = "sculling_acceleration",
+       .unit = "m/s^2",
+       .meaning =
+           "amplitude of a vertical shaking of the coning unit, in phase with its tilt about the first "
+           "axis; of no effect with coning_angle_deg = 0",
+       .field = own_real("world.sculling_acceleration", 0.0, Interval::kNotNegative),
+       .in_effect = sculls},
       real_key("noise", "gyro_density", "rad/s/√Hz", "density of the white noise of each rate gyro",
                kGyroDensity),
       real_key("noise", "accelerometer_density", "m/s²/√Hz",
@@ -87,7 +96,10 @@ double least_inertial_doubles(const Scenario&) { return 0.0; }
 std::string inertial_size_text(const Scenario&) { return "world.model = \"inertial\""; }
 
 std::string inertial_text(const Scenario& scenario) {
-  return fmt::format("strapdown inertial unit on a circle{}, {}", cones(scenario) ? ", coning" : "",
+  return fmt::format("strapdown inertial unit on a circle{}, {}",
+                     sculls(scenario)  ? ", coning and sculling"
+                     : cones(scenario) ? ", coning"
+                                       : "",
                      charted_text(scenario));
 }
 
@@ -110,6 +122,6 @@ constinit const World kInertialWorld = {
     .size_text = inertial_size_text,
     .text = inertial_text,
     .figure = RunFigure::states,
-    .stream = make_stream<ChartedStream<InertialModel>>};
+    .stream = charted_stream<InertialModel>};
 
 }  // namespace credence

@@ -75,6 +75,6 @@ constinit const World kLocalisationWorld = {
     .size_text = localisation_size_text,
     .text = localisation_text,
     .figure = RunFigure::states,
-    .stream = make_stream<ChartedStream<LocalisationModel>>};
+    .stream = charted_stream<LocalisationModel>};
 
 }  // namespace credence

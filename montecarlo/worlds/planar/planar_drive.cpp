@@ -29,18 +29,12 @@ PlanarDrive::PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise,
       noise_(noise),
       source_(source),
       pose_(world.start),
-      process_(StepDraws::normals(source, NoisePurpose::process, 2)),
-      measurement_(StepDraws::normals(source, NoisePurpose::measurement, 2 * std::ssize(world.landmarks))),
-      detection_(StepDraws::events(source, NoisePurpose::detection, noise.detection_probability,
-                                   std::ssize(world.landmarks))),
-      line_(noise.measurement_delay) {
-  observations_.reserve(world.landmarks.size());
-}
+      draws_(source, 2, 2, std::ssize(world.landmarks), noise.detection_probability,
+             noise.measurement_delay) {}
 
 Pose PlanarDrive::start(std::int64_t run) {
   pose_ = world_.start;
-  line_.clear();
-  for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
+  draws_.start(run);
   Pose error = Pose::Zero();
   if (source_) source_->normals(run, 0, NoisePurpose::initial, {error.data(), 3});
   Pose estimate = pose_ + error.cwiseProduct(noise_.initial_std);
@@ -49,7 +43,7 @@ Pose PlanarDrive::start(std::int64_t run) {
 }
 
 void PlanarDrive::move(std::size_t k) {
-  const Control noise(process_.at(static_cast<Index>(k)));
+  const Control noise(draws_.motion(k));
   const Control u = world_.controls[k - 1] + noise.cwiseProduct(noise_.control_std);
   pose_ = world_.vehicle.moved(pose_, u, world_.dt_s);
 }
@@ -72,21 +66,19 @@ void PlanarDrive::find_in_range(const double* detected) {
 }
 
 std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
-  const double* noise = measurement_.at(static_cast<Index>(k));
-  find_in_range(detection_.at(static_cast<Index>(k)));
-  observations_.clear();
-  for (std::size_t n = 0; n < in_range_.landmark.size(); ++n) {
-    const std::size_t i = in_range_.landmark[n];
-    RangeBearing z(std::sqrt(in_range_.dx[n] * in_range_.dx[n] + in_range_.dy[n] * in_range_.dy[n]),
-                   wrap_angle(in_range_.direction[n] - pose_[2]));
-    if (!world_.sees(z)) continue;
-    z[0] += noise_.measurement_std[0] * noise[2 * i];
-    z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * noise[2 * i + 1]);
-    observations_.push_back({static_cast<int>(i), z});
-  }
-  if (noise_.measurement_delay > 0)
-    observations_ = line_.pass(observations_).value_or(std::vector<Observation<PlanarModel>>{});
-  return observations_;
+  const double* noise = draws_.measurement(k);
+  find_in_range(draws_.detection(k));
+  return draws_.in_time([&](auto& sights) {
+    for (std::size_t n = 0; n < in_range_.landmark.size(); ++n) {
+      const std::size_t i = in_range_.landmark[n];
+      RangeBearing z(std::sqrt(in_range_.dx[n] * in_range_.dx[n] + in_range_.dy[n] * in_range_.dy[n]),
+                     wrap_angle(in_range_.direction[n] - pose_[2]));
+      if (!world_.sees(z)) continue;
+      z[0] += noise_.measurement_std[0] * noise[2 * i];
+      z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * noise[2 * i + 1]);
+      sights.push_back({static_cast<int>(i), z});
+    }
+  });
 }
 
 BlockLayout planar_blocks(const PlanarWorld& world) {

@@ -7,9 +7,8 @@
 
 #include "core/filters/ekf_slam.h"
 #include "montecarlo/engine/experiment.h"
-#include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/noise.h"
-#include "montecarlo/random/step_draws.h"
+#include "montecarlo/worlds/landmark_draws.h"
 #include "montecarlo/worlds/planar/planar_world.h"
 
 namespace credence {
@@ -56,7 +55,7 @@ class PlanarDrive {
   PlanarNoise noise_;
   std::optional<NoiseSource> source_;
   Pose pose_;
-  StepDraws process_, measurement_, detection_;
+  LandmarkDraws<Observation<PlanarModel>> draws_;
   /// Landmarks within range, and where they lie from the vehicle.
   struct InRange {
     std::vector<std::size_t> landmark;
@@ -65,8 +64,6 @@ class PlanarDrive {
   void find_in_range(const double* detected);
 
   InRange in_range_;
-  std::vector<Observation<PlanarModel>> observations_;
-  DelayLine<std::vector<Observation<PlanarModel>>> line_;
 };
 
 /// What the steps of runs in a planar world have in common.

@@ -138,7 +138,8 @@ class PlanarExperiment final : public Experiment {
       told_.step = k;
       const Matrix& P = solved_covariance();
       const VectorRef nu = filter_.innovation();
-      if (normaliser_.normalise_state(error_.error, P, solver(), filter_.landmarks(), told_) &&
+      if (normaliser_.normalise_state(filter_.state(), error_.error, P, solver(), filter_.landmarks(),
+                                      told_) &&
           normaliser_.normalise_innovation(nu.head(step_.update.dof > 0 ? nu.size() : 0),
                                            filter_.innovation_covariance(), told_)) {
         observer.add(told_, 0);

@@ -17,11 +17,13 @@ double pair_nees(const Vector& error, const Matrix& P, Index i) {
 
 }  // namespace
 
-bool PlanarNormaliser::normalise_state(const Vector& error, const Matrix& P, const NeesSolver& factor,
-                                       std::span<const int> landmarks, NormalisedStep& told) const {
+bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& error, const Matrix& P,
+                                       const NeesSolver& factor, std::span<const int> landmarks,
+                                       NormalisedStep& told) const {
   const Index n = error.size();
   if (!factor.well_conditioned(P) || !std::isfinite(factor.whitened().squaredNorm())) return false;
   slam_states({.vehicle = 3, .landmark = 2, .landmarks = world_.states()}, landmarks, told.states);
+  told.estimate = estimate;
   told.error = error;
   told.variance = P.diagonal();
   const Vector& u = told.whole.whitened = factor.whitened();
@@ -46,6 +48,18 @@ bool PlanarNormaliser::normalise_state(const Vector& error, const Matrix& P, con
         pair_nees(error, P, 3 + 2 * static_cast<Index>(i)), 2};
   }
   if (!landmarks.empty()) told.blocks.back() = {factor.without_lead(), n - 3};
+
+  const auto place_of = [&](Index landmark) {
+    return std::ranges::find(landmarks, static_cast<int>(landmark));
+  };
+  const Index chosen =
+      landmark_in_turn(told.step, singles, [&](Index l) { return place_of(l) != landmarks.end(); });
+  told.moving.places.clear();
+  if (chosen < 0) return true;
+  const Index i = 3 + 2 * static_cast<Index>(place_of(chosen) - landmarks.begin());
+  told.moving.places = {0, 1, 2, i, i + 1};
+  told.moving.error = error(told.moving.places);
+  told.moving.P = P(told.moving.places, told.moving.places);
   return true;
 }
 

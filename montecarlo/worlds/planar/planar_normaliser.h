@@ -20,7 +20,7 @@ class PlanarNormaliser {
 
   /// The errors of a step of these landmarks. `factor` has solved for `error` and P with a lead of 3. False
   /// where P is singular or so near it that rounding has eaten a pivot.
-  bool normalise_state(const Vector& error, const Matrix& P, const NeesSolver& factor,
+  bool normalise_state(const Vector& estimate, const Vector& error, const Matrix& P, const NeesSolver& factor,
                        std::span<const int> landmarks, NormalisedStep& told) const;
   /// The innovation, which may be empty; false likewise.
   bool normalise_innovation(const VectorRef& nu, const MatrixRef& S, NormalisedStep& told);

@@ -96,6 +96,6 @@ constinit const World kPlanarWorld = {.schema = {.name = "planar",
                                       .size_text = slam_size_text,
                                       .text = slam_text,
                                       .figure = RunFigure::plane_slam,
-                                      .stream = make_stream<PlanarStream>};
+                                      .stream = planar_stream};
 
 }  // namespace credence

@@ -2,20 +2,17 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
-#include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/noise.h"
-#include "montecarlo/random/step_draws.h"
+#include "montecarlo/worlds/landmark_draws.h"
 #include "montecarlo/worlds/planar_slam/odometry_world.h"
 
 namespace credence {
 
 /// What odometry and sensor say in one run, whatever filter listens; started, then read step by step.
 ///
-/// Noise of run i: step 0, purpose initial, slots 0 … 2; step k, purpose process, slots 0 and 1 (on the
-/// control read); purpose measurement, slots 2l and 2l + 1, and purpose detection, slot l, of landmark l.
-/// Nothing is allocated after the construction. `world` must live as long.
+/// Noise of run i: step 0, purpose initial, slots 0 … 2; then LandmarkDraws, that of the motion on the
+/// control read. Nothing is allocated after the construction. `world` must live as long.
 class OdometryDrive {
  public:
   OdometryDrive(const OdometryWorld& world, const NoiseSource& source);
@@ -30,9 +27,7 @@ class OdometryDrive {
  private:
   const OdometryWorld& world_;
   NoiseSource source_;
-  StepDraws process_, measurement_, detection_;
-  std::vector<Observation<PlanarModel>> observations_;
-  DelayLine<std::vector<Observation<PlanarModel>>> line_;
+  LandmarkDraws<Observation<PlanarModel>> draws_;
 };
 
 }  // namespace credence

@@ -6,28 +6,26 @@
 
 namespace credence {
 
-OdometryStream::OdometryStream(const Scenario& scenario)
-    : world_(make_odometry_world(scenario)), source_(noise_source(scenario)) {
-  states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
-  inputs = {"1", "2"};
-  const bool relative = world_.sensor.kind != LandmarkSensorKind::range_bearing;
-  measurements = names_of_landmarks(
-      world_.plane.landmarks.size(),
-      relative ? std::vector<std::string>{"x", "y"} : std::vector<std::string>{"range", "bearing"});
-  notes = text_of_landmarks(world_.plane.landmarks);
-}
-
-void OdometryStream::visit(std::int64_t run,
-                           const std::function<void(std::int64_t, const StreamRow&)>& take) const {
-  OdometryDrive drive(world_, source_);
-  const Pose prior = drive.start(run);
-  const std::size_t landmarks = world_.plane.landmarks.size();
-  take(0, {.prior = prior, .truth = world_.path.front()});
-  for (std::size_t k = 1; k < world_.path.size(); ++k) {
-    take(static_cast<std::int64_t>(k), {.truth = world_.path[k],
-                                        .input = drive.read(k),
-                                        .measurement = numbers_of_observations(drive.observe(k), landmarks)});
-  }
+WorldStream odometry_stream(const Scenario& scenario) {
+  const OdometryWorld world = make_odometry_world(scenario);
+  const auto play = [world, source = noise_source(scenario)](std::int64_t run, const RowVisitor& take) {
+    OdometryDrive drive(world, source);
+    take(0, {.prior = drive.start(run), .truth = world.path.front()});
+    for (std::size_t k = 1; k < world.path.size(); ++k) {
+      take(static_cast<std::int64_t>(k),
+           {.truth = world.path[k],
+            .input = drive.read(k),
+            .measurement = numbers_of_observations(drive.observe(k), world.plane.landmarks.size())});
+    }
+  };
+  const bool relative = world.sensor.kind != LandmarkSensorKind::range_bearing;
+  return {.states = {"vehicle.x", "vehicle.y", "vehicle.heading"},
+          .inputs = {"1", "2"},
+          .measurements = names_of_landmarks(
+              world.plane.landmarks.size(),
+              relative ? std::vector<std::string>{"x", "y"} : std::vector<std::string>{"range", "bearing"}),
+          .notes = text_of_landmarks(world.plane.landmarks),
+          .visit = play};
 }
 
 }  // namespace credence

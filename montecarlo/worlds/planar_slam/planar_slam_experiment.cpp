@@ -8,8 +8,9 @@
 namespace credence {
 namespace {
 
-RunLayout layout_of(const OdometryWorld& world) {
+RunLayout layout_of(const Scenario& scenario, const OdometryWorld& world) {
   RunLayout layout = planar_layout(world.plane);
+  layout.componentwise = scenario_estimator(scenario, world)->chart() == ErrorChart::plane;
   layout.sensors.front().angles = {false, world.sensor.kind == LandmarkSensorKind::range_bearing};
   return layout;
 }
@@ -95,7 +96,7 @@ class PlanarSlamExperiment::Run {
 
 PlanarSlamExperiment::PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source,
                                            OdometryWorld world)
-    : Experiment(layout_of(world)), scenario_(scenario), world_(std::move(world)), source_(source) {
+    : Experiment(layout_of(scenario, world)), scenario_(scenario), world_(std::move(world)), source_(source) {
   const auto R = estimator_settings(scenario_, world_).R;
   assume_measurement_variances({R(0, 0), R(1, 1)});
 }

@@ -144,6 +144,6 @@ constinit const World kPlanarSlamWorld = {
     .text = planar_slam_text,
     .figure = RunFigure::plane_slam,
     .estimators = &kPlanarSlamOffer,
-    .stream = make_stream<OdometryStream>};
+    .stream = odometry_stream};
 
 }  // namespace credence

@@ -6,12 +6,7 @@
 namespace credence {
 
 FunctionUkf::FunctionUkf(const FunctionModel& model, double spread)
-    : model_(model), state_angles_(FunctionWorld(model).layout().angles), spread_(spread) {}
-
-void FunctionUkf::reset(const Vector& mean, const Matrix& P) {
-  x_ = mean;
-  P_ = P;
-}
+    : FunctionFilter(model), spread_(spread) {}
 
 void FunctionUkf::predict() {
   const Vector moved = model_.f(x_);

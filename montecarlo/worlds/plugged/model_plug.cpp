@@ -115,8 +115,13 @@ Vector FunctionWorld::minus(const Vector& a, const Vector& b) const {
   return difference;
 }
 
-FunctionEkf::FunctionEkf(const FunctionModel& model)
+FunctionFilter::FunctionFilter(const FunctionModel& model)
     : model_(checked(model)), state_angles_(layout_of(model_).angles) {}
+
+void FunctionFilter::reset(const Vector& mean, const Matrix& P) {
+  x_ = mean;
+  P_ = P;
+}
 
 Matrix FunctionEkf::jacobian_of_f(const Vector& x) const {
   return model_.F ? model_.F(x) : difference_jacobian(model_.f, x, state_angles_);
@@ -124,11 +129,6 @@ Matrix FunctionEkf::jacobian_of_f(const Vector& x) const {
 
 Matrix FunctionEkf::jacobian_of_h(const Vector& x) const {
   return model_.H ? model_.H(x) : difference_jacobian(model_.h, x, model_.measured_angles);
-}
-
-void FunctionEkf::reset(const Vector& mean, const Matrix& P) {
-  x_ = mean;
-  P_ = P;
 }
 
 void FunctionEkf::predict() {

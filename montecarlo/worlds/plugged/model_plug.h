@@ -46,20 +46,33 @@ class FunctionWorld {
   Matrix root_Q_, root_R_, root_P0_;
 };
 
-/// The extended Kalman filter of a model ([Bar-Shalom 2001], section 10.3), Joseph form.
-class FunctionEkf {
+/// What a filter of a model starts from and shows.
+class FunctionFilter {
  public:
-  explicit FunctionEkf(const FunctionModel& model);
+  /// Throws as FunctionWorld does.
+  explicit FunctionFilter(const FunctionModel& model);
 
   void reset(const Vector& mean, const Matrix& P);
-  void predict();
-  /// False where S is not positive definite.
-  bool update(const Vector& z);
-
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_; }
   const Vector& innovation() const { return nu_; }
   const Matrix& innovation_covariance() const { return S_; }
+
+ protected:
+  FunctionModel model_;
+  std::vector<bool> state_angles_;
+  Vector x_, nu_;
+  Matrix P_, S_;
+};
+
+/// The extended Kalman filter of a model ([Bar-Shalom 2001], section 10.3), Joseph form.
+class FunctionEkf : public FunctionFilter {
+ public:
+  using FunctionFilter::FunctionFilter;
+
+  void predict();
+  /// False where S is not positive definite.
+  bool update(const Vector& z);
 
   /// Where a Jacobian that was given differs from differences of its function at the state.
   std::optional<std::string> jacobian_problem() const;
@@ -67,11 +80,6 @@ class FunctionEkf {
  private:
   Matrix jacobian_of_f(const Vector& x) const;
   Matrix jacobian_of_h(const Vector& x) const;
-
-  FunctionModel model_;
-  std::vector<bool> state_angles_;
-  Vector x_, nu_;
-  Matrix P_, S_;
 };
 
 /// Wraps those components that are angles in rad; empty: none.

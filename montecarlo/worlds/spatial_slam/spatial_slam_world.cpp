@@ -10,11 +10,12 @@
 #include "montecarlo/worlds/slam_settings.h"
 #include "montecarlo/worlds/spatial_slam/spatial_contest.h"
 #include "montecarlo/worlds/spatial_slam/spatial_run.h"
+#include "montecarlo/worlds/spatial_slam/spatial_stream.h"
 
 namespace credence {
 namespace {
 
-RunLayout layout_of(const SpatialWorld& world) {
+RunLayout layout_of(const SpatialWorld& world, const SpatialKind& kind) {
   std::size_t most = 0;
   for (const auto& seen : world.in_view) most = std::max(most, seen.size());
   RunLayout layout;
@@ -26,6 +27,7 @@ RunLayout layout_of(const SpatialWorld& world) {
   layout.blocks = {{"position", Part::position, {0, 1, 2}}, {"attitude", Part::heading, {3, 4, 5}}};
   layout.sensors = {{.name = "", .dim = 3 * static_cast<Index>(most), .piece = 3}};
   layout.nonlinear = true;
+  layout.componentwise = kind.chart == SpatialChart::componentwise;
   return layout;
 }
 
@@ -33,7 +35,7 @@ RunLayout layout_of(const SpatialWorld& world) {
 class SpatialExperiment final : public Experiment {
  public:
   SpatialExperiment(const SpatialWorld& world, const SpatialKind& kind, const NoiseSource& source)
-      : Experiment(layout_of(world)), world_(world), kind_(kind), source_(source) {}
+      : Experiment(layout_of(world, kind)), world_(world), kind_(kind), source_(source) {}
 
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
     return visited_chunk(*this, world_.steps(), first_run, runs);
@@ -168,6 +170,7 @@ constinit const World kSpatialSlamWorld = {
     .size_text = spatial_slam_size_text,
     .text = spatial_slam_text,
     .figure = RunFigure::states,
-    .estimators = &kSpatialOffer};
+    .estimators = &kSpatialOffer,
+    .stream = spatial_stream};
 
 }  // namespace credence

@@ -104,15 +104,11 @@ SpatialWorld make_spatial_world(const Scenario& scenario) {
 SpatialDrive::SpatialDrive(const SpatialWorld& world, const NoiseSource& source)
     : world_(world),
       source_(source),
-      process_(StepDraws::normals(source, NoisePurpose::process, 6)),
-      measurement_(StepDraws::normals(source, NoisePurpose::measurement, 3 * std::ssize(world.landmarks))),
-      detection_(StepDraws::events(source, NoisePurpose::detection, world.detection_probability,
-                                   std::ssize(world.landmarks))),
-      line_(world.measurement_delay) {}
+      draws_(source, 6, 3, std::ssize(world.landmarks), world.detection_probability,
+             world.measurement_delay) {}
 
 SE3 SpatialDrive::start(std::int64_t run) {
-  line_.clear();
-  for (StepDraws* draws : {&process_, &measurement_, &detection_}) draws->start(run);
+  draws_.start(run);
   Eigen::Matrix<double, 6, 1> error;
   source_.normals(run, 0, NoisePurpose::initial, {error.data(), 6});
   error = error.cwiseProduct(world_.initial_std);
@@ -122,8 +118,7 @@ SE3 SpatialDrive::start(std::int64_t run) {
 SpatialControl SpatialDrive::read(std::size_t k) {
   using Six = Eigen::Matrix<double, 6, 1>;
   SpatialControl control = world_.controls[k - 1];
-  const Six noise =
-      control.variances.cwiseSqrt().cwiseProduct(Eigen::Map<const Six>(process_.at(static_cast<Index>(k))));
+  const Six noise = control.variances.cwiseSqrt().cwiseProduct(Eigen::Map<const Six>(draws_.motion(k)));
   control.v += noise.head<3>();
   control.omega += noise.tail<3>();
   control.variances *= world_.process_scale;
@@ -131,20 +126,17 @@ SpatialControl SpatialDrive::read(std::size_t k) {
 }
 
 std::span<const SpatialSight> SpatialDrive::observe(std::size_t k) {
-  const double* noise = measurement_.at(static_cast<Index>(k));
-  const double* seen = detection_.at(static_cast<Index>(k));
-  sights_.clear();
-  for (const SpatialWorld::Exact& exact : world_.in_view[k]) {
-    if (seen[exact.landmark] == 0.0) continue;
-    const Eigen::Vector3d variances = world_.landmark_variances(exact.z);
-    const Eigen::Map<const Eigen::Vector3d> of_landmark(noise + 3 * exact.landmark);
-    sights_.push_back({exact.landmark, exact.z + variances.cwiseSqrt().cwiseProduct(of_landmark),
-                       world_.measurement_scale * variances});
-  }
-  if (world_.measurement_delay > 0) {
-    sights_ = line_.pass(sights_).value_or(std::vector<SpatialSight>{});
-  }
-  return sights_;
+  const double* noise = draws_.measurement(k);
+  const double* seen = draws_.detection(k);
+  return draws_.in_time([&](auto& sights) {
+    for (const SpatialWorld::Exact& exact : world_.in_view[k]) {
+      if (seen[exact.landmark] == 0.0) continue;
+      const Eigen::Vector3d variances = world_.landmark_variances(exact.z);
+      const Eigen::Map<const Eigen::Vector3d> of_landmark(noise + 3 * exact.landmark);
+      sights.push_back({exact.landmark, exact.z + variances.cwiseSqrt().cwiseProduct(of_landmark),
+                        world_.measurement_scale * variances});
+    }
+  });
 }
 
 }  // namespace credence

@@ -3,10 +3,9 @@
 #include <vector>
 
 #include "core/filters/spatial/spatial_slam.h"
-#include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/noise.h"
-#include "montecarlo/random/step_draws.h"
 #include "montecarlo/scenario/scenario.h"
+#include "montecarlo/worlds/landmark_draws.h"
 
 namespace credence {
 
@@ -46,8 +45,8 @@ SpatialWorld make_spatial_world(const Scenario& scenario);
 
 /// What odometry and sensor say in one run, whatever filter listens, with the variances that it believes.
 ///
-/// Noise of run i: step 0, purpose initial, slots 0 … 5; step k, purpose process, slots 0 … 5 (on v and ω
-/// read); purpose measurement, slots 3l … 3l + 2 of landmark l; purpose detection, slot l.
+/// Noise of run i: step 0, purpose initial, slots 0 … 5; then LandmarkDraws, that of the motion on v and ω
+/// read.
 class SpatialDrive {
  public:
   /// `world` must live as long.
@@ -62,9 +61,7 @@ class SpatialDrive {
  private:
   const SpatialWorld& world_;
   NoiseSource source_;
-  StepDraws process_, measurement_, detection_;
-  std::vector<SpatialSight> sights_;
-  DelayLine<std::vector<SpatialSight>> line_;
+  LandmarkDraws<SpatialSight> draws_;
 };
 
 }  // namespace credence

@@ -9,6 +9,7 @@
 #include "analysis/evidence/study_analysis.h"
 #include "core/nan.h"
 #include "montecarlo/engine/engine.h"
+#include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 
 namespace credence {
@@ -48,6 +49,26 @@ const NamedTest& test_of(const Judgement& judgement, const std::string& name) {
 
 bool names(const Judgement& judgement, Cause cause) {
   return std::ranges::any_of(judgement.causes, [&](const CauseFound& c) { return c.cause == cause; });
+}
+
+TEST(CollectedEvidence, NamesLateMeasurements) {
+  const auto judged = [](const std::string& model, const std::string& setting) {
+    const std::string text =
+        "[world]\nmodel = \"" + model + "\"\n[study]\nruns = 64\nsteps = 60\n" +
+        (model == "planar" ? "" : "[initial]\nvelocity_std = 5.0\n[filter]\nprocess_scale = 1.0\n");
+    return analysed(load_scenario_text(text, "t.toml", std::vector<std::string>{setting})).judgement.value();
+  };
+  for (const std::string model : {"tracking", "planar"}) {
+    for (const char* other :
+         {"noise.measurement_delay=0", "filter.process_scale=0.1", "noise.measurement_correlation=0.5"}) {
+      EXPECT_FALSE(names(judged(model, other), Cause::late_measurements)) << model << ' ' << other;
+    }
+    for (const std::string delay : {"1", "3"}) {
+      const Judgement judgement = judged(model, "noise.measurement_delay=" + delay);
+      ASSERT_FALSE(judgement.causes.empty()) << model << ' ' << delay;
+      EXPECT_EQ(judgement.causes.front().cause, Cause::late_measurements) << judgement.causes.front().why;
+    }
+  }
 }
 
 TEST(CollectedEvidence, PassesAnOptimalFilter) {

@@ -299,5 +299,40 @@ TEST(Inertial, ConingDriftsAsTheTextbookSays) {
   EXPECT_LT(error.head<2>().norm(), 0.05 * drift);
 }
 
+// Bias-free and without noise: the filter's velocity by the attitude as it is, less that of the truth.
+TEST(Inertial, ScullingDriftsAsTheTextbookSays) {
+  const InertialModel model(
+      load("inertial", {"world.coning_angle_deg=1", "world.coning_frequency=10", "world.attitude=fixed",
+                        "world.sculling_acceleration=5", "noise.gyro_density=0", "noise.gyro_bias_walk=0",
+                        "noise.accelerometer_density=0", "noise.accelerometer_bias_walk=0"}));
+  const NoiseSource source(1, 0);
+  InertialModel::Group x = model.start();
+  Eigen::Vector3d off = Eigen::Vector3d::Zero();
+  constexpr std::int64_t kSteps = 1000;  // whole turns of the cone
+  for (std::int64_t k = 1; k <= kSteps; ++k) {
+    NoiseDraw process(source, 0, k, NoisePurpose::process), input(source, 0, k, NoisePurpose::process, 99);
+    const SE23 before = x.first();
+    x = model.step(x, k, process);
+    const Eigen::Vector3d force = model.input(x, k, input).tail<3>();
+    const Eigen::Vector3d change = x.first().velocity() - before.velocity();
+    off += before.rotation() * force + Eigen::Vector3d(0.0, 0.0, -9.82) - change / 0.01;
+  }
+  const double turn = 20.0 * std::numbers::pi * 0.01, size = 0.5 * std::numbers::pi / 180.0 * 5.0;
+  const double sculling = size * (1.0 - std::sin(turn) / turn),
+               turned = -size * (1.0 - std::cos(turn)) / turn;
+  EXPECT_NEAR(off.y() / kSteps, sculling, 0.001 * size);
+  EXPECT_NEAR(off.x() / kSteps, turned, 0.001 * size);
+  EXPECT_NEAR(off.z() / kSteps, 0.0, 0.02 * size);
+  // Shaken on the spot: after whole turns it is where it would be without.
+  const InertialModel still(load("inertial", {"world.coning_angle_deg=1", "world.attitude=fixed"}));
+  InertialModel::Group y = still.start();
+  for (std::int64_t k = 1; k <= kSteps; ++k) {
+    NoiseDraw process(source, 0, k, NoisePurpose::process);
+    y = still.step(y, k, process);
+  }
+  EXPECT_LT((x.first().velocity() - y.first().velocity()).norm(), 1e-9);
+  EXPECT_LT((x.first().translation() - y.first().translation()).norm(), 1e-9);
+}
+
 }  // namespace
 }  // namespace credence
