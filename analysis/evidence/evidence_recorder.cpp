@@ -270,20 +270,19 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) co
   if (run.way_steps > 1 && !places.empty()) {
     const Vector& before = run.way[run.way_steps > most ? newest : 0];
     const auto steps = static_cast<double>(std::min(most, run.way_steps - 1));
-    const Vector& error = step.moving.error;
-    const Vector now = step.estimate(places);
     if (planar_map_) {
-      const RelativePlace place = relative_place(now), truth = relative_place(now - error);
+      const RelativePlace::State now = step.estimate(places), then = before(places);
+      const RelativePlace place = relative_place(now), truth = relative_place(now - step.moving.error);
+      const Eigen::Vector2d error = place.r - truth.r, motion = (place.r - relative_place(then).r) / steps;
       const Eigen::Matrix2d P = place.J * step.moving.P * place.J.transpose();
-      run.lateness.add(place.r - truth.r, (place.r - relative_place(before(places)).r) / steps, P);
+      run.lateness.add(error, motion, P);
     } else {
-      Vector motion = now - before(places);
+      Vector motion = step.estimate(places) - before(places);
       for (Index i = 0; i < motion.size(); ++i) {
-        const auto state = static_cast<std::size_t>(
-            step.states[static_cast<std::size_t>(places[static_cast<std::size_t>(i)])]);
-        if (layout_.angles[state]) motion[i] = wrap_angle(motion[i]);
+        const auto at = static_cast<std::size_t>(places[static_cast<std::size_t>(i)]);
+        if (layout_.angles[static_cast<std::size_t>(step.states[at])]) motion[i] = wrap_angle(motion[i]);
       }
-      run.lateness.add(error, motion / steps, step.moving.P);
+      run.lateness.add(step.moving.error, motion / steps, step.moving.P);
     }
   }
   run.way[newest] = step.estimate;
