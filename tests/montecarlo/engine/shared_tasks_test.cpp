@@ -111,9 +111,18 @@ TEST(SharedTasks, ARankThatIsAskedToEndGivesBackWhatItHas) {
 }
 
 TEST(SharedTasks, AFailureElsewhereEndsTheStudyWithItsReason) {
-  Counted counted(100000);
+  Counted counted(10000);
   const std::string thrown = joined(3, [&](ThreadRanks& ranks) {
     SharedTasks tasks = counted.tasks;
+    const auto in_time = [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); };  // for rank 2
+    tasks.here = [&](std::int64_t i) {
+      in_time();
+      counted.tasks.here(i);
+    };
+    tasks.there = [&](std::int64_t i) {
+      in_time();
+      return counted.tasks.there(i);
+    };
     if (ranks.rank() == 2) {
       tasks.there = [](std::int64_t) -> std::vector<std::byte> { throw std::runtime_error("no disk here"); };
     }
