@@ -95,7 +95,9 @@ void write_comparison_report(const ReportFolder& directory, std::span<const Comp
   const ReportAnswer answer = comparison_answer(studies);
   page.answer(answer.tone, answer.text + ".");
   page.section("Side by side");
-  page.table(comparison_table(studies, confidence));
+  ReportTable table = comparison_table(studies, confidence);
+  table.title = "Each result, and what it differs by from the first";
+  page.table(table);
   if (const Figure figure = comparison_figure(studies, confidence); !figure.panels.empty()) {
     page.figure(figure, draw_all(std::vector{figure}, directory).front(), directory);
   }
