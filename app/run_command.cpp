@@ -146,7 +146,7 @@ int run(const RunOptions& options) {
       if (!options.out.empty() && options.log.empty()) require_storable(scenario);
       return make_configuration(scenario);
     }));
-    if (!options.log.empty() || launched_ranks() != nullptr) continue;
+    if (!options.log.empty() || is_helper(launched_ranks())) continue;
     Configuration& c = configurations.back();
     const std::int64_t most = evidence_runs(c.scenario, c.scenario.most_runs());
     c.evidence = std::make_unique<EvidenceCollector>(*c.experiment, most);
