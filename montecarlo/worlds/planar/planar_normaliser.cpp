@@ -44,7 +44,7 @@ bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& err
   told.blocks[2] = {heading * heading, 1};
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     if (landmarks[i] >= singles) continue;
-    told.blocks[static_cast<std::size_t>(3 + landmarks[i])] = {
+    told.blocks[3 + static_cast<std::size_t>(landmarks[i])] = {
         pair_nees(error, P, 3 + 2 * static_cast<Index>(i)), 2};
   }
   if (!landmarks.empty()) told.blocks.back() = {factor.without_lead(), n - 3};
