@@ -365,12 +365,13 @@ void PlanarLanes::normalise_blocks(int lane, NormalisedStep& told) const {
                                         : NormalisedSquare{});
 }
 
-/// The pose and one landmark.
+/// The pose and one landmark; where all landmarks are anchors, the position.
 void PlanarLanes::take_moving(int lane, NormalisedStep& told) const {
   const auto known = [&](Index l) { return has(known_[at(l)], lane); };
   const Index chosen = landmark_in_turn(told.step, std::min(world_.states(), kSingleLandmarks), known);
   MovingPart& moving = told.moving;
   moving.places.clear();
+  if (world_.states() == 0) moving = {told.position, {0, 1}};
   if (chosen < 0) return;
   Index i = 3;
   for (Index l = 0; l < chosen; ++l) i += known(l) ? 2 : 0;

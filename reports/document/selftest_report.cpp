@@ -88,13 +88,17 @@ ReportTable calibration_table(const SelftestResult& result) {
     if (std::ranges::find(names, row.name) == names.end()) names.push_back(row.name);
   }
   for (const std::string& name : names) {
-    std::vector<TableCell> cells{table.rows.size() + 1, name};
+    const CalibrationRow& test = *std::ranges::find(result.calibration, name, &CalibrationRow::name);
+    std::vector<TableCell> cells{table.rows.size() + 1, name, std::string(to_string(test.exactness))};
     bool ok = true;
     for (const double level : levels) {
       const auto row = std::ranges::find_if(result.calibration, [&](const CalibrationRow& candidate) {
         return candidate.name == name && candidate.nominal == level;
       });
-      if (cells.size() == 2) cells.emplace_back(std::string(to_string(row->exactness)));
+      if (row == result.calibration.end()) {
+        cells.insert(cells.end(), 2, TableCell("–"));
+        continue;
+      }
       cells.emplace_back(100.0 * row->measured.interval.value, 3);
       cells.emplace_back(range(row->measured));
       ok = ok && row->ok;

@@ -6,7 +6,7 @@
 
 #include "core/filters/block_map_ekf_slam.h"
 #include "core/stop_point.h"
-#include "montecarlo/engine/experiment.h"
+#include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/worlds/planar/arrow_statistics.h"
 #include "montecarlo/worlds/planar/planar_drive.h"
 #include "montecarlo/worlds/planar/planar_normaliser.h"
@@ -22,24 +22,15 @@ namespace credence {
 /// plus an error of the initial covariance, is told the nominal controls, and sees every landmark in range.
 /// F is any PlanarSlamFilter; `make_filter` gives a fresh one and must be safe to call from several threads.
 template <PlanarSlamFilter F>
-class PlanarExperiment final : public Experiment {
+class PlanarExperiment final : public ShownExperiment {
  public:
   PlanarExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
                    std::function<F()> make_filter)
-      : Experiment(planar_layout(world)),
+      : ShownExperiment(planar_layout(world)),
         world_(std::move(world)),
         noise_(noise),
         source_(source),
         make_filter_(std::move(make_filter)) {}
-
-  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
-    return play(first_run, runs, nullptr);
-  }
-  bool shows_as_it_runs() const override { return true; }
-  std::optional<StudyStatistics> show_chunk(std::int64_t first_run, std::int64_t runs,
-                                            ChunkObserver& observer) const override {
-    return play(first_run, runs, &observer);
-  }
 
   Outcome visit(std::int64_t r, const StepVisitor& take) const override {
     F filter = make_filter_();
@@ -67,7 +58,7 @@ class PlanarExperiment final : public Experiment {
   RunTrace describe_world() const override { return describe_planar_world(world_); }
 
  private:
-  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const {
+  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const override {
     StudyStatistics statistics;
     statistics.steps.resize(world_.controls.size());
     statistics.runs = runs;

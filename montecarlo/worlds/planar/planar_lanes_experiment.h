@@ -1,6 +1,6 @@
 #pragma once
 
-#include "montecarlo/engine/experiment.h"
+#include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/lanes/planar_lanes.h"
 #include "montecarlo/worlds/planar/planar_drive.h"
 
@@ -8,7 +8,7 @@ namespace credence {
 
 /// Many runs of EKF-SLAM in one planar world, eight at a time (see PlanarLanes): the same
 /// worlds and noise as those of PlanarExperiment.
-class PlanarLanesExperiment final : public Experiment {
+class PlanarLanesExperiment final : public ShownExperiment {
  public:
   /// The largest map for which it pays whatever is in view. With few landmarks in view a matrix filter is as
   /// fast here and faster beyond, where a batch of runs no longer fits the cache.
@@ -19,7 +19,7 @@ class PlanarLanesExperiment final : public Experiment {
   PlanarLanesExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
                         const Eigen::Matrix2d& Q, const RangeBearing& measurement_variance,
                         bool inflate_map = false)
-      : Experiment(planar_layout(world)),
+      : ShownExperiment(planar_layout(world)),
         world_(std::move(world)),
         noise_(noise),
         source_(source),
@@ -27,14 +27,6 @@ class PlanarLanesExperiment final : public Experiment {
         variance_(measurement_variance),
         inflate_map_(inflate_map) {}
 
-  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
-    return play(first_run, runs, nullptr);
-  }
-  bool shows_as_it_runs() const override { return true; }
-  std::optional<StudyStatistics> show_chunk(std::int64_t first_run, std::int64_t runs,
-                                            ChunkObserver& observer) const override {
-    return play(first_run, runs, &observer);
-  }
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
   std::int64_t runs_side_by_side() const override { return PlanarLanes::kLanes; }
   std::vector<Outcome> visit_runs(std::int64_t first_run, std::int64_t runs,
@@ -44,7 +36,7 @@ class PlanarLanesExperiment final : public Experiment {
  private:
   class Batch;
 
-  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const;
+  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const override;
 
   PlanarWorld world_;
   PlanarNoise noise_;

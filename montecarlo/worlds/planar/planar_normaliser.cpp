@@ -55,6 +55,7 @@ bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& err
   const Index chosen =
       landmark_in_turn(told.step, singles, [&](Index l) { return place_of(l) != landmarks.end(); });
   told.moving.places.clear();
+  if (world_.states() == 0) told.moving = {told.position, {0, 1}};
   if (chosen < 0) return true;
   const Index i = 3 + 2 * static_cast<Index>(place_of(chosen) - landmarks.begin());
   told.moving.places = {0, 1, 2, i, i + 1};

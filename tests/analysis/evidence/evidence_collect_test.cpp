@@ -166,9 +166,13 @@ TEST(CollectedEvidence, IsTheSameOfRunsSideBySide) {
 }
 
 TEST(CollectedEvidence, OfNormalisedStepsIsThatOfPlainOnes) {
-  for (const Index landmarks : {Index{6}, Index{45}}) {  // lanes, and a matrix
+  for (const Index landmarks : {Index{0}, Index{6}, Index{45}}) {  // lanes, without a map, with one; a matrix
     Scenario scenario = planar();
     scenario.world.landmarks = landmarks;
+    if (landmarks == 0) {
+      scenario.world.observability = Observability::full;
+      scenario.world.anchors = 2;
+    }
     const auto experiment = make_experiment(scenario);
     const Evidence fast = collect_evidence(*experiment, 10, {.threads = 1}).value();
     const Evidence plain = collect_evidence(AnotherWay(*experiment, true), 10, {.threads = 1}).value();
@@ -182,6 +186,9 @@ TEST(CollectedEvidence, OfNormalisedStepsIsThatOfPlainOnes) {
       near(fast.blocks[b].squared_error.mean, plain.blocks[b].squared_error.mean);
       near(fast.blocks[b].nees.back().value.mean, plain.blocks[b].nees.back().value.mean);
     }
+    ASSERT_EQ(fast.lateness.mean.size(), plain.lateness.mean.size());
+    ASSERT_GT(fast.lateness.mean.size(), 0);
+    for (Index i = 0; i < fast.lateness.mean.size(); ++i) near(fast.lateness.mean[i], plain.lateness.mean[i]);
     near(fast.scores.log.value.mean, plain.scores.log.value.mean);
     near(fast.scores.energy.value.mean, plain.scores.energy.value.mean);
     near(fast.sensors[0].measurement_share.mean, plain.sensors[0].measurement_share.mean);
