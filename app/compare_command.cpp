@@ -99,8 +99,8 @@ void add_compare_command(CLI::App& app) {
   add_threads_option(*command, options->threads);
   add_output_options(*command, *options);
   static constexpr const char* kExamples[] = {
-      "credence run planar_loop --out out/a && credence run planar_loop --set filter.process_scale=2.0 --out "
-      "out/b",
+      ("credence run planar_loop --out out/a && "
+       "credence run planar_loop --set filter.process_scale=2.0 --out out/b"),
       "credence compare out/a out/b --out out/compared",
       "credence check a.csv --format json > a.json    # and b.json; then", "credence compare a.json b.json"};
   command->footer(examples(kExamples));

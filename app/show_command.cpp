@@ -139,8 +139,7 @@ void add_report_command(CLI::App& app) {
   command->add_flag("--quiet", options->quiet, "do not say where the report is");
   static constexpr const char* kExamples[] = {
       "credence run figure1_two_landmarks --out out/one && credence report out/one",
-      "credence report out/one --figures pgf,png,one-column    # each figure and panel for a paper, in "
-      "out/one/figures",
+      "credence report out/one --figures pgf,png,one-column    # each figure and panel, in out/one/figures",
       "credence report out/sweep --out out/so_far    # of a sweep that is still running"};
   command->footer(examples(kExamples));
   command->callback([options] { throw ExitStatus{report(*options)}; });

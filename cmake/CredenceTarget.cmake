@@ -29,6 +29,7 @@ function(credence_library folder)
   target_compile_options(${target} PRIVATE ${CREDENCE_WARNINGS})
   target_link_libraries(${target} PUBLIC credence_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   credence_use_precompiled(${target} library)
+  credence_units(${target} 16)
 
   # Kernels that are chosen at run time (core/simd/cpu_dispatch.h). Without these flags they compile to nothing.
   # The same names mean another instruction set in each, hence no common unit, and no common header.

@@ -18,7 +18,7 @@ namespace credence {
 namespace {
 
 constexpr double kQ = 0.1, kR = 0.1, kP0 = 1.0;
-constexpr Index kSteps = 100, kLong = 4000;
+constexpr Index kMonobotSteps = 100, kLong = 4000;
 
 LinearModel monobot(Index landmarks, Index anchors = 0) {
   return monobot_model(landmarks, anchors, kQ, kR, kP0);
@@ -40,7 +40,7 @@ ClaimVerdict holds_if(bool condition) { return condition ? ClaimVerdict::holds :
 
 Claim unit_eigenvalue() {
   const LinearModel model = monobot(1);
-  const LinearFilterStep step = linear_filter_steps(model, kNone, kSteps).back();
+  const LinearFilterStep step = linear_filter_steps(model, kNone, kMonobotSteps).back();
   const Eigen::VectorXcd eigenvalues = closed_loop_eigenvalues(model.F, step.K, model.H);
   const double ratio = kR / step.S(0, 0);
   const double error = std::max(std::abs(eigenvalues[0] - 1.0), std::abs(eigenvalues[1] - ratio));
@@ -64,7 +64,7 @@ Claim error_of_one_run() {
   Index k = 0;
   experiment.visit(0, [&](const TraceStep& step) {
     const double error = step.estimate[1] - step.truth[1];
-    if (k == kSteps) at_100 = error;
+    if (k == kMonobotSteps) at_100 = error;
     if (k == kLong / 2) at_half = error;
     last = error;
     ++k;
@@ -75,7 +75,7 @@ Claim error_of_one_run() {
       .statement =
           "partially observable: the error of a run does not vanish and does not grow, it tends to a "
           "constant that is not zero",
-      .measured = fmt::format("run 0 of seed 1: landmark error {:.4f} m at step {}", at_100, kSteps),
+      .measured = fmt::format("run 0 of seed 1: landmark error {:.4f} m at step {}", at_100, kMonobotSteps),
       .long_run = fmt::format("{:.4f} m at step {}, {:.4f} m at step {}", at_half, kLong / 2, last, kLong),
       .verdict = holds_if(std::abs(last) > 0.01 && std::abs(last - at_half) < 0.1 * std::abs(last))};
 }
@@ -130,11 +130,11 @@ Claim observability_rank() {
 
 Claim gains_die_out() {
   const auto steps = linear_filter_steps(monobot(2), kNone, kLong);
-  const double early = landmark_gain(steps[kSteps - 1].K), late = landmark_gain(steps.back().K);
+  const double early = landmark_gain(steps[kMonobotSteps - 1].K), late = landmark_gain(steps.back().K);
   return {.id = "gains-die-out",
           .source = "Figure 1",
           .statement = "without inflation the gains of the landmarks tend to zero",
-          .measured = fmt::format("largest landmark gain {:.6f} at step {}", early, kSteps),
+          .measured = fmt::format("largest landmark gain {:.6f} at step {}", early, kMonobotSteps),
           .long_run = fmt::format("{:.6f} at step {}: it falls as 1/k", late, kLong),
           .verdict = holds_if(late < 0.05 * early)};
 }
@@ -155,11 +155,11 @@ Claim full_is_unbounded() {
     rates +=
         fmt::format("{}N = {}: {:.5f} and {:.5f} m²", rates.empty() ? "" : ", ", landmarks, prior, posterior);
   }
-  const double at_100 = linear_filter_steps(monobot(2), kFull, kSteps).back().P_prior.trace();
+  const double at_100 = linear_filter_steps(monobot(2), kFull, kMonobotSteps).back().P_prior.trace();
   return {.id = "full-unbounded",
           .source = "Figure 2",
           .statement = "partially observable, everything decorrelated: the covariance grows without bound",
-          .measured = fmt::format("N = 2: trace of the prior {:.4f} m² at step {}", at_100, kSteps),
+          .measured = fmt::format("N = 2: trace of the prior {:.4f} m² at step {}", at_100, kMonobotSteps),
           .long_run = fmt::format("growth a step of the prior (Q = {}) and of the posterior (Q/(N+1)): {}",
                                   kQ, rates),
           .verdict = holds_if(as_claimed)};
@@ -182,12 +182,12 @@ double trace_in_turn(Index landmarks, const InflationRule& rule, Index steps) {
 
 Claim map_is_bounded() {
   const auto steps = linear_filter_steps(monobot(2), kMap, kLong);
-  const double gain = landmark_gain(steps[kSteps - 1].K), late = landmark_gain(steps.back().K);
+  const double gain = landmark_gain(steps[kMonobotSteps - 1].K), late = landmark_gain(steps.back().K);
   constexpr Index kThree = 3, kTurns = 999;
   const double pairwise = trace_in_turn(kThree, kMap, kTurns),
                exact = trace_in_turn(kThree, kMapExact, kTurns);
   const bool bounded =
-      std::abs(steps.back().P_prior.trace() / steps[kSteps - 1].P_prior.trace() - 1.0) < 1e-6;
+      std::abs(steps.back().P_prior.trace() / steps[kMonobotSteps - 1].P_prior.trace() - 1.0) < 1e-6;
   return {
       .id = "map-bounded",
       .source = "Figure 3",
@@ -197,7 +197,7 @@ Claim map_is_bounded() {
       .measured =
           fmt::format("N = 2, both landmarks always in view: prior {:.6f} m² and largest landmark gain "
                       "{:.6f} at step {}",
-                      steps[kSteps - 1].P_prior.trace(), gain, kSteps),
+                      steps[kMonobotSteps - 1].P_prior.trace(), gain, kMonobotSteps),
       .long_run = fmt::format(
           "{:.6f} m² and {:.6f} at step {}. But three landmarks seen in turn, one a step: {:.1f} m² after {} "
           "steps with the pairwise sum, {:.2f} m² with the exact minimal trace. Needs the exact minimal "
@@ -209,8 +209,8 @@ Claim map_is_bounded() {
 }
 
 Claim one_landmark_map() {
-  const auto optimal = linear_filter_steps(monobot(1), kNone, kSteps);
-  const auto map = linear_filter_steps(monobot(1), kMap, kSteps);
+  const auto optimal = linear_filter_steps(monobot(1), kNone, kMonobotSteps);
+  const auto map = linear_filter_steps(monobot(1), kMap, kMonobotSteps);
   double difference = 0.0;
   for (std::size_t k = 0; k < optimal.size(); ++k) {
     difference = std::max(difference, (optimal[k].P - map[k].P).cwiseAbs().maxCoeff());
@@ -218,13 +218,13 @@ Claim one_landmark_map() {
   return {.id = "one-landmark-map",
           .source = "Figure 3",
           .statement = "with one landmark, decorrelating the map alone changes nothing",
-          .measured = fmt::format("largest difference of P over {} steps: {:g}", kSteps, difference),
+          .measured = fmt::format("largest difference of P over {} steps: {:g}", kMonobotSteps, difference),
           .verdict = holds_if(difference == 0.0)};
 }
 
 Claim larger_variance() {
-  const Matrix optimal = linear_filter_steps(monobot(2), kNone, kSteps).back().P;
-  const auto steps = linear_filter_steps(monobot(2), kMap, kSteps);
+  const Matrix optimal = linear_filter_steps(monobot(2), kNone, kMonobotSteps).back().P;
+  const auto steps = linear_filter_steps(monobot(2), kMap, kMonobotSteps);
   const ExactMoments exact = exact_moments(monobot(2), steps).back();
   const Matrix& P = steps.back().P;
   return {.id = "suboptimal-variance",
@@ -296,9 +296,9 @@ Claim anchored_is_bounded() {
   other.P0 *= 100.0;
   const Matrix P = steps.back().P;
   const Matrix from_other = linear_filter_steps(other, kFull, kLong).back().P;
-  const Matrix partial = linear_filter_steps(monobot(1), kFull, kSteps).back().P;
+  const Matrix partial = linear_filter_steps(monobot(1), kFull, kMonobotSteps).back().P;
   const double difference = (P - from_other).norm() / P.norm();
-  const double at_100 = steps[kSteps - 1].P.trace();
+  const double at_100 = steps[kMonobotSteps - 1].P.trace();
   return {
       .id = "anchored-bounded",
       .source = "Figure 4",
@@ -306,7 +306,7 @@ Claim anchored_is_bounded() {
           "with one landmark as anchor full decorrelation stays bounded, variances are lower, and the "
           "limit does not depend on P0",
       .measured = fmt::format("posterior trace {:.6f} m² at step {} ({:.6f} m² without anchor)", at_100,
-                              kSteps, partial.trace()),
+                              kMonobotSteps, partial.trace()),
       .long_run = fmt::format("{:.6f} m² at step {}; from 100 times the P0 it differs by {:.1g} of its norm",
                               P.trace(), kLong, difference),
       .verdict = holds_if(std::abs(P.trace() / at_100 - 1.0) < 1e-6 && difference < 1e-9 &&

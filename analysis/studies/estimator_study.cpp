@@ -38,7 +38,7 @@ struct Kept {
 };
 
 /// The sums of one estimator on its way through one run.
-class RunSums {
+class EstimatorRunSums {
  public:
   /// False where P is no covariance.
   bool add(const EstimatorStep& step) {
@@ -133,7 +133,7 @@ class Keeper final : public EstimatorListener {
 
  private:
   struct Hearing {
-    RunSums sums;
+    EstimatorRunSums sums;
     std::int64_t window = 0;
     bool failed = false;
   };

@@ -186,10 +186,10 @@ TimedWork engine_work(Scenario scenario, std::int64_t runs, int threads, double 
 /// One step of one run, one normal, and one step of the plain loop, in the order of MonteCarloTimes.
 std::vector<TimedWork> monte_carlo_works() {
   constexpr std::int64_t kRuns = 6400, kPlainRuns = 16, kNormalSteps = 32;
-  constexpr std::size_t kSteps = 100;
+  constexpr std::size_t kStudySteps = 100;
   Scenario monobot = default_scenario("monobot");
   monobot.world.landmarks = 1;
-  monobot.study.steps = kSteps;
+  monobot.study.steps = kStudySteps;
   const auto normals = std::make_shared<std::vector<double>>(2 * kNormalSteps * NoiseSource::kLanes);
   TimedWork draw{
       .work =
@@ -202,11 +202,11 @@ std::vector<TimedWork> monte_carlo_works() {
       .items = static_cast<double>(normals->size())};
   TimedWork plain{.work =
                       [generator = std::mt19937_64(1)](std::int64_t times) mutable {
-                        std::vector<Moments> nees(kSteps), nis(kSteps);
+                        std::vector<Moments> nees(kStudySteps), nis(kStudySteps);
                         run_plain_monobot(1, times * kPlainRuns, generator, nees, nis);
                       },
-                  .items = static_cast<double>(kPlainRuns * kSteps)};
-  TimedWork engine = engine_work(monobot, kRuns, 1, static_cast<double>(kRuns * kSteps));
+                  .items = static_cast<double>(kPlainRuns * kStudySteps)};
+  TimedWork engine = engine_work(monobot, kRuns, 1, static_cast<double>(kRuns * kStudySteps));
   engine.clock = TimedClock::thread;
   return {engine, draw, plain};
 }

@@ -48,10 +48,9 @@ void add_scaled_squares(const MatrixRef& L, Index d, Eigen::Ref<Matrix>& blocks,
     throw std::invalid_argument(
         fmt::format("blocks are {}x{}, not {}x{}", blocks.rows(), blocks.cols(), d, L.rows()));
   }
-  constexpr int kDynamic = Eigen::Dynamic;
   if (d == 1 && L.cols() == 1) return add_scaled_squares_of<1, 1>(L, 1, blocks, share);
   if (d == 2 && L.cols() == 1) return add_scaled_squares_of<2, 1>(L, 2, blocks, share);
-  add_scaled_squares_of<kDynamic, kDynamic>(L, d, blocks, share);
+  add_scaled_squares_of<Eigen::Dynamic, Eigen::Dynamic>(L, d, blocks, share);
 }
 
 template <int D>

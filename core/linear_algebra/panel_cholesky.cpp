@@ -145,11 +145,41 @@ void PanelCholesky::sums(Vector& squares, Vector& product) const {
   }
 }
 
+void PanelCholesky::add_correction(Eigen::Ref<Vector> x) const {
+  if (x.size() != rows_) throw std::invalid_argument("PanelCholesky: x does not match W");
+  for (Index row = 0; row < rows_; row += kPanelRows) {
+    const PanelColumns W(solved_panel(row / kPanelRows), kPanelRows, columns_);
+    Panel sum = Panel::Zero();
+    for (Index k = 0; k < columns_; ++k) sum += whitened_[k] * W.col(k);
+    const Index count = std::min<Index>(kPanelRows, rows_ - row);
+    x.segment(row, count) += sum.head(count);
+  }
+}
+
 void PanelCholesky::downdate(Matrix& P) const {
   if (P.rows() != rows_ || P.cols() != rows_)
     throw std::invalid_argument("PanelCholesky: P does not match W");
   kernel_->downdate(P.data(), rows_, P.rows(), solved_panel(0), kPanelRows * kPanelRows * triangle_,
                     columns_);
+}
+
+void PanelCholesky::downdate_columns(Eigen::Ref<Matrix> P) {
+  if (P.rows() != rows_ || P.cols() > rows_) {
+    throw std::invalid_argument("PanelCholesky: P does not match W");
+  }
+  const Index depth = kPanelRows * triangle_;  // what fills up the columns of W is zero
+  const auto panels = static_cast<std::size_t>(panels_of(P.cols()) * kPanelRows * depth);
+  if (minus_.size() < panels) minus_.resize(panels);
+  std::transform(solved_panel(0), solved_panel(0) + panels, minus_.data(), [](double w) { return -w; });
+  product_->multiply({.A = solved_panel(0),
+                      .B = minus_.data(),
+                      .rows = rows_,
+                      .columns = P.cols(),
+                      .depth = depth,
+                      .C = P.data(),
+                      .stride = P.outerStride(),
+                      .add = true,
+                      .lower = false});
 }
 
 }  // namespace credence

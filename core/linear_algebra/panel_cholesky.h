@@ -2,6 +2,7 @@
 
 #include "core/simd/aligned_vector.h"
 #include "core/simd/panel_kernel.h"
+#include "core/simd/product_kernel.h"
 #include "core/types.h"
 
 namespace credence {
@@ -12,7 +13,8 @@ namespace credence {
 class PanelCholesky {
  public:
   /// Throws std::invalid_argument if this machine does not support `set`.
-  explicit PanelCholesky(InstructionSet set = best_instruction_set()) : kernel_(&panel_kernel(set)) {}
+  explicit PanelCholesky(InstructionSet set = best_instruction_set())
+      : kernel_(&panel_kernel(set)), product_(&product_kernel(set)) {}
 
   /// Factors S, m×m, whose lower triangle is read, and solves for Y, n×m, and ν: (m³/6 + n m²/2)
   /// multiply-adds. False if S is not positive definite; then nothing else has a meaning.
@@ -35,8 +37,13 @@ class PanelCholesky {
   /// `squares`_i = Σ_k W_ik², `product` = W y; both n.
   void sums(Vector& squares, Vector& product) const;
 
+  /// x += W y, n.
+  void add_correction(Eigen::Ref<Vector> x) const;
+
   /// P −= W Wᵀ for the lower triangle of P, n×n; above its diagonal anything may change.
   void downdate(Matrix& P) const;
+  /// The same for whole columns, the first ones of P: n rows.
+  void downdate_columns(Eigen::Ref<Matrix> P);
 
  private:
   std::size_t at(Index row, Index column) const {
@@ -55,9 +62,10 @@ class PanelCholesky {
   }
 
   const PanelKernel* kernel_;
+  const ProductKernel* product_;
   Index columns_ = 0, rows_ = 0;     ///< m, n
   Index triangle_ = 0, panels_ = 0;  ///< panels of S, and of all
-  AlignedVector data_, inverse_;
+  AlignedVector data_, inverse_, minus_;
   Vector whitened_;  ///< its first entries, so that it keeps its memory
   Vector inverse_diagonal_;
 };

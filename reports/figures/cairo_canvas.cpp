@@ -59,10 +59,10 @@ double advance_width(cairo_t* cr, const std::vector<TextRun>& runs) {
 
 struct CairoCanvas::Page {
   struct SurfaceDeleter {
-    void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+    void operator()(cairo_surface_t* owned) const { cairo_surface_destroy(owned); }
   };
   struct ContextDeleter {
-    void operator()(cairo_t* context) const { cairo_destroy(context); }
+    void operator()(cairo_t* owned) const { cairo_destroy(owned); }
   };
 
   void open_pdf(double width, double height, std::string_view description) {

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kSweep =
+const std::string kRanksSweep =
     "[world]\nmodel = \"planar\"\nlandmarks = 5\n[study]\nruns = 500\nsteps = 60\n"
     "[sweep]\n\"filter.measurement_scale\" = [0.5, 1.0]\n";
 
@@ -26,7 +26,7 @@ class RanksCommand : public CommandTest {
     }
     if (std::system("command -v mpirun > /dev/null") != 0) GTEST_SKIP() << "there is no mpirun";
     setenv("OMPI_MCA_btl_vader_single_copy_mechanism", "none", 1);  // not allowed in many containers
-    write("s.toml", kSweep);
+    write("s.toml", kRanksSweep);
   }
 
   pid_t start_ranks(int count, std::vector<std::string> arguments) const {

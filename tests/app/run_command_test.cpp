@@ -18,7 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kMonobot = "[world]\nmodel = \"monobot\"\nlandmarks = 2\n[study]\nruns = 300\nsteps = 30\n";
+const std::string kOneLandmark =
+    "[world]\nmodel = \"monobot\"\nlandmarks = 2\n[study]\nruns = 300\nsteps = 30\n";
 const std::string kPlanar = "[world]\nmodel = \"planar\"\nlandmarks = 10\n[study]\nruns = 640\nsteps = 400\n";
 
 const std::string kLongChunk =
@@ -37,7 +38,7 @@ class RunCommand : public CommandTest {
 };
 
 TEST_F(RunCommand, FreshLeavesTheStoreOfAProcessThatWrites) {
-  write("a.toml", kMonobot);
+  write("a.toml", kOneLandmark);
   const pid_t child =
       start({"run", "a.toml", "--runs", "100000000", "--out", "out", "--threads", "1", "--format", "json"});
   wait_for_chunks("out");
@@ -52,7 +53,7 @@ TEST_F(RunCommand, FreshLeavesTheStoreOfAProcessThatWrites) {
 }
 
 TEST_F(RunCommand, AStoreThatGoesAwayIsAnError) {
-  write("a.toml", kMonobot);
+  write("a.toml", kOneLandmark);
   const pid_t child = start({"run", "a.toml", "--runs", "100000000", "--out", "out", "--threads", "1"});
   wait_for_chunks("out");
   fs::rename(folder_ / "out", folder_ / "moved");
@@ -63,7 +64,7 @@ TEST_F(RunCommand, AStoreThatGoesAwayIsAnError) {
 }
 
 TEST_F(RunCommand, MoreStepsThanAStoreTakesAreRefusedBeforeTheyAreMade) {
-  write("a.toml", kMonobot);
+  write("a.toml", kOneLandmark);
   const Finished f = run({"run", "a.toml", "--runs", "1", "--steps", "4000000", "--out", "out"});
   EXPECT_EQ(f.code, 2);
   EXPECT_EQ(f.err, "credence: a.toml: study.steps = 4000000: at most 3906240 can be stored\n");
@@ -72,7 +73,7 @@ TEST_F(RunCommand, MoreStepsThanAStoreTakesAreRefusedBeforeTheyAreMade) {
 
 // A disk that is full under the log of a study, or nobody who reads it, costs no results.
 TEST_F(RunCommand, WhatCannotBeSaidEndsNothing) {
-  write("a.toml", kMonobot);
+  write("a.toml", kOneLandmark);
   fs::create_symlink("/dev/full", folder_ / "stderr");
   const auto code = [&](const std::vector<std::string>& arguments) {
     int status = 0;
@@ -113,7 +114,7 @@ TEST_F(RunCommand, AnInterruptionIsHeardWithinAChunk) {
 }
 
 TEST_F(RunCommand, AnInterruptionIsNotCaughtWhereItWasIgnored) {
-  write("a.toml", kMonobot);
+  write("a.toml", kOneLandmark);
   signal(SIGINT, SIG_IGN);  // as a script does for what it starts in the background
   const pid_t child = start({"run", "a.toml", "--runs", "200000", "--out", "out", "--threads", "1"});
   signal(SIGINT, SIG_DFL);
@@ -131,7 +132,7 @@ TEST_F(RunCommand, APlanHasNothingToSaveAndEndsAtOnce) {
 }
 
 TEST_F(RunCommand, WhatNeedsMoreMemoryThanThereIsIsRefusedByKey) {
-  write("a.toml", kMonobot);
+  write("a.toml", kOneLandmark);
   write("p.toml", kPlanar);
   for (const char* file : {"a.toml", "p.toml"}) {
     const Finished f = run({"run", file, "--set", "world.landmarks=1000000", "--set", "study.steps=5"});
@@ -146,14 +147,14 @@ TEST_F(RunCommand, WhatNeedsMoreMemoryThanThereIsIsRefusedByKey) {
 }
 
 TEST_F(RunCommand, AMeasurementWithoutNoiseIsReported) {
-  write("a.toml", kMonobot + "[noise]\nmeasurement_variance = 0\n");
+  write("a.toml", kOneLandmark + "[noise]\nmeasurement_variance = 0\n");
   const Finished f = run({"run", "a.toml", "--format", "json"});
   EXPECT_TRUE(f.code == 0 || f.code == 3) << f.code << f.err;
   EXPECT_TRUE(Json::accept(f.out));
 }
 
 TEST_F(RunCommand, ANegativeSeedIsRefusedAsItWasWritten) {
-  write("a.toml", kMonobot);
+  write("a.toml", kOneLandmark);
   const Finished f = run({"run", "a.toml", "--seed", "-1"});
   EXPECT_EQ(f.code, 2);
   EXPECT_NE(f.err.find("study.seed=-1"), std::string::npos) << f.err;
@@ -161,7 +162,7 @@ TEST_F(RunCommand, ANegativeSeedIsRefusedAsItWasWritten) {
 
 TEST_F(RunCommand, NamesReachTheTerminalWithoutTheirEscapes) {
   const std::string red = "\x1b[31m", reversed = "\xE2\x80\xAE";
-  write(red + reversed + ".toml", kMonobot);
+  write(red + reversed + ".toml", kOneLandmark);
   const Finished stopped = run({"run", red + reversed + ".toml", "--set", "study.stop.verdict=either"});
   EXPECT_EQ(stopped.code, 0) << stopped.err;
   EXPECT_EQ(stopped.out.find('\x1b'), std::string::npos) << stopped.out;
@@ -178,9 +179,9 @@ TEST_F(RunCommand, NamesReachTheTerminalWithoutTheirEscapes) {
 
 TEST_F(RunCommand, ScenariosOfOneNameAreRefusedBeforeTheyAreRun) {
   fs::create_directories(folder_ / "b");
-  write("a.toml", kMonobot);
-  write("b/a.toml", kMonobot);
-  write("...toml", kMonobot);
+  write("a.toml", kOneLandmark);
+  write("b/a.toml", kOneLandmark);
+  write("...toml", kOneLandmark);
   const Finished same = run({"run", "a.toml", "b/a.toml", "--out", "out"});
   EXPECT_EQ(same.code, 2);
   EXPECT_NE(same.err.find("b/a.toml: another scenario is called a"), std::string::npos) << same.err;
@@ -190,7 +191,7 @@ TEST_F(RunCommand, ScenariosOfOneNameAreRefusedBeforeTheyAreRun) {
 }
 
 TEST_F(RunCommand, MoreStepsThanCanBeStoredAreRefusedBeforeTheyAreMade) {
-  write("a.toml", kMonobot);
+  write("a.toml", kOneLandmark);
   const Finished f = run({"sweep", "a.toml", "--runs", "1", "--steps", "4000000", "--out", "out"});
   EXPECT_EQ(f.code, 2);
   EXPECT_NE(f.err.find("a.toml: study.steps = 4000000: at most"), std::string::npos) << f.err;
@@ -198,7 +199,7 @@ TEST_F(RunCommand, MoreStepsThanCanBeStoredAreRefusedBeforeTheyAreMade) {
 }
 
 TEST_F(RunCommand, ADiffusePriorWithMissedMeasurementsIsReported) {
-  write("a.toml", kMonobot +
+  write("a.toml", kOneLandmark +
                       "[noise]\ndetection_probability = 0.5\ninitial_variance = 1e10\n"
                       "measurement_variance = 1e-6\n");
   for (const char* run_number : {"0", "17"}) {

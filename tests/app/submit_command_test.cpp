@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kSweep =
+const std::string kSubmittedSweep =
     "[world]\nmodel = \"monobot\"\n[study]\nruns = 200\nsteps = 20\n[sweep]\n\"world.landmarks\" = \"1:3\"\n";
 
 class SubmitCommand : public CommandTest {
@@ -41,7 +41,7 @@ class SubmitCommand : public CommandTest {
 };
 
 TEST_F(SubmitCommand, TheScriptsDoWhatOneProcessDoes) {
-  write("s.toml", kSweep);
+  write("s.toml", kSubmittedSweep);
   // Runs a job at once, as Slurm would: the tasks of an array one after the other.
   fake("sbatch",
        "for script; do :; done\necho \"$@\" >> sent\n"
@@ -65,7 +65,7 @@ TEST_F(SubmitCommand, TheScriptsDoWhatOneProcessDoes) {
 }
 
 TEST_F(SubmitCommand, ATaskThatIsToldToEndIsQueuedAgain) {
-  write("s.toml", kSweep);
+  write("s.toml", kSubmittedSweep);
   fake("scontrol", "echo \"$@\" > requeued\n");
   EXPECT_EQ(run({"submit", "s.toml", "--slurm", "--tasks", "2", "--runs", "1000000000", "--out", "o"}).code,
             0);
@@ -83,7 +83,7 @@ TEST_F(SubmitCommand, ATaskThatIsToldToEndIsQueuedAgain) {
 }
 
 TEST_F(SubmitCommand, WhatCannotBeDividedIsRefused) {
-  write("s.toml", kSweep);
+  write("s.toml", kSubmittedSweep);
   const auto refused = [&](std::vector<std::string> more) {
     std::vector<std::string> all{"submit", "s.toml", "--out", "o"};
     all.insert(all.end(), more.begin(), more.end());
@@ -172,7 +172,7 @@ class LocalSlurm : public SubmitCommand {
 };
 
 TEST_F(LocalSlurm, AnArrayJobHasTheResultsOfOneProcess) {
-  write("s.toml", kSweep);
+  write("s.toml", kSubmittedSweep);
   const Finished f = run({"submit", "s.toml", "--slurm", "--tasks", "3", "--submit", "--out", "job"});
   ASSERT_EQ(f.code, 0) << f.err << read("slurmctld.log");
   EXPECT_TRUE(waited("test -e " + (folder_ / "job/index.html").string())) << f.out << read("slurmd.log");

@@ -5,7 +5,6 @@
 
 #include <Eigen/LU>
 
-#include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 
@@ -87,9 +86,11 @@ void SmootherEstimator::start_pass() {
   n_ = prior_.size;
   clones_ = 0;
   C_.topLeftCorner(n_, n_) = prior_.P.topLeftCorner(n_, n_);
+  C_.middleRows(n_, width_ - n_).setZero();  // landmarks that are not placed yet
   d_.head<3>() = prior_.mean.head<3>() - frames_[0].pose;
   d_[2] = wrap_angle(d_[2]);
   d_.segment(3, n_ - 3) = prior_.mean.segment(3, n_ - 3) - x().segment(3, n_ - 3);
+  d_.segment(n_, width_ - n_).setZero();
 }
 
 void SmootherEstimator::predict_frame(std::size_t j) {
@@ -149,43 +150,24 @@ bool SmootherEstimator::correct_frame(std::size_t j) {
     H.block<2, 2>(i, 3 + i) = H_l;
     i += 2;
   }
-  const std::array<std::pair<Index, Index>, 2> parts = {
-      {{0, n_}, {width_, 3 * static_cast<Index>(clones_)}}};  // of the rows: first and count
-  auto W = W_pass_.resize(C_.rows(), m);
-  for (const auto& [first, count] : parts) {
-    for (Index r = 0; r < m; ++r) {
-      auto column = W.col(r).segment(first, count);
-      column.setZero();
-      for (Index k = 0; k < s; ++k) {
-        if (H(r, k) != 0.0)
-          column += H(r, k) * C_.col(states_[static_cast<std::size_t>(k)]).segment(first, count);
-      }
+  auto W = W_pass_.resize(clone(clones_), m);
+  W.setZero();
+  for (Index r = 0; r < m; ++r) {
+    for (Index k = 0; k < s; ++k) {
+      if (H(r, k) != 0.0) W.col(r) += H(r, k) * C_.col(states_[static_cast<std::size_t>(k)]).head(W.rows());
     }
   }
-  S.setZero();
+  S.setZero();  // its lower triangle
   for (Index r = 0; r < m; ++r) {
-    for (Index k = 0; k < s; ++k) S.row(r) += H(r, k) * W.row(states_[static_cast<std::size_t>(k)]);
+    for (Index k = 0; k < s; ++k) {
+      if (H(r, k) != 0.0)
+        S.row(r).head(r + 1) += H(r, k) * W.row(states_[static_cast<std::size_t>(k)]).head(r + 1);
+    }
   }
   for (Index r = 0; r < m; r += 2) S.block<2, 2>(r, r) += settings().R;
-  const Eigen::LLT<Eigen::Ref<Matrix>> llt(S);
-  if (llt.info() != Eigen::Success || !S.allFinite()) return false;
-  llt.matrixL().solveInPlace(nu);
-  for (const auto& [first, count] : parts) {
-    for (Index c = 0; c < m; ++c) {  // W L⁻ᵀ
-      auto column = W.col(c).segment(first, count);
-      for (Index k = 0; k < c; ++k) column -= S(c, k) * W.col(k).segment(first, count);
-      column /= S(c, c);
-      d_.segment(first, count) += nu(c) * column;
-    }
-  }
-  for (const auto& [first, count] : parts) {
-    for (Index c = 0; c < n_; ++c) {
-      auto column = C_.col(c).segment(first, count);
-      for (Index k = 0; k < m; k += 2) {
-        column -= W(c, k) * W.col(k).segment(first, count) + W(c, k + 1) * W.col(k + 1).segment(first, count);
-      }
-    }
-  }
+  if (!S_factor_.compute(S, W, nu_pass_.vector())) return false;
+  S_factor_.add_correction(d_.head(W.rows()));
+  S_factor_.downdate_columns(C_.topLeftCorner(W.rows(), n_));
   return true;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/filters/estimators/ekf_estimator.h"
+#include "core/linear_algebra/panel_cholesky.h"
 
 namespace credence {
 
@@ -88,6 +89,7 @@ class SmootherEstimator final : public EkfEstimator {
   PoseMatrix F_now_;           ///< of the last motion
   std::vector<Index> states_;  ///< that a frame's sights touch
   MatrixBuffer H_pass_, nu_pass_, S_pass_, W_pass_;
+  PanelCholesky S_factor_;
 };
 
 }  // namespace credence

@@ -9,23 +9,14 @@
 #include "core/stop_point.h"
 #include "datasets/logs/bytes/binary_file.h"
 #include "datasets/logs/bytes/decompress.h"
+#include "datasets/logs/ros/mcap_opcode.h"
 
 namespace credence {
 namespace {
 
 constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
 constexpr std::uint64_t kMcapRecordHeader = 9;
-/// What a record is.
-struct Opcode {
-  enum : std::uint8_t {
-    kFooter = 0x02,
-    kSchema = 0x03,
-    kChannel = 0x04,
-    kMessage = 0x05,
-    kChunk = 0x06,
-    kDataEnd = 0x0f,
-  };
-};
+using Opcode = McapOpcode;
 
 std::string_view text(ByteCursor& from) { return from.take_text(from.take<std::uint32_t>()); }
 

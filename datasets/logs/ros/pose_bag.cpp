@@ -8,6 +8,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "datasets/logs/ros/mcap_opcode.h"
+
 namespace credence {
 namespace {
 
@@ -80,18 +82,15 @@ std::string schema_text(std::string_view fields, bool covariance) {
   return schema;
 }
 
-constexpr std::uint8_t kHeader = 0x01, kFooter = 0x02, kSchema = 0x03, kChannel = 0x04, kMessage = 0x05,
-                       kDataEnd = 0x0f;
-
 void add_topic(std::string& file, std::uint16_t id, const char* topic, const char* type,
                const std::string& schema) {
   std::string body;
   append(body, id);
-  add_record(file, kSchema, body + text(type) + text("ros2msg") + text(schema));
+  add_record(file, McapOpcode::kSchema, body + text(type) + text("ros2msg") + text(schema));
   append(body, id);  // the channel's own number, then that of its schema
   body += text(topic) + text("cdr");
   append(body, std::uint32_t{0});  // no metadata
-  add_record(file, kChannel, body);
+  add_record(file, McapOpcode::kChannel, body);
 }
 
 void add_message(std::string& file, std::uint16_t topic, std::uint32_t number, std::int64_t time_ns,
@@ -101,7 +100,7 @@ void add_message(std::string& file, std::uint16_t topic, std::uint32_t number, s
   append(body, number);
   append(body, time_ns);  // logged
   append(body, time_ns);  // published
-  add_record(file, kMessage, body + message.bytes());
+  add_record(file, McapOpcode::kMessage, body + message.bytes());
 }
 
 }  // namespace
@@ -110,7 +109,7 @@ std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
   constexpr std::uint16_t kEstimate = 1, kTruth = 2;
   constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
   std::string file(kMagic);
-  add_record(file, kHeader, text("ros2") + text("credence"));
+  add_record(file, McapOpcode::kHeader, text("ros2") + text("credence"));
   add_topic(file, kEstimate, kPoseBagEstimate, "geometry_msgs/msg/PoseWithCovarianceStamped",
             schema_text("std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n", true));
   add_topic(file, kTruth, kPoseBagTruth, "geometry_msgs/msg/PoseStamped",
@@ -131,8 +130,8 @@ std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
   }
   std::string crc;
   append(crc, std::uint32_t{0});  // none
-  add_record(file, kDataEnd, crc);
-  add_record(file, kFooter, std::string(16, '\0') + crc);  // no summary
+  add_record(file, McapOpcode::kDataEnd, crc);
+  add_record(file, McapOpcode::kFooter, std::string(16, '\0') + crc);  // no summary
   return file.append(kMagic);
 }
 

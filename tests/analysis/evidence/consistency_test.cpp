@@ -7,12 +7,11 @@
 #include <random>
 #include <stdexcept>
 
+#include "core/nan.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Moments moments(std::int64_t count, double mean) { return {.count = count, .mean = mean, .m2 = 1.0}; }
 

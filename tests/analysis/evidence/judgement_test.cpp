@@ -21,9 +21,9 @@ RunLayout plane_layout() {
 }
 
 /// A consistent filter: errors L n with P = L Lᵀ, correlated in time by `memory`, and white innovations.
-class SyntheticFilter {
+class WhiteFilter {
  public:
-  explicit SyntheticFilter(unsigned seed, double memory = 0.0, double scale = 1.0)
+  explicit WhiteFilter(unsigned seed, double memory = 0.0, double scale = 1.0)
       : random_(seed), memory_(memory), scale_(scale) {
     L_ = Matrix::Identity(4, 4);
     L_(1, 0) = 0.5;
@@ -66,7 +66,7 @@ Evidence logs_of(int runs, std::int64_t steps, double memory, double scale,
   Evidence all;
   sums.begin_file("synthetic.csv", plane_layout());
   for (int run = 0; run < runs; ++run) {
-    SyntheticFilter filter(static_cast<unsigned>(run) + 1, memory, scale);
+    WhiteFilter filter(static_cast<unsigned>(run) + 1, memory, scale);
     sums.begin_run();
     for (std::int64_t k = 1; k <= steps; ++k) {
       Step row = filter.next(k);
@@ -194,7 +194,7 @@ TEST(Judgement, ASingleRunOfACorrelatedConsistentFilterIsSeldomAccused) {
     RunLayout layout = plane_layout();
     sums.begin_file("x", layout);
     sums.begin_run();
-    SyntheticFilter filter(static_cast<unsigned>(1000 + i), 0.95);
+    WhiteFilter filter(static_cast<unsigned>(1000 + i), 0.95);
     for (std::int64_t k = 1; k <= 500; ++k) sums.add(filter.next(k));
     const Verdict v = judge(sums.take()).nees.verdict;
     accused += v == Verdict::optimistic || v == Verdict::pessimistic ? 1 : 0;

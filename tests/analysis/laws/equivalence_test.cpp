@@ -14,7 +14,7 @@ namespace credence {
 namespace {
 
 TEST(Equivalence, TheLeastDeltaHasThePValueOfTheLevel) {
-  for (const std::size_t runs : {8, 24}) {
+  for (const std::size_t runs : {8U, 24U}) {
     const SkewedMoments moments = test::golden_moments(runs);
     const double delta = proved_within(moments, 0.95, 3.0);
     EXPECT_NEAR(equivalence_p_value(moments, delta, 3.0), 0.05, 1e-8);

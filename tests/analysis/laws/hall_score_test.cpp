@@ -21,7 +21,7 @@ TEST(HallScore, IsStudentsScoreWithoutSkewness) {
 }
 
 TEST(HallScore, InverseOnBothBranchesAndMonotone) {
-  for (const std::size_t runs : {4, 24}) {
+  for (const std::size_t runs : {4U, 24U}) {
     const SkewedMoments moments = test::golden_moments(runs);
     double last = 1e300;
     for (double mean = -3.0; mean < 9.0; mean += 0.25) {

@@ -93,7 +93,7 @@ TEST(ExactMoments, ArePeriodicWhereTheMatricesAre) {
   const auto exact = exact_moments(std::span(period), assumed, experiment.filter_steps());
   const StudyTask task{.id = {}, .experiment = &experiment, .runs = kRuns};
   const StudyStatistics s = run_studies({&task, 1}, {.threads = 1}).front().statistics;
-  for (const std::size_t k : {0, 1, 2, 3, 10, 19}) {
+  for (const std::size_t k : {0U, 1U, 2U, 3U, 10U, 19U}) {
     const Moments &nees = s.steps[k][Quantity::nees], &nis = s.steps[k][Quantity::nis];
     const auto error = [&](const Moments& m) { return 5.0 * std::sqrt(m.variance() / kRuns); };
     EXPECT_NEAR(nees.mean, exact[k].nees, error(nees)) << k;

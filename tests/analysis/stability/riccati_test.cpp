@@ -21,7 +21,7 @@ using testing::read_golden_problem;
 using testing::riccati_problem;
 using testing::scalar_problem;
 
-double least_eigenvalue(const Matrix& P) {
+double smallest_eigenvalue(const Matrix& P) {
   return Eigen::SelfAdjointEigenSolver<Matrix>(P, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
 }
 
@@ -434,7 +434,7 @@ TEST(RiccatiHostile, EveryDefectHasANamedOutcome) {
       EXPECT_GT(solution.growth_exponent, 0.5) << round;
       continue;
     }
-    EXPECT_GE(least_eigenvalue(solution.P), -1e-9 * (1.0 + solution.P.norm())) << round;
+    EXPECT_GE(smallest_eigenvalue(solution.P), -1e-9 * (1.0 + solution.P.norm())) << round;
     EXPECT_LT(plain_residual(problem, solution.P), 1e-7) << round << " " << to_string(solution.kind);
     // Where P0 leaves out an unstable mode, plain iteration leaves the limit by its own rounding.
     if (solution.spectral_radius > 1.0 + 1e-6) continue;

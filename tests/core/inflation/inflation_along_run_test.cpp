@@ -10,7 +10,7 @@ namespace {
 
 constexpr BlockLayout kLayout{.vehicle = 1, .landmark = 2, .landmarks = 4};
 
-double map_trace(const Matrix& P) { return P.diagonal().tail(8).sum(); }
+double trace_of_map(const Matrix& P) { return P.diagonal().tail(8).sum(); }
 
 InflationRule rule_of(Inflation inflation, InflationSolution solution) {
   return {.inflation = inflation, .solution = solution, .constant = {}};
@@ -42,7 +42,7 @@ Followed follow(bool guarded, const InflationRule& rule) {
   MinTraceState bare;
   Followed f;
   along.apply(P, kLayout, rule, early);  // block diagonal already: remembered
-  double last = map_trace(P);
+  double last = trace_of_map(P);
   for (int k = 0; k < 400; ++k) {
     update(P, bits);
     const Matrix before = P;
@@ -52,9 +52,9 @@ Followed follow(bool guarded, const InflationRule& rule) {
     EXPECT_NEAR(step.added_trace, delta.trace(), 1e-12 * P.trace());
     const Eigen::SelfAdjointEigenSolver<Matrix> eigen(delta, Eigen::EigenvaluesOnly);
     f.feasible = f.feasible && eigen.eigenvalues()[0] > -1e-12 * P.trace();
-    f.rises += map_trace(P) > last ? 1 : 0;
+    f.rises += trace_of_map(P) > last ? 1 : 0;
     f.kept += step.kept ? 1 : 0;
-    last = map_trace(P);
+    last = trace_of_map(P);
   }
   return f;
 }

@@ -6,24 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <stdexcept>
 
 #include "core/inflation/pairwise_bound.h"
 #include "core/inflation/rank_one_bound.h"
+#include "tests/core/random_matrix.h"
 
 namespace credence {
 namespace {
 
-Matrix random_matrix(Index rows, Index cols, unsigned seed) {
-  std::mt19937_64 bits(seed);
-  std::normal_distribution<double> normal;
-  Matrix M(rows, cols);
-  for (double& entry : M.reshaped()) entry = normal(bits);
-  return M;
-}
-
-Matrix random_covariance(Index n, Index rank, unsigned seed) {
+Matrix low_rank_covariance(Index n, Index rank, unsigned seed) {
   const Matrix root = random_matrix(n, rank, seed);
   return root * root.transpose();
 }
@@ -58,7 +50,7 @@ TEST(MinTrace, RandomCovariancesConvergeWithACertificate) {
         BlockLayout{.vehicle = 6, .landmark = 3, .landmarks = 4}}) {
     const Index n = layout.state_dim();
     for (unsigned seed = 1; seed <= 6; ++seed) {
-      const Matrix A = random_covariance(n, n, seed);
+      const Matrix A = low_rank_covariance(n, n, seed);
       const MinTraceBound bound = min_trace_bound(A, layout);
       EXPECT_TRUE(bound.converged);
       EXPECT_LT(bound.relative_gap, 1e-9) << "n = " << n << ", seed " << seed;
@@ -83,7 +75,7 @@ TEST(MinTrace, ThreeEqualNegativeCorrelationsByHand) {
 
 TEST(MinTrace, TwoBlocksAreTheClosedForm) {
   const BlockLayout layout{.vehicle = 3, .landmark = 2, .landmarks = 1};
-  const Matrix A = random_covariance(5, 5, 3);
+  const Matrix A = low_rank_covariance(5, 5, 3);
   const MinTraceBound bound = min_trace_bound(A, layout);
   const TwoBlockBound closed = two_block_bound(A.topRightCorner(3, 2));
   EXPECT_TRUE(bound.E.topLeftCorner(3, 3).isApprox(closed.left, 1e-10));
@@ -92,7 +84,7 @@ TEST(MinTrace, TwoBlocksAreTheClosedForm) {
 }
 
 TEST(MinTrace, PositiveScalarsAreThePairwiseBound) {
-  const Matrix A = random_covariance(12, 12, 4).cwiseAbs();
+  const Matrix A = low_rank_covariance(12, 12, 4).cwiseAbs();
   const MinTraceBound bound = min_trace_bound(A, map_of(1, 12));
   EXPECT_NEAR(bound.primal, pairwise_trace(A, map_of(1, 12)), 1e-12 * bound.primal);
   // ΔP is a graph Laplacian: the common mode is free.
@@ -130,14 +122,14 @@ TEST(MinTrace, NothingCorrelatedCostsNothing) {
     EXPECT_EQ(bound.primal, 0.0);
     EXPECT_EQ(bound.relative_gap, 0.0);
   }
-  const MinTraceBound one_block = min_trace_bound(random_covariance(3, 3, 1), map_of(3, 1));
+  const MinTraceBound one_block = min_trace_bound(low_rank_covariance(3, 3, 1), map_of(3, 1));
   EXPECT_TRUE(one_block.E.isZero(0.0));
   EXPECT_TRUE(one_block.converged);
   EXPECT_TRUE(min_trace_bound(Matrix(0, 0), map_of(2, 0)).converged);
 }
 
 TEST(MinTrace, IsolatedBlocksGetNothing) {
-  Matrix A = random_covariance(8, 8, 6);
+  Matrix A = low_rank_covariance(8, 8, 6);
   A.row(5).setZero();
   A.col(5).setZero();
   A.row(4).setZero();
@@ -151,7 +143,7 @@ TEST(MinTrace, IsolatedBlocksGetNothing) {
 TEST(MinTrace, SingularCovariances) {
   for (Index rank : {1, 2, 3}) {
     for (const BlockLayout& layout : {map_of(2, 6), map_of(1, 9), BlockLayout{3, 2, 5}}) {
-      const Matrix A = random_covariance(layout.state_dim(), rank, 5);
+      const Matrix A = low_rank_covariance(layout.state_dim(), rank, 5);
       const MinTraceBound bound = min_trace_bound(A, layout);
       EXPECT_LT(bound.relative_gap, 1e-9) << "rank " << rank;
       expect_feasible(bound, A, layout);
@@ -166,14 +158,14 @@ TEST(MinTrace, UnitsOfVeryDifferentSize) {
   scale(2) = 1e-4;
   scale.tail(4).setConstant(1e4);
   scale.segment(5, 2).setConstant(1e-3);
-  const Matrix A = scale.asDiagonal() * random_covariance(15, 15, 8) * scale.asDiagonal();
+  const Matrix A = scale.asDiagonal() * low_rank_covariance(15, 15, 8) * scale.asDiagonal();
   const MinTraceBound bound = min_trace_bound(A, layout);
   EXPECT_LT(bound.relative_gap, 1e-9);
   expect_feasible(bound, A, layout);
 }
 
 TEST(MinTrace, ExtremeMagnitudes) {
-  const Matrix A = random_covariance(8, 8, 9);
+  const Matrix A = low_rank_covariance(8, 8, 9);
   const MinTraceBound bound = min_trace_bound(A, map_of(2, 4));
   for (double unit : {std::ldexp(1.0, 600), std::ldexp(1.0, -600)}) {
     const MinTraceBound scaled = min_trace_bound(unit * A, map_of(2, 4));
@@ -183,7 +175,7 @@ TEST(MinTrace, ExtremeMagnitudes) {
 }
 
 TEST(MinTrace, NotFiniteIsDataNotAnException) {
-  Matrix A = random_covariance(6, 6, 1);
+  Matrix A = low_rank_covariance(6, 6, 1);
   for (double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     A(4, 1) = A(1, 4) = bad;
     const MinTraceBound bound = min_trace_bound(A, map_of(2, 3));
@@ -223,7 +215,7 @@ TEST(MinTrace, GivingUpEarlyIsSaidAndStillFeasible) {
 
 TEST(MinTrace, IsNeverAboveThePairwiseBoundHoweverEarlyItStops) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    const Matrix A = random_covariance(12, 12, seed).cwiseAbs();
+    const Matrix A = low_rank_covariance(12, 12, seed).cwiseAbs();
     const MinTraceBound bound =
         min_trace_bound(A, map_of(1, 12), {.max_sweeps = 1, .max_interior_point_dim = 0});
     EXPECT_NEAR(bound.primal, pairwise_trace(A, map_of(1, 12)), 1e-13 * bound.primal);
@@ -233,7 +225,7 @@ TEST(MinTrace, IsNeverAboveThePairwiseBoundHoweverEarlyItStops) {
 
 TEST(MinTrace, InteriorPointAndAscentAgree) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    const Matrix A = random_covariance(11, 11, seed);
+    const Matrix A = low_rank_covariance(11, 11, seed);
     const BlockLayout layout{.vehicle = 3, .landmark = 2, .landmarks = 4};
     const MinTraceBound ascent =
         min_trace_bound(A, layout, {.max_sweeps = 20000, .max_interior_point_dim = 0});
@@ -246,7 +238,7 @@ TEST(MinTrace, InteriorPointAndAscentAgree) {
 }
 
 TEST(MinTrace, WarmStartSavesSweepsAndFollowsAGrowingMap) {
-  const Matrix A = random_covariance(23, 40, 21);
+  const Matrix A = low_rank_covariance(23, 40, 21);
   const BlockLayout layout{.vehicle = 3, .landmark = 2, .landmarks = 10};
   MinTraceState state;
   const MinTraceBound cold = min_trace_bound(A, layout, {}, &state);
@@ -269,7 +261,7 @@ TEST(MinTrace, WarmStartSavesSweepsAndFollowsAGrowingMap) {
 }
 
 TEST(MinTrace, OrderOfTheLandmarksDoesNotMatter) {
-  const Matrix A = random_covariance(10, 10, 31);
+  const Matrix A = low_rank_covariance(10, 10, 31);
   Matrix reversed(10, 10);
   for (Index i = 0; i < 5; ++i) {
     for (Index j = 0; j < 5; ++j) reversed.block<2, 2>(2 * i, 2 * j) = A.block<2, 2>(8 - 2 * i, 8 - 2 * j);
@@ -280,7 +272,7 @@ TEST(MinTrace, OrderOfTheLandmarksDoesNotMatter) {
 
 TEST(MinTrace, DecorrelatesInPlaceWithExactZeros) {
   const BlockLayout layout{.vehicle = 3, .landmark = 2, .landmarks = 4};
-  const Matrix P = random_covariance(11, 11, 2);
+  const Matrix P = low_rank_covariance(11, 11, 2);
   Matrix D = P;
   const MinTraceBound bound = decorrelate_min_trace(D, layout);
   EXPECT_LT((D - P - bound.inflation(P, layout)).cwiseAbs().maxCoeff(), 1e-14 * D.trace());

@@ -4,19 +4,12 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
-#include <random>
 #include <stdexcept>
+
+#include "tests/core/random_matrix.h"
 
 namespace credence {
 namespace {
-
-Matrix random_matrix(Index rows, Index cols, unsigned seed) {
-  std::mt19937_64 bits(seed);
-  std::normal_distribution<double> normal;
-  Matrix M(rows, cols);
-  for (double& entry : M.reshaped()) entry = normal(bits);
-  return M;
-}
 
 /// (M Mᵀ)^{1/2} by the textbook: the check is independent of the closed forms under test.
 Matrix modulus(const Matrix& M) {

@@ -6,16 +6,10 @@
 #include <random>
 #include <stdexcept>
 
+#include "tests/core/random_matrix.h"
+
 namespace credence {
 namespace {
-
-Matrix random_matrix(Index rows, Index cols, unsigned seed) {
-  std::mt19937_64 bits(seed);
-  std::normal_distribution<double> normal;
-  Matrix M(rows, cols);
-  for (double& entry : M.reshaped()) entry = normal(bits);
-  return M;
-}
 
 Matrix block_diagonal(const Matrix& blocks, Index d) {
   Matrix D = Matrix::Zero(blocks.cols(), blocks.cols());

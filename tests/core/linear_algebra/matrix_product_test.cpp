@@ -3,20 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <stdexcept>
 #include <vector>
 
+#include "tests/core/random_matrix.h"
+
 namespace credence {
 namespace {
-
-Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
-  std::mt19937_64 generator(seed);
-  std::normal_distribution<double> normal;
-  Matrix M(rows, columns);
-  for (double& x : M.reshaped()) x = normal(generator);
-  return M;
-}
 
 /// As the header says: over k, ascending, by fused multiply-adds.
 Matrix by_definition(const Matrix& A, const Matrix& B) {

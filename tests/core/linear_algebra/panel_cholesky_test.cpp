@@ -5,17 +5,12 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <stdexcept>
+
+#include "tests/core/random_matrix.h"
 
 namespace credence {
 namespace {
-
-Matrix random_matrix(Index rows, Index columns, unsigned seed) {
-  std::mt19937_64 generator(seed);
-  std::normal_distribution<double> normal;
-  return Matrix::NullaryExpr(rows, columns, [&](Index, Index) { return normal(generator); });
-}
 
 /// Positive definite, m×m, with nonsense above its diagonal.
 Matrix lower_of_positive(Index m) {
@@ -54,6 +49,21 @@ TEST(PanelCholesky, is_the_factorisation_at_every_size) {
         factor.downdate(P);
         const Matrix change = (P - (before - W * W.transpose())).triangularView<Eigen::Lower>();
         EXPECT_LT(change.cwiseAbs().maxCoeff(), 1e-10);
+
+        // Whole columns, of a block of a larger matrix whose other elements stay.
+        const Index columns = n - n / 3;
+        const Matrix large = random_matrix(n + 3, n + 1, 11);
+        Matrix corrected = large;
+        factor.downdate_columns(corrected.topLeftCorner(n, columns));
+        Matrix wanted = large;
+        wanted.topLeftCorner(n, columns) -= W * W.topRows(columns).transpose();
+        EXPECT_LT((corrected - wanted).cwiseAbs().maxCoeff(), 1e-10);
+        EXPECT_EQ(corrected.rightCols(n + 1 - columns), large.rightCols(n + 1 - columns));
+        EXPECT_EQ(corrected.bottomRows(3), large.bottomRows(3));
+        Vector x = nu.replicate(n, 1).topRows(n);
+        const Vector expected_x = x + W * y;
+        factor.add_correction(x);
+        EXPECT_LT((x - expected_x).cwiseAbs().maxCoeff(), 1e-10);
       }
       const Matrix inverse = expected.solve(Matrix::Identity(m, m));
       EXPECT_LT((factor.inverse_diagonal() - inverse.diagonal()).cwiseAbs().maxCoeff(), 1e-11);
@@ -69,6 +79,8 @@ TEST(PanelCholesky, no_bit_depends_on_the_instruction_set) {
   ASSERT_TRUE(expected.compute(S, Y, nu));
   Matrix P_expected = prior;
   expected.downdate(P_expected);
+  Matrix columns_expected = prior;
+  expected.downdate_columns(columns_expected.leftCols(21));
   for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
     if (!is_supported(set)) continue;
     PanelCholesky factor(set);
@@ -79,6 +91,9 @@ TEST(PanelCholesky, no_bit_depends_on_the_instruction_set) {
     Matrix P = prior;
     factor.downdate(P);
     EXPECT_EQ(P, P_expected);
+    P = prior;
+    factor.downdate_columns(P.leftCols(21));
+    EXPECT_EQ(P, columns_expected);
   }
 }
 
@@ -102,6 +117,11 @@ TEST(PanelCholesky, shapes_that_do_not_match_are_refused) {
   ASSERT_TRUE(factor.compute(I, Matrix::Ones(5, 4), Vector::Ones(4)));
   Matrix P = I;
   EXPECT_THROW(factor.downdate(P), std::invalid_argument);
+  EXPECT_THROW(factor.downdate_columns(P), std::invalid_argument);
+  P.resize(5, 6);
+  EXPECT_THROW(factor.downdate_columns(P), std::invalid_argument);
+  Vector x = Vector::Zero(4);
+  EXPECT_THROW(factor.add_correction(x), std::invalid_argument);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@
 namespace credence {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 constexpr double kTight = 1e-12;  // of what is of order one
 constexpr std::array kCharts = {Chart::right, Chart::left, Chart::componentwise, Chart::componentwise_left};
 
@@ -172,9 +172,23 @@ std::vector<typename G::Tangent> tangents(const std::vector<double>& angles) {
   return result;
 }
 
-const std::vector<double> kAllAngles = {0.0,  1e-160, 1e-12,      1e-8,       1e-5,      1e-4,
-                                        1e-3, 0.03,   0.4,        0.999999,   1.0,       1.7,
-                                        2.6,  3.1,    kPi - 1e-3, kPi - 1e-6, kPi - 1e-9};
+const std::vector<double> kAllAngles = {0.0,
+                                        1e-160,
+                                        1e-12,
+                                        1e-8,
+                                        1e-5,
+                                        1e-4,
+                                        1e-3,
+                                        0.03,
+                                        0.4,
+                                        0.999999,
+                                        1.0,
+                                        1.7,
+                                        2.6,
+                                        3.1,
+                                        kHalfTurn - 1e-3,
+                                        kHalfTurn - 1e-6,
+                                        kHalfTurn - 1e-9};
 
 template <class G>
 class LieGroupOf : public testing::Test {};
@@ -198,9 +212,9 @@ TYPED_TEST(LieGroupOf, LogGoesBack) {
 }
 
 TYPED_TEST(LieGroupOf, LogOfAHalfTurnIsAHalfTurn) {
-  for (const auto& xi : tangents<TypeParam>({kPi, kPi + 1e-9, kPi + 1e-3})) {
+  for (const auto& xi : tangents<TypeParam>({kHalfTurn, kHalfTurn + 1e-9, kHalfTurn + 1e-3})) {
     const TypeParam x = TypeParam::Exp(xi);
-    EXPECT_LE(angle_of(x), kPi * (1.0 + 1e-15));
+    EXPECT_LE(angle_of(x), kHalfTurn * (1.0 + 1e-15));
     EXPECT_LT((AsMatrix<TypeParam>::of(TypeParam::Exp(x.Log())) - AsMatrix<TypeParam>::of(x)).norm(),
               kTight * (1.0 + xi.norm()));
   }
@@ -259,7 +273,7 @@ auto slope(const Function& f) {
 
 TYPED_TEST(LieGroupOf, RightJacobianIsTheDerivativeOfExp) {
   using Tangent = typename TypeParam::Tangent;
-  for (const auto& xi : tangents<TypeParam>({0.0, 1e-6, 0.3, 1.0, 2.9, kPi})) {
+  for (const auto& xi : tangents<TypeParam>({0.0, 1e-6, 0.3, 1.0, 2.9, kHalfTurn})) {
     const TypeParam back = TypeParam::Exp(xi).inverse();
     typename TypeParam::Jacobian J;
     for (int i = 0; i < TypeParam::kDim; ++i) {
@@ -272,7 +286,7 @@ TYPED_TEST(LieGroupOf, RightJacobianIsTheDerivativeOfExp) {
 TYPED_TEST(LieGroupOf, PlusAndMinusAreInverse) {
   std::mt19937_64 generator(3);
   for (const Chart chart : kCharts) {
-    for (const auto& xi : tangents<TypeParam>({0.0, 1e-9, 0.5, 3.0, kPi - 1e-9})) {
+    for (const auto& xi : tangents<TypeParam>({0.0, 1e-9, 0.5, 3.0, kHalfTurn - 1e-9})) {
       const TypeParam x = TypeParam::Exp(2.0 * random_tangent<TypeParam>(generator));
       const auto back = minus(plus(x, xi, chart), x, chart);
       EXPECT_LT((back - xi).norm(), 10.0 * kTight * (1.0 + xi.norm())) << chart_name(chart);
@@ -349,11 +363,11 @@ TEST(SE2, AComponentwiseErrorIsTheDifferenceOfPoses) {
   const SE2::Tangent e = minus(y, x, Chart::componentwise);
   EXPECT_NEAR(e[0], -0.5, 1e-15);
   EXPECT_NEAR(e[1], 2.0, 1e-15);
-  EXPECT_NEAR(e[2], 2.0 * kPi - 6.0, 1e-15);
+  EXPECT_NEAR(e[2], 2.0 * kHalfTurn - 6.0, 1e-15);
 }
 
 TEST(SO3, ComponentwiseErrorsAreInTheAxesOfBodyOrWorld) {
-  const SO3 quarter = SO3::Exp({0.0, 0.0, 0.5 * kPi});
+  const SO3 quarter = SO3::Exp({0.0, 0.0, 0.5 * kHalfTurn});
   const SE3 x(quarter, Eigen::Vector3d(1.0, 2.0, 3.0));
   const SE3 y = x * SE3(SO3::Exp({0.1, 0.0, 0.0}), Eigen::Vector3d(1.0, 0.0, 0.0));
   SE3::Tangent body, world;

@@ -72,8 +72,8 @@ TEST(NoiseShape, CorrelationIsThatOfAGaussMarkovSequence) {
   constexpr std::int64_t kRuns = 20'000, kSteps = 132;
   const auto numbers = sequences(shaped_source({.correlation = kRho}), kRuns, kSteps);
   const double error = kErrors * std::sqrt(2.0 / kRuns);
-  for (const std::size_t j : {0, 2, 20, 61, 62, 63, 64, 125, 127}) {
-    for (const std::size_t lag : {0, 1, 2, 3, 4}) {
+  for (const std::size_t j : {0U, 2U, 20U, 61U, 62U, 63U, 64U, 125U, 127U}) {
+    for (const std::size_t lag : {0U, 1U, 2U, 3U, 4U}) {
       double sum = 0.0;
       for (const auto& run : numbers) sum += run[j] * run[j + lag];
       EXPECT_NEAR(sum / kRuns, std::pow(kRho, lag), error) << "step " << j + 1 << ", lag " << lag;

@@ -137,7 +137,7 @@ TEST(NoiseSwitches, MeansOfALinearFilterFollowFromTheVarianceOfItsNoise) {
     const StudyTask task{.id = {}, .experiment = experiment.get(), .runs = kRuns};
     const StudyStatistics s = run_studies({&task, 1}, {.threads = 1}).front().statistics;
     const std::vector<double> wanted = expected_nees(factor);
-    for (const std::size_t k : {0, 5, 23}) {
+    for (const std::size_t k : {0U, 5U, 23U}) {
       const Moments& nees = s.steps[k][Quantity::nees];
       const double error = 5.0 * std::sqrt(nees.variance() / static_cast<double>(kRuns));
       EXPECT_NEAR(nees.mean, wanted[k], error) << name << ", step " << k + 1;

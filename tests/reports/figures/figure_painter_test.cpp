@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/nan.h"
 #include "tests/reports/figures/recording_canvas.h"
 
 namespace credence {
@@ -13,8 +14,6 @@ namespace {
 
 using testing::Contains;
 using testing::SizeIs;
-
-const double kNan = std::nan("");
 
 struct Painted {
   RecordingCanvas canvas;
@@ -73,11 +72,11 @@ TEST(FigurePainter, ACurveIsDrawnWhereItsNumbersAre) {
 
 TEST(FigurePainter, GapsBreakACurveAndALonePointIsAMarker) {
   const auto all = painted(
-      {line_series("", ColourRole::estimate, {1, 2, 3, 4, 5, 6, 7}, {1, 2, kNan, 2, kNan, 1, INFINITY})});
+      {line_series("", ColourRole::estimate, {1, 2, 3, 4, 5, 6, 7}, {1, 2, kNaN, 2, kNaN, 1, INFINITY})});
   const auto lines = all->canvas.lines_of(ColourRole::estimate);
   EXPECT_THAT(lines, testing::UnorderedElementsAre(SizeIs(2), SizeIs(1), SizeIs(1)));
   const auto band =
-      painted({band_series("", ColourRole::bound, {1, 2, 3, 4, 5}, {0, 0, kNan, 0, 0}, {1, 1, 1, 1, 1})});
+      painted({band_series("", ColourRole::bound, {1, 2, 3, 4, 5}, {0, 0, kNaN, 0, 0}, {1, 1, 1, 1, 1})});
   EXPECT_EQ(band->canvas.areas.size(), 2u);
 }
 
@@ -233,7 +232,7 @@ TEST(FigurePainter, MarkersDifferInShape) {
 
 TEST(FigurePainter, HeatMapsFillTheirCellsAndHaveAScale) {
   Panel panel{.log_x = true, .colour_label = "trace (m²)"};
-  panel.series = {heat_series({1, 10, 100}, {1, 2}, Matrix{{0, 2, 3}, {4, kNan, 10}})};
+  panel.series = {heat_series({1, 10, 100}, {1, 2}, Matrix{{0, 2, 3}, {4, kNaN, 10}})};
   const auto all = painted(panel);
   const auto is_cell = [&](const RecordingCanvas::Area& a) {
     return std::ranges::all_of(a.outline,
@@ -253,7 +252,7 @@ TEST(FigurePainter, HeatMapsFillTheirCellsAndHaveAScale) {
 
 TEST(FigurePainter, AnEmptyPanelSaysSo) {
   for (const auto& series : {std::vector<Series>{},
-                             {line_series("", ColourRole::first, {1, 2}, {kNan, INFINITY})},
+                             {line_series("", ColourRole::first, {1, 2}, {kNaN, INFINITY})},
                              {line_series("", ColourRole::first, {}, {})}}) {
     EXPECT_THAT(words_of(*painted(series)), Contains("no finite data"));
   }

@@ -10,14 +10,14 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/nan.h"
+
 namespace credence {
 namespace {
 
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 Figure figure_of(Series series) {
   Panel panel;
@@ -52,7 +52,7 @@ TEST(FigureData, TakesWhatResultsAreMadeOf) {
 }
 
 TEST(Figure, AcceptsEverySeries) {
-  const FigureData x{1, 2, kNan};
+  const FigureData x{1, 2, kNaN};
   for (const Series& series :
        {line_series("l", ColourRole::truth, x, x), step_series("s", ColourRole::estimate, x, x),
         point_series("p", ColourRole::measurement, x, x), band_series("b", ColourRole::bound, x, x, x),
@@ -74,7 +74,7 @@ TEST(Figure, NamesTheSeriesThatDoesNotFit) {
   EXPECT_NE(problem_of(figure_of(heat_series({1, 2}, {1}, Matrix::Zero(2, 1)))), "");
   EXPECT_NE(problem_of(figure_of(heat_series({2, 1}, {1}, Matrix::Zero(1, 2)))), "");
   Series heavy = level_series("", ColourRole::bound, 1.0);
-  heavy.weight = kNan;
+  heavy.weight = kNaN;
   EXPECT_NE(problem_of(figure_of(heavy)), "");
 }
 
@@ -128,7 +128,7 @@ TEST(Ellipse, SingularCovariancesAreLegalAndIndefiniteOnesAreNot) {
   EXPECT_FALSE(ellipse_points(mean, Eigen::Matrix2d::Zero(), 1.0).x.empty());
   EXPECT_TRUE(ellipse_points(mean, -Eigen::Matrix2d::Identity(), 1.0).x.empty());
   EXPECT_TRUE(ellipse_points(mean, Eigen::Vector2d(1.0, -0.1).asDiagonal().toDenseMatrix(), 1.0).x.empty());
-  EXPECT_TRUE(ellipse_points(mean, Eigen::Matrix2d::Constant(kNan), 1.0).x.empty());
+  EXPECT_TRUE(ellipse_points(mean, Eigen::Matrix2d::Constant(kNaN), 1.0).x.empty());
 }
 
 TEST(Ellipse, ManyShareASeries) {

@@ -5,11 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "core/nan.h"
+
 namespace credence {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-const double kNan = std::nan("");
 
 PanelLayout layout_of(AxisRange x, AxisRange y, bool log) {
   PanelLayout layout;
@@ -46,7 +47,7 @@ TEST(PanelScale, FarAwayIsBounded) {
 
 TEST(PanelScale, CurvesBreakWherePointsHaveNoPlace) {
   const PanelLayout linear = layout_of({0, 10}, {0, 10}, false);
-  const auto pieces = PanelScale(linear).curves({1, 2, 3, 4, 5, kNan}, {1, 1, kInfinity, 1, kNan, 1});
+  const auto pieces = PanelScale(linear).curves({1, 2, 3, 4, 5, kNaN}, {1, 1, kInfinity, 1, kNaN, 1});
   ASSERT_EQ(pieces.size(), 2u);
   EXPECT_EQ(pieces[0].size(), 2u);
   EXPECT_EQ(pieces[1], (CanvasPath{{180.0, 140.0}}));

@@ -21,9 +21,10 @@ namespace {
 using Seen = std::vector<Observation<PlanarModel>>;
 
 /// A vehicle that drives a circle among landmarks, its odometry and sensor noisy; made of fixed numbers.
-class Drive {
+class EstimatorDrive {
  public:
-  explicit Drive(LandmarkSensorKind kind, double turn_rate, double turn_std, double position_std = 0.1) {
+  explicit EstimatorDrive(LandmarkSensorKind kind, double turn_rate, double turn_std,
+                          double position_std = 0.1) {
     settings_.model.dt_s = 1.0;
     settings_.sensor.kind = kind;
     control_std_ << 0.02, turn_std;
@@ -85,7 +86,7 @@ class Drive {
 
 /// Steps of one filter; takes what is there after each.
 template <class Take>
-void follow(SlamEstimator& filter, Drive& drive, unsigned seed, int steps, Take take) {
+void follow(SlamEstimator& filter, EstimatorDrive& drive, unsigned seed, int steps, Take take) {
   filter.reset(drive.start(seed), drive.initial_covariance());
   for (int k = 1; k <= steps; ++k) {
     const Control u = drive.move();
@@ -110,11 +111,11 @@ TEST(Estimators, AllAreTheKalmanFilterWhereTheWorldIsLinear) {
     if (kind.name == "intersection") continue;  // a bound
     for (const double alpha : {1e-3, 1.0}) {
       if (!kind.name.starts_with("ukf") && alpha < 1.0) continue;
-      Drive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
+      EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
       drive.settings().sigma_spread = alpha;
       drive.settings().active_sights = 100;  // the consider filter estimates all
       const auto filter = kind.make(drive.settings());
-      Drive same(LandmarkSensorKind::relative_position, 0.0, 0.0);
+      EstimatorDrive same(LandmarkSensorKind::relative_position, 0.0, 0.0);
       Vector x = same.start(3).head<2>();
       Matrix P = same.initial_covariance().topLeftCorner<2, 2>();
       std::vector<int> order;
@@ -182,8 +183,8 @@ TEST(Estimators, AllAreTheKalmanFilterWhereTheWorldIsLinear) {
 
 // With range and bearing the plain EKF is the one that the planar world has had all along.
 TEST(Estimators, EkfIsEkfSlam) {
-  Drive drive(LandmarkSensorKind::range_bearing, 0.05, 0.03);
-  Drive same(LandmarkSensorKind::range_bearing, 0.05, 0.03);
+  EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.05, 0.03);
+  EstimatorDrive same(LandmarkSensorKind::range_bearing, 0.05, 0.03);
   const auto filter = make_estimator("ekf", drive.settings());
   EkfSlam<PlanarModel> ekf(drive.settings().model, drive.settings().Q, drive.settings().R);
   ekf.reset(same.start(5), same.initial_covariance());
@@ -208,14 +209,14 @@ TEST(Estimators, AgreeWhereTheNoiseIsSmall) {
     if (kind.name == "intersection") continue;
     for (const LandmarkSensorKind sensor :
          {LandmarkSensorKind::relative_position, LandmarkSensorKind::range_bearing}) {
-      Drive drive(sensor, 0.05, 1e-6, 1e-6);
+      EstimatorDrive drive(sensor, 0.05, 1e-6, 1e-6);
       for (Eigen::Matrix2d* M : {&drive.settings().Q, &drive.settings().R}) *M *= 1e-10;
-      Drive same = drive;
+      EstimatorDrive same = drive;
       drive.settings().active_sights = 100;
       const auto filter = kind.make(drive.settings());
       const auto ideal = make_estimator("ideal", drive.settings());
       // Noise as drawn is 1e5 times too large for these covariances: take the exact readings instead.
-      const auto go = [](SlamEstimator& f, Drive& d) {
+      const auto go = [](SlamEstimator& f, EstimatorDrive& d) {
         f.reset(d.start(1), d.initial_covariance());
         f.reset(d.truth().now, d.initial_covariance());
         for (int k = 0; k < 30; ++k) {
@@ -242,7 +243,7 @@ TEST(Estimators, AgreeWhereTheNoiseIsSmall) {
 // The invariant filter does not know where the origin is: a turned and shifted world gives turned and shifted
 // estimates, the same innovations, and the same NEES.
 TEST(Estimators, InvariantFilterIsInvariant) {
-  Drive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
+  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
   const auto filter = make_estimator("invariant", drive.settings());
   const auto moved = make_estimator("invariant", drive.settings());
   const double turn = 2.1;
@@ -279,7 +280,7 @@ TEST(Estimators, InvariantFilterIsInvariant) {
 // A correction by a global turn and shift of the plane is no information: log of the error changes by Ad
 // only.
 TEST(Estimators, InvariantErrorIsTheLogarithm) {
-  Drive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
+  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
   const auto filter = make_estimator("invariant", drive.settings());
   follow(*filter, drive, 4, 20, [](int, const UpdateResult&) {});
   const PlanarTruth truth = drive.truth();
@@ -297,7 +298,7 @@ TEST(Estimators, InvariantErrorIsTheLogarithm) {
 
 // The Gauss-Newton minimum has no gradient: K-free check of the iterated correction.
 TEST(Estimators, IteratedCorrectionIsTheMinimum) {
-  Drive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
+  EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
   const auto filter = make_estimator("iterated", drive.settings());
   filter->reset(drive.start(2), drive.initial_covariance());
   for (int k = 0; k < 6; ++k) {
@@ -339,7 +340,7 @@ TEST(Estimators, IteratedCorrectionIsTheMinimum) {
 // where the plain EKF's tells it; no filter tells a shift.
 TEST(Estimators, KeepWhatIsUnobservable) {
   for (const EstimatorKind& kind : estimator_kinds()) {
-    Drive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
+    EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
     const auto filter = kind.make(drive.settings());
     Eigen::Matrix3d pose = Eigen::Matrix3d::Identity();  // the turn about the start, and two shifts
     std::vector<Eigen::Matrix<double, 2, 3>> map;
@@ -414,11 +415,11 @@ class TrueCovariance {
 // Of landmarks that are no longer estimated the filter still says what is true: P is the covariance of its
 // error, though its gain is not the best one.
 TEST(Estimators, TheConsiderFilterKnowsItsError) {
-  Drive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
+  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
   drive.settings().active_sights = 3;
   const auto filter = make_estimator("schmidt", drive.settings()),
              ekf = make_estimator("ekf", drive.settings());
-  Drive same = drive;
+  EstimatorDrive same = drive;
   TrueCovariance Sigma(drive.initial_covariance());
   double loss = 0.0;
   ekf->reset(same.start(3), same.initial_covariance());
@@ -437,7 +438,7 @@ TEST(Estimators, TheConsiderFilterKnowsItsError) {
 
 // Whatever correlates vehicle and map, the blocks that the filter keeps bound the covariance of its errors.
 TEST(Estimators, TheIntersectionIsABound) {
-  Drive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
+  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
   const auto filter = make_estimator("intersection", drive.settings());
   TrueCovariance Sigma(drive.initial_covariance());
   double least = 1.0;
@@ -565,8 +566,8 @@ class LeftFilter {
 // without it they differ, and the left one is what "invariant-left" computes from the right.
 TEST(Estimators, LeftAndRightAreTheSameWithTheReset) {
   for (const bool reset : {true, false}) {
-    Drive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
-    Drive same = drive;
+    EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
+    EstimatorDrive same = drive;
     const auto filter = make_estimator(reset ? "invariant-reset" : "invariant-left", drive.settings());
     const auto right = make_estimator("invariant", drive.settings());
     const Pose start = same.start(8);
@@ -667,11 +668,11 @@ class BatchProblem {
 // is not.
 TEST(Estimators, ALongWindowIsTheBatchSolution) {
   for (const Index window : {20, 2}) {
-    Drive drive(LandmarkSensorKind::range_bearing, 0.1, 0.05);
+    EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.1, 0.05);
     drive.settings().window = window;
     const auto filter = make_estimator("smoother", drive.settings());
     BatchProblem batch(drive.settings(), drive.start(4), drive.initial_covariance());
-    Drive same = drive;
+    EstimatorDrive same = drive;
     same.start(4);
     follow(*filter, drive, 4, 14, [&](int, const UpdateResult&) {
       const Control u = same.move();
@@ -689,7 +690,7 @@ TEST(Estimators, ALongWindowIsTheBatchSolution) {
 }
 
 TEST(Estimators, BadInputIsRefused) {
-  Drive drive(LandmarkSensorKind::relative_position, 0.0, 0.01);
+  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.0, 0.01);
   EXPECT_THROW(make_estimator("magic", drive.settings()), std::invalid_argument);
   const auto filter = make_estimator("ekf", drive.settings());
   filter->reset(Pose::Zero(), drive.initial_covariance());
@@ -711,7 +712,7 @@ TEST(Estimators, BadInputIsRefused) {
 // S that is not positive definite is data: nothing changes.
 TEST(Estimators, AFactorisationThatFailsIsSaid) {
   for (const EstimatorKind& kind : estimator_kinds()) {
-    Drive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
+    EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
     drive.settings().R *= -1.0;
     const auto filter = kind.make(drive.settings());
     filter->reset(drive.start(1), drive.initial_covariance());

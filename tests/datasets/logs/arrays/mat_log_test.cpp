@@ -13,7 +13,7 @@ namespace {
 using ::testing::HasSubstr;
 using testing::RecordedSink;
 
-constexpr std::size_t kRuns = 2, kSteps = 3;
+constexpr std::size_t kMatRuns = 2, kMatSteps = 3;
 
 /// An array whose value at (run, step, i, …) is 100 run + 10 step + the number of the component, as libmatio
 /// writes it.
@@ -22,15 +22,15 @@ matvar_t* variable(const char* name, std::vector<std::size_t> dims, matio_classe
                    double offset) {
   std::size_t inner = 1;
   for (std::size_t d = 2; d < dims.size(); ++d) inner *= dims[d];
-  std::vector<Number> values(kRuns * kSteps * inner);
+  std::vector<Number> values(kMatRuns * kMatSteps * inner);
   for (std::size_t i = 0; i < inner; ++i) {
-    for (std::size_t k = 0; k < kSteps; ++k) {
-      for (std::size_t run = 0; run < kRuns; ++run) {
+    for (std::size_t k = 0; k < kMatSteps; ++k) {
+      for (std::size_t run = 0; run < kMatRuns; ++run) {
         const double value = 100.0 * static_cast<double>(run) + 10.0 * static_cast<double>(k) + offset;
         // Of a covariance the off-diagonal entries are equal.
         const double component =
             dims.size() == 4 ? (i == 0 || i == 3 ? 1000.0 : 1.0) : static_cast<double>(i);
-        values[(i * kSteps + k) * kRuns + run] = static_cast<Number>(value + component);
+        values[(i * kMatSteps + k) * kMatRuns + run] = static_cast<Number>(value + component);
       }
     }
   }
@@ -38,10 +38,10 @@ matvar_t* variable(const char* name, std::vector<std::size_t> dims, matio_classe
 }
 
 std::vector<matvar_t*> variables() {
-  return {variable<double>("error", {kRuns, kSteps, 2}, MAT_C_DOUBLE, MAT_T_DOUBLE, 0.25),
-          variable<float>("P", {kRuns, kSteps, 2, 2}, MAT_C_SINGLE, MAT_T_SINGLE, 5.0),
-          variable<std::int16_t>("innovation", {kRuns, kSteps}, MAT_C_INT16, MAT_T_INT16, 1.0),
-          variable<double>("S", {kRuns, kSteps}, MAT_C_DOUBLE, MAT_T_DOUBLE, 2.0)};
+  return {variable<double>("error", {kMatRuns, kMatSteps, 2}, MAT_C_DOUBLE, MAT_T_DOUBLE, 0.25),
+          variable<float>("P", {kMatRuns, kMatSteps, 2, 2}, MAT_C_SINGLE, MAT_T_SINGLE, 5.0),
+          variable<std::int16_t>("innovation", {kMatRuns, kMatSteps}, MAT_C_INT16, MAT_T_INT16, 1.0),
+          variable<double>("S", {kMatRuns, kMatSteps}, MAT_C_DOUBLE, MAT_T_DOUBLE, 2.0)};
 }
 
 enum class As { variables, packed, structure };
@@ -70,10 +70,10 @@ TEST(MatLog, VariablesPackedOrNotAndFieldsOfAStructureAreTheSameRuns) {
     const TemporaryFolder folder;
     RecordedSink sink;
     mat_format().read(write(folder, as), {}, sink);
-    ASSERT_EQ(sink.runs.size(), kRuns);
-    for (std::size_t run = 0; run < kRuns; ++run) {
-      ASSERT_EQ(sink.runs[run].steps.size(), kSteps);
-      for (std::size_t k = 0; k < kSteps; ++k) {
+    ASSERT_EQ(sink.runs.size(), kMatRuns);
+    for (std::size_t run = 0; run < kMatRuns; ++run) {
+      ASSERT_EQ(sink.runs[run].steps.size(), kMatSteps);
+      for (std::size_t k = 0; k < kMatSteps; ++k) {
         const Step& step = sink.runs[run].steps[k];
         const double base = 100.0 * static_cast<double>(run) + 10.0 * static_cast<double>(k);
         EXPECT_EQ(step.error, Eigen::Vector2d(base + 0.25, base + 1.25));

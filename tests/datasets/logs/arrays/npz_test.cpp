@@ -74,7 +74,7 @@ std::string deflated(const std::string& bytes) {
 }
 
 /// A zip file as numpy.savez and numpy.savez_compressed write it.
-std::string npz_bytes(const std::vector<Npy>& arrays, bool packed = false) {
+std::string written_npz(const std::vector<Npy>& arrays, bool packed = false) {
   std::string file, directory;
   for (const Npy& array : arrays) {
     const std::string plain = npy_bytes(array), name = array.name + ".npy";
@@ -117,15 +117,15 @@ std::string npz_bytes(const std::vector<Npy>& arrays, bool packed = false) {
   return file + directory + end;
 }
 
-constexpr std::size_t kRuns = 3, kSteps = 4;
+constexpr std::size_t kNpzRuns = 3, kNpzSteps = 4;
 
 /// Numbers that differ in every place, and symmetric matrices.
 std::vector<Npy> arrays(const std::string& type = "<f8", bool fortran_order = false) {
-  Npy error{"error", {kRuns, kSteps, 2}, {}, type, fortran_order};
-  Npy P{"P", {kRuns, kSteps, 2, 2}, {}, type, fortran_order};
-  Npy nu{"innovation", {kRuns, kSteps, 1}, {}, type, fortran_order};
-  Npy S{"S", {kRuns, kSteps, 1, 1}, {}, type, fortran_order};
-  for (std::size_t k = 0; k < kRuns * kSteps; ++k) {
+  Npy error{"error", {kNpzRuns, kNpzSteps, 2}, {}, type, fortran_order};
+  Npy P{"P", {kNpzRuns, kNpzSteps, 2, 2}, {}, type, fortran_order};
+  Npy nu{"innovation", {kNpzRuns, kNpzSteps, 1}, {}, type, fortran_order};
+  Npy S{"S", {kNpzRuns, kNpzSteps, 1, 1}, {}, type, fortran_order};
+  for (std::size_t k = 0; k < kNpzRuns * kNpzSteps; ++k) {
     const auto x = static_cast<double>(k);
     error.values.insert(error.values.end(), {x, -x - 0.5});
     P.values.insert(P.values.end(), {2.0 + x, 0.25, 0.25, 3.0 + x});
@@ -143,10 +143,10 @@ RecordedSink read(const std::string& bytes) {
 }
 
 void expect_the_runs(const RecordedSink& sink, const std::string& what) {
-  ASSERT_EQ(sink.runs.size(), kRuns) << what;
+  ASSERT_EQ(sink.runs.size(), kNpzRuns) << what;
   std::size_t k = 0;
   for (const RecordedSink::Run& run : sink.runs) {
-    ASSERT_EQ(run.steps.size(), kSteps) << what;
+    ASSERT_EQ(run.steps.size(), kNpzSteps) << what;
     for (const Step& step : run.steps) {
       const auto x = static_cast<double>(k++);
       EXPECT_EQ(step.error, Eigen::Vector2d(x, -x - 0.5)) << what;
@@ -165,7 +165,7 @@ TEST(Npz, StoredAndPackedInBothOrdersOfBothTypes) {
     for (const bool fortran_order : {false, true}) {
       for (const bool packed : {false, true}) {
         const std::string what = fmt::format("{} {} {}", type, fortran_order, packed);
-        expect_the_runs(read(npz_bytes(arrays(type, fortran_order), packed)), what);
+        expect_the_runs(read(written_npz(arrays(type, fortran_order), packed)), what);
       }
     }
   }
@@ -176,7 +176,7 @@ TEST(Npz, NanIsSilence) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   log[0].values[1] = nan;  // the second state of the first step
   log[2].values[2] = nan;  // the third innovation
-  const RecordedSink sink = read(npz_bytes(log));
+  const RecordedSink sink = read(written_npz(log));
   EXPECT_EQ(sink.runs[0].steps[0].states, std::vector<Index>{0});
   EXPECT_EQ(sink.runs[0].steps[0].P, Matrix::Constant(1, 1, 2.0));
   EXPECT_EQ(sink.runs[0].steps[1].states.size(), 2U);
@@ -187,7 +187,7 @@ TEST(Npz, OneRunNeedsNoDimensionOfRunsAndSensorsHaveNames) {
   const Npy gps{"innovation_gps", {2, 1}, {1, 2}}, S_gps{"S_gps", {2, 1, 1}, {3, 4}};
   const Npy baro{"innovation_baro", {2, 1}, {5, 6}}, S_baro{"S_baro", {2, 1, 1}, {7, 8}};
   const Npy unrelated{"weights", {2}, {1, 2}, "<i4"};
-  const RecordedSink sink = read(npz_bytes({gps, S_gps, baro, S_baro, unrelated}));
+  const RecordedSink sink = read(written_npz({gps, S_gps, baro, S_baro, unrelated}));
   ASSERT_EQ(sink.runs.size(), 1U);
   EXPECT_FALSE(sink.runs[0].layout.has_truth);
   ASSERT_EQ(sink.runs[0].layout.sensors.size(), 2U);
@@ -198,7 +198,7 @@ TEST(Npz, OneRunNeedsNoDimensionOfRunsAndSensorsHaveNames) {
 TEST(Npz, NisAloneNamesItsDimension) {
   const Npy gps{"nis_gps_2", {2, 3}, {1, 2, 3, 4, NAN, 6}}, other{"nis_1", {2, 3}, {1, 2, 3, 4, 5, -6}};
   const Npy unrelated{"nis_mean", {1}, {1}};
-  const RecordedSink sink = read(npz_bytes({gps, other, unrelated}));
+  const RecordedSink sink = read(written_npz({gps, other, unrelated}));
   ASSERT_EQ(sink.runs.size(), 2U);
   const RunLayout& layout = sink.runs[0].layout;
   ASSERT_EQ(layout.sensors.size(), 2U);
@@ -216,31 +216,31 @@ TEST(Npz, ErrorsNameTheArray) {
     EXPECT_THAT([&] { read(bytes); }, ::testing::ThrowsMessage<DataError>(HasSubstr(message)));
   };
   auto log = arrays();
-  fails_with(npz_bytes({log[0]}), "array P is missing beside error; its arrays are error (3, 4, 2)");
-  fails_with(npz_bytes({log[1], log[2], log[3]}), "array error is missing beside P");
-  fails_with(npz_bytes({Npy{"x", {1}, {0}}}), "holds nothing to judge");
-  fails_with(npz_bytes({log[0], log[3]}), "array P is missing");
-  Npy wrong{"P", {kRuns, kSteps, 2}, log[0].values};
-  fails_with(npz_bytes({log[0], wrong}), "error (3, 4, 2) and P (3, 4, 2): accepted are");
+  fails_with(written_npz({log[0]}), "array P is missing beside error; its arrays are error (3, 4, 2)");
+  fails_with(written_npz({log[1], log[2], log[3]}), "array error is missing beside P");
+  fails_with(written_npz({Npy{"x", {1}, {0}}}), "holds nothing to judge");
+  fails_with(written_npz({log[0], log[3]}), "array P is missing");
+  Npy wrong{"P", {kNpzRuns, kNpzSteps, 2}, log[0].values};
+  fails_with(written_npz({log[0], wrong}), "error (3, 4, 2) and P (3, 4, 2): accepted are");
   const Npy other{"innovation", {2, 1}, {1, 2}}, other_S{"S", {2, 1, 1}, {1, 1}};
-  fails_with(npz_bytes({log[0], log[1], other, other_S}), "other runs or steps");
+  fails_with(written_npz({log[0], log[1], other, other_S}), "other runs or steps");
   Npy integers = log[0];
   integers.type = "<i8";
-  fails_with(npz_bytes({integers, log[1]}), "error.npy is of type '<i8'; read are float32 and float64");
-  const std::string whole = npz_bytes(log);
+  fails_with(written_npz({integers, log[1]}), "error.npy is of type '<i8'; read are float32 and float64");
+  const std::string whole = written_npz(log);
   fails_with(whole.substr(0, whole.size() - 30), "ends without the directory");
   std::string flipped = whole;
   flipped[200] ^= 1;
   fails_with(flipped, "error.npy has a checksum that is not its own");
   Npy large = log[0];
-  large.shape = {kRuns, kSteps, 200000000000};
-  fails_with(npz_bytes({large, log[1]}), "a shape beyond its");
+  large.shape = {kNpzRuns, kNpzSteps, 200000000000};
+  fails_with(written_npz({large, log[1]}), "a shape beyond its");
 }
 
 TEST(Npz, NoCutOrFlippedByteCrashes) {
   for (const bool packed : {false, true}) {
     std::vector<Npy> log = {{"innovation", {2, 1}, {1, 2}}, {"S", {2, 1, 1}, {1, 1}}};
-    EXPECT_EQ(testing::unnoticed_cuts(npz_format(), npz_bytes(log, packed), {}), 0U);
+    EXPECT_EQ(testing::unnoticed_cuts(npz_format(), written_npz(log, packed), {}), 0U);
   }
 }
 

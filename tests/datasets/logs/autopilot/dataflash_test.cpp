@@ -22,7 +22,7 @@ using testing::padded;
 using testing::RecordedSink;
 using ::testing::ThrowsMessage;
 
-RecordedSink read(const std::string& bytes, const LogReadOptions& options = {}) {
+RecordedSink flight_of(const std::string& bytes, const LogReadOptions& options = {}) {
   const TemporaryFolder folder;
   RecordedSink sink;
   dataflash_format().read(folder.write("flight.bin", bytes), options, sink);
@@ -42,7 +42,7 @@ DataflashWriter short_flight(std::uint8_t core = 0) {
 }
 
 TEST(Dataflash, InnovationsAndRootsOfTestRatiosGiveNis) {
-  const RecordedSink sink = read(short_flight().bytes());
+  const RecordedSink sink = flight_of(short_flight().bytes());
   ASSERT_EQ(sink.runs.size(), 1U);
   const RecordedSink::Run& run = sink.runs.front();
   EXPECT_FALSE(run.layout.has_truth);
@@ -84,7 +84,7 @@ TEST(Dataflash, AConsistentFilterHasItsMeanNis) {
     log.innovations(time, 0, nu);
     log.ratios(time, 0, {root(0, 3), root(3, 2), root(5, 1), 0.0, root(6, 1) * 5.0 / 4.0});
   }
-  const RecordedSink sink = read(log.bytes());
+  const RecordedSink sink = flight_of(log.bytes());
   ASSERT_EQ(sink.runs.front().layout.sensors.size(), 4U);
   const double dims[] = {3.0, 2.0, 1.0, 1.0};
   for (std::size_t s = 0; s < 4; ++s) {
@@ -106,7 +106,7 @@ TEST(Dataflash, AClampedRatioIsTold) {
   DataflashWriter log = short_flight();
   log.innovations(9'000'000, 0, {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0});
   log.ratios(9'000'000, 0, {0.0, 0.0, 327.67, 0.0, 0.0});
-  EXPECT_THAT(read(log.bytes()).said(), HasSubstr("1 test ratios are clamped"));
+  EXPECT_THAT(flight_of(log.bytes()).said(), HasSubstr("1 test ratios are clamped"));
 }
 
 TEST(Dataflash, OneOfSeveralCoresIsJudged) {
@@ -116,9 +116,9 @@ TEST(Dataflash, OneOfSeveralCoresIsJudged) {
     log.innovations(time, 1, {0.0, 0.0, 0.0, 0.0, 0.0, 1.0 + i, 0.0});
     log.ratios(time, 1, {0.0, 0.0, 0.5 + i, 0.0, 0.0});
   }
-  EXPECT_THAT(read(log.bytes()).said(), HasSubstr("Cores 0, 1 ran side by side; judged is 0"));
-  EXPECT_NEAR(read(log.bytes(), {.instance = 1}).runs[0].steps[0].innovations[0].nu[0], 1.5, 1e-12);
-  EXPECT_THAT([&] { read(log.bytes(), {.instance = 4}); },
+  EXPECT_THAT(flight_of(log.bytes()).said(), HasSubstr("Cores 0, 1 ran side by side; judged is 0"));
+  EXPECT_NEAR(flight_of(log.bytes(), {.instance = 1}).runs[0].steps[0].innovations[0].nu[0], 1.5, 1e-12);
+  EXPECT_THAT([&] { flight_of(log.bytes(), {.instance = 4}); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("--instance 4: there are 0, 1")));
 }
 
@@ -157,7 +157,7 @@ TEST(Dataflash, FieldsOfEveryLetterAreNumbers) {
 TEST(Dataflash, AnErrorNamesTheByteAndAPartCanBeRead) {
   const std::string good = short_flight().bytes();
   const auto fails_with = [](const std::string& bytes, const std::string& message) {
-    EXPECT_THAT([&] { read(bytes); }, ThrowsMessage<DataError>(HasSubstr(message)));
+    EXPECT_THAT([&] { flight_of(bytes); }, ThrowsMessage<DataError>(HasSubstr(message)));
   };
   fails_with("", "byte 0: is empty");
   fails_with(good + "xyz", "byte " + std::to_string(good.size()) + ": no message begins here");
@@ -174,7 +174,7 @@ TEST(Dataflash, AnErrorNamesTheByteAndAPartCanBeRead) {
   huge.describe(4, 3 + 16, "XKF3", "QQ", "TimeUS,C");
   huge.message(4, ByteWriter().add<std::uint64_t>(1).add(std::uint64_t{1} << 60U).bytes());
   fails_with(huge.bytes(), "an estimator of number 1.152921504606847e+18: corrupted");
-  const RecordedSink part = read(good + "xyz", {.partial = true});
+  const RecordedSink part = flight_of(good + "xyz", {.partial = true});
   EXPECT_EQ(part.runs.front().steps.size(), 2U);
   EXPECT_THAT(part.said(), HasSubstr("only a part could be read: "));
 }

@@ -34,13 +34,13 @@ const std::string kSystem =
     "R = [[1, 0, 0], [0, 2, 0], [0, 0, 1]]\n"
     "P0 = [[4, 1], [1, 4]]\n";
 
-Scenario load(const std::string& text, const std::vector<std::string>& overrides = {}) {
+Scenario linear_scenario(const std::string& text, const std::vector<std::string>& overrides = {}) {
   return load_scenario_text(text, "s.toml", overrides);
 }
 
-std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {}) {
+std::string linear_refusal(const std::string& text, const std::vector<std::string>& overrides = {}) {
   try {
-    load(text, overrides);
+    linear_scenario(text, overrides);
   } catch (const ScenarioError& error) {
     return error.what();
   }
@@ -54,8 +54,9 @@ StudyStatistics run(const Experiment& experiment, int threads) {
 
 TEST(LinearWorld, ReadsItsMatrices) {
   const LinearProblem p =
-      linear_problem(load(kSystem + "G = [[1, 0], [0, 2]]\n[filter]\nR = [[2, 0, 0], [0, 2, 0], [0, 0, 2]]\n"
-                                    "process_scale = 2\nmeasurement_scale = 3\n"))
+      linear_problem(linear_scenario(kSystem +
+                                     "G = [[1, 0], [0, 2]]\n[filter]\nR = [[2, 0, 0], [0, 2, 0], [0, 0, 2]]\n"
+                                     "process_scale = 2\nmeasurement_scale = 3\n"))
           .value();
   EXPECT_EQ(p.truth.F, (Matrix(2, 2) << 1, 0.5, -0.1, 0.9).finished());
   EXPECT_EQ(p.truth.G, (Matrix(2, 2) << 1, 0, 0, 2).finished());
@@ -65,32 +66,37 @@ TEST(LinearWorld, ReadsItsMatrices) {
   EXPECT_EQ(p.assumed.R, Matrix(6.0 * Matrix::Identity(3, 3)));
   EXPECT_EQ(p.assumed.F, p.truth.F);
   EXPECT_EQ(p.assumed.P0, p.truth.P0);
-  EXPECT_EQ(linear_problem(load(kSystem)).value().truth.G, Matrix(Matrix::Identity(2, 2)));
-  EXPECT_EQ(world_text(load(kSystem)), "linear, 2 states, 3 measurements");
+  EXPECT_EQ(linear_problem(linear_scenario(kSystem)).value().truth.G, Matrix(Matrix::Identity(2, 2)));
+  EXPECT_EQ(world_text(linear_scenario(kSystem)), "linear, 2 states, 3 measurements");
 }
 
 TEST(LinearWorld, ItsCanonicalTextLoadsTheSame) {
-  const Scenario s = load(kSystem + "states = [\"a.p\", \"a.v\"]\n[filter]\nP0 = [[0.1, 0], [0, 1e-20]]\n");
-  Scenario again = load(canonical_toml(s));
+  const Scenario s =
+      linear_scenario(kSystem + "states = [\"a.p\", \"a.v\"]\n[filter]\nP0 = [[0.1, 0], [0, 1e-20]]\n");
+  Scenario again = linear_scenario(canonical_toml(s));
   again.name = s.name;
   EXPECT_EQ(again, s);
   EXPECT_THAT(canonical_toml(s), HasSubstr("P0 = [[0.1, 0.0], [0.0, 1e-20]]\n"));
   // What the filter believes makes another configuration that meets the same noise.
-  EXPECT_NE(configuration_id(load(kSystem)), configuration_id(load(kSystem, {"filter.F=[[1, 0], [0, 1]]"})));
-  EXPECT_EQ(noise_group(load(kSystem)), noise_group(load(kSystem, {"filter.F=[[1, 0], [0, 1]]"})));
-  EXPECT_NE(noise_group(load(kSystem)), noise_group(load(kSystem, {"world.F=[[1, 0], [0, 1]]"})));
+  EXPECT_NE(configuration_id(linear_scenario(kSystem)),
+            configuration_id(linear_scenario(kSystem, {"filter.F=[[1, 0], [0, 1]]"})));
+  EXPECT_EQ(noise_group(linear_scenario(kSystem)),
+            noise_group(linear_scenario(kSystem, {"filter.F=[[1, 0], [0, 1]]"})));
+  EXPECT_NE(noise_group(linear_scenario(kSystem)),
+            noise_group(linear_scenario(kSystem, {"world.F=[[1, 0], [0, 1]]"})));
 }
 
 TEST(LinearWorld, NamesMakeBlocks) {
   const RunLayout layout =
-      linear_problem(load(kSystem + "states = [\"tank.level\", \"leak\"]\n")).value().scene.layout;
+      linear_problem(linear_scenario(kSystem + "states = [\"tank.level\", \"leak\"]\n")).value().scene.layout;
   EXPECT_EQ(layout.states, (std::vector<std::string>{"tank.level", "leak"}));
   ASSERT_EQ(layout.blocks.size(), 2U);
   EXPECT_EQ(layout.blocks[0].name, "tank");
-  EXPECT_EQ(linear_problem(load(kSystem)).value().scene.layout.states[1], "x2");
+  EXPECT_EQ(linear_problem(linear_scenario(kSystem)).value().scene.layout.states[1], "x2");
   // A single block would be the state once more.
-  EXPECT_TRUE(
-      linear_problem(load(kSystem + "states = [\"a.p\", \"a.v\"]\n")).value().scene.layout.blocks.empty());
+  EXPECT_TRUE(linear_problem(linear_scenario(kSystem + "states = [\"a.p\", \"a.v\"]\n"))
+                  .value()
+                  .scene.layout.blocks.empty());
 }
 
 TEST(LinearWorld, RefusesNamingPlaceKeyAndShape) {
@@ -126,25 +132,25 @@ TEST(LinearWorld, RefusesNamingPlaceKeyAndShape) {
       {"world.Hh=[[1]]", {"unknown key, did you mean H?"}},
   };
   for (const auto& [wrong, said] : cases) {
-    const std::string message = refusal(kSystem, {wrong});
+    const std::string message = linear_refusal(kSystem, {wrong});
     for (const std::string& part : said) EXPECT_THAT(message, HasSubstr(part)) << wrong;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
   // Files name the line.
-  EXPECT_THAT(refusal(kSystem + "states = [\"a\"]\n"),
+  EXPECT_THAT(linear_refusal(kSystem + "states = [\"a\"]\n"),
               StartsWith("s.toml:8: [world] states = [\"a\"]: must be 2"));
-  EXPECT_EQ(refusal("[world]\nmodel = \"linear\"\nF = [[1]]\n"),
+  EXPECT_EQ(linear_refusal("[world]\nmodel = \"linear\"\nF = [[1]]\n"),
             "s.toml: [world] H is missing: must be a matrix of finite numbers, [[row], [row], …]");
-  EXPECT_THAT(
-      refusal(kSystem, {"world.R=[[1, 0.5, 0], [0.5, 1, 0], [0, 0, 1]]", "noise.detection_probability=0.5"}),
-      HasSubstr("must be 1 where world.R or filter.R is not diagonal"));
+  EXPECT_THAT(linear_refusal(kSystem, {"world.R=[[1, 0.5, 0], [0.5, 1, 0], [0, 0, 1]]",
+                                       "noise.detection_probability=0.5"}),
+              HasSubstr("must be 1 where world.R or filter.R is not diagonal"));
 }
 
 TEST(LinearWorld, SingularCovariancesAreLegal) {
   for (const char* singular : {"world.Q=[[0, 0], [0, 0]]", "world.P0=[[0, 0], [0, 0]]",
                                "world.P0=[[0.1, 0.3], [0.3, 0.9]]", "filter.Q=[[1, 0], [0, 0]]"}) {
-    EXPECT_EQ(refusal(kSystem, {singular}), "accepted") << singular;
-    const StudyStatistics statistics = run(*make_experiment(load(kSystem, {singular})), 1);
+    EXPECT_EQ(linear_refusal(kSystem, {singular}), "accepted") << singular;
+    const StudyStatistics statistics = run(*make_experiment(linear_scenario(kSystem, {singular})), 1);
     EXPECT_TRUE(statistics.failures.empty()) << singular;
   }
 }
@@ -158,7 +164,7 @@ TEST(LinearWorld, NeesCountsTheDirectionsThatHaveAVariance) {
       "[world]\nmodel = \"linear\"\nF = [[1, 1], [0, 0.9]]\nH = [[1, 0]]\n"
       "Q = [[0.1, 0.02], [0.02, 0.3]]\nR = [[0]]\nP0 = [[1, 0], [0, 1]]\n";
   for (const std::string& text : {line, exact}) {
-    for (const StepStatistics& step : run(*make_experiment(load(text)), 1).steps) {
+    for (const StepStatistics& step : run(*make_experiment(linear_scenario(text)), 1).steps) {
       ASSERT_EQ(step.nees_dof, 200);
       EXPECT_NEAR(step[Quantity::nees].mean, 1.0, 5.0 * std::sqrt(2.0 / 200.0));
     }
@@ -167,7 +173,7 @@ TEST(LinearWorld, NeesCountsTheDirectionsThatHaveAVariance) {
 
 // What is unstable and not observed grows beyond all numbers: the runs end there, and say so.
 TEST(LinearWorld, APThatIsNotFiniteEndsTheRun) {
-  const Scenario s = load(
+  const Scenario s = linear_scenario(
       "[world]\nmodel = \"linear\"\nF = [[2, 0], [0, 0.5]]\nH = [[0, 1]]\nQ = [[1, 0], [0, 1]]\n"
       "R = [[1]]\nP0 = [[1, 0], [0, 1]]\n[study]\nsteps = 600\n");
   const StudyStatistics statistics = run(*make_experiment(s), 1);
@@ -199,7 +205,7 @@ const std::vector<std::vector<std::string>> kVariants = {
 
 TEST(LinearWorld, ThreadsGiveTheSameBits) {
   for (const auto& variant : kVariants) {
-    const auto experiment = make_experiment(load(kSystem, variant));
+    const auto experiment = make_experiment(linear_scenario(kSystem, variant));
     EXPECT_EQ(to_bytes(run(*experiment, 1)), to_bytes(run(*experiment, 2)));
   }
 }
@@ -207,7 +213,7 @@ TEST(LinearWorld, ThreadsGiveTheSameBits) {
 TEST(LinearWorld, InstructionSetsGiveTheSameBits) {
   if (best_instruction_set() == InstructionSet::scalar) GTEST_SKIP() << "one instruction set cannot differ";
   for (const auto& variant : kVariants) {
-    const Scenario s = load(kSystem, variant);
+    const Scenario s = linear_scenario(kSystem, variant);
     const auto bytes = [&](InstructionSet set) {
       const NoiseSource source(s.study.seed, noise_group(s), set);
       return to_bytes(
@@ -250,7 +256,7 @@ void expect_textbook(const RunTrace& trace, const LinearModel& truth, const Line
 
 TEST(LinearWorld, ARunIsThatOfTheTextbook) {
   for (std::size_t v = 0; v < 4; ++v) {
-    const Scenario s = load(kSystem, kVariants[v]);
+    const Scenario s = linear_scenario(kSystem, kVariants[v]);
     const LinearProblem p = linear_problem(s).value();
     expect_textbook(make_experiment(s)->trace(3), p.truth, p.assumed);
   }
@@ -258,7 +264,7 @@ TEST(LinearWorld, ARunIsThatOfTheTextbook) {
 
 TEST(LinearWorld, AChunkHasTheRunsOfItsTraces) {
   for (const auto& variant : kVariants) {
-    const auto experiment = make_experiment(load(kSystem, variant));
+    const auto experiment = make_experiment(linear_scenario(kSystem, variant));
     const StudyStatistics one = experiment->run_chunk(5, 1);
     const RunTrace trace = experiment->trace(5);
     for (std::size_t k = 1; k < trace.steps.size(); ++k) {
@@ -271,7 +277,7 @@ TEST(LinearWorld, AChunkHasTheRunsOfItsTraces) {
 }
 
 TEST(LinearWorld, TellsTheMemoryThatItNeeds) {
-  const Scenario small = load(kSystem), longer = load(kSystem, {"study.steps=1000000"});
+  const Scenario small = linear_scenario(kSystem), longer = linear_scenario(kSystem, {"study.steps=1000000"});
   EXPECT_GT(least_experiment_bytes(longer), 1e6 * 8.0 * 12.0);
   EXPECT_LT(least_experiment_bytes(small), 1e6);
 }
@@ -280,7 +286,8 @@ TEST(LinearWorld, TellsTheMemoryThatItNeeds) {
 TEST(LinearWorld, PlaysItsEstimators) {
   const std::string filter = "[filter]\ngain = [[0.5, 0, 0], [0, 0.2, 0]]\nconsidered = [\"x2\"]\n";
   for (const char* name : {"steady-state", "smoother", "schmidt", "own-gain"}) {
-    const Scenario s = load(kSystem + filter, {std::string("filter.estimator=") + name, "study.steps=20"});
+    const Scenario s =
+        linear_scenario(kSystem + filter, {std::string("filter.estimator=") + name, "study.steps=20"});
     EXPECT_FALSE(linear_problem(s)) << name;
     EXPECT_THAT(world_text(s), HasSubstr(name));
     const auto experiment = make_experiment(s);
@@ -289,10 +296,11 @@ TEST(LinearWorld, PlaysItsEstimators) {
     const Moments& nees = statistics.steps.back()[Quantity::nees];
     EXPECT_NEAR(nees.mean, 2.0, 5.0 * 2.0 / std::sqrt(200.0)) << name;
   }
-  EXPECT_TRUE(linear_problem(load(kSystem + filter)));
-  EXPECT_THAT(refusal(kSystem + "[filter]\ngain = [[1, 0, 0]]\n"), HasSubstr("gain"));
-  EXPECT_THAT(refusal(kSystem + "[filter]\nconsidered = [\"x3\"]\n"), HasSubstr("x3"));
-  EXPECT_THROW(make_experiment(load(kSystem, {"filter.estimator=own-gain"})), std::invalid_argument);
+  EXPECT_TRUE(linear_problem(linear_scenario(kSystem + filter)));
+  EXPECT_THAT(linear_refusal(kSystem + "[filter]\ngain = [[1, 0, 0]]\n"), HasSubstr("gain"));
+  EXPECT_THAT(linear_refusal(kSystem + "[filter]\nconsidered = [\"x3\"]\n"), HasSubstr("x3"));
+  EXPECT_THROW(make_experiment(linear_scenario(kSystem, {"filter.estimator=own-gain"})),
+               std::invalid_argument);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ TEST(PendulumWorld, SwingingLittleItIsLinear) {
   for (const auto& overrides : {little, points}) {
     const StudyStatistics s = run(pendulum(overrides), static_cast<std::int64_t>(kRuns));
     EXPECT_TRUE(s.failures.empty());
-    for (const std::size_t k : {0, 50, 99}) {
+    for (const std::size_t k : {0U, 50U, 99U}) {
       EXPECT_NEAR(s.steps[k][Quantity::nees].mean, 2.0, 5.0 * std::sqrt(4.0 / kRuns)) << k;
       EXPECT_NEAR(s.steps[k][Quantity::nis].mean, 1.0, 5.0 * std::sqrt(2.0 / kRuns)) << k;
     }
