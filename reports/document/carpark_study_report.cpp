@@ -40,7 +40,7 @@ ReportTable variants_table(const CarparkStudy& study) {
   ReportTable table{
       .title = "All variants",
       .columns = {{"inflation", words},
-                  {"observability", words},
+                  {"observable", words},
                   {"paper", words},
                   {"P0", words},
                   {"max tr P vehicle"},

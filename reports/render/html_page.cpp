@@ -68,7 +68,14 @@ std::string cell_html(const ReportTable& table, std::size_t column, const TableC
   }
   constexpr std::size_t kShort = 32;  // columns of text that a cell need not break
   if (display_width(text) > kShort) classes += classes.empty() ? "long" : " long";
-  const std::string words = escape_html(text);
+  std::string words = escape_html(text);
+  // "1.02 (0.98 … 1.06)": the interval goes below its number where the table would be too wide.
+  const std::size_t interval = words.find(" (");
+  if (!number && interval != std::string::npos && words.back() == ')' && words.find(' ') == interval) {
+    words = fmt::format("{}<span class=\"interval\">{}</span>", words.substr(0, interval + 1),
+                        words.substr(interval + 1));
+    classes += classes.empty() ? "with-interval" : " with-interval";
+  }
   const bool linked = !cell.link.empty() && is_web_or_relative(cell.link);
   return fmt::format("<td{}>{}</td>", classes.empty() ? "" : fmt::format(" class=\"{}\"", classes),
                      linked ? fmt::format("<a href=\"{}\">{}</a>", escape_html(cell.link), words) : words);

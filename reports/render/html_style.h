@@ -87,6 +87,8 @@ tbody tr:last-child { border-bottom: 1.5px solid var(--ink); }
 th, td { padding: .3rem .38rem; text-align: left; }
 td { vertical-align: top; white-space: nowrap; }
 td.long { white-space: normal; min-width: 12rem; }
+td.with-interval { white-space: normal; }
+.interval { white-space: nowrap; }
 .number { text-align: right; white-space: nowrap; }
 thead .number { white-space: normal; }
 .table { margin: 1.2rem 0; }

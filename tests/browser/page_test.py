@@ -48,6 +48,7 @@ def make_pages(credence, scenarios, folder):
         "selftest": ["selftest", "--studies", "100"],
         "timing": ["timing", "--landmarks", "10,20", "--observed", "1", "--repetitions", "1"],
         "claims": ["claims"],
+        "estimators": ["estimators", scenarios / "huang_ring.toml", "--runs", "8", "--steps", "40"],
     }
     subprocess.run([credence, "run", scenarios / "planar_loop.toml", "--runs", "8", "--steps", "30", "--log",
                     folder / "logs"], check=True, capture_output=True)

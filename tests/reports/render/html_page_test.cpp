@@ -122,6 +122,20 @@ TEST(HtmlPage, TablesSayAndColourVerdicts) {
   EXPECT_THAT(body, HasSubstr("<b>Table 1.</b> Verdicts"));
 }
 
+TEST(HtmlPage, AnIntervalMayGoBelowItsNumber) {
+  ReportTable table{"NEES", {{"of the pose", ColumnAlign::words}}, {}, {}};
+  for (const char* text : {"1.02 (0.98 … 1.06)", "ekf (1.57 times)", "two words (and more)", "(alone)"})
+    table.add({text});
+  HtmlPage page("Study");
+  page.table(table);
+  const std::string body = body_of(page);
+  EXPECT_EQ(xml_problem(body), "");
+  EXPECT_THAT(
+      body, HasSubstr("<td class=\"with-interval\">1.02 <span class=\"interval\">(0.98 … 1.06)</span></td>"));
+  EXPECT_THAT(body, HasSubstr("<td>two words (and more)</td>"));
+  EXPECT_THAT(body, HasSubstr("<td>(alone)</td>"));
+}
+
 TEST(HtmlPage, TheAnswerComesFirstAndIsKeptForAnIndex) {
   HtmlPage page("Study");
   page.section("Verdicts");
