@@ -7,6 +7,7 @@
 
 #include "analysis/calibration/calibration_sums.h"
 #include "analysis/laws/student.h"
+#include "core/nan.h"
 
 /// @file
 /// Where P lies, by how much, and what would mend it, judged on runs that were left out.
@@ -44,8 +45,8 @@ struct HeldOutNees {
 /// ellipsoid, with probability at least 95 % (split conformal prediction over runs [Vovk 2005]): no law is
 /// assumed.
 struct ConformalFactor {
-  double factor = 0.0;  ///< NaN with fewer than 19 runs
-  double least = 0.0;   ///< that 95 % of the runs at hand need
+  double factor = kNaN;  ///< NaN with fewer than 19 runs
+  double least = kNaN;   ///< that 95 % of the runs at hand need
   std::int64_t runs = 0;
   /// Of the runs, each judged by the factor that the others give: covered ones. 0 of 0 below 20 runs.
   std::int64_t held_out = 0, covered = 0;

@@ -1,4 +1,4 @@
-# Installs the package into a prefix of its own, and builds the example against it and runs it, with every compiler and
+# Installs the package into a prefix of its own, and builds the examples against it and runs them, my_filter with every compiler and
 # for every instruction set that the machine has: the verdict is the same, whatever the program is compiled for.
 # BUILD, SOURCE: of the project; WORK: a folder for all of that; CXX: the compilers, separated by ";"
 file(REMOVE_RECURSE ${WORK})
@@ -15,8 +15,8 @@ function(must_run)
   endif()
 endfunction()
 
-function(configure folder compiler flags)
-  must_run(${CMAKE_COMMAND} -S ${SOURCE}/examples/cpp_filter -B ${folder} -G Ninja -DCMAKE_PREFIX_PATH=${WORK}/prefix
+function(configure example folder compiler flags)
+  must_run(${CMAKE_COMMAND} -S ${SOURCE}/examples/${example} -B ${folder} -G Ninja -DCMAKE_PREFIX_PATH=${WORK}/prefix
            -DCMAKE_CXX_COMPILER=${compiler} -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS=${flags}")
 endfunction()
 
@@ -39,7 +39,7 @@ foreach(compiler ${CXX})
     math(EXPR number "${number} + 1")
     set(folder ${WORK}/build${number})
     string(REPLACE "plain" "" given "${flags}")
-    configure(${folder} ${compiler} "${given}")
+    configure(cpp_filter ${folder} ${compiler} "${given}")
     must_run(${CMAKE_COMMAND} --build ${folder})
     execute_process(COMMAND ${folder}/my_filter WORKING_DIRECTORY ${folder} RESULT_VARIABLE code OUTPUT_VARIABLE output)
     if(NOT code EQUAL 1 OR NOT output MATCHES "Can this covariance be trusted. optimistic")
@@ -52,9 +52,16 @@ foreach(compiler ${CXX})
   endforeach()
 endforeach()
 
-# What would crash is refused when it is compiled.
 list(GET CXX 0 compiler)
-configure(${WORK}/refused ${compiler} "-UEIGEN_MAX_ALIGN_BYTES -DEIGEN_MAX_ALIGN_BYTES=32")
+configure(cpp_world ${WORK}/world ${compiler} "")
+must_run(${CMAKE_COMMAND} --build ${WORK}/world)
+execute_process(COMMAND ${WORK}/world/my_world WORKING_DIRECTORY ${WORK}/world RESULT_VARIABLE code OUTPUT_VARIABLE output)
+if(NOT code EQUAL 1 OR NOT output MATCHES "Can this covariance be trusted. optimistic in x2")
+  message(FATAL_ERROR "my_world ended with ${code}:\n${output}")
+endif()
+
+# What would crash is refused when it is compiled.
+configure(cpp_filter ${WORK}/refused ${compiler} "-UEIGEN_MAX_ALIGN_BYTES -DEIGEN_MAX_ALIGN_BYTES=32")
 run(${CMAKE_COMMAND} --build ${WORK}/refused)
 if(code EQUAL 0 OR NOT output MATCHES "Credence needs EIGEN_MAX_ALIGN_BYTES=64")
   message(FATAL_ERROR "Another alignment of Eigen was not refused: ${code}\n${output}")

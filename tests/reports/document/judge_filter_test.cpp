@@ -12,6 +12,7 @@ namespace credence {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A target on a line, seen in range and bearing from beside it.
 FunctionModel radar() {
@@ -49,6 +50,8 @@ TEST(JudgeFilter, TellsItAsTextJsonAndPage) {
   const JudgedFilter judged = judge_model(radar(), radar(), kOptions);
   EXPECT_THAT(judged.text(), HasSubstr("Can this covariance be trusted? consistent"));
   EXPECT_THAT(judged.text(), HasSubstr("9000 rows of 300 runs (simulated, 30 steps, seed 7)"));
+  EXPECT_THAT(judged.text(), Not(HasSubstr("further runs")))
+      << "only of logs it is known what covers further runs";
   EXPECT_EQ(nlohmann::json::parse(judged.json())["verdict"], "consistent");
   const TemporaryFolder folder;
   judged.write_report(folder / "out");
