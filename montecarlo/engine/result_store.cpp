@@ -41,7 +41,7 @@ std::filesystem::path made_directory(const std::filesystem::path& directory) {
 }
 
 std::filesystem::path lock_file(const std::filesystem::path& directory) {
-  return directory / (std::string(kFileName) + ".lock");
+  return (directory / kFileName) += ".lock";
 }
 
 /// Whether SQLite must be told that nobody writes: it cannot make its shared memory, and there is no log to
