@@ -16,8 +16,6 @@ namespace {
 
 constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
 constexpr std::uint64_t kMcapRecordHeader = 9;
-using Opcode = McapOpcode;
-
 std::string_view text(ByteCursor& from) { return from.take_text(from.take<std::uint32_t>()); }
 
 /// "nav_msgs/msg/Odometry" is "nav_msgs/Odometry".
@@ -48,7 +46,7 @@ class McapReader {
                                    "or corrupted",
                                    size, file_.size()));
       }
-      ended = opcode == Opcode::kDataEnd || opcode == Opcode::kFooter;
+      ended = opcode == McapOpcode::kDataEnd || opcode == McapOpcode::kFooter;
       if (is_read(opcode)) record(opcode, file_.cursor(body, size, "a record"), true);
       at = body + size;
       visitor_.advance(static_cast<std::int64_t>(size + kMcapRecordHeader));
@@ -57,13 +55,15 @@ class McapReader {
 
  private:
   /// The others, an attachment of a gigabyte among them, are passed over.
-  static bool is_read(std::uint8_t opcode) { return opcode >= Opcode::kSchema && opcode <= Opcode::kChunk; }
+  static bool is_read(std::uint8_t opcode) {
+    return opcode >= McapOpcode::kSchema && opcode <= McapOpcode::kChunk;
+  }
 
   void record(std::uint8_t opcode, ByteCursor body, bool outside) {
-    if (opcode == Opcode::kMessage) return message(body);
-    if (opcode == Opcode::kSchema) return schema(body);
-    if (opcode == Opcode::kChannel) return channel(body);
-    if (opcode != Opcode::kChunk) return;
+    if (opcode == McapOpcode::kMessage) return message(body);
+    if (opcode == McapOpcode::kSchema) return schema(body);
+    if (opcode == McapOpcode::kChannel) return channel(body);
+    if (opcode != McapOpcode::kChunk) return;
     if (!outside) body.fail("a chunk within a chunk: corrupted");
     chunk(body);
   }
