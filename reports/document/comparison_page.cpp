@@ -35,9 +35,10 @@ Panel over_steps(std::span<const ComparedStudy> studies, FigureText title,
 /// NEES over dof of each study less that of the first, run by run.
 Panel differences(std::span<const ComparedStudy> studies, double confidence) {
   Panel panel{.title = "Against the first, run by run",
-              .x_label = "study",
+              .x_label = "study, as in the table",
               .y_label = "difference of NEES over dof",
-              .x_range = AxisRange{1.0, static_cast<double>(studies.size()) + 1.0}};
+              .x_range = AxisRange{0.5, static_cast<double>(studies.size()) + 0.5}};
+  for (std::size_t i = 1; i <= studies.size(); ++i) panel.x_names.push_back(fmt::to_string(i));
   panel.series.push_back(level_series("no difference", ColourRole::neutral, 0.0));
   for (std::size_t i = 1; i < studies.size(); ++i) {
     const std::optional<MeanInterval> d = paired_difference(studies[i], studies.front(), confidence);

@@ -101,7 +101,7 @@ struct Panel {
   std::optional<AxisRange> x_range{}, y_range{};  ///< default: what the series need
   bool log_x = false, log_y = false;
   bool equal_aspect = false;  ///< one unit of x as long as one of y; ranges grow to fill the panel
-  /// Names of the columns and rows of a heat map whose x and y are 1, 2, …: ticks, instead of numbers.
+  /// Names of x and y = 1, 2, …, as the columns and rows of a heat map: ticks, instead of numbers.
   std::vector<FigureText> x_names{}, y_names{};
   std::vector<Series> series{};
 
