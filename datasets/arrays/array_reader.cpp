@@ -84,10 +84,15 @@ void ArrayReader::read_state(const ArrayRun& run, Place place, Step& step) {
     step.error[i] = layout.angles[static_cast<std::size_t>(state)] ? wrap_angle(error[state]) : error[state];
   }
   if (run.estimate.data != nullptr) {
+    place.array = "estimate";
     const double* const estimate = run.estimate.at(place.row);
     step.estimate.resize(step.error.size());
     for (Index i = 0; i < step.error.size(); ++i) {
-      step.estimate[i] = estimate[kept_[static_cast<std::size_t>(i)]];
+      const Index state = kept_[static_cast<std::size_t>(i)];
+      step.estimate[i] = estimate[state];
+      if (!std::isfinite(estimate[state])) {
+        fail(place, fmt::format(", {}", state), fmt::format("is {}", estimate[state]));
+      }
     }
   }
   place.array = "P";

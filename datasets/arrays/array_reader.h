@@ -16,8 +16,8 @@ class ArrayReader {
   explicit ArrayReader(const ArrayRuns& arrays) : arrays_(arrays) {}
 
   /// Row `row` of run `run`; `step` keeps its memory from call to call. Throws std::invalid_argument naming
-  /// array and index for an infinite number, for a covariance that is not finite where it is needed, and for
-  /// one that is not symmetric.
+  /// array and index for an infinite number, for an estimate or a covariance that is not finite where it is
+  /// needed, and for a covariance that is not symmetric.
   void read(std::int64_t run, std::int64_t row, Step& step);
 
  private:

@@ -35,6 +35,7 @@ def check(
     innovation: Any = None,
     S: Any = None,
     *,
+    estimate: Any = None,
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
@@ -54,6 +55,8 @@ def check(
         every run; (n, n): always the same.
     innovation: float64 (runs, steps, m), or a dict with one such array for each sensor. NaN: silent.
     S: float64 (runs, steps, m, m), its covariance, as P; a dict with the same keys.
+    estimate: float64 (runs, steps, n), where error is estimate − truth, of angles wrapped. With it measurements that
+        arrive late are told from other causes: the errors then point back along the way. Not read where the error is NaN.
     names: one for each state; "pose.x", "pose.y" are a block "pose". Without names each state is a block.
     angles: the states that are angles in rad, by name, number or booleans: their errors are wrapped.
     blocks: name → states that are judged together, by name, number or slice, instead of those that names make.
@@ -71,6 +74,8 @@ def check(
         raise ValueError("innovation and S belong together: one of them is None")
     if error is None and innovation is None:
         raise ValueError("nothing to judge: give error and P, or innovation and S, or all four")
+    if estimate is not None and error is None:
+        raise ValueError("estimate says where the errors are: error is None")
     if not 0.5 <= confidence < 1.0:
         raise ValueError(f"confidence = {confidence}: expected at least 0.5 and below 1")
 
@@ -79,12 +84,14 @@ def check(
     if set(nus) != set(covariances):
         raise ValueError(f"innovation has the sensors {sorted(nus)}, S has {sorted(covariances)}")
 
-    shape = lead = error_parts = P_parts = None
+    shape = lead = error_parts = P_parts = estimate_parts = None
     n = 0
     if error is not None:
         shape, error_parts, n = leading(error, "error")
         lead = "error"
         P_parts = following(P, "P", (n, n), shape, lead)
+        if estimate is not None:
+            estimate_parts = following(estimate, "estimate", (n,), shape, lead)
     sensor_parts, sensors = [], []
     for sensor, nu in nus.items():
         label = _label("innovation", sensor)
@@ -102,6 +109,7 @@ def check(
             error_parts[i] if error_parts else None,
             P_parts[i] if P_parts else None,
             [parts[i] for parts in sensor_parts],
+            estimate_parts[i] if estimate_parts else None,
         )
         for i in range(len(error_parts or sensor_parts[0]))
     ]

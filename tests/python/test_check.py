@@ -6,7 +6,7 @@ import credence
 import numpy as np
 import pytest
 
-from filters import Q, R, play
+from filters import F, H, P0, Q, R, play
 
 
 def write_log(path, error, P, nu, S, names=("x", "v")):
@@ -65,6 +65,39 @@ def test_arrays_say_what_their_log_says_to_the_last_bit(tmp_path, believed):
         document["calibration"].pop("unit_names")  # of the log and its runs, or of the runs alone
     for key in wanted.keys() - {"files", "format"}:
         assert got[key] == wanted[key], key
+
+
+def test_late_measurements_are_told_where_the_estimate_is_given():
+    runs, steps, late = 150, 40, 3
+    rng = np.random.default_rng(4)
+    x = rng.standard_normal((runs, 2)) @ np.sqrt(P0) + [0.0, 2.0]
+    truth = np.empty((steps, runs, 2))
+    for k in range(steps):
+        x = truth[k] = x @ F.T + rng.standard_normal((runs, 2)) @ np.sqrt(Q)
+    z = truth @ H.T + rng.standard_normal((steps, runs, 1)) @ np.sqrt(R)
+    estimate, P, covariance = np.empty((runs, steps, 2)), np.empty((steps, 2, 2)), P0
+    x = np.tile([0.0, 2.0], (runs, 1))
+    for k in range(steps):
+        x, covariance = x @ F.T, F @ covariance @ F.T + Q
+        if k >= late:
+            s = H @ covariance @ H.T + R
+            K = covariance @ H.T / s
+            x, covariance = x + (z[k - late] - x @ H.T) @ K.T, covariance - K @ s @ K.T
+        estimate[:, k], P[k] = x, 0.5 * (covariance + covariance.T)
+    error = estimate - truth.transpose(1, 0, 2)
+    word = "measurements that arrive late"
+    told = credence.check(error, P, estimate=estimate)
+    assert told.verdict == "optimistic" and told.causes[0].name.startswith(word)
+    untold = credence.check(error, P)
+    assert untold.verdict == "optimistic" and not any(c.name.startswith(word) for c in untold.causes)
+    gone = estimate.copy()
+    gone[3, 4, 1] = np.nan
+    with pytest.raises(ValueError, match=r"^estimate\[3, 4, 1\] is nan$"):
+        credence.check(error, P, estimate=gone)
+    with pytest.raises(ValueError, match=r"^estimate has shape \(150, 40, 1\): expected \(150, 40, 2\), as error$"):
+        credence.check(error, P, estimate=estimate[..., :1])
+    with pytest.raises(ValueError, match="error is None"):
+        credence.check(innovation=error, S=np.eye(2), estimate=estimate)
 
 
 def test_threads_do_not_change_the_bits():

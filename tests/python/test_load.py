@@ -5,15 +5,7 @@ import credence
 import numpy as np
 import pytest
 
-SCENARIO = """
-[world]
-model = "monobot"
-landmarks = 2
-[study]
-runs = 200
-steps = 20
-seed = 3
-"""
+from scenario import SCENARIO
 
 
 def stored(tmp_path, text, command):

@@ -6,15 +6,7 @@ import credence
 import numpy as np
 import pytest
 
-SCENARIO = """
-[world]
-model = "monobot"
-landmarks = 2
-[study]
-runs = 200
-steps = 20
-seed = 3
-"""
+from scenario import SCENARIO
 
 
 def test_a_scenario_gives_the_bits_of_the_command(tmp_path):
