@@ -17,19 +17,25 @@
 namespace credence {
 namespace {
 
-/// The process whose number stands in the file.
-std::string holder(int descriptor) {
-  char text[32] = {};
-  const ssize_t size = pread(descriptor, text, sizeof text - 1, 0);
-  std::string number(text, size > 0 ? static_cast<std::size_t>(size) : 0);
-  number = number.substr(0, number.find_first_not_of("0123456789"));
-  return number.empty() ? "another process" : fmt::format("another process (pid {})", number);
-}
-
 void write_own_number(int descriptor) {
   const std::string number = fmt::format("{}\n", getpid());
   // Only for the message to others: where it cannot be written, the lock holds all the same.
   if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, number.data(), number.size(), 0) < 0) return;
+}
+
+/// The number that stands in the file; empty: none yet.
+std::string written_number(int descriptor) {
+  char text[32] = {};
+  const ssize_t size = pread(descriptor, text, sizeof text - 1, 0);
+  std::string number(text, size > 0 ? static_cast<std::size_t>(size) : 0);
+  return number.substr(0, number.find_first_not_of("0123456789"));
+}
+
+/// Who holds the lock: as the system knows it, else (a lock of another machine) as it says in the file.
+std::string holder(int descriptor, const std::filesystem::path& file) {
+  const std::optional<std::int64_t> process = lock_holder(file);
+  const std::string number = process.value_or(0) > 0 ? fmt::to_string(*process) : written_number(descriptor);
+  return number.empty() ? "another process" : fmt::format("another process (pid {})", number);
 }
 
 }  // namespace
@@ -60,7 +66,7 @@ ResultStoreLock::ResultStoreLock(const std::filesystem::path& file)
     const int reason = errno;
     const std::string text =
         reason == EWOULDBLOCK
-            ? fmt::format("{} is writing there; wait for it, or use another --out", holder(descriptor_))
+            ? fmt::format("{} is writing there; wait for it, or use another --out", holder(descriptor_, file))
             : fmt::format("cannot be locked ({})", std::strerror(reason));
     close(descriptor_);
     throw StoreError(fmt::format("{}: {}", directory, text));
