@@ -319,7 +319,7 @@ void add_check_command(CLI::App& app) {
       ->check(CLI::IsMember(charts))
       ->excludes("--orientation-error");
   command->add_option("--confidence", options->confidence, "of each verdict")
-      ->check(CLI::Range(0.5, 0.999999))
+      ->check(CLI::Range(kLeastConfidence, kMostConfidence))
       ->capture_default_str();
   command
       ->add_option("--within", options->within,

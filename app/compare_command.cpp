@@ -94,7 +94,7 @@ void add_compare_command(CLI::App& app) {
           "folders of run --out, and documents of run or check --format json; the first is the reference")
       ->required();
   command->add_option("--confidence", options->confidence, "of the interval of a paired difference")
-      ->check(CLI::Range(0.5, 0.999999))
+      ->check(CLI::Range(kLeastConfidence, kMostConfidence))
       ->capture_default_str();
   add_threads_option(*command, options->threads);
   add_output_options(*command, *options);

@@ -81,6 +81,14 @@ LoggedPose logged_pose(const std::array<Index, 3>& pose, const TraceStep& trace,
   return result;
 }
 
+void show_run(const RunTrace& trace, ChunkObserver& observer) {
+  observer.begin_runs(1);
+  for (const TraceStep& step : trace.steps) {
+    if (step.step > 0 && step.outcome == Outcome::ok) observer.add(step, 0);
+  }
+  observer.end_run(trace.outcome, trace.steps.back().step, 0);
+}
+
 }  // namespace
 
 void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
@@ -89,7 +97,7 @@ void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
 
 LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::path directory,
                                    RunLogFormat format, bool fresh)
-    : Experiment(inner.layout()), inner_(inner), directory_(std::move(directory)), format_(format) {
+    : ShownExperiment(inner.layout()), inner_(inner), directory_(std::move(directory)), format_(format) {
   if (format_ == RunLogFormat::mcap && !planar_pose(layout())) {
     throw ScenarioError(
         "--log-format mcap: this world has no pose in the plane; csv and npz take every world");
@@ -103,7 +111,8 @@ LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::pat
   }
 }
 
-StudyStatistics LoggedExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+StudyStatistics LoggedExperiment::play(std::int64_t first_run, std::int64_t runs,
+                                       ChunkObserver* observer) const {
   StudyStatistics statistics = inner_.run_chunk(first_run, runs);
   EvidenceRecorder recorder(layout());
   auto failure = statistics.failures.begin();
@@ -112,6 +121,7 @@ StudyStatistics LoggedExperiment::run_chunk(std::int64_t first_run, std::int64_t
     const std::size_t end =
         failed ? static_cast<std::size_t>(failure->step) : std::numeric_limits<std::size_t>::max();
     const RunTrace trace = inner_.trace(run);
+    if (observer != nullptr) show_run(trace, *observer);
     std::vector<Step> logged;
     std::vector<LoggedPose> poses;
     for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k) {

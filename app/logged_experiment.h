@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "montecarlo/engine/experiment.h"
+#include "montecarlo/engine/shown_experiment.h"
 
 namespace credence {
 
@@ -22,14 +22,13 @@ void discard_logs(const std::filesystem::path& directory, std::int64_t first);
 ///
 /// Linear worlds take NEES and NIS from a vectorised kernel otherwise, whose rounding differs in the last
 /// digits.
-class LoggedExperiment final : public Experiment {
+class LoggedExperiment final : public ShownExperiment {
  public:
   /// `inner` must outlive this. Makes the folder; throws OutputError when it cannot, or when it holds logs of
   /// runs (which `credence check` would mix with the new ones); with `fresh` these are removed. Throws
   /// ScenarioError for mcap of a world without a pose in the plane.
   LoggedExperiment(const Experiment& inner, std::filesystem::path directory, RunLogFormat format, bool fresh);
 
-  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override { return inner_.visit(run, take); }
   std::int64_t runs_side_by_side() const override { return inner_.runs_side_by_side(); }
   std::vector<Outcome> visit_runs(std::int64_t first_run, std::int64_t runs,
@@ -39,6 +38,8 @@ class LoggedExperiment final : public Experiment {
   RunTrace describe_world() const override { return inner_.describe_world(); }
 
  private:
+  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const override;
+
   const Experiment& inner_;
   std::filesystem::path directory_;
   RunLogFormat format_;

@@ -82,6 +82,10 @@ struct FilterSettings {
   bool operator==(const FilterSettings&) const = default;
 };
 
+/// What a confidence may be: below the least a verdict says little, and above the most the tails that tests
+/// share end where 1 − confidence has no digits left.
+inline constexpr double kLeastConfidence = 0.5, kMostConfidence = 0.999999;
+
 struct StudySettings {
   std::int64_t runs = 200;
   std::int64_t steps = 100;

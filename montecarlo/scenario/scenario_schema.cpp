@@ -58,7 +58,7 @@ std::vector<KeyRow> study_keys() {
       {"study", "seed", "", "first key of all random numbers",
        integer_field<kStudy, &S::seed>(0, std::numeric_limits<std::int64_t>::max())},
       {"study", "confidence", "", "of every interval and verdict",
-       real_field<kStudy, &S::confidence>({0.0, 1.0, true, true})},
+       real_field<kStudy, &S::confidence>({kLeastConfidence, kMostConfidence, false, false})},
   };
 }
 

@@ -29,6 +29,11 @@ def collector(names, angles, blocks, n: int, sensors: "list[tuple[str, int]]", h
     return _credence.Collector(states, angle.tolist(), of_blocks, sensors, has_truth)
 
 
+def require_confidence(confidence: float) -> None:
+    if not 0.5 <= confidence <= 0.999999:
+        raise ValueError(f"confidence = {confidence}: expected 0.5 to 0.999999")
+
+
 def check(
     error: Any = None,
     P: Any = None,
@@ -76,8 +81,7 @@ def check(
         raise ValueError("nothing to judge: give error and P, or innovation and S, or all four")
     if estimate is not None and error is None:
         raise ValueError("estimate says where the errors are: error is None")
-    if not 0.5 <= confidence < 1.0:
-        raise ValueError(f"confidence = {confidence}: expected at least 0.5 and below 1")
+    require_confidence(confidence)
 
     nus = {} if innovation is None else _by_sensor(innovation)
     covariances = {} if S is None else _by_sensor(S)

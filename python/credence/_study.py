@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _credence
 from ._arrays import indices, state_names
-from ._check import collector
+from ._check import collector, require_confidence
 from ._play import Chunk, Plan, PlugError, Switches, batch_runs, play_batch, require_same_twice, require_time_step
 from ._result import Result
 
@@ -75,6 +75,7 @@ def study(
     """
     if runs < 1 or steps < 1:
         raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1")
+    require_confidence(confidence)
     n = np.asarray(world.prior()[0]).shape[-1]
     states = state_names(names, n)
     marked = None if angles is None else indices(angles, states, "angles")

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _credence
 from ._arrays import indices, state_names
+from ._check import require_confidence
 from ._play import CHUNK, Chunk, Plan, play_batch, require_same_twice
 from ._result import Result
 from ._study import study
@@ -103,6 +104,7 @@ def tune_filter(
     """
     if runs < 1 or steps < 1:
         raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1")
+    require_confidence(confidence)
     factors = {name: float(value) for name, value in start.items()}
     n = np.asarray(world.prior()[0]).shape[-1]
     marked = None if angles is None else indices(angles, state_names(names, n), "angles")

@@ -194,7 +194,7 @@ def test_bad_arrays_are_named():
     assert bad(lambda a: a.update(error=a["error"].astype(complex))).startswith("error is of dtype complex128")
     assert bad(lambda a: a.update(names=["x"])) == "names has 1 entries: the state has 2"
     assert bad(lambda a: a.update(angles=["heading"])) == "angles: there is no state 'heading' among x1, x2"
-    assert bad(lambda a: a.update(confidence=1.5)).startswith("confidence = 1.5")
+    assert bad(lambda a: a.update(confidence=1.5)) == "confidence = 1.5: expected 0.5 to 0.999999"
     assert bad(lambda a: a.update({k: a[k][:, :0] for k in ("error", "P", "innovation", "S")})) == (
         "the arrays hold no step"
     )

@@ -57,6 +57,7 @@ class IntermittentExperiment::Run {
   /// Step k from 1 on; good for `now` where the outcome is ok.
   Outcome step(Index k) {
     stop_point();
+    now_.step = k;
     using Normals = Eigen::Map<const Vector>;
     const auto phase = static_cast<std::size_t>((k - 1) % std::ssize(truths_));
     const LinearModel &truth = truths_[phase], &assumed = assumptions_[phase];
@@ -177,19 +178,19 @@ bool IntermittentExperiment::is_optimal() const {
 RunTrace IntermittentExperiment::describe_world() const { return describe_scene(problem_.scene); }
 
 StudyStatistics IntermittentExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+  return lanes_ ? play_lanes(first_run, runs) : play_matrices(first_run, runs, nullptr);
+}
+
+std::optional<StudyStatistics> IntermittentExperiment::show_chunk(std::int64_t first_run, std::int64_t runs,
+                                                                  ChunkObserver& observer) const {
+  if (lanes_) return Experiment::show_chunk(first_run, runs, observer);
+  return play_matrices(first_run, runs, &observer);
+}
+
+StudyStatistics IntermittentExperiment::play_lanes(std::int64_t first_run, std::int64_t runs) const {
   StudyStatistics statistics;
   statistics.runs = runs;
   statistics.steps.resize(static_cast<std::size_t>(steps_));
-  if (lanes_) {
-    add_lanes(first_run, runs, statistics);
-  } else {
-    add_matrices(first_run, runs, statistics);
-  }
-  return statistics;
-}
-
-void IntermittentExperiment::add_lanes(std::int64_t first_run, std::int64_t runs,
-                                       StudyStatistics& statistics) const {
   IntermittentLanes lanes(problem_, source_);
   for (std::int64_t r = 0; r < runs; r += IntermittentLanes::kLanes) {
     const std::int64_t used = std::min<std::int64_t>(IntermittentLanes::kLanes, runs - r);
@@ -203,12 +204,17 @@ void IntermittentExperiment::add_lanes(std::int64_t first_run, std::int64_t runs
     lanes.add_runs_to(statistics);
   }
   std::ranges::sort(statistics.failures, {}, &RunFailure::run);
+  return statistics;
 }
 
-void IntermittentExperiment::add_matrices(std::int64_t first_run, std::int64_t runs,
-                                          StudyStatistics& statistics) const {
+StudyStatistics IntermittentExperiment::play_matrices(std::int64_t first_run, std::int64_t runs,
+                                                      ChunkObserver* observer) const {
+  StudyStatistics statistics;
+  statistics.runs = runs;
+  statistics.steps.resize(static_cast<std::size_t>(steps_));
   Run run(*this);
-  add_runs(run, first_run, runs, steps_, statistics);
+  add_runs(run, first_run, runs, steps_, statistics, observer);
+  return statistics;
 }
 
 Outcome IntermittentExperiment::visit(std::int64_t run_number, const StepVisitor& take) const {

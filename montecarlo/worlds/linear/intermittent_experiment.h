@@ -20,6 +20,9 @@ class IntermittentExperiment final : public Experiment {
   StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
   RunTrace describe_world() const override;
+  bool shows_as_it_runs() const override { return !lanes_; }
+  std::optional<StudyStatistics> show_chunk(std::int64_t first_run, std::int64_t runs,
+                                            ChunkObserver& observer) const override;
 
   /// Whether the filter knows the true noise, which is white, and inflates nothing: its E[NEES] is then the
   /// number of states, its E[NIS] that of the measurements it has, whatever is missed, and whatever the law.
@@ -30,8 +33,8 @@ class IntermittentExperiment final : public Experiment {
  private:
   class Run;
 
-  void add_lanes(std::int64_t first_run, std::int64_t runs, StudyStatistics& statistics) const;
-  void add_matrices(std::int64_t first_run, std::int64_t runs, StudyStatistics& statistics) const;
+  StudyStatistics play_lanes(std::int64_t first_run, std::int64_t runs) const;
+  StudyStatistics play_matrices(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const;
 
   LinearProblem problem_;
   Index steps_;

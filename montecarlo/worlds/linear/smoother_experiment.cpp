@@ -3,13 +3,11 @@
 #include <stdexcept>
 
 #include "core/linear_algebra/psd_root.h"
-#include "montecarlo/worlds/plugged/plugged_statistics.h"
 
 namespace credence {
 
 SmootherExperiment::SmootherExperiment(const LinearProblem& problem, Index steps, NoiseSource source)
-    : Experiment(problem.scene.layout),
-      steps_(steps),
+    : VisitedExperiment(problem.scene.layout, steps),
       filter_(problem, steps, source),
       smoother_(filter_.assumed_models().front(), filter_.filter_steps()) {
   const std::vector<LinearFilterStep>& of_filter = filter_.filter_steps();
@@ -20,10 +18,6 @@ SmootherExperiment::SmootherExperiment(const LinearProblem& problem, Index steps
   for (std::size_t k = 0; k < of_filter.size(); ++k) {
     whitening_.push_back(psd_whitening(smoother_.covariance(k + 1), of_filter[k].P_prior.diagonal()));
   }
-}
-
-StudyStatistics SmootherExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
-  return visited_chunk(*this, steps_, first_run, runs);
 }
 
 Outcome SmootherExperiment::visit(std::int64_t run, const StepVisitor& take) const {

@@ -1,5 +1,7 @@
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
 
+#include <algorithm>
+
 #include "montecarlo/worlds/planar/planar_drive.h"
 #include "montecarlo/worlds/planar/planar_step.h"
 #include "montecarlo/worlds/planar/state_error.h"
@@ -96,12 +98,13 @@ class PlanarSlamExperiment::Run {
 
 PlanarSlamExperiment::PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source,
                                            OdometryWorld world)
-    : Experiment(layout_of(scenario, world)), scenario_(scenario), world_(std::move(world)), source_(source) {
+    : ShownExperiment(layout_of(scenario, world)), scenario_(scenario), world_(std::move(world)), source_(source) {
   const auto R = estimator_settings(scenario_, world_).R;
   assume_measurement_variances({R(0, 0), R(1, 1)});
 }
 
-StudyStatistics PlanarSlamExperiment::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+StudyStatistics PlanarSlamExperiment::play(std::int64_t first_run, std::int64_t runs,
+                                           ChunkObserver* observer) const {
   const std::size_t steps = world_.plane.controls.size();
   StudyStatistics statistics;
   statistics.steps.resize(steps);
@@ -110,18 +113,26 @@ StudyStatistics PlanarSlamExperiment::run_chunk(std::int64_t first_run, std::int
   Run run(*this);
   for (std::int64_t r = first_run; r < first_run + runs; ++r) {
     run.start(r);
+    if (observer != nullptr) observer->begin_runs(1);
     RunSum whole, vehicle;
+    Outcome outcome = Outcome::ok;
     std::size_t k = 1;
     for (; k <= steps; ++k) {
-      const Outcome outcome = run.step(k);
+      outcome = run.step(k);
       if (outcome != Outcome::ok) {
         statistics.failures.push_back({r, static_cast<std::int64_t>(k), outcome});
         break;
+      }
+      if (observer != nullptr) {
+        TraceStep shown = run.trace_step();
+        shown.step = static_cast<std::int64_t>(k);
+        observer->add(shown, 0);
       }
       run.result().add_to(statistics.steps[k - 1]);
       whole.add(run.result().nees, run.result().nees_dof);
       vehicle.add(run.result().vehicle_nees, run.vehicle_dof());
     }
+    if (observer != nullptr) observer->end_run(outcome, static_cast<std::int64_t>(std::min(k, steps)), 0);
     if (k <= steps) continue;
     whole.add_to(statistics.nees_of_runs);
     vehicle.add_to(statistics.vehicle_nees_of_runs);

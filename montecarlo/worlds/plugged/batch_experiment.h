@@ -41,7 +41,7 @@ concept BatchFilter = requires(Batch& batch, const Batch& shown, const World& wo
 /// PluggedExperiment for a BatchFilter: the same world, the same noise, the same statistics.
 template <PluggedWorld World, class MakeBatch>
 requires BatchFilter<std::invoke_result_t<const MakeBatch&>, World>
-class BatchExperiment final : public Experiment {
+class BatchExperiment final : public VisitedExperiment {
  public:
   using Batch = std::invoke_result_t<const MakeBatch&>;
   using State = StateOf<World>;
@@ -49,15 +49,11 @@ class BatchExperiment final : public Experiment {
 
   /// The world must have a layout().
   BatchExperiment(World world, MakeBatch make_batch, const PlugSettings& settings = {})
-      : Experiment(world.layout()),
+      : VisitedExperiment(world.layout(), settings.steps),
         world_(std::move(world)),
         make_batch_(std::move(make_batch)),
         settings_(settings),
         source_(settings.source()) {}
-
-  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
-    return visited_chunk(*this, settings_.steps, first_run, runs);
-  }
 
   Outcome visit(std::int64_t run, const StepVisitor& take) const override {
     return visit_runs(run, 1, [&](std::int64_t, const TraceStep& step) { take(step); }).front();

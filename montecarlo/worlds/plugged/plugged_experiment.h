@@ -78,7 +78,7 @@ struct PlugSettings {
 /// call from several threads.
 template <PluggedWorld World, class MakeFilter>
 requires PluggedFilter<std::invoke_result_t<const MakeFilter&>, World>
-class PluggedExperiment final : public Experiment {
+class PluggedExperiment final : public VisitedExperiment {
  public:
   using Filter = std::invoke_result_t<const MakeFilter&>;
   using State = StateOf<World>;
@@ -86,18 +86,11 @@ class PluggedExperiment final : public Experiment {
       std::declval<const State&>(), std::int64_t{}, std::declval<NoiseDraw&>()))>;
 
   PluggedExperiment(World world, MakeFilter make_filter, const PlugSettings& settings = {})
-      : Experiment(layout_of(world, make_filter, settings.source())),
+      : VisitedExperiment(layout_of(world, make_filter, settings.source()), settings.steps),
         world_(std::move(world)),
         make_filter_(std::move(make_filter)),
-        steps_(settings.steps),
         delay_(settings.measurement_delay),
         source_(settings.source()) {}
-
-  std::int64_t steps() const { return steps_; }
-
-  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
-    return visited_chunk(*this, steps_, first_run, runs);
-  }
 
   Outcome visit(std::int64_t run, const StepVisitor& take) const override {
     Run play(*this, run);
@@ -151,7 +144,7 @@ class PluggedExperiment final : public Experiment {
         return Outcome::threw;
       }
       take(shown_);
-      for (std::int64_t k = 1; k <= e_.steps_; ++k) {
+      for (std::int64_t k = 1; k <= e_.steps(); ++k) {
         stop_point();
         Outcome outcome = Outcome::ok;
         if (!guarded([&] { outcome = step(k); })) outcome = Outcome::threw;
@@ -307,7 +300,6 @@ class PluggedExperiment final : public Experiment {
 
   World world_;
   MakeFilter make_filter_;
-  std::int64_t steps_;
   Index delay_;
   NoiseSource source_;
 };

@@ -61,25 +61,28 @@ void add_parts(const RunLayout& layout, const TraceStep& step, NeesSolver& solve
 
 }  // namespace
 
-StudyStatistics visited_chunk(const Experiment& experiment, std::int64_t steps, std::int64_t first_run,
-                              std::int64_t runs) {
+StudyStatistics VisitedExperiment::play(std::int64_t first_run, std::int64_t runs,
+                                        ChunkObserver* observer) const {
   struct Run {
     RunSum sum, vehicle;
     std::int64_t last = 0;
   };
   StudyStatistics statistics;
-  statistics.steps.resize(static_cast<std::size_t>(steps));
+  statistics.steps.resize(static_cast<std::size_t>(steps_));
   statistics.runs = runs;
   statistics.reserve_runs(runs);
   NeesSolver solver;
-  const std::int64_t end = first_run + runs, most = experiment.runs_side_by_side();
+  const std::int64_t end = first_run + runs, most = runs_side_by_side();
   for (std::int64_t first = first_run; first < end; first += most) {
     std::vector<Run> side(static_cast<std::size_t>(std::min(most, end - first)));
+    if (observer != nullptr) observer->begin_runs(std::ssize(side));
     const std::vector<Outcome> outcomes =
-        experiment.visit_runs(first, std::ssize(side), [&](std::int64_t number, const TraceStep& step) {
-          Run& run = side[static_cast<std::size_t>(number - first)];
+        visit_runs(first, std::ssize(side), [&](std::int64_t number, const TraceStep& step) {
+          const auto i = static_cast<std::size_t>(number - first);
+          Run& run = side[i];
           run.last = step.step;
           if (step.step == 0 || step.outcome != Outcome::ok) return;
+          if (observer != nullptr) observer->add(step, i);
           StepStatistics& s = statistics.steps[static_cast<std::size_t>(step.step) - 1];
           s[Quantity::trace].add(step.P.trace());
           if (step.nees_dof > 0) s[Quantity::nees].add(step.nees);
@@ -87,9 +90,10 @@ StudyStatistics visited_chunk(const Experiment& experiment, std::int64_t steps, 
           s.nees_dof += step.nees_dof;
           s.nis_dof += step.nis_dof;
           run.sum.add(step.nees, step.nees_dof);
-          add_parts(experiment.layout(), step, solver, s, run.vehicle);
+          add_parts(layout(), step, solver, s, run.vehicle);
         });
     for (std::size_t i = 0; i < side.size(); ++i) {
+      if (observer != nullptr) observer->end_run(outcomes[i], side[i].last, i);
       if (outcomes[i] == Outcome::ok) {
         side[i].sum.add_to(statistics.nees_of_runs);
         side[i].vehicle.add_to(statistics.vehicle_nees_of_runs);

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
-#include "montecarlo/engine/experiment.h"
+#include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/engine/study_statistics.h"
 
 namespace credence {
@@ -10,8 +11,17 @@ namespace credence {
 /// Fills what a step shows of NEES and NIS, from its error, P and innovations.
 void normalise_step(TraceStep& step);
 
-/// The statistics of a chunk of runs of `experiment`, step by step as it shows them: NEES, NIS and the trace.
-StudyStatistics visited_chunk(const Experiment& experiment, std::int64_t steps, std::int64_t first_run,
-                              std::int64_t runs);
+/// An experiment whose statistics are taken from what its visits show: NEES, NIS and the trace.
+class VisitedExperiment : public ShownExperiment {
+ public:
+  VisitedExperiment(RunLayout layout, std::int64_t steps) : ShownExperiment(std::move(layout)), steps_(steps) {}
+
+  std::int64_t steps() const { return steps_; }
+
+ private:
+  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const final;
+
+  std::int64_t steps_;
+};
 
 }  // namespace credence

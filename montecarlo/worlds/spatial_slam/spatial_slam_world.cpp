@@ -32,14 +32,10 @@ RunLayout layout_of(const SpatialWorld& world, const SpatialKind& kind) {
 }
 
 /// Many runs of one estimator, judged by its pose in its chart; `credence estimators` judges the map.
-class SpatialExperiment final : public Experiment {
+class SpatialExperiment final : public VisitedExperiment {
  public:
   SpatialExperiment(const SpatialWorld& world, const SpatialKind& kind, const NoiseSource& source)
-      : Experiment(layout_of(world, kind)), world_(world), kind_(kind), source_(source) {}
-
-  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override {
-    return visited_chunk(*this, world_.steps(), first_run, runs);
-  }
+      : VisitedExperiment(layout_of(world, kind), world.steps()), world_(world), kind_(kind), source_(source) {}
 
   Outcome visit(std::int64_t number, const StepVisitor& take) const override {
     SpatialDrive drive(world_, source_);

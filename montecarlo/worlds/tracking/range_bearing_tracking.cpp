@@ -68,6 +68,7 @@ class RangeBearingTracking::Run {
 
   Outcome step(Index k) {
     stop_point();
+    now_.step = k;
     const Matrix& F = e_.motion_.F;
     const Vector x = F * now_.truth + noise_root_ * Eigen::Map<const Vector>(process_.at(k), kStates);
     estimate_ = F * estimate_;
@@ -147,7 +148,7 @@ class RangeBearingTracking::Run {
 };
 
 RangeBearingTracking::RangeBearingTracking(const Scenario& scenario, NoiseSource source)
-    : Experiment(
+    : ShownExperiment(
           layout_of(scenario, variances(measurement_std_of(scenario), scenario.filter.measurement_scale))),
       motion_(target_model(scenario)),
       start_(target_start(scenario)),
@@ -159,12 +160,13 @@ RangeBearingTracking::RangeBearingTracking(const Scenario& scenario, NoiseSource
       steps_(scenario.study.steps),
       source_(source) {}
 
-StudyStatistics RangeBearingTracking::run_chunk(std::int64_t first_run, std::int64_t runs) const {
+StudyStatistics RangeBearingTracking::play(std::int64_t first_run, std::int64_t runs,
+                                           ChunkObserver* observer) const {
   StudyStatistics statistics;
   statistics.runs = runs;
   statistics.steps.resize(static_cast<std::size_t>(steps_));
   Run run(*this);
-  add_runs(run, first_run, runs, steps_, statistics);
+  add_runs(run, first_run, runs, steps_, statistics, observer);
   return statistics;
 }
 

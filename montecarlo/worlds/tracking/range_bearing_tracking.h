@@ -2,7 +2,7 @@
 
 #include "core/models/linear_model.h"
 #include "core/models/range_bearing.h"
-#include "montecarlo/engine/experiment.h"
+#include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/scenario.h"
 
@@ -13,17 +13,18 @@ namespace credence {
 ///
 /// Noise of run i: step 0, purpose initial, slots 0 … 3; step k, purpose process, slots 0 … 3; purpose
 /// measurement, slots 0 and 1; purpose detection, slot 0.
-class RangeBearingTracking final : public Experiment {
+class RangeBearingTracking final : public ShownExperiment {
  public:
   /// Of a scenario of the tracking world with world.sensor = "range_bearing".
   RangeBearingTracking(const Scenario& scenario, NoiseSource source);
 
-  StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const override;
   Outcome visit(std::int64_t run, const StepVisitor& take) const override;
   RunTrace describe_world() const override { return {}; }
 
  private:
   class Run;
+
+  StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const override;
 
   LinearModel motion_;  ///< of the target; its measurement is not used
   Vector start_;
