@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analysis/evidence/evidence_recorder.h"
@@ -81,14 +82,6 @@ LoggedPose logged_pose(const std::array<Index, 3>& pose, const TraceStep& trace,
   return result;
 }
 
-void show_run(const RunTrace& trace, ChunkObserver& observer) {
-  observer.begin_runs(1);
-  for (const TraceStep& step : trace.steps) {
-    if (step.step > 0 && step.outcome == Outcome::ok) observer.add(step, 0);
-  }
-  observer.end_run(trace.outcome, trace.steps.back().step, 0);
-}
-
 }  // namespace
 
 void discard_logs(const std::filesystem::path& directory, std::int64_t first) {
@@ -113,7 +106,9 @@ LoggedExperiment::LoggedExperiment(const Experiment& inner, std::filesystem::pat
 
 StudyStatistics LoggedExperiment::play(std::int64_t first_run, std::int64_t runs,
                                        ChunkObserver* observer) const {
-  StudyStatistics statistics = inner_.run_chunk(first_run, runs);
+  std::optional<StudyStatistics> shown;
+  if (observer != nullptr) shown = inner_.show_chunk(first_run, runs, *observer);
+  StudyStatistics statistics = shown ? std::move(*shown) : inner_.run_chunk(first_run, runs);
   EvidenceRecorder recorder(layout());
   auto failure = statistics.failures.begin();
   for (std::int64_t run = first_run; run < first_run + runs; ++run) {
@@ -121,7 +116,6 @@ StudyStatistics LoggedExperiment::play(std::int64_t first_run, std::int64_t runs
     const std::size_t end =
         failed ? static_cast<std::size_t>(failure->step) : std::numeric_limits<std::size_t>::max();
     const RunTrace trace = inner_.trace(run);
-    if (observer != nullptr) show_run(trace, *observer);
     std::vector<Step> logged;
     std::vector<LoggedPose> poses;
     for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k) {

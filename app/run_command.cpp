@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "app/commands.h"
@@ -90,24 +91,31 @@ fs::path log_directory(const RunOptions& options, const Scenario& scenario) {
   return options.scenarios.size() == 1 ? fs::path(options.log) : fs::path(options.log) / scenario.name;
 }
 
-/// Runs one configuration; with --log every run of it, stored chunks or not, since each is to be written.
+/// The same, writing a log of every run; `c` must outlive it.
+Configuration logged(const RunOptions& options, const Configuration& c) {
+  const RunLogFormat format = options.log_format == "npz"    ? RunLogFormat::npz
+                              : options.log_format == "mcap" ? RunLogFormat::mcap
+                                                             : RunLogFormat::csv;
+  return {c.id, c.scenario,
+          std::make_unique<LoggedExperiment>(*c.experiment, log_directory(options, c.scenario), format,
+                                             options.fresh)};
+}
+
+/// Has the evidence taken while the engine plays.
+void take_evidence(Configuration& c) {
+  const std::int64_t most = evidence_runs(c.scenario, c.scenario.most_runs());
+  c.evidence = std::make_unique<EvidenceCollector>(*c.experiment, most);
+}
+
+/// Runs one configuration; with --log all of it, stored chunks or not, since every run is to be written.
 ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
-  if (options.log.empty()) {
-    return std::move(run_configurations(std::span(&c, 1), canonical_toml(c.scenario),
-                                        store_directory(options, c.scenario), c.scenario.name, options)
-                         .front());
-  }
-  const fs::path directory = log_directory(options, c.scenario);
-  const Configuration logged{
-      c.id, c.scenario,
-      std::make_unique<LoggedExperiment>(*c.experiment, directory,
-                                         options.log_format == "npz"    ? RunLogFormat::npz
-                                         : options.log_format == "mcap" ? RunLogFormat::mcap
-                                                                        : RunLogFormat::csv,
-                                         options.fresh)};
-  ConfigurationResult result =
-      std::move(run_configurations(std::span(&logged, 1), "", {}, c.scenario.name, options).front());
-  discard_logs(directory, result.result.statistics.runs);  // of runs that the result does not count
+  const bool stored = options.log.empty();
+  ConfigurationResult result = std::move(
+      run_configurations(std::span(&c, 1), stored ? canonical_toml(c.scenario) : "",
+                         stored ? store_directory(options, c.scenario) : "", c.scenario.name, options)
+          .front());
+  // Logs of runs that the result does not count.
+  if (!stored) discard_logs(log_directory(options, c.scenario), result.result.statistics.runs);
   return result;
 }
 
@@ -146,22 +154,22 @@ int run(const RunOptions& options) {
       if (!options.out.empty() && options.log.empty()) require_storable(scenario);
       return make_configuration(scenario);
     }));
-    if (!options.log.empty() || is_helper(launched_ranks())) continue;
-    Configuration& c = configurations.back();
-    const std::int64_t most = evidence_runs(c.scenario, c.scenario.most_runs());
-    c.evidence = std::make_unique<EvidenceCollector>(*c.experiment, most);
   }
   require_names(options, configurations);
   std::vector<StudyAnalysis> analyses;
   for (std::size_t i = 0; i < configurations.size(); ++i) {
-    const Configuration& c = configurations[i];
+    Configuration& c = configurations[i];
     const fs::path directory = store_directory(options, c.scenario);
     if (options.fresh && !directory.empty() && !is_helper(launched_ranks())) ResultStore::discard(directory);
     naming_file(options.scenarios[i], [&] {
-      ConfigurationResult result = run_one(options, c);
+      std::optional<Configuration> with_logs;
+      if (!options.log.empty()) with_logs = logged(options, c);
+      Configuration& played = with_logs ? *with_logs : c;
+      if (!is_helper(launched_ranks())) take_evidence(played);
+      ConfigurationResult result = run_one(options, played);
       if (result.result.statistics.runs == 0) return;
       analyses.push_back(analyse(c, std::move(result)));
-      explain(analyses.back(), c, options);
+      explain(analyses.back(), played, options);
       if (!analyses.back().judgement) analyses.back().complete = false;  // interrupted there
     });
     if (catch_interrupt().load()) break;

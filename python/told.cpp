@@ -39,10 +39,11 @@ std::string study_text(const StudyAnalysis& analysis) {
   return text;
 }
 
-/// One study for each experiment of these scenarios; of those without a run nothing.
+/// One study for each experiment of these scenarios; of those without a run nothing. The evidence, if any, is
+/// that of a single one.
 std::vector<StudyAnalysis> studies(std::span<const Scenario> scenarios,
                                    std::span<const std::shared_ptr<const Experiment>> experiments,
-                                   const EngineOptions& options) {
+                                   const EngineOptions& options, EvidenceCollector* evidence = nullptr) {
   std::vector<SequentialStudy> watches(scenarios.begin(), scenarios.end());
   std::vector<StudyTask> tasks;
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
@@ -51,6 +52,9 @@ std::vector<StudyAnalysis> studies(std::span<const Scenario> scenarios,
                                                    .experiment = experiments[i].get(),
                                                    .runs = scenarios[i].most_runs()});
     task.max_seconds = stop.max_seconds;
+    if (evidence != nullptr) {
+      task.play = [evidence](std::int64_t first, std::int64_t runs) { return evidence->play(first, runs); };
+    }
     if (!stop.asked()) continue;
     task.enough = [&watch = watches[i]](const StudyStatistics& chunk, const StudyStatistics& prefix) {
       return watch.look(chunk, prefix);
@@ -111,10 +115,11 @@ Sources played(int threads, const std::atomic<bool>& stop) {
 
 Told told_scenario(const Scenario& scenario, const Sources& sources) {
   const std::shared_ptr<const Experiment> experiment = make_experiment(scenario);
+  EvidenceCollector evidence(*experiment, evidence_runs(scenario, scenario.most_runs()));
   std::vector<StudyAnalysis> all =
-      studies(std::span(&scenario, 1), std::span(&experiment, 1), sources.studies);
+      studies(std::span(&scenario, 1), std::span(&experiment, 1), sources.studies, &evidence);
   if (all.empty()) throw std::runtime_error("interrupted before the first runs were done");
-  add_judgement(all.front(), *experiment, sources.evidence);
+  add_judgement(all.front(), evidence, sources.evidence);
   const auto a = std::make_shared<const StudyAnalysis>(std::move(all.front()));
   return {.verdict = std::string(to_string(overall_verdict(*a))),
           .says = JudgedFilter::word_says(a->word, a->nees),

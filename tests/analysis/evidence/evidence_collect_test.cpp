@@ -1,5 +1,7 @@
 #include "analysis/evidence/evidence_collect.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -212,6 +214,45 @@ TEST(EvidenceCollector, TakesWhatTheEnginePlaysAndPlaysTheRest) {
   EXPECT_EQ(taken.study, alone.study);
   EXPECT_EQ(taken.whole_runs.nees, alone.whole_runs.nees);
   EXPECT_EQ(taken.sensors[0].fit, alone.sensors[0].fit);
+}
+
+TEST(EvidenceCollector, SeesInThePassOfTheEngineWhatAVisitShows) {
+  const struct {
+    const char* world;
+    std::vector<std::string> settings;
+    bool some_fail;
+  } cases[] = {{"localisation", {}, false},
+               {"localisation", {"initial.position_std=1e160"}, true},
+               {"inertial", {}, false},
+               {"pendulum", {}, false},
+               {"planar_slam", {}, false},
+               {"spatial_slam", {"world.landmarks=20"}, false},
+               {"tracking", {"world.sensor=\"range_bearing\""}, false},
+               {"tracking", {"world.sensor=\"range_bearing\"", "initial.position_std=1e160"}, true},
+               {"monobot", {"noise.student_dof=5", "noise.measurement_delay=1"}, false}};
+  for (const auto& [world, settings, some_fail] : cases) {
+    SCOPED_TRACE(fmt::format("{} {}", world, fmt::join(settings, " ")));
+    const Scenario scenario = load_scenario_text(
+        fmt::format("[world]\nmodel = \"{}\"\n[study]\nsteps = 12\n", world), "t.toml", settings);
+    const auto experiment = make_experiment(scenario);
+    ASSERT_TRUE(experiment->shows_as_it_runs());
+    EvidenceCollector collector(*experiment, 9);
+    const StudyStatistics played = collector.play(0, 9);
+    EXPECT_EQ(played, experiment->run_chunk(0, 9));
+    EXPECT_EQ(!played.failures.empty(), some_fail);
+    const Evidence seen = collector.take(9, {.threads = 1}).value();
+    const Evidence visited = collect_evidence(AnotherWay(*experiment, true), 9, {.threads = 1}).value();
+    EXPECT_EQ(seen.rows, visited.rows);
+    EXPECT_EQ(seen.study, visited.study);
+    EXPECT_EQ(seen.whole_runs.nees, visited.whole_runs.nees);
+    ASSERT_EQ(seen.sensors.size(), visited.sensors.size());
+    for (std::size_t i = 0; i < seen.sensors.size(); ++i) {
+      EXPECT_EQ(seen.sensors[i].fit, visited.sensors[i].fit);
+      EXPECT_EQ(seen.sensors[i].run_means.scatter, visited.sensors[i].run_means.scatter);
+    }
+    ASSERT_EQ(seen.blocks.size(), visited.blocks.size());
+    for (std::size_t b = 0; b < seen.blocks.size(); ++b) EXPECT_EQ(seen.blocks[b].nees, visited.blocks[b].nees);
+  }
 }
 
 TEST(CollectedEvidence, NamesAWrongMeasurementNoiseAndTheFactorThatMendsIt) {
