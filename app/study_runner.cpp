@@ -53,6 +53,7 @@ std::vector<ConfigurationResult> collect(std::span<const Configuration> configur
     task.steps = c.scenario.study.steps;
     if (c.evidence) {
       task.play = [&e = *c.evidence](std::int64_t first, std::int64_t runs) { return e.play(first, runs); };
+      task.kept_runs = c.evidence->runs_to_see();
     }
     SequentialStudy& watch = watches.emplace_back(c.scenario);
     if (!c.scenario.stop.asked()) continue;

@@ -22,6 +22,9 @@ class EvidenceCollector {
   /// No evidence is asked for beyond the first `most` runs.
   EvidenceCollector(const Experiment& experiment, std::int64_t most) : experiment_(experiment), most_(most) {}
 
+  /// Of the first so many runs there is more to see in play() than the statistics.
+  std::int64_t runs_to_see() const { return experiment_.shows_as_it_runs() ? most_ : 0; }
+
   /// Experiment::run_chunk, with the same bits, which keeps the evidence of an early chunk.
   StudyStatistics play(std::int64_t first_run, std::int64_t runs);
 

@@ -250,7 +250,11 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
     const std::vector<std::byte> bytes = unpacked(frame);
     collector.put(chunk_of(i), bytes, frame, statistics_from_bytes(bytes));
   };
-  if (std::ranges::any_of(tasks, may_end_early)) shared.most_ahead = 1;
+  if (std::ranges::any_of(tasks, may_end_early)) {
+    shared.most_ahead = 1;
+  } else if (tasks.size() == 1) {
+    shared.kept = (tasks.front().kept_runs + kChunkRuns - 1) / kChunkRuns;
+  }
   for_each_shared_task(shared, options.threads, options.stop, options.ranks);
   if (options.store != nullptr) options.store->commit();
   return collector.take();

@@ -32,6 +32,8 @@ struct StudyTask {
   std::int64_t steps = 0;    ///< of a run, for the progress within a chunk; 0: not told
   /// Plays a chunk in the place of the experiment, with the same bits; empty: nobody does. Thread-safe.
   std::function<StudyStatistics(std::int64_t first_run, std::int64_t runs)> play{};
+  /// Among ranks: `play` sees more in the first so many runs than their statistics, and they stay on rank 0.
+  std::int64_t kept_runs = 0;
 };
 
 /// How far a call of run_studies has come.

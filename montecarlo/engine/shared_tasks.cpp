@@ -52,7 +52,7 @@ class LeadingRank {
         identity_(stable_hash(tasks.identity)),
         dispenser_(
             tasks.count, ranks.count(), [this](std::int64_t i) { return !tasks_.wanted || tasks_.wanted(i); },
-            tasks.most_ahead) {}
+            tasks.most_ahead, tasks.kept) {}
 
   void run(int threads) {
     {

@@ -23,6 +23,7 @@ struct SharedTasks {
   std::function<void(std::int64_t, std::span<const std::byte>)> take{};  ///< takes there's result, on rank 0
   std::function<bool(std::int64_t)> wanted{};  ///< asked on rank 0, task by task in their order; none: all
   std::int64_t most_ahead = 4096;              ///< of tasks in the hands of all ranks, see TaskDispenser
+  std::int64_t kept = 0;                       ///< the first so many are done on rank 0
 };
 
 /// Does every wanted task once; `here` and `take` are called by several threads at a time.

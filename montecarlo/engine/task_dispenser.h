@@ -20,8 +20,9 @@ class TaskDispenser {
  public:
   /// wanted(i): asked before a task is first given out; false: it needs not be done. `most_ahead`: about so
   /// many tasks are in the hands of all ranks together, which bounds the results that wait for earlier ones.
+  /// `kept`: the first so many tasks are given to rank 0 alone.
   TaskDispenser(std::int64_t count, int ranks, std::function<bool(std::int64_t)> wanted,
-                std::int64_t most_ahead);
+                std::int64_t most_ahead, std::int64_t kept = 0);
 
   /// The next tasks for a rank, at most so many; none where nothing is left.
   TaskRange next(int rank, std::int64_t most);
@@ -40,7 +41,9 @@ class TaskDispenser {
   bool all_done() const { return given_count_ == 0 && returned_.empty(); }  ///< but for what next() has
 
  private:
-  std::int64_t count_, next_ = 0, most_ahead_, given_count_ = 0;
+  TaskRange take(std::int64_t& next, std::int64_t end, std::int64_t most);
+
+  std::int64_t count_, kept_, next_kept_ = 0, next_, most_ahead_, given_count_ = 0;
   std::function<bool(std::int64_t)> wanted_;
   std::set<std::int64_t> returned_;
   std::vector<std::set<std::int64_t>> given_;  ///< by rank

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <utility>
 #include <vector>
 
 namespace credence {
@@ -39,6 +40,29 @@ TEST(TaskDispenser, LeavesOutWhatIsNotWantedAndGivesAgainWhatCameBack) {
   EXPECT_EQ(dispenser.next(0, 9).count, 0);
   EXPECT_FALSE(dispenser.all_done());
   for (const std::int64_t task : {1, 4, 5, 6, 7, 8, 9}) dispenser.done(0, task);
+  EXPECT_TRUE(dispenser.all_done());
+}
+
+TEST(TaskDispenser, KeepsTheFirstTasksForRankZero) {
+  TaskDispenser dispenser(
+      9, 2, [](std::int64_t i) { return i != 1; }, 1000, 4);
+  const auto given = [&](int rank, std::int64_t most) {
+    const TaskRange range = dispenser.next(rank, most);
+    for (std::int64_t i = 0; i < range.count; ++i) EXPECT_TRUE(dispenser.holds(rank, range.first + i));
+    return std::pair(range.first, range.count);
+  };
+  EXPECT_EQ(given(1, 2), std::pair(4L, 2L));
+  EXPECT_EQ(given(0, 9), std::pair(0L, 1L)) << "a range ends before a gap";
+  dispenser.give_back(1);
+  EXPECT_EQ(given(0, 9), std::pair(2L, 2L)) << "its own before what came back";
+  EXPECT_EQ(given(1, 1), std::pair(4L, 1L));
+  EXPECT_EQ(given(0, 9), std::pair(5L, 1L));
+  EXPECT_EQ(given(0, 2), std::pair(6L, 2L));
+  EXPECT_EQ(given(1, 9), std::pair(8L, 1L));
+  EXPECT_EQ(dispenser.next(0, 9).count + dispenser.next(1, 9).count, 0);
+  EXPECT_FALSE(dispenser.all_done());
+  for (const std::int64_t task : {0, 2, 3, 5, 6, 7}) dispenser.done(0, task);
+  for (const std::int64_t task : {4, 8}) dispenser.done(1, task);
   EXPECT_TRUE(dispenser.all_done());
 }
 
