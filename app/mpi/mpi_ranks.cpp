@@ -3,18 +3,15 @@
 
 #include <mpi.h>
 
-#include <chrono>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
 
+#include "montecarlo/engine/growing_pause.h"
 #include "montecarlo/engine/ranks.h"
 
 namespace {
 
-/// Waits by sleeping between looks: MPI itself waits by looking all the time, which would take a core from
-/// those that work.
-constexpr std::chrono::microseconds kLook{20};
 constexpr int kTag = 1;
 
 class MpiRanks : public credence::Ranks {
@@ -43,7 +40,9 @@ class MpiRanks : public credence::Ranks {
       MPI_Isend(message.data(), static_cast<int>(message.size()), MPI_BYTE, to, kTag, MPI_COMM_WORLD,
                 &request);
     }
-    while (!is_done(request)) std::this_thread::sleep_for(kLook);
+    // MPI itself would wait by looking all the time.
+    credence::GrowingPause pause;
+    while (!is_done(request)) std::this_thread::sleep_for(pause.next());
   }
 
   std::optional<Message> receive() override {

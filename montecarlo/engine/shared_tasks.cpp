@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "core/parallel_tasks.h"
+#include "montecarlo/engine/growing_pause.h"
 #include "montecarlo/engine/rank_messages.h"
 #include "montecarlo/engine/task_dispenser.h"
 #include "montecarlo/scenario/scenario_hash.h"
@@ -22,20 +23,6 @@ namespace credence {
 namespace {
 
 using Kind = RankMessage::Kind;
-using std::chrono::microseconds;
-
-constexpr microseconds kLongestPause{1000};
-
-/// Pauses between looks for messages: short after one has come, since others may follow.
-class Pause {
- public:
-  void shorten() { pause_ = kShortest; }
-  microseconds next() { return std::exchange(pause_, std::min(2 * pause_, kLongestPause)); }
-
- private:
-  static constexpr microseconds kShortest{20};
-  microseconds pause_ = kShortest;
-};
 
 bool is_set(const std::atomic<bool>* flag) {
   return flag != nullptr && flag->load(std::memory_order_relaxed);
@@ -85,13 +72,13 @@ class LeadingRank {
     while (!failure_ && !is_set(stop_)) {
       if (dispenser_.has_returned()) return true;
       if (dispenser_.all_done()) return false;
-      changed_.wait_for(lock, kLongestPause);
+      changed_.wait_for(lock, GrowingPause::kLongest);
     }
     return false;
   }
 
   void listen(const std::stop_token& end) {
-    Pause pause;
+    GrowingPause pause;
     try {
       while (!end.stop_requested()) {
         if (const auto message = ranks_.receive()) {
@@ -242,7 +229,7 @@ class HelpingRank {
 
   /// Sends what is done and asks for more while there is still something to do.
   void carry(std::size_t threads) {
-    Pause pause;
+    GrowingPause pause;
     try {
       while (!over_) {
         std::vector<TaskRecord> records;
@@ -325,7 +312,7 @@ void finish_ranks(Ranks& ranks) {
   const auto next_kind = [&] {
     while (true) {
       if (const auto message = ranks.receive()) return rank_message_from_bytes(message->bytes).kind;
-      std::this_thread::sleep_for(kLongestPause);
+      std::this_thread::sleep_for(GrowingPause::kLongest);
     }
   };
   if (ranks.rank() == 0) {
