@@ -1,6 +1,7 @@
 // An array job of Slurm: its scripts with programs in the place of Slurm's, and with Slurm itself where it is
 // installed (slurm-wlm) and the test may start it.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -31,11 +32,12 @@ class SubmitCommand : public CommandTest {
     return finish(start_program({"sh", "-c", "PATH=" + (folder_ / "bin").string() + ":$PATH; " + command}));
   }
 
-  void expect_same_as_one_process(const std::string& folder) const {
+  void expect_same_as_one_process(const std::string& folder, int chunks = 12) const {
     EXPECT_EQ(run({"sweep", "s.toml", "--out", "alone"}).code, 0);
     const Finished f = run({"merge", "alone", folder, "--out", "both"});
-    EXPECT_EQ(f.out,
-              "alone: 12 chunks added, 0 there already\n" + folder + ": 0 chunks added, 12 there already\n");
+    EXPECT_EQ(f.out, fmt::format("alone: {0} chunks added, 0 there already\n"
+                                 "{1}: 0 chunks added, {0} there already\n",
+                                 chunks, folder));
     EXPECT_TRUE(fs::exists(folder_ / folder / "index.html"));
   }
 };
@@ -178,6 +180,28 @@ TEST_F(LocalSlurm, AnArrayJobHasTheResultsOfOneProcess) {
   EXPECT_TRUE(waited("test -e " + (folder_ / "job/index.html").string())) << f.out << read("slurmd.log");
   EXPECT_TRUE(waited("test -z \"$(squeue -h)\""));
   expect_same_as_one_process("job");
+}
+
+TEST_F(LocalSlurm, AKilledTaskSubmittedAgainChangesNoBit) {
+  write("s.toml",
+        "[world]\nmodel = \"planar\"\nlandmarks = 4\n[study]\nruns = 4096\nsteps = 200\n"
+        "[sweep]\n\"filter.process_scale\" = [0.5, 1.0, 2.0]\n");
+  ASSERT_EQ(run({"submit", "s.toml", "--slurm", "--tasks", "2", "--submit", "--out", "job"}).code, 0);
+  const fs::path stored = folder_ / "job/shards/2/results.sqlite-wal";
+  const auto bytes_stored = [&] {
+    std::error_code none;
+    const auto size = fs::file_size(stored, none);
+    return none ? 0 : size;
+  };
+  wait_for([&] { return bytes_stored() > 100'000; });
+  EXPECT_EQ(std::system("scancel --signal=KILL --full $(squeue -h -r -t R -o %i | grep _2)"), 0);
+  EXPECT_TRUE(waited("test -z \"$(squeue -h -r -t R)\""));
+  EXPECT_FALSE(fs::exists(folder_ / "job/index.html")) << "was killed after its end";
+  EXPECT_EQ(std::system("scancel --state=PENDING --user=root"), 0);  // what was to join the shards
+  EXPECT_EQ(finish(start_program({"sh", (folder_ / "job/slurm/submit.sh").string()})).code, 0);
+  EXPECT_TRUE(waited("test -e " + (folder_ / "job/index.html").string())) << read("slurmd.log");
+  EXPECT_TRUE(waited("test -z \"$(squeue -h)\""));
+  expect_same_as_one_process("job", 192);
 }
 
 }  // namespace
