@@ -6,8 +6,8 @@
 
 namespace credence {
 
-/// Pauses between looks at something that takes its time: short after it has moved, since more may follow, then
-/// each twice the one before. Every look takes a core from those that work.
+/// Pauses between looks at something that takes its time: short after it has moved, since more may follow,
+/// then each twice the one before. Every look takes a core from those that work.
 class GrowingPause {
  public:
   static constexpr std::chrono::microseconds kLongest{5000};

@@ -98,7 +98,10 @@ class PlanarSlamExperiment::Run {
 
 PlanarSlamExperiment::PlanarSlamExperiment(const Scenario& scenario, const NoiseSource& source,
                                            OdometryWorld world)
-    : ShownExperiment(layout_of(scenario, world)), scenario_(scenario), world_(std::move(world)), source_(source) {
+    : ShownExperiment(layout_of(scenario, world)),
+      scenario_(scenario),
+      world_(std::move(world)),
+      source_(source) {
   const auto R = estimator_settings(scenario_, world_).R;
   assume_measurement_variances({R(0, 0), R(1, 1)});
 }

@@ -14,7 +14,8 @@ void normalise_step(TraceStep& step);
 /// An experiment whose statistics are taken from what its visits show: NEES, NIS and the trace.
 class VisitedExperiment : public ShownExperiment {
  public:
-  VisitedExperiment(RunLayout layout, std::int64_t steps) : ShownExperiment(std::move(layout)), steps_(steps) {}
+  VisitedExperiment(RunLayout layout, std::int64_t steps)
+      : ShownExperiment(std::move(layout)), steps_(steps) {}
 
   std::int64_t steps() const { return steps_; }
 

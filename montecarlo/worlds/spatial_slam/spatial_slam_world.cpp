@@ -35,7 +35,10 @@ RunLayout layout_of(const SpatialWorld& world, const SpatialKind& kind) {
 class SpatialExperiment final : public VisitedExperiment {
  public:
   SpatialExperiment(const SpatialWorld& world, const SpatialKind& kind, const NoiseSource& source)
-      : VisitedExperiment(layout_of(world, kind), world.steps()), world_(world), kind_(kind), source_(source) {}
+      : VisitedExperiment(layout_of(world, kind), world.steps()),
+        world_(world),
+        kind_(kind),
+        source_(source) {}
 
   Outcome visit(std::int64_t number, const StepVisitor& take) const override {
     SpatialDrive drive(world_, source_);

@@ -251,7 +251,8 @@ TEST(EvidenceCollector, SeesInThePassOfTheEngineWhatAVisitShows) {
       EXPECT_EQ(seen.sensors[i].run_means.scatter, visited.sensors[i].run_means.scatter);
     }
     ASSERT_EQ(seen.blocks.size(), visited.blocks.size());
-    for (std::size_t b = 0; b < seen.blocks.size(); ++b) EXPECT_EQ(seen.blocks[b].nees, visited.blocks[b].nees);
+    for (std::size_t b = 0; b < seen.blocks.size(); ++b)
+      EXPECT_EQ(seen.blocks[b].nees, visited.blocks[b].nees);
   }
 }
 
