@@ -242,7 +242,7 @@ TEST(EvidenceCollector, SeesInThePassOfTheEngineWhatAVisitShows) {
     EXPECT_EQ(!played.failures.empty(), some_fail);
     const Evidence seen = collector.take(9, {.threads = 1}).value();
     const Evidence visited = collect_evidence(AnotherWay(*experiment, true), 9, {.threads = 1}).value();
-    EXPECT_EQ(seen.rows, visited.rows);
+    ASSERT_EQ(seen.rows, visited.rows);
     EXPECT_EQ(seen.study, visited.study);
     EXPECT_EQ(seen.whole_runs.nees, visited.whole_runs.nees);
     ASSERT_EQ(seen.sensors.size(), visited.sensors.size());
