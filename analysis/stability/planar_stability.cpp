@@ -74,7 +74,7 @@ std::vector<InflationSolution> solutions_of(const Scenario& scenario) {
   using enum InflationSolution;
   switch (scenario.filter.inflation) {
     case FilterInflation::map:
-      return {pairwise, min_trace, sequential, drop};
+      return {pairwise, min_trace, sequential, batch, drop};
     case FilterInflation::full:
       return {pairwise, min_trace};
     default:

@@ -17,6 +17,7 @@ using Filter = BlockMapEkfSlam<PlanarModel>;
 enum class Case {
   kept,   ///< one landmark dominates: a part of its information is kept, and every block changes
   whole,  ///< the map is correlated with the vehicle: no landmark dominates
+  batch,  ///< the same, by the bound of the batch
   drop,
 };
 
@@ -68,8 +69,10 @@ void block_map_step(benchmark::State& state, Case which) {
   const auto N = static_cast<int>(state.range(0)), m = static_cast<int>(state.range(1));
   // A map of which the vehicle knows nothing is the case in which every landmark that is seen dominates.
   const double correlation = which == Case::kept ? 1e-2 / N : 1.0 / std::sqrt(static_cast<double>(N));
-  Filter filter({.vehicle = {}, .dt_s = 0.1}, kQ, kR,
-                which == Case::drop ? MapBound::drop : MapBound::least_trace);
+  const MapBound bound = which == Case::drop    ? MapBound::drop
+                         : which == Case::batch ? MapBound::batch
+                                                : MapBound::least_trace;
+  Filter filter({.vehicle = {}, .dt_s = 0.1}, kQ, kR, bound);
   const Vector map = map_state(N);
   const std::vector<int> ids = first_numbers(N);
   const ArrowCovariance P = map_covariance(N, correlation);
@@ -94,7 +97,38 @@ void block_map_step(benchmark::State& state, Case which) {
 
 BENCHMARK_CAPTURE(block_map_step, sequential, Case::whole)->ArgsProduct({{1000, 10000, 100000}, {1, 10}});
 BENCHMARK_CAPTURE(block_map_step, sequential_kept, Case::kept)->ArgsProduct({{1000, 10000, 100000}, {1, 10}});
+BENCHMARK_CAPTURE(block_map_step, batch, Case::batch)->ArgsProduct({{1000, 10000, 100000}, {1, 10}});
 BENCHMARK_CAPTURE(block_map_step, drop, Case::drop)->ArgsProduct({{1000, 10000, 100000}, {1, 10}});
+
+/// The world of scenarios/map_solutions.toml: six landmarks, of which two or three are in view of a circle of
+/// 63 m; the argument is how many such circles stand side by side, the landmarks of all but one never seen again.
+void circle_step(benchmark::State& state, MapBound bound) {
+  const auto N = static_cast<int>(6 * state.range(0));
+  Filter filter({.vehicle = {}, .dt_s = 1.0}, Eigen::Vector2d(0.01, 0.0004).asDiagonal(), kR, bound);
+  Vector map = map_state(N);
+  Pose truth(10.0, 0.0, 0.5 * std::numbers::pi);
+  map.head<3>() = truth;
+  for (int i = 0; i < 6; ++i) {
+    const double angle = std::numbers::pi * (2 * i + 1) / 6.0, radius = i % 2 == 0 ? 7.0 : 13.0;
+    map.segment<2>(3 + 2 * i) = radius * Point(std::cos(angle), std::sin(angle));
+  }
+  filter.reset(map, map_covariance(N, 0.1 / std::sqrt(static_cast<double>(N))), first_numbers(N));
+  std::vector<Observation<PlanarModel>> seen;
+  for (auto _ : state) {
+    truth = Vehicle{}.moved(truth, Control(1.0, 0.1), 1.0);
+    seen.clear();
+    for (int i = 0; i < 6; ++i) {
+      const RangeBearing z = measure_range_bearing(truth, map.segment<2>(3 + 2 * i));
+      if (z[0] <= 12.0) seen.push_back({i, z});
+    }
+    filter.predict(Control(1.0, 0.1));
+    UpdateResult result = filter.update(seen);
+    benchmark::DoNotOptimize(result);
+  }
+}
+BENCHMARK_CAPTURE(circle_step, sequential, MapBound::least_trace)->Arg(1)->Arg(10)->Arg(100)->Arg(1000);
+BENCHMARK_CAPTURE(circle_step, batch, MapBound::batch)->Arg(1)->Arg(10)->Arg(100)->Arg(1000);
+BENCHMARK_CAPTURE(circle_step, drop, MapBound::drop)->Arg(1)->Arg(10)->Arg(100)->Arg(1000);
 
 /// The dense filter with the same inflation.
 void dense_step(benchmark::State& state) {

@@ -1,7 +1,9 @@
 #include "core/filters/block_map_state.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "core/linear_algebra/mirror.h"
 #include "core/linear_algebra/polar.h"
 
 namespace credence {
@@ -248,15 +250,179 @@ bool BlockMapState<kVehicle, kLandmark>::correct_pass(std::span<const Scalar> sc
   return true;
 }
 
+/// L and what belongs to it; `combination` receives C⁻¹ (E − H K), S = C Cᵀ.
+template <int kVehicle, int kLandmark>
+bool BlockMapState<kVehicle, kLandmark>::prepare(std::span<const Scalar> scalars, Group& group,
+                                                 Matrix* combination) {
+  const auto c = static_cast<Index>(scalars.size());
+  for (Measured& m : measured_) m.row = -1;
+  group_.clear();
+  typename Group::Columns H_r(kVehicle, c);
+  for (Index i = 0; i < c; ++i) {
+    const Scalar& scalar = scalars[static_cast<std::size_t>(i)];
+    H_r.col(i) = scalar.h_r;
+    if (scalar.measured < 0) continue;
+    Measured& seen = measured_[static_cast<std::size_t>(scalar.measured)];
+    if (seen.row >= 0) continue;
+    seen.row = kLandmark * static_cast<Index>(group_.size());
+    group_.push_back(scalar.measured);
+  }
+  group.vehicle = rr_ * H_r;
+  group.rows.resize(kLandmark * static_cast<Index>(group_.size()), c);
+  for (const Index k : group_) {
+    const Measured& seen = measured(k);
+    group.rows.template middleRows<kLandmark>(seen.row) = seen.cross.transpose() * H_r;
+  }
+  for (Index i = 0; i < c; ++i) {
+    const Scalar& scalar = scalars[static_cast<std::size_t>(i)];
+    if (scalar.measured < 0) continue;
+    const Measured& seen = measured(scalar.measured);
+    group.vehicle.col(i) += seen.cross * scalar.h_l;
+    group.rows.col(i).template segment<kLandmark>(seen.row) += seen.block * scalar.h_l;
+  }
+  BatchRows S(c, c);
+  S.noalias() = H_r.transpose() * group.vehicle;
+  group.move.resize(c);
+  for (Index i = 0; i < c; ++i) {
+    const Scalar& scalar = scalars[static_cast<std::size_t>(i)];
+    S(i, i) += scalar.r;
+    group.move[i] = scalar.nu - scalar.h_r.dot(pose_change_);
+    if (scalar.measured < 0) continue;
+    const Measured& seen = measured(scalar.measured);
+    S.row(i) += scalar.h_l.transpose() * group.rows.template middleRows<kLandmark>(seen.row);
+    group.move[i] -= scalar.h_l.dot(seen.change);
+  }
+  const Eigen::LLT<Eigen::Ref<BatchRows>> llt(S);
+  if (llt.info() != Eigen::Success || !S.allFinite()) return false;
+  group.g = H_r;
+  llt.matrixU().template solveInPlace<Eigen::OnTheRight>(group.g);
+  llt.matrixU().template solveInPlace<Eigen::OnTheRight>(group.vehicle);
+  llt.matrixU().template solveInPlace<Eigen::OnTheRight>(group.rows);
+  llt.matrixL().solveInPlace(group.move);
+  if (combination != nullptr) llt.matrixL().solveInPlace(*combination);
+  return true;
+}
+
+template <int kVehicle, int kLandmark>
+void BlockMapState<kVehicle, kLandmark>::inflate_group(const Group& group) {
+  using Frame = Eigen::Matrix<double, kVehicle, kVehicle>;
+  using Rows = Eigen::Matrix<double, kLandmark, kVehicle>;
+  const BatchBasis<kVehicle> Q = batch_basis<kVehicle>(group.g);
+  const Frame here = group.g * Q, there = T_.transpose() * here;
+  const auto set_frame = [](BlockMapFrame& frame, const Frame& columns) {
+    for (int i = 0; i < kVehicle; ++i) Eigen::Map<VehicleVector>(frame.g[i]) = columns.col(i);
+  };
+  BlockMapFrame frame;
+  set_frame(frame, there);
+  BlockMapMoments moments;
+  kernel_->moments(P_.arrays(), frame, reciprocals_.data(), &moments);
+  BatchOthers<kVehicle> others;
+  others.norms = moments.norms;
+  for (int i = 0, entry = 0; i < kVehicle; ++i) {
+    for (int k = 0; k <= i; ++k, ++entry) {
+      others.squares(i, k) = others.squares(k, i) = moments.squares[entry];
+    }
+  }
+  for (const Measured& m : measured_) {
+    if (m.row >= 0) continue;
+    others.add(Rows(m.cross.transpose() * here));
+  }
+  const auto bound = batch_bound<kVehicle, kLandmark>(group.rows, Q, others, map_trace_);
+  if (!bound.lowers) return;
+  for (Measured& m : measured_) {
+    if (m.row >= 0) {
+      m.block += bound.changes.template middleCols<kLandmark>(m.row);
+    } else {
+      m.block += bound.growth(Rows(m.cross.transpose() * here));
+    }
+    P_.set_block(m.j, m.block);
+  }
+  set_frame(frame, there * bound.spread);
+  map_trace_ = kernel_->spread(P_.arrays(), frame, reciprocals_.data());
+}
+
+/// Takes L Lᵀ from the vehicle and its correlations, and moves the state.
+template <int kVehicle, int kLandmark>
+void BlockMapState<kVehicle, kLandmark>::apply(const Group& group) {
+  const VehicleMatrix taken = group.vehicle * group.vehicle.transpose();
+  rr_ -= 0.5 * (taken + taken.transpose());
+  for (Measured& m : measured_) {
+    Eigen::Matrix<double, kLandmark, Eigen::Dynamic, kLandmark == 1 ? Eigen::RowMajor : Eigen::ColMajor,
+                  kLandmark, kMostBatchScalars>
+        L;
+    if (m.row >= 0) {
+      L = group.rows.template middleRows<kLandmark>(m.row);
+    } else {
+      L = m.cross.transpose() * group.g;
+    }
+    m.cross -= group.vehicle * L.transpose();
+    m.change += L * group.move;
+  }
+  w_ += T_.transpose() * (group.g * group.move);
+  T_ -= (group.vehicle * group.g.transpose() * T_).eval();
+  pose_change_ += group.vehicle * group.move;
+  pending_ = true;
+}
+
+template <int kVehicle, int kLandmark>
+void BlockMapState<kVehicle, kLandmark>::add_to_gain(const Group& group, const Matrix& combination,
+                                                     Matrix& gain) const {
+  gain.template topRows<kVehicle>() += group.vehicle * combination;
+  const Eigen::Matrix<double, kVehicle, Eigen::Dynamic> unmeasured = group.g * combination,
+                                                        late = T_.transpose() * unmeasured;
+  for (Index j = 0; j < landmarks(); ++j) {
+    auto rows = gain.template middleRows<kLandmark>(kVehicle + kLandmark * j);
+    const std::int32_t at = measured_at_[static_cast<std::size_t>(j)];
+    if (at < 0) {
+      rows += CrossMatrix(P_.cross(j)).transpose() * late;
+    } else if (measured(at).row < 0) {
+      rows += measured(at).cross.transpose() * unmeasured;
+    } else {
+      rows += group.rows.template middleRows<kLandmark>(measured(at).row) * combination;
+    }
+  }
+}
+
+template <int kVehicle, int kLandmark>
+bool BlockMapState<kVehicle, kLandmark>::correct_group(std::span<const Scalar> scalars, Index first,
+                                                       Matrix* gain) {
+  Group group;
+  if (gain == nullptr) {
+    if (!prepare(scalars, group, nullptr)) return false;
+  } else {
+    const auto c = static_cast<Index>(scalars.size());
+    Matrix combination(c, gain->cols());
+    for (Index i = 0; i < c; ++i) {
+      const Scalar& scalar = scalars[static_cast<std::size_t>(i)];
+      combination.row(i) = -scalar.h_r.transpose() * gain->template topRows<kVehicle>();
+      if (scalar.measured >= 0) {
+        combination.row(i) -=
+            scalar.h_l.transpose() *
+            gain->template middleRows<kLandmark>(kVehicle + kLandmark * measured(scalar.measured).j);
+      }
+      combination(i, first + i) += 1.0;
+    }
+    if (!prepare(scalars, group, &combination)) return false;
+    add_to_gain(group, combination, *gain);
+  }
+  inflate_group(group);
+  apply(group);
+  return true;
+}
+
 template <int kVehicle, int kLandmark>
 bool BlockMapState<kVehicle, kLandmark>::correct(std::span<const Scalar> scalars, MapBound bound,
                                                  Matrix* gain) {
   pose_change_.setZero();
   for (Measured& m : measured_) m.change.setZero();
   if (gain != nullptr) gain->setZero(x_.size(), static_cast<Index>(scalars.size()));
-  for (std::size_t i = 0; i < scalars.size(); i += kMaxDirections) {
-    const std::size_t count = std::min<std::size_t>(kMaxDirections, scalars.size() - i);
-    if (!correct_pass(scalars.subspan(i, count), bound, static_cast<Index>(i), gain)) return false;
+  const bool by_groups = bound == MapBound::batch;
+  const auto most = by_groups ? static_cast<std::size_t>(batch_group(std::ssize(scalars))) : kMaxDirections;
+  for (std::size_t i = 0; i < scalars.size(); i += most) {
+    const std::span<const Scalar> some = scalars.subspan(i, std::min(most, scalars.size() - i));
+    const auto first = static_cast<Index>(i);
+    if (!(by_groups ? correct_group(some, first, gain) : correct_pass(some, bound, first, gain)))
+      return false;
   }
   x_.template head<kVehicle>() += pose_change_;
   for (const Measured& m : measured_) {

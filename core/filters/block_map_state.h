@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/filters/arrow_covariance.h"
+#include "core/inflation/batch_bound.h"
 #include "core/inflation/rank_one_bound.h"
 #include "core/simd/block_map_kernel.h"
 #include "core/types.h"
@@ -36,6 +37,7 @@ class BlockMapState {
     LandmarkMatrix block = LandmarkMatrix::Zero();   ///< P_jj
     LandmarkVector column = LandmarkVector::Zero();  ///< its part of P hᵀ, of the scalar at hand
     LandmarkVector change = LandmarkVector::Zero();  ///< of its position by the batch so far
+    Index row = -1;  ///< of its L in the group at hand; −1: not measured by it
   };
 
   /// One scalar measurement, linearised at the prior: ν = h_r e_r + h_l e_l + noise of variance r.
@@ -74,8 +76,10 @@ class BlockMapState {
     if (14 * measured_count() * measured_count() > landmarks()) flush();
   }
 
-  /// One batch, scalar by scalar. False, with the state not to be used, when a scalar innovation variance is
-  /// not positive. With a `gain` (n×scalars) that of the batch is written there. O(N) for each two scalars.
+  /// One batch: scalar by scalar, O(N) for each two, or by MapBound::batch in groups of at most
+  /// kMostBatchScalars, O(N) for each. False, with the state not to be used, when a scalar innovation
+  /// variance or the covariance of a group is not positive. With a `gain` (n×scalars) that of the batch is
+  /// written there.
   bool correct(std::span<const Scalar> scalars, MapBound bound, Matrix* gain);
 
   /// A new landmark with P_jx = J P_rx and the variance `own`; its correlations with the map are removed by
@@ -99,6 +103,22 @@ class BlockMapState {
     double excess = 0.0;  ///< of the bound, over √s; 0: the map's blocks stay
   };
 
+  /// A group of scalars, of c in all, as one correction takes it.
+  struct Group {
+    using Columns =
+        Eigen::Matrix<double, kVehicle, Eigen::Dynamic, kVehicle == 1 ? Eigen::RowMajor : Eigen::ColMajor,
+                      kVehicle, kMostBatchScalars>;
+    Columns vehicle;  ///< n_r×c: what the group takes from P_rr
+    Columns g;        ///< n_r×c: a landmark that it does not measure has L_j = P_rf,jᵀ g
+    BatchRows rows;   ///< kd×c: L of the landmarks it measures
+    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostBatchScalars, 1> move;  ///< whitened innovation
+  };
+
+  bool correct_group(std::span<const Scalar> scalars, Index first, Matrix* gain);
+  bool prepare(std::span<const Scalar> scalars, Group& group, Matrix* combination);
+  void inflate_group(const Group& group);
+  void apply(const Group& group);
+  void add_to_gain(const Group& group, const Matrix& combination, Matrix& gain) const;
   bool correct_pass(std::span<const Scalar> scalars, MapBound bound, Index first, Matrix* gain);
   bool prepare(const Scalar& scalar, Step& step);
   VehicleVector direction(int i) const;
@@ -120,6 +140,7 @@ class BlockMapState {
   bool pending_ = false;  ///< T is not the identity or w not zero
 
   std::vector<Measured> measured_;
+  std::vector<Index> group_;               ///< indices in measured_ of the landmarks that a group measures
   std::vector<std::int32_t> measured_at_;  ///< by landmark, −1 if not measured
   VehicleVector pose_change_;
 

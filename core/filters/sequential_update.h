@@ -13,8 +13,8 @@ struct SequentialWorkspace {
 };
 
 /// One batch update by scalar measurements in turn, each followed by the exact O(N) inflation of the map
-/// (theory, section 5, `sequential`) or its dropping bound: P_ff stays block diagonal, vehicle and
-/// vehicle-map terms are exact.
+/// (theory, section 5, `sequential`) or its dropping bound, or by the bound of the whole batch: P_ff stays
+/// block diagonal, vehicle and vehicle-map terms are exact.
 ///
 /// P is the prior, n×n, with the landmark blocks of `layout` uncorrelated; it becomes the posterior. H is
 /// m×n, the measurement noise is diagonal with variances r. K (n×m) receives the gain of the whole batch with

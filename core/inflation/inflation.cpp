@@ -50,8 +50,10 @@ InflationStep decorrelate(Matrix& P, const DecorrelatedSet& set, InflationSoluti
       return {bound.primal, bound.relative_gap, bound.converged};
     }
     case InflationSolution::sequential:
+    case InflationSolution::batch:
     case InflationSolution::drop:
-      throw std::invalid_argument("solution = sequential or drop is a rule within an update, not a map of P");
+      throw std::invalid_argument(
+          "solution = sequential, batch or drop is a rule within an update, not a map of P");
   }
   throw std::invalid_argument("unknown solution");
 }

@@ -18,6 +18,7 @@ enum class InflationSolution {
   pairwise,    ///< the sum of the two-block bounds over all pairs
   min_trace,   ///< the exact minimum of tr ΔP, by its dual
   sequential,  ///< the exact closed form after each scalar measurement, O(N)
+  batch,       ///< a bound after each batch of scalar measurements, O(N)
   drop,        ///< sequential, but no landmark keeps any of its reduction, O(N)
 };
 
@@ -26,8 +27,8 @@ enum class InflationSolution {
 /// With blocks C_jk off the diagonal of P, ΔP = E − offdiag(P) on the chosen set and zero elsewhere, where
 /// pairwise takes E_j = Σ_k (C_jk C_jkᵀ)^{1/2} and min_trace the E of least trace (theory, section 4).
 /// P is n×n symmetric psd, n = layout.state_dim(); its symmetry is kept exactly. Throws std::invalid_argument
-/// for a P of another size, and for `sequential` and `drop`, which are rules within an update and not maps of
-/// P.
+/// for a P of another size, and for `sequential`, `batch` and `drop`, which are rules within an update and
+/// not maps of P.
 void inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution);
 
 /// What one call of `inflate` did to P.

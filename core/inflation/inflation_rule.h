@@ -20,6 +20,7 @@ struct InflationRule {
   /// The bound of a sequential solution.
   std::optional<MapBound> map_bound() const {
     if (solution == InflationSolution::sequential) return MapBound::least_trace;
+    if (solution == InflationSolution::batch) return MapBound::batch;
     if (solution == InflationSolution::drop) return MapBound::drop;
     return std::nullopt;
   }

@@ -47,9 +47,10 @@ struct LargestNorm {
   bool dominates() const { return norm > others; }
 };
 
-/// What is done with the part of a scalar measurement's information that would correlate landmarks.
+/// What is done with the part of the measurements' information that would correlate landmarks.
 enum class MapBound {
-  least_trace,  ///< rank_one_bound: the inflation of least trace, exact
+  least_trace,  ///< rank_one_bound: the inflation of least trace after each scalar, exact
+  batch,        ///< batch_bound: after all of them together
   drop,         ///< drop_bound: no landmark's variance ever falls
 };
 

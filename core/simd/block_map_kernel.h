@@ -32,6 +32,18 @@ struct BlockMapDirections {
   int count = 0;
 };
 
+/// As many directions as the vehicle has states, for a batch of measurements: C_j = X_jᵀ [g_0 g_1 …].
+struct BlockMapFrame {
+  double g[kMaxKernelVehicle][kMaxKernelVehicle] = {};
+};
+
+/// Sums over a map of C_j, σ_j = ‖C_j‖.
+struct BlockMapMoments {
+  double norms = 0.0;  ///< Σ σ_j
+  /// Σ C_jᵀ C_j / σ_j, the lower triangle by rows.
+  double squares[kMaxKernelVehicle * (kMaxKernelVehicle + 1) / 2] = {};
+};
+
 /// The norms σ_j = ‖l_j‖ of one direction over a map: the largest, and the sum of all others.
 struct BlockMapNorms {
   double largest = 0.0;
@@ -47,6 +59,11 @@ struct BlockMapKernel {
   /// of 0 are left out. Returns Σ_j tr D_j.
   double (*inflate)(const BlockMapArrays& map, const BlockMapDirections& directions, const double* excess,
                     const double* reciprocals);
+  /// Of all directions of a frame together; reciprocals[j] = 1/σ_j, σ_j below 1e-150 counting as about that.
+  void (*moments)(const BlockMapArrays& map, const BlockMapFrame& frame, double* reciprocals,
+                  BlockMapMoments* out);
+  /// D_j += C_j C_jᵀ / σ_j, the reciprocals being those of `moments` for another frame. Returns Σ_j tr D_j.
+  double (*spread)(const BlockMapArrays& map, const BlockMapFrame& frame, const double* reciprocals);
   /// shift_j (array c of n_landmarks: c·stride) = X_jᵀ w, then X_j ← T X_j, T being n_r×n_r by rows.
   void (*transform)(const BlockMapArrays& map, const double* T, const double* w, double* shift);
 };

@@ -110,7 +110,8 @@ std::vector<Key> world_and_filter_keys() {
       word_key<InflationSolution>("filter.solution",
                                   {{"pairwise", InflationSolution::pairwise},
                                    {"min-trace", InflationSolution::min_trace},
-                                   {"sequential", InflationSolution::sequential}},
+                                   {"sequential", InflationSolution::sequential},
+                                   {"batch", InflationSolution::batch}},
                                   [](S& s) -> InflationSolution& { return s.filter.solution; }),
       word_key<ReplayAssociation>(
           "filter.association",

@@ -58,6 +58,8 @@ std::string_view to_string(InflationSolution value) {
       return "min-trace";
     case InflationSolution::sequential:
       return "sequential";
+    case InflationSolution::batch:
+      return "batch";
     case InflationSolution::drop:
       return "drop";
   }

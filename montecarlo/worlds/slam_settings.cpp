@@ -59,8 +59,8 @@ std::vector<KeyRow> slam_keys() {
        .unit = "",
        .meaning =
            "bound that decorrelates: sum over pairs, exact least trace, exact after each scalar measurement "
-           "(map only, O(N)), or the same without any gain for the map; of no effect with inflation = "
-           "\"none\" or \"rank\"",
+           "(map only, O(N)), after each batch of them (the same), or without any gain for the map; of no "
+           "effect with inflation = \"none\" or \"rank\"",
        .field = choice_field<kFilter, &F::solution>(InflationSolution::drop),
        .in_effect = is_decorrelating},
       process_scale_key(),
@@ -89,8 +89,8 @@ void check_landmarks(const Scenario& scenario, const Refusal& refuse) {
 
 void check_inflation(const Scenario& scenario, const Refusal& refuse) {
   const FilterSettings& filter = scenario.filter;
-  if (filter.inflation == FilterInflation::full &&
-      (filter.solution == InflationSolution::sequential || filter.solution == InflationSolution::drop)) {
+  if (filter.inflation == FilterInflation::full && filter.solution != InflationSolution::pairwise &&
+      filter.solution != InflationSolution::min_trace) {
     refuse.impossible("filter", "solution",
                       "needs filter.inflation = \"map\", it is \"full\"; with \"full\" accepted are "
                       "\"pairwise\", \"min-trace\"");

@@ -42,7 +42,8 @@ TableCell prediction_of(const PlanarFollowed& f) {
 std::string solution_text(const Scenario& scenario, InflationSolution solution) {
   if (scenario.filter.inflation == FilterInflation::none) return "no inflation";
   const std::string name(to_string(solution));
-  const bool by_block_map = solution == InflationSolution::sequential || solution == InflationSolution::drop;
+  const bool by_block_map =
+      solution != InflationSolution::pairwise && solution != InflationSolution::min_trace;
   return by_block_map ? name + ", O(N)" : name;
 }
 

@@ -1,5 +1,6 @@
-// theory, section 5, Theorem 3: with inflation of the map alone by the least trace, or by dropping, the sum
-// of the map's variances never rises between initialisations, whatever the Jacobians and what is seen.
+// theory, section 5, Theorem 3: with inflation of the map alone by the least trace, by the bound of a batch,
+// or by dropping, the sum of the map's variances never rises between initialisations, whatever the Jacobians
+// and what is seen.
 
 #include <gtest/gtest.h>
 
@@ -125,7 +126,8 @@ void expect_theorem(const MapTrace& trace) {
 }
 
 TEST(MapTheorem, HoldsInThePlaneForAnyJacobians) {
-  for (const InflationSolution solution : {InflationSolution::sequential, InflationSolution::drop}) {
+  for (const InflationSolution solution :
+       {InflationSolution::sequential, InflationSolution::batch, InflationSolution::drop}) {
     RandomModel::Draws draws;
     EkfSlam<RandomModel> filter({&draws}, kQ, kR, map_rule(solution));
     expect_theorem(follow(filter, draws, true, 20'000));
@@ -136,7 +138,7 @@ TEST(MapTheorem, HoldsInThePlaneForAnyJacobians) {
 }
 
 TEST(MapTheorem, HoldsForTheBlockMapOverAHundredThousandSteps) {
-  for (const MapBound bound : {MapBound::least_trace, MapBound::drop}) {
+  for (const MapBound bound : {MapBound::least_trace, MapBound::batch, MapBound::drop}) {
     RandomModel::Draws draws;
     BlockMapEkfSlam<RandomModel> filter({&draws}, kQ, kR, bound);
     const MapTrace trace = follow(filter, draws, true, 100'000);
@@ -149,7 +151,7 @@ TEST(MapTheorem, HoldsForTheBlockMapOverAHundredThousandSteps) {
 
 // At its own estimates, a vehicle on a circle that reads noisy measurements of what is near: six landmarks.
 TEST(MapTheorem, HoldsForTheEkfInThePlaneOverAHundredThousandSteps) {
-  for (const MapBound bound : {MapBound::least_trace, MapBound::drop}) {
+  for (const MapBound bound : {MapBound::least_trace, MapBound::batch, MapBound::drop}) {
     BlockMapEkfSlam<PlanarModel> filter({.vehicle = {}, .dt_s = 1.0}, kQ, kR, bound);
     filter.reset(Pose(10.0, 0.0, 0.5 * std::numbers::pi),
                  Eigen::Matrix3d(0.01 * Eigen::Matrix3d::Identity()));
@@ -214,6 +216,7 @@ MapTrace follow_monobot(InflationSolution solution, int steps) {
 
 TEST(MapTheorem, HoldsForTheMonobot) {
   expect_theorem(follow_monobot(InflationSolution::sequential, 100'000));
+  expect_theorem(follow_monobot(InflationSolution::batch, 100'000));
   expect_theorem(follow_monobot(InflationSolution::drop, 100'000));
   expect_theorem(follow_monobot(InflationSolution::min_trace, 100'000));
   const MapTrace pairwise = follow_monobot(InflationSolution::pairwise, 20'000);
@@ -226,8 +229,8 @@ TEST(MapTheorem, HoldsForTheMonobot) {
 // add.
 TEST(MapTheorem, BoundsTheVehicleThatSeesItsMap) {
   constexpr double kProcess = 0.1, kMeasurement = 0.1;
-  for (const InflationSolution solution :
-       {InflationSolution::sequential, InflationSolution::drop, InflationSolution::min_trace}) {
+  for (const InflationSolution solution : {InflationSolution::sequential, InflationSolution::batch,
+                                           InflationSolution::drop, InflationSolution::min_trace}) {
     LinearFilter filter(monobot_model(4, 0, kProcess, kMeasurement, 1.0), map_rule(solution));
     const bool sequential = map_rule(solution).is_sequential();
     std::mt19937_64 choice(9);

@@ -11,12 +11,13 @@
 namespace credence {
 namespace {
 
-/// A random map of which a few landmarks are zero, and two directions.
+/// A random map of which a few landmarks are zero, two directions and a frame.
 struct Problem {
   std::int64_t landmarks, stride;
   int vehicle, landmark;
   AlignedVector rf, blocks, reciprocals, shift;
   BlockMapDirections directions;
+  BlockMapFrame frame;
 
   Problem(std::int64_t N, int nr, int d) : landmarks(N), stride((N + 7) / 8 * 8), vehicle(nr), landmark(d) {
     std::mt19937_64 bits(17);
@@ -33,6 +34,9 @@ struct Problem {
     for (auto& g : directions.g) {
       for (double& x : g) x = normal(bits);
     }
+    for (auto& g : frame.g) {
+      for (double& x : g) x = normal(bits);
+    }
   }
   std::size_t at(int array, std::int64_t j) const { return static_cast<std::size_t>(array * stride + j); }
   BlockMapArrays arrays() { return {rf.data(), blocks.data(), stride, stride / 8}; }
@@ -40,6 +44,19 @@ struct Problem {
     double sum = 0.0;
     for (int a = 0; a < vehicle; ++a) sum += directions.g[i][a] * rf[at(a * landmark + c, j)];
     return sum;
+  }
+  /// Component c of landmark j along direction i of the frame.
+  double in_frame(int i, int c, std::int64_t j) const {
+    double sum = 0.0;
+    for (int a = 0; a < vehicle; ++a) sum += frame.g[i][a] * rf[at(a * landmark + c, j)];
+    return sum;
+  }
+  double frame_norm(std::int64_t j) const {
+    double square = 0.0;
+    for (int i = 0; i < vehicle; ++i) {
+      for (int c = 0; c < landmark; ++c) square += in_frame(i, c, j) * in_frame(i, c, j);
+    }
+    return std::sqrt(square);
   }
   double norm(int i, std::int64_t j) const {
     return std::hypot(along(i, 0, j), landmark == 2 ? along(i, 1, j) : 0.0);
@@ -113,6 +130,62 @@ TEST(BlockMapKernel, InflatesByTheSharesAndReturnsTheTrace) {
   }
 }
 
+TEST(BlockMapKernel, MomentsAreThoseOfTheFrame) {
+  for (const Shape& shape : kShapes) {
+    for (const std::int64_t N : kSizes) {
+      Problem p(N, shape.vehicle, shape.landmark);
+      BlockMapMoments out;
+      block_map_kernel(shape.vehicle, shape.landmark)
+          .moments(p.arrays(), p.frame, p.reciprocals.data(), &out);
+      double norms = 0.0;
+      for (std::int64_t j = 0; j < N; ++j) {
+        norms += p.frame_norm(j);
+        if (p.frame_norm(j) > 0.0) {
+          EXPECT_NEAR(p.reciprocals[p.at(0, j)] * p.frame_norm(j), 1.0, 1e-14);
+        }
+      }
+      EXPECT_NEAR(out.norms, norms, 1e-13 * norms);
+      for (int i = 0, entry = 0; i < shape.vehicle; ++i) {
+        for (int k = 0; k <= i; ++k, ++entry) {
+          double expected = 0.0;
+          for (std::int64_t j = 0; j < N; ++j) {
+            if (p.frame_norm(j) == 0.0) continue;
+            for (int c = 0; c < shape.landmark; ++c) {
+              expected += p.in_frame(i, c, j) * p.in_frame(k, c, j) / p.frame_norm(j);
+            }
+          }
+          EXPECT_NEAR(out.squares[entry], expected, 1e-13 * norms);
+        }
+      }
+    }
+  }
+}
+
+TEST(BlockMapKernel, SpreadsOverTheBlocksAndReturnsTheTrace) {
+  for (const Shape& shape : kShapes) {
+    Problem p(29, shape.vehicle, shape.landmark);
+    const Problem before = p;
+    const BlockMapKernel& kernel = block_map_kernel(shape.vehicle, shape.landmark);
+    BlockMapMoments out;
+    kernel.moments(p.arrays(), p.frame, p.reciprocals.data(), &out);
+    const double trace = kernel.spread(p.arrays(), p.frame, p.reciprocals.data());
+    double expected_trace = 0.0;
+    for (std::int64_t j = 0; j < 29; ++j) {
+      for (int a = 0; a < shape.landmark; ++a) {
+        for (int b = 0; b <= a; ++b) {
+          double expected = before.blocks[p.at(a + b, j)];
+          for (int i = 0; i < shape.vehicle && p.frame_norm(j) > 0.0; ++i) {
+            expected += p.in_frame(i, a, j) * p.in_frame(i, b, j) / p.frame_norm(j);
+          }
+          EXPECT_NEAR(p.blocks[p.at(a + b, j)], expected, 1e-14 * (1.0 + std::abs(expected)));
+          if (a == b) expected_trace += expected;
+        }
+      }
+    }
+    EXPECT_NEAR(trace, expected_trace, 1e-12);
+  }
+}
+
 TEST(BlockMapKernel, TransformsTheMap) {
   Problem p(29, 3, 2);
   const Problem before = p;
@@ -156,6 +229,12 @@ TEST_P(BlockMapKernelBits, AreTheSameForEveryInstructionSet) {
         const double excess[2] = {0.3, 1.7};
         EXPECT_EQ(kernel->inflate(a.arrays(), a.directions, excess, a.reciprocals.data()),
                   plain->inflate(b.arrays(), b.directions, excess, b.reciprocals.data()));
+        BlockMapMoments moments_a, moments_b;
+        kernel->moments(a.arrays(), a.frame, a.reciprocals.data(), &moments_a);
+        plain->moments(b.arrays(), b.frame, b.reciprocals.data(), &moments_b);
+        EXPECT_EQ(0, std::memcmp(&moments_a, &moments_b, sizeof moments_a));
+        EXPECT_EQ(kernel->spread(a.arrays(), a.frame, a.reciprocals.data()),
+                  plain->spread(b.arrays(), b.frame, b.reciprocals.data()));
         const double T[9] = {0.5, 1.0, -2.0, 0.1, 3.0, 0.25, 1.0, -1.0, 0.125}, w[3] = {1.0, -0.5, 2.0};
         kernel->transform(a.arrays(), T, w, a.shift.data());
         plain->transform(b.arrays(), T, w, b.shift.data());

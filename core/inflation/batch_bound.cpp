@@ -1,0 +1,269 @@
+#include "core/inflation/batch_bound.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/linear_algebra/mirror.h"
+#include "core/linear_algebra/polar.h"
+
+namespace credence {
+namespace {
+
+/// The ascent ends when a sweep has lowered ‖M‖² by less than this share of tr L Lᵀ, or after so many.
+constexpr double kStandstill = 1e-3;
+constexpr int kMostSweeps = 20;
+/// A gain below this share of tr L Lᵀ of the landmarks measured is not taken: the rest of the map would grow,
+/// and nearly every batch has one of this size (docs/theory.md has what it costs).
+constexpr double kLeastGain = 1e-2;
+/// Of G in (tr H)²: below it a direction is lost in rounding.
+constexpr double kSingular = 1e-12;
+/// Of the trace: added to A and B, so that Θ A Θ = B does not hang on the rounding of small eigenvalues.
+constexpr double kRidge = 1e-9;
+/// Θ is never less than this, so that its inverse does not magnify rounding.
+constexpr double kLeastShare = 1e-6;
+/// Of tr L Lᵀ: more than K and the Cholesky factorisation of a matrix on the boundary round off.
+constexpr double kBoundaryRounding = 1e-13;
+
+template <int n>
+using Square = Eigen::Matrix<double, n, n>;
+
+template <int n>
+Square<n> root(const Square<n>& A) {
+  if constexpr (n == 1) {
+    return A.cwiseMax(0.0).cwiseSqrt();
+  } else {
+    const Eigen::SelfAdjointEigenSolver<Square<n>> eigen(A);
+    return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+           eigen.eigenvectors().transpose();
+  }
+}
+
+/// Θ and what follows from it.
+template <int r>
+struct Share {
+  Square<r> theta = Square<r>::Zero();
+  Square<r> weight = Square<r>::Zero();       ///< Θ⁻¹ − I
+  Square<r> weight_root = Square<r>::Zero();  ///< (Θ⁻¹ − I)^{1/2}
+};
+
+template <int r>
+Share<r> share_of(const Square<r>& theta) {
+  const Eigen::SelfAdjointEigenSolver<Square<r>> eigen(theta);
+  const auto& U = eigen.eigenvectors();
+  const Eigen::Matrix<double, r, 1> kept = eigen.eigenvalues().cwiseMax(kLeastShare).cwiseMin(1.0);
+  const Eigen::Matrix<double, r, 1> weight = kept.cwiseInverse().array() - 1.0;
+  Share<r> share;
+  share.theta = U * kept.asDiagonal() * U.transpose();
+  share.weight = U * weight.asDiagonal() * U.transpose();
+  share.weight_root = U * weight.cwiseSqrt().asDiagonal();
+  return share;
+}
+
+/// The Θ of greatest gain tr A(I − Θ) − tr B(Θ⁻¹ − I): Θ A Θ = B, cut off at I.
+template <int r>
+Share<r> best_share(Square<r> A, Square<r> B) {
+  A.diagonal().array() += kRidge * A.trace();
+  B.diagonal().array() += kRidge * B.trace();
+  const Eigen::LLT<Square<r>> llt(A);
+  if (llt.info() != Eigen::Success) return share_of<r>(Square<r>::Identity());
+  const Square<r> U = llt.matrixU();
+  Square<r> theta = root<r>(U * B * U.transpose());
+  llt.matrixU().solveInPlace(theta);
+  theta.transposeInPlace();
+  llt.matrixU().solveInPlace(theta);
+  return share_of<r>(0.5 * (theta + theta.transpose()));
+}
+
+/// (Gᵀ G)^{1/2} of a tall G.
+template <int d>
+Square<d> right_root(const Eigen::Matrix<double, 2 * d, d>& G) {
+  Square<d> square = G.transpose() * G;
+  if constexpr (d == 1) {
+    return square.cwiseSqrt();
+  } else {
+    const double s = std::sqrt(std::max(0.0, square.determinant())), t = std::sqrt(square.trace() + 2.0 * s);
+    if (!(t > 0.0)) return Square<d>::Zero();
+    square.diagonal().array() += s;
+    return square / t;
+  }
+}
+
+/// The landmarks that are measured: V_j (2d×d, orthonormal columns) and the Gram matrix K = L (I − Θ) Lᵀ.
+template <int r, int d>
+class Measured {
+ public:
+  static constexpr int kHeight = 2 * d;
+  using Isometry = Eigen::Matrix<double, kHeight, d>;
+
+  Measured(const BatchRows& L, const BatchBasis<r>& Q) : count_(L.rows() / d) {
+    whole_.noalias() = L * L.transpose();
+    common_.noalias() = L * Q;
+    for (Index j = 1; j < count_; ++j) {
+      if (block(whole_, j, j).trace() > block(whole_, first_, first_).trace()) first_ = j;
+    }
+    // The largest one way, all others the other way, each in a plane of its own as far as there are any.
+    for (Index j = 0, turned = 1; j < count_; ++j) {
+      const Index at = j == first_ ? 0 : turned++;
+      V(j).setZero();
+      for (Index a = 0; a < d; ++a) V(j)((at + a) % kHeight, a) = j == first_ ? 1.0 : -1.0;
+    }
+  }
+
+  void set_share(const Square<r>& theta) {
+    gram_ = whole_;
+    gram_.noalias() -= (common_ * theta).lazyProduct(common_.transpose());
+  }
+
+  /// One of block ascent, the largest first; returns by how much ‖M‖² fell.
+  double sweep() {
+    double fall = turn(first_);
+    for (Index j = 0; j < count_; ++j) {
+      if (j != first_) fall += turn(j);
+    }
+    return fall;
+  }
+
+  /// Qᵀ Mᵀ M Q with M = Σ V_j L_j.
+  Square<r> common_square() const {
+    Eigen::Matrix<double, kHeight, r> M = Eigen::Matrix<double, kHeight, r>::Zero();
+    for (Index j = 0; j < count_; ++j) M += V(j) * common_.template middleRows<d>(d * j);
+    return M.transpose() * M;
+  }
+
+  /// (G_jᵀ G_j)^{1/2}.
+  Square<d> inflation(Index j) const { return right_root<d>(others_of(j)); }
+
+  Index count() const { return count_; }
+  const BatchRows& gram() const { return gram_; }
+  double reduction() const { return whole_.trace(); }
+  static auto block(const BatchRows& A, Index i, Index j) { return A.template block<d, d>(d * i, d * j); }
+
+ private:
+  Isometry& V(Index j) { return V_[static_cast<std::size_t>(j)]; }
+  const Isometry& V(Index j) const { return V_[static_cast<std::size_t>(j)]; }
+
+  /// G_j = Σ_{i≠j} V_i L_i (I − Θ) L_jᵀ.
+  Isometry others_of(Index j) const {
+    Isometry sum = Isometry::Zero();
+    for (Index i = 0; i < count_; ++i) {
+      if (i != j) sum += V(i) * block(gram_, i, j);
+    }
+    return sum;
+  }
+
+  /// V_j against G_j; where G_jᵀ G_j is singular it stays as it is. Returns by how much ‖M‖² fell.
+  double turn(Index j) {
+    const Isometry G = others_of(j);
+    const Square<d> square = G.transpose() * G;
+    Isometry turned;
+    if constexpr (d == 1) {
+      const double norm = std::sqrt(square(0, 0));
+      if (!(norm > 0.0)) return 0.0;
+      turned = -G / norm;
+    } else {
+      // H = (GᵀG)^{1/2} = (GᵀG + s I)/t with s² = det GᵀG, t = tr H.
+      const double s = std::sqrt(std::max(0.0, square.determinant())),
+                   t = std::sqrt(square.trace() + 2.0 * s);
+      if (!(s > kSingular * t * t)) return 0.0;
+      Square<d> adjugate;
+      adjugate << square(1, 1) + s, -square(0, 1), -square(1, 0), square(0, 0) + s;
+      turned.noalias() = G * (adjugate / (-s * t));
+    }
+    const double fall = 2.0 * (V(j) - turned).cwiseProduct(G).sum();
+    V(j) = turned;
+    return fall;
+  }
+
+  Index count_, first_ = 0;
+  BatchRows whole_, gram_;
+  BatchBasis<r> common_;
+  std::array<Isometry, kMostBatchScalars / d> V_;
+};
+
+}  // namespace
+
+Index batch_group(Index scalars) {
+  const Index groups = (scalars + kMostBatchScalars - 1) / kMostBatchScalars;
+  if (groups <= 1) return scalars;
+  const Index each = (scalars + groups - 1) / groups;
+  return std::min(kMostBatchScalars, each + each % 2);
+}
+
+template <int r>
+BatchBasis<r> batch_basis(const Eigen::Ref<const Matrix>& G) {
+  BatchBasis<r> Q = BatchBasis<r>::Zero(G.cols(), r);
+  if (G.cols() < r) {
+    Q.leftCols(G.cols()).setIdentity();
+  } else {
+    Square<r> T;
+    const BatchBasis<r> rows = G.transpose();
+    thin_qr(rows, Q, T);
+  }
+  return Q;
+}
+
+template <int r, int d>
+BatchBound<r, d> batch_bound(const BatchRows& L, const BatchBasis<r>& Q, const BatchOthers<r>& others,
+                             double map_trace) {
+  BatchBound<r, d> bound;
+  if (L.rows() == 0) return bound;
+  Measured<r, d> measured(L, Q);
+  const Square<r> B = others.norms * others.squares;
+  Share<r> share;
+  share.theta = 0.5 * Square<r>::Identity();
+  measured.set_share(share.theta);
+  for (int i = 0; i < kMostSweeps; ++i) {
+    const double fall = measured.count() > 1 ? measured.sweep() : 0.0;
+    share = best_share<r>(measured.common_square(), B);
+    measured.set_share(share.theta);
+    if (!(fall > kStandstill * measured.reduction())) break;
+  }
+
+  const BatchRows& K = measured.gram();
+  const Index rows = L.rows();
+  BatchRows Y = K;
+  double inflated = 0.0;
+  for (Index j = 0; j < measured.count(); ++j) {
+    const Square<d> E = measured.inflation(j);
+    Y.template block<d, d>(d * j, d * j) = E;
+    inflated += E.trace();
+  }
+  const double shift = kBoundaryRounding * measured.reduction();
+  const double rounding =
+      16.0 * std::numeric_limits<double>::epsilon() * (map_trace + B.trace() * share.weight.trace());
+  const double least = std::max(rounding, kLeastGain * measured.reduction());
+  const double most =
+      K.trace() - B.cwiseProduct(share.weight).sum() - 2.0 * shift * static_cast<double>(rows);
+  // E is a bound where the ascent stands still; before, some multiple of it is.
+  for (double excess = 0.0;; excess = excess == 0.0 ? 1e-4 : 2.0 * excess) {
+    bound.gain = most - (1.0 + excess) * inflated;
+    if (!(bound.gain > least)) return bound;
+    BatchRows tried = Y;
+    for (Index j = 0; j < measured.count(); ++j) tried.template block<d, d>(d * j, d * j) *= 1.0 + excess;
+    tried.diagonal().array() += shift;
+    if (Eigen::LLT<Eigen::Ref<BatchRows>>(tried).info() != Eigen::Success) continue;
+    bound.changes.resize(d, rows);
+    for (Index j = 0; j < measured.count(); ++j) {
+      Square<d> change = (1.0 + excess) * Y.template block<d, d>(d * j, d * j) - measured.block(K, j, j);
+      change.diagonal().array() += 2.0 * shift;
+      mirror_lower(change);
+      bound.changes.template middleCols<d>(d * j) = change;
+    }
+    bound.spread = std::sqrt(others.norms) * share.weight_root;
+    bound.lowers = true;
+    return bound;
+  }
+}
+
+template BatchBasis<3> batch_basis<3>(const Eigen::Ref<const Matrix>& G);
+template BatchBasis<1> batch_basis<1>(const Eigen::Ref<const Matrix>& G);
+template BatchBound<3, 2> batch_bound<3, 2>(const BatchRows& L, const BatchBasis<3>& Q,
+                                            const BatchOthers<3>& others, double map_trace);
+template BatchBound<1, 1> batch_bound<1, 1>(const BatchRows& L, const BatchBasis<1>& Q,
+                                            const BatchOthers<1>& others, double map_trace);
+
+}  // namespace credence
