@@ -1,7 +1,6 @@
 #include "core/inflation/batch_bound.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -31,15 +30,58 @@ constexpr double kBoundaryRounding = 1e-13;
 template <int n>
 using Square = Eigen::Matrix<double, n, n>;
 
+/// Eigenvalues and orthonormal eigenvectors of a small symmetric matrix, by Jacobi's rotations.
+template <int n>
+struct Eigensystem {
+  Eigen::Matrix<double, n, 1> values;
+  Square<n> vectors = Square<n>::Identity();
+
+  explicit Eigensystem(Square<n> A) {
+    for (int sweep = 0; sweep < kMostRotations && !is_diagonal(A); ++sweep) {
+      for (int p = 0; p < n; ++p) {
+        for (int q = p + 1; q < n; ++q) rotate(A, p, q);
+      }
+    }
+    values = A.diagonal();
+  }
+
+ private:
+  static constexpr int kMostRotations = 8;  ///< a few are enough, as they converge quadratically
+
+  static bool is_diagonal(const Square<n>& A) {
+    double beside = 0.0;
+    for (int p = 0; p < n; ++p) {
+      for (int q = p + 1; q < n; ++q) beside += A(p, q) * A(p, q);
+    }
+    return beside <= 1e-32 * A.diagonal().squaredNorm();
+  }
+
+  void rotate(Square<n>& A, int p, int q) {
+    if (A(p, q) == 0.0) return;
+    const double difference = 0.5 * (A(q, q) - A(p, p));
+    const double length = std::sqrt(difference * difference + A(p, q) * A(p, q));
+    const double t = A(p, q) / (difference + (difference < 0.0 ? -length : length));
+    const double c = 1.0 / std::sqrt(1.0 + t * t), s = t * c, moved = t * A(p, q);
+    A(p, p) -= moved;
+    A(q, q) += moved;
+    A(p, q) = A(q, p) = 0.0;
+    for (int i = 0; i < n; ++i) {
+      if (i != p && i != q) {
+        const double x = A(i, p), y = A(i, q);
+        A(i, p) = A(p, i) = c * x - s * y;
+        A(i, q) = A(q, i) = s * x + c * y;
+      }
+      const double u = vectors(i, p), v = vectors(i, q);
+      vectors(i, p) = c * u - s * v;
+      vectors(i, q) = s * u + c * v;
+    }
+  }
+};
+
 template <int n>
 Square<n> root(const Square<n>& A) {
-  if constexpr (n == 1) {
-    return A.cwiseMax(0.0).cwiseSqrt();
-  } else {
-    const Eigen::SelfAdjointEigenSolver<Square<n>> eigen(A);
-    return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-           eigen.eigenvectors().transpose();
-  }
+  const Eigensystem<n> eigen(A);
+  return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
 }
 
 /// Θ and what follows from it.
@@ -52,9 +94,9 @@ struct Share {
 
 template <int r>
 Share<r> share_of(const Square<r>& theta) {
-  const Eigen::SelfAdjointEigenSolver<Square<r>> eigen(theta);
-  const auto& U = eigen.eigenvectors();
-  const Eigen::Matrix<double, r, 1> kept = eigen.eigenvalues().cwiseMax(kLeastShare).cwiseMin(1.0);
+  const Eigensystem<r> eigen(theta);
+  const Square<r>& U = eigen.vectors;
+  const Eigen::Matrix<double, r, 1> kept = eigen.values.cwiseMax(kLeastShare).cwiseMin(1.0);
   const Eigen::Matrix<double, r, 1> weight = kept.cwiseInverse().array() - 1.0;
   Share<r> share;
   share.theta = U * kept.asDiagonal() * U.transpose();
@@ -137,6 +179,13 @@ class Measured {
   /// (G_jᵀ G_j)^{1/2}.
   Square<d> inflation(Index j) const { return right_root<d>(others_of(j)); }
 
+  /// ‖M (I − Θ)^{1/2}‖²: with this Θ no bound lowers the landmarks measured by more.
+  double most() const {
+    double square = gram_.trace();
+    for (Index j = 0; j < count_; ++j) square += V(j).cwiseProduct(others_of(j)).sum();
+    return square;
+  }
+
   Index count() const { return count_; }
   const BatchRows& gram() const { return gram_; }
   double reduction() const { return whole_.trace(); }
@@ -216,10 +265,17 @@ BatchBound<r, d> batch_bound(const BatchRows& L, const BatchBasis<r>& Q, const B
   Share<r> share;
   share.theta = 0.5 * Square<r>::Identity();
   measured.set_share(share.theta);
+  double cost = 0.0, least = 0.0;  // what the others grow by; the least gain that is one
   for (int i = 0; i < kMostSweeps; ++i) {
     const double fall = measured.count() > 1 ? measured.sweep() : 0.0;
     share = best_share<r>(measured.common_square(), B);
     measured.set_share(share.theta);
+    cost = B.cwiseProduct(share.weight).sum();
+    const double rounding =
+        16.0 * std::numeric_limits<double>::epsilon() * (map_trace + B.trace() * share.weight.trace());
+    least = std::max(rounding, kLeastGain * measured.reduction());
+    // Θ is the best for these V, and V bounds the gain of any E.
+    if (!(measured.most() - cost > least)) return bound;
     if (!(fall > kStandstill * measured.reduction())) break;
   }
 
@@ -233,11 +289,7 @@ BatchBound<r, d> batch_bound(const BatchRows& L, const BatchBasis<r>& Q, const B
     inflated += E.trace();
   }
   const double shift = kBoundaryRounding * measured.reduction();
-  const double rounding =
-      16.0 * std::numeric_limits<double>::epsilon() * (map_trace + B.trace() * share.weight.trace());
-  const double least = std::max(rounding, kLeastGain * measured.reduction());
-  const double most =
-      K.trace() - B.cwiseProduct(share.weight).sum() - 2.0 * shift * static_cast<double>(rows);
+  const double most = K.trace() - cost - 2.0 * shift * static_cast<double>(rows);
   // E is a bound where the ascent stands still; before, some multiple of it is.
   for (double excess = 0.0;; excess = excess == 0.0 ? 1e-4 : 2.0 * excess) {
     bound.gain = most - (1.0 + excess) * inflated;
