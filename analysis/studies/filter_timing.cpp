@@ -110,7 +110,7 @@ Ring<Filter> dense_ring(Index landmarks, Index observed) {
 
 /// With N times what the landmarks share of the pose's variance, which is no less than all their
 /// correlations.
-Ring<BlockMapEkfSlam<PlanarModel>> block_ring(Index landmarks, Index observed) {
+Ring<BlockMapEkfSlam<PlanarModel>> block_ring(Index landmarks, Index observed, MapBound bound) {
   const FirstSight sight(landmarks);
   ArrowCovariance P(3, 2);
   P.set_vehicle(kPoseCovariance);
@@ -120,7 +120,7 @@ Ring<BlockMapEkfSlam<PlanarModel>> block_ring(Index landmarks, Index observed) {
     const Eigen::Matrix2d shared = J_r * kPoseCovariance * J_r.transpose();
     P.append(kPoseCovariance * J_r.transpose(), sight.own(i) + static_cast<double>(landmarks) * shared);
   }
-  BlockMapEkfSlam<PlanarModel> filter({.vehicle = {}, .dt_s = 0.1}, kControlNoise, kMeasurementNoise);
+  BlockMapEkfSlam<PlanarModel> filter({.vehicle = {}, .dt_s = 0.1}, kControlNoise, kMeasurementNoise, bound);
   filter.reset(sight.x, std::move(P), sight.ids);
   return {std::move(filter), landmarks, observed};
 }
@@ -154,7 +154,9 @@ RingWork make_ring_work(TimedFilter filter, Index landmarks, Index observed) {
     case TimedFilter::naive:
       return ring_work(1, [&] { return dense_ring<TextbookEkf>(landmarks, observed); });
     case TimedFilter::map:
-      return ring_work(kBlockPeriod, [&] { return block_ring(landmarks, observed); });
+      return ring_work(kBlockPeriod, [&] { return block_ring(landmarks, observed, MapBound::least_trace); });
+    case TimedFilter::batch:
+      return ring_work(kBlockPeriod, [&] { return block_ring(landmarks, observed, MapBound::batch); });
   }
   return {};
 }
@@ -231,7 +233,7 @@ using Progress = std::function<void(std::int64_t done, std::int64_t total)>;
 std::vector<FilterTime> planned_filters(const FilterTimingPlan& plan) {
   std::vector<FilterTime> filters;
   for (const Index observed : plan.observed) {
-    for (const TimedFilter filter : {TimedFilter::full, TimedFilter::naive, TimedFilter::map}) {
+    for (const TimedFilter filter : kTimedFilters) {
       for (const Index landmarks : plan.landmarks) {
         if (landmarks >= observed && landmarks <= largest_map(filter)) {
           filters.push_back({filter, landmarks, observed, {}, {}});
@@ -276,6 +278,8 @@ std::string_view to_string(TimedFilter filter) {
       return "naive";
     case TimedFilter::map:
       return "map";
+    case TimedFilter::batch:
+      return "batch";
   }
   return "";
 }
@@ -287,6 +291,7 @@ Index largest_map(TimedFilter filter) {
     case TimedFilter::naive:
       return 1000;
     case TimedFilter::map:
+    case TimedFilter::batch:
       return 1'000'000;
   }
   return 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -18,10 +19,13 @@ namespace credence {
 enum class TimedFilter {
   full,   ///< EkfSlam: dense P, each element of one triangle touched once an update
   naive,  ///< TextbookEkf: the textbook in Eigen, dense P, Joseph form
-  map,    ///< BlockMapEkfSlam: map block diagonal, O(N)
+  map,    ///< BlockMapEkfSlam: map block diagonal, O(N), decorrelated after each scalar measurement
+  batch,  ///< the same, decorrelated after each batch of them
 };
+inline constexpr std::array kTimedFilters{TimedFilter::full, TimedFilter::naive, TimedFilter::map,
+                                          TimedFilter::batch};
 
-/// "full", "naive", "map".
+/// "full", "naive", "map", "batch".
 std::string_view to_string(TimedFilter filter);
 
 struct FilterTimingPlan {
@@ -51,8 +55,8 @@ struct GrowthFit {
   PowerLaw law;
 };
 
-/// Where the O(N) filter becomes faster than the full one, on the line between two measured sizes in log-log
-/// scales; none when one of them is faster at all of them.
+/// Where the O(N) filter `map` becomes faster than the full one, on the line between two measured sizes in
+/// log-log scales; none when one of them is faster at all of them.
 struct Crossover {
   Index observed = 0;
   std::optional<double> landmarks;

@@ -16,6 +16,8 @@ Index fitted_from(TimedFilter filter) {
       return 100;
     case TimedFilter::map:
       return 1000;
+    case TimedFilter::batch:
+      return 10'000;
   }
   return 1;
 }
@@ -40,7 +42,7 @@ std::vector<FilterTime> times_of(std::span<const FilterTime> times, TimedFilter 
 
 std::vector<GrowthFit> fit_growth(std::span<const FilterTime> times) {
   std::vector<GrowthFit> fits;
-  for (const TimedFilter filter : {TimedFilter::full, TimedFilter::naive, TimedFilter::map}) {
+  for (const TimedFilter filter : kTimedFilters) {
     for (const Index observed : observed_numbers(times)) {
       std::vector<double> landmarks, seconds;
       for (const FilterTime& time : times_of(times, filter, observed)) {

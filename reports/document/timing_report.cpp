@@ -23,6 +23,8 @@ const char* words_of(TimedFilter filter) {
       return "full, textbook";
     case TimedFilter::map:
       return "O(N), map blocks";
+    case TimedFilter::batch:
+      return "O(N), by batches";
   }
   return "";
 }
@@ -66,7 +68,7 @@ Json growth_json(const GrowthFit& fit) {
 /// By filter, for the first number observed; null with a reason where too few sizes were timed.
 Json slopes_json(const TimingResult& result) {
   Json slopes;
-  for (const TimedFilter filter : {TimedFilter::full, TimedFilter::naive, TimedFilter::map}) {
+  for (const TimedFilter filter : kTimedFilters) {
     const auto name = std::string(to_string(filter));
     for (const GrowthFit& fit : result.growth) {
       if (fit.filter == filter && !slopes.contains(name)) slopes[name] = growth_json(fit);
@@ -104,7 +106,8 @@ ReportTable step_table(const TimingResult& result) {
           "{} repetitions of at least {}, all filters in turn in random order; time of the computing thread.",
           result.plan.repetitions, duration_text(result.plan.seconds)),
       "full: each element of one triangle of P touched once an update. full, textbook: dense P in "
-      "Joseph form, Eigen. O(N), map blocks: vehicle, its correlations, and one block a landmark.",
+      "Joseph form, Eigen. O(N), map blocks: vehicle, its correlations, and one block a landmark, "
+      "decorrelated after each scalar measurement, or by batches of them.",
       fmt::format("Sizes beyond {} (full) and {} (textbook) landmarks are not timed for these.",
                   largest_map(TimedFilter::full), largest_map(TimedFilter::naive))};
   return table;
@@ -180,6 +183,8 @@ ColourRole role_of(TimedFilter filter) {
       return ColourRole::neutral;
     case TimedFilter::map:
       return ColourRole::truth;
+    case TimedFilter::batch:
+      return ColourRole::third;
   }
   return ColourRole::estimate;
 }
@@ -190,7 +195,7 @@ Panel step_panel(const TimingResult& result, Index observed) {
               .y_label = "time of a step (µs)",
               .log_x = true,
               .log_y = true};
-  for (const TimedFilter filter : {TimedFilter::naive, TimedFilter::full, TimedFilter::map}) {
+  for (const TimedFilter filter : kTimedFilters) {
     FigureData n, median, lower, upper;
     for (const FilterTime& time : result.filters) {
       if (time.filter != filter || time.observed != observed) continue;

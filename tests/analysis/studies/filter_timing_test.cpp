@@ -51,7 +51,7 @@ TEST(FilterTiming, TimesEveryFilterAtEverySizeItBears) {
   const TimingResult result = time_filters(plan);
   EXPECT_TRUE(result.complete);
   // Ten cannot be observed of five.
-  ASSERT_EQ(result.filters.size(), 9U);
+  ASSERT_EQ(result.filters.size(), 12U);
   for (const FilterTime& time : result.filters) {
     EXPECT_GT(time.step.median, 0.0);
     if (time.bytes) {
