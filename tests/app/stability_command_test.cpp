@@ -79,7 +79,7 @@ TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
   EXPECT_EQ(j["rank"]["observability_at_estimate"], 9);
   EXPECT_EQ(j["closed_loop_eigenvalues"].size(), 11U);
   EXPECT_EQ(j["predicted_bounded"], false);  // the pairwise sum: theory, section 5
-  EXPECT_EQ(j["filters"].size(), 8U);        // four solutions, at the truth and at the estimate
+  EXPECT_EQ(j["filters"].size(), 10U);       // five solutions, at the truth and at the estimate
   for (const char* key : {"bounded", "growth_exponent", "trace", "residual", "kind"}) {
     EXPECT_TRUE(j["riccati"].contains(key)) << key;
   }

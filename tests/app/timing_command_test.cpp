@@ -8,7 +8,7 @@ class TimingCommandTest : public CommandTest {};
 TEST_F(TimingCommandTest, TellsStepsSlopesAndRates) {
   const Json j = json({"timing", "--landmarks", "10,20", "--observed", "1", "--repetitions", "2", "--out",
                        "t", "--format", "json", "--quiet"});
-  ASSERT_EQ(j["rows"].size(), 6U);
+  ASSERT_EQ(j["rows"].size(), 8U);
   for (const Json& row : j["rows"]) EXPECT_GT(row["seconds_per_step"].get<double>(), 0.0);
   EXPECT_EQ(j["rows"][0]["filter"], "full");
   // Too few sizes for a slope: null with a reason, never a made-up number.
