@@ -203,13 +203,16 @@ Eigen::Map<Matrix> SlamEstimator::show_jacobians(const PoseMatrix& F, std::span<
 }
 
 void SlamEstimator::apply(Eigen::Map<Matrix>& W, Eigen::Map<Vector>&) {
-  const Index m = W.cols();
-  for (Index j = 0; j < n_; ++j) {  // two columns of W at a time
-    auto column = P_.col(j).segment(j, n_ - j);
-    for (Index c = 0; c < m; c += 2) {
-      column -= W(j, c) * W.col(c).tail(n_ - j) + W(j, c + 1) * W.col(c + 1).tail(n_ - j);
-    }
+  const Index m = W.cols(), panels = (n_ + kPanelRows - 1) / kPanelRows;
+  const auto size = static_cast<std::size_t>(panels * kPanelRows * m);
+  if (W_panels_.size() < size) W_panels_.resize(size);
+  using Panel = Eigen::Matrix<double, kPanelRows, Eigen::Dynamic>;
+  for (Index p = 0; p < panels; ++p) {  // the rows that fill up the last are never stored
+    const Index rows = std::min<Index>(kPanelRows, n_ - kPanelRows * p);
+    Eigen::Map<Panel>(W_panels_.data() + kPanelRows * m * p, kPanelRows, m).topRows(rows) =
+        W.middleRows(kPanelRows * p, rows);
   }
+  kernel_->downdate(P_.data(), n_, P_.rows(), W_panels_.data(), kPanelRows * m, m);
 }
 
 Matrix SlamEstimator::gain() const {

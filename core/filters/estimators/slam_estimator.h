@@ -10,6 +10,8 @@
 #include "core/linear_algebra/matrix_buffer.h"
 #include "core/models/landmark_sensor.h"
 #include "core/models/slam_model.h"
+#include "core/simd/aligned_vector.h"
+#include "core/simd/panel_kernel.h"
 #include "core/types.h"
 
 namespace credence {
@@ -203,6 +205,8 @@ class SlamEstimator {
   std::vector<Eigen::Vector2d> z_;
   PoseMatrix F_ = PoseMatrix::Identity();
   std::vector<Jacobian> placements_;
+  const PanelKernel* kernel_ = &panel_kernel(best_instruction_set());
+  AlignedVector W_panels_;  ///< W as its kernel takes it
   MatrixBuffer nu_, H_, S_, added_covariance_, L_, W_, columns_, seen_P_, whitened_, delta_;
 };
 

@@ -9,12 +9,13 @@ namespace credence {
 NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P) {
   constexpr double kLeastPivot = 1e-12;  // of a squared pivot, relative to its variance
   if (!P.diagonal().allFinite() || (P.diagonal().array() < 0.0).any()) return {0.0, -1};
-  llt_.compute(P);
-  const auto pivots = llt_.matrixLLT().diagonal();
-  if (llt_.info() == Eigen::Success && (pivots.array().square() > kLeastPivot * P.diagonal().array()).all()) {
-    whitened_ = error;
-    llt_.matrixL().solveInPlace(whitened_);
-    return {whitened_.squaredNorm(), error.size()};
+  if ((P.diagonal().array() > 0.0).all()) {
+    const NeesValue nees = solver_.solve(error, P);
+    bool beyond_rounding = nees.dof >= 0;
+    for (Index i = 0; beyond_rounding && i < P.rows(); ++i) {
+      beyond_rounding = solver_.pivot(i) * solver_.pivot(i) > kLeastPivot * P(i, i);
+    }
+    if (beyond_rounding) return nees;
   }
   const Matrix full = P.selfadjointView<Eigen::Lower>();
   const Matrix whitening = psd_whitening(full, kLeastPivot);

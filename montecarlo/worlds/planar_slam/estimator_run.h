@@ -2,7 +2,6 @@
 
 #include <memory>
 
-#include "core/linear_algebra/cholesky.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 #include "montecarlo/worlds/planar_slam/odometry_drive.h"
@@ -16,8 +15,7 @@ class SingularNees {
   NeesValue solve(const VectorRef& error, const MatrixRef& P);
 
  private:
-  Eigen::LLT<Matrix> llt_;
-  Vector whitened_;
+  NeesSolver solver_;
 };
 
 /// One estimator in one run after the other of a world; what it hears comes from an OdometryDrive, which

@@ -64,22 +64,35 @@ class PlanarSlamExperiment::Run {
   const PlanarStep& result() const { return step_; }
   Index vehicle_dof() const { return vehicle_dof_; }
 
-  TraceStep trace_step() const {
+  /// What evidence looks at.
+  void show(Step& step) const {
     const SlamEstimator& filter = run_.filter();
-    TraceStep step;
-    step.landmarks.assign(filter.landmarks().begin(), filter.landmarks().end());
     step.estimate = filter.state();
-    step.truth = true_state(run_.truth().now, world_.plane.landmarks, step.landmarks);
-    slam_states({.vehicle = 3, .landmark = 2, .landmarks = world_.plane.states()}, step.landmarks,
+    slam_states({.vehicle = 3, .landmark = 2, .landmarks = world_.plane.states()}, filter.landmarks(),
                 step.states);
     step.error = run_.error();
     step.P = filter.covariance().selfadjointView<Eigen::Lower>();
+    Innovation& innovation = step.innovations.front();
+    if (step_.update.dof > 0) {
+      innovation.nu = filter.innovation();
+      innovation.S = filter.innovation_covariance();
+    } else {
+      innovation.nu.resize(0);
+      innovation.S.resize(0, 0);
+    }
+  }
+
+  TraceStep trace_step() const {
+    const SlamEstimator& filter = run_.filter();
+    TraceStep step;
+    show(step);
+    step.landmarks.assign(filter.landmarks().begin(), filter.landmarks().end());
+    step.truth = true_state(run_.truth().now, world_.plane.landmarks, step.landmarks);
     step.nees = step_.nees;
     step.nees_dof = step_.nees_dof;
     step.nis = step_.update.nis;
     step.nis_dof = step_.update.dof;
     if (step_.update.dof > 0) {
-      step.innovations.front() = {filter.innovation(), filter.innovation_covariance()};
       step.K = Matrix::Zero(filter.size(), step_.update.dof);  // of landmarks just placed: none
       const Matrix K = filter.gain();
       step.K.topRows(K.rows()) = K;
@@ -114,6 +127,8 @@ StudyStatistics PlanarSlamExperiment::play(std::int64_t first_run, std::int64_t 
   statistics.runs = runs;
   statistics.reserve_runs(runs);
   Run run(*this);
+  Step shown;
+  shown.innovations.resize(1);
   for (std::int64_t r = first_run; r < first_run + runs; ++r) {
     run.start(r);
     if (observer != nullptr) observer->begin_runs(1);
@@ -127,7 +142,7 @@ StudyStatistics PlanarSlamExperiment::play(std::int64_t first_run, std::int64_t 
         break;
       }
       if (observer != nullptr) {
-        TraceStep shown = run.trace_step();
+        run.show(shown);
         shown.step = static_cast<std::int64_t>(k);
         observer->add(shown, 0);
       }
