@@ -23,7 +23,7 @@ struct CarparkVariant {
   bool operator==(const CarparkVariant&) const = default;
 };
 
-/// "none", "full, pairwise", "map, exact minimal trace", "map, sequential".
+/// "none", "full, pairwise", "map, exact minimal trace", "map, sequential", "map, batch".
 std::string inflation_words(const CarparkVariant& variant);
 /// "partial", "1 anchor", "2 anchors".
 std::string anchor_words(const CarparkVariant& variant);
@@ -58,8 +58,8 @@ struct CarparkStudy {
   const ReplayResult& find(const CarparkVariant& variant, const InitialDeviations& initial) const;
 };
 
-/// All variants: none, full and map; pairwise, exact minimal trace and, for the map, sequential; partial, one
-/// anchor, two anchors.
+/// All variants: none, full and map; pairwise, exact minimal trace and, for the map, sequential and batch;
+/// partial, one anchor, two anchors.
 std::vector<CarparkVariant> carpark_variants();
 /// The two P0 of which every variant is replayed.
 std::vector<InitialDeviations> carpark_initials();
