@@ -15,6 +15,8 @@ namespace {
 /// The ascent ends when a sweep has lowered ‖M‖² by less than this share of tr L Lᵀ, or after so many.
 constexpr double kStandstill = 1e-3;
 constexpr int kMostSweeps = 20;
+/// E is scaled by no more than one and this.
+constexpr double kMostExcess = 4.0;
 /// A gain below this share of tr L Lᵀ of the landmarks measured is not taken: the rest of the map would grow,
 /// and nearly every batch has one of this size (docs/theory.md has what it costs).
 constexpr double kLeastGain = 1e-2;
@@ -291,7 +293,7 @@ BatchBound<r, d> batch_bound(const BatchRows& L, const BatchBasis<r>& Q, const B
   const double shift = kBoundaryRounding * measured.reduction();
   const double most = K.trace() - cost - 2.0 * shift * static_cast<double>(rows);
   // E is a bound where the ascent stands still; before, some multiple of it is.
-  for (double excess = 0.0;; excess = excess == 0.0 ? 1e-4 : 2.0 * excess) {
+  for (double excess = 0.0; excess < kMostExcess; excess = excess == 0.0 ? 1e-4 : 2.0 * excess) {
     bound.gain = most - (1.0 + excess) * inflated;
     if (!(bound.gain > least)) return bound;
     BatchRows tried = Y;
@@ -309,6 +311,7 @@ BatchBound<r, d> batch_bound(const BatchRows& L, const BatchBasis<r>& Q, const B
     bound.lowers = true;
     return bound;
   }
+  return bound;
 }
 
 template BatchBasis<3> batch_basis<3>(const Eigen::Ref<const Matrix>& G);

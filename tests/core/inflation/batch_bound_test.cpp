@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <vector>
+#include <limits>
 
 #include "core/inflation/min_trace.h"
 #include "core/inflation/rank_one_bound.h"
@@ -131,6 +131,33 @@ TEST(BatchBound, NothingIsGainedWhereOthersOutweighTheMeasured) {
   EXPECT_FALSE(one.bound().lowers);
   const Batch<3, 2> none(0, 6, 2, 7);
   EXPECT_FALSE(none.bound().lowers);
+}
+
+TEST(BatchBound, DegenerateBatchesHaveABoundOrNone) {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    for (int kind = 0; kind < 6; ++kind) {
+      Batch<3, 2> batch(3, 3, 6, seed);
+      auto measured = batch.L.topRows(6);
+      if (kind == 0) measured.row(2) = measured.row(0);                    // two landmarks that move alike
+      if (kind == 1) measured.bottomRows(4).setZero();                     // one that moves alone
+      if (kind == 2) measured = measured.col(0) * measured.row(0).eval();  // one direction in all
+      if (kind == 3) batch.L.setZero();
+      if (kind == 4) batch.L *= 1e120;
+      if (kind == 5) batch.L *= 1e-120;
+      const BatchBound<3, 2> bound = batch.bound();
+      if (!bound.lowers) continue;
+      EXPECT_TRUE(bound.changes.allFinite() && bound.spread.allFinite()) << seed << ", kind " << kind;
+      EXPECT_GT(batch.least_eigenvalue(bound), -1e-13) << seed << ", kind " << kind;
+    }
+  }
+}
+
+TEST(BatchBound, ANumberThatIsNoneHasNoBound) {
+  Batch<3, 2> batch(2, 2, 4, 1);
+  batch.L(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(batch.bound().lowers);
+  batch.L(0, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(batch.bound().lowers);
 }
 
 TEST(BatchBound, AGainWithinTheRoundingOfTheMapIsNone) {
