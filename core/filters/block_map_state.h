@@ -76,10 +76,10 @@ class BlockMapState {
     if (14 * measured_count() * measured_count() > landmarks()) flush();
   }
 
-  /// One batch: scalar by scalar, O(N) for each two, or by MapBound::batch in groups of at most
-  /// kMostBatchScalars, O(N) for each. False, with the state not to be used, when a scalar innovation
-  /// variance or the covariance of a group is not positive. With a `gain` (n×scalars) that of the batch is
-  /// written there.
+  /// One batch: scalar by scalar, O(N) for each two, or by MapBound::batch, kLandmark scalars a landmark, in
+  /// groups of at most kMostBatchScalars, O(N) for each. False, with the state not to be used, when a scalar
+  /// innovation variance or the covariance of a group is not positive. With a `gain` (n×scalars) that of the
+  /// batch is written there.
   bool correct(std::span<const Scalar> scalars, MapBound bound, Matrix* gain);
 
   /// A new landmark with P_jx = J P_rx and the variance `own`; its correlations with the map are removed by

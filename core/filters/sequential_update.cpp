@@ -45,6 +45,9 @@ std::vector<Index> measured_landmarks(const BlockLayout& layout, const MatrixRef
 template <int r, int d>
 void inflate_batch(Matrix& P, const BlockLayout& layout, const MatrixRef& L, const MatrixRef& G,
                    const std::vector<Index>& measured) {
+  if (d * std::ssize(measured) > kMostBatchScalars) {
+    throw std::invalid_argument("the bound of a batch takes d scalars a landmark");
+  }
   const BatchBasis<r> Q = batch_basis<r>(G);
   BatchRows rows(d * static_cast<Index>(measured.size()), L.cols());
   for (std::size_t i = 0; i < measured.size(); ++i) {

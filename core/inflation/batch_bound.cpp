@@ -17,8 +17,8 @@ constexpr double kStandstill = 1e-3;
 constexpr int kMostSweeps = 20;
 /// E is scaled by no more than one and this.
 constexpr double kMostExcess = 4.0;
-/// A gain below this share of tr L Lᵀ of the landmarks measured is not taken: the rest of the map would grow,
-/// and nearly every batch has one of this size (docs/theory.md has what it costs).
+/// A gain below this share of tr L Lᵀ of the landmarks measured is not taken: nearly every batch has one of
+/// this size, and each costs a pass over the blocks of the whole map (docs/theory.md has both ways).
 constexpr double kLeastGain = 1e-2;
 /// Of G in (tr H)²: below it a direction is lost in rounding.
 constexpr double kSingular = 1e-12;
@@ -39,7 +39,7 @@ struct Eigensystem {
   Square<n> vectors = Square<n>::Identity();
 
   explicit Eigensystem(Square<n> A) {
-    for (int sweep = 0; sweep < kMostRotations && !is_diagonal(A); ++sweep) {
+    for (int cycle = 0; cycle < kMostCycles && !is_diagonal(A); ++cycle) {
       for (int p = 0; p < n; ++p) {
         for (int q = p + 1; q < n; ++q) rotate(A, p, q);
       }
@@ -48,7 +48,7 @@ struct Eigensystem {
   }
 
  private:
-  static constexpr int kMostRotations = 8;  ///< a few are enough, as they converge quadratically
+  static constexpr int kMostCycles = 8;  ///< a few are enough, as they converge quadratically
 
   static bool is_diagonal(const Square<n>& A) {
     double beside = 0.0;

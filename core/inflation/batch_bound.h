@@ -43,9 +43,8 @@ struct BatchOthers {
 ///
 /// Landmarks that are not measured have L_j = X_jᵀ G with G r×c, r = n_r. For Θ that is zero beside the row
 /// space of G and 0 ≺ Θ ⪯ I in it, ‖a + b‖² ≥ aᵀ(I − Θ)a − bᵀ(Θ⁻¹ − I)b parts those that are measured from
-/// all others. The former are a small problem, D_j + E_j − L_j (I − Θ) L_jᵀ with E by block ascent over
-/// rotations, checked by a Cholesky factorisation; each of the others grows by (1/σ_j) C_j S Sᵀ C_jᵀ, S =
-/// `spread`.
+/// all others. The former are a small problem, D_j + E_j − L_j (I − Θ) L_jᵀ with E by block ascent, checked
+/// by a Cholesky factorisation; each of the others grows by C_j S Sᵀ C_jᵀ / σ_j, S being `spread`.
 template <int r, int d>
 struct BatchBound {
   bool lowers = false;  ///< the trace of the map falls, by `gain`; otherwise D is to stay as it is
@@ -67,7 +66,7 @@ struct BatchBound {
 
 /// `L` (kd×c) are the rows of the k landmarks measured, `Q` the basis that `others` was taken in, and
 /// `map_trace` is tr D, by whose rounding a gain is no gain. O(k² d² (c + k d)), no allocation. r and d are 3
-/// and 2, or 1 and 1.
+/// and 2, or 1 and 1, kd and c at most kMostBatchScalars.
 template <int r, int d>
 BatchBound<r, d> batch_bound(const BatchRows& L, const BatchBasis<r>& Q, const BatchOthers<r>& others,
                              double map_trace);
