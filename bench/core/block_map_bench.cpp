@@ -101,7 +101,8 @@ BENCHMARK_CAPTURE(block_map_step, batch, Case::batch)->ArgsProduct({{1000, 10000
 BENCHMARK_CAPTURE(block_map_step, drop, Case::drop)->ArgsProduct({{1000, 10000, 100000}, {1, 10}});
 
 /// The world of scenarios/map_solutions.toml: six landmarks, of which two or three are in view of a circle of
-/// 63 m; the argument is how many such circles stand side by side, the landmarks of all but one never seen again.
+/// 63 m; the argument is how many such circles stand side by side, the landmarks of all but one never seen
+/// again.
 void circle_step(benchmark::State& state, MapBound bound) {
   const auto N = static_cast<int>(6 * state.range(0));
   Filter filter({.vehicle = {}, .dt_s = 1.0}, Eigen::Vector2d(0.01, 0.0004).asDiagonal(), kR, bound);

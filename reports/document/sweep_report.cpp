@@ -225,7 +225,7 @@ void write_sweep_report(const ReportFolder& directory, const SweepAnalysis& swee
   std::vector<ReportTable> tables = sweep_tables(sweep);
   const ReportAnswer answer = map ? rank_map_answer(sweep.rank_map) : sweep_answer(sweep);
   page.answer(answer.tone, answer.text + ".");
-  page.section(map ? "The map of ranks" : "Over the settings");
+  if (!figures.empty()) page.section(map ? "The map of ranks" : "Over the settings");
   for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
   page.section(map ? "Counts" : "All configurations");
   if (!map) tables.front().title = "One row for each configuration";
