@@ -15,8 +15,9 @@ namespace {
 /// The ascent ends when a sweep has lowered ‖M‖² by less than this share of tr L Lᵀ, or after so many.
 constexpr double kStandstill = 1e-3;
 constexpr int kMostSweeps = 20;
-/// E is scaled by no more than one and this.
-constexpr double kMostExcess = 4.0;
+/// E is scaled by one and, where that is no bound, this, twice this …: so many times in all, by 4.3 at most.
+constexpr double kLeastExcess = 1e-4;
+constexpr int kScalings = 17;
 /// A gain below this share of tr L Lᵀ of the landmarks measured is not taken: nearly every batch has one of
 /// this size, and each costs a pass over the blocks of the whole map (docs/theory.md has both ways).
 constexpr double kLeastGain = 1e-2;
@@ -293,7 +294,8 @@ BatchBound<r, d> batch_bound(const BatchRows& L, const BatchBasis<r>& Q, const B
   const double shift = kBoundaryRounding * measured.reduction();
   const double most = K.trace() - cost - 2.0 * shift * static_cast<double>(rows);
   // E is a bound where the ascent stands still; before, some multiple of it is.
-  for (double excess = 0.0; excess < kMostExcess; excess = excess == 0.0 ? 1e-4 : 2.0 * excess) {
+  for (int scaling = 0; scaling < kScalings; ++scaling) {
+    const double excess = scaling == 0 ? 0.0 : std::ldexp(kLeastExcess, scaling - 1);
     bound.gain = most - (1.0 + excess) * inflated;
     if (!(bound.gain > least)) return bound;
     BatchRows tried = Y;
