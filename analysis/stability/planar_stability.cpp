@@ -9,6 +9,7 @@
 #include "analysis/stability/planar_path.h"
 #include "analysis/stability/riccati.h"
 #include "analysis/stability/unobservable_names.h"
+#include "core/inflation/inflation_rule.h"
 #include "core/nan.h"
 
 namespace credence {
@@ -63,8 +64,7 @@ PlanarFollowed followed(const PlanarPathRun& run, Linearisation at, InflationSol
   f.spectral_radius = kNaN;
   if (run.loop.F.empty()) return f;
   f.inflation_rank = psd_rank(run.loop.inflation.back(), kAccumulatedTolerance).rank;
-  if (solution == InflationSolution::pairwise || solution == InflationSolution::min_trace)
-    f.exact = accumulated(run.loop, ranks.observability);
+  if (!map_bound(solution).has_value()) f.exact = accumulated(run.loop, ranks.observability);
   f.closed_loop_eigenvalues = loop_eigenvalues(run.loop);
   if (f.closed_loop_eigenvalues.size() > 0) f.spectral_radius = std::abs(f.closed_loop_eigenvalues[0]);
   return f;

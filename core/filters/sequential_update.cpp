@@ -12,13 +12,19 @@
 namespace credence {
 namespace {
 
+/// Takes l lᵀ, of one or several columns, from the vehicle and its correlations.
+template <typename Reduction>
+void reduce_vehicle(Matrix& P, Index nr, const Reduction& l) {
+  const Index nf = P.rows() - nr;
+  P.topLeftCorner(nr, nr).noalias() -= l.topRows(nr) * l.topRows(nr).transpose();
+  P.topRightCorner(nr, nf).noalias() -= l.topRows(nr) * l.bottomRows(nf).transpose();
+  P.bottomLeftCorner(nf, nr) = P.topRightCorner(nr, nf).transpose();
+}
+
 /// Takes l lᵀ from P, and inflates the map blocks so that they stay uncorrelated.
 void reduce(Matrix& P, const BlockLayout& layout, const VectorRef& l, MapBound which, MatrixBuffer& buffer) {
   const Index nr = layout.vehicle, nf = P.rows() - nr, d = layout.landmark;
-  P.topLeftCorner(nr, nr).noalias() -= l.head(nr) * l.head(nr).transpose();
-  P.topRightCorner(nr, nf).noalias() -= l.head(nr) * l.tail(nf).transpose();
-  P.bottomLeftCorner(nf, nr) = P.topRightCorner(nr, nf).transpose();
-
+  reduce_vehicle(P, nr, l);
   if (which == MapBound::drop) return;
   const ReductionBound bound = rank_one_bound(l.tail(nf), d);
   if (!lowers_trace(bound.excess, P.diagonal().tail(nf).sum())) return;
@@ -89,9 +95,7 @@ bool batch_group_update(Matrix& P, const BlockLayout& layout, const MatrixRef& H
   Matrix G = H.leftCols(nr).transpose();
   llt.matrixU().solveInPlace<Eigen::OnTheRight>(G);
 
-  P.topLeftCorner(nr, nr).noalias() -= ph.topRows(nr) * ph.topRows(nr).transpose();
-  P.topRightCorner(nr, nf).noalias() -= ph.topRows(nr) * ph.bottomRows(nf).transpose();
-  P.bottomLeftCorner(nf, nr) = P.topRightCorner(nr, nf).transpose();
+  reduce_vehicle(P, nr, ph);
   const std::vector<Index> measured = measured_landmarks(layout, H);
   const Matrix L = ph.bottomRows(nf);
   if (nr == 3 && layout.landmark == 2) {

@@ -33,7 +33,8 @@ constexpr double kBoundaryRounding = 1e-13;
 template <int n>
 using Square = Eigen::Matrix<double, n, n>;
 
-/// Eigenvalues and orthonormal eigenvectors of a small symmetric matrix, by Jacobi's rotations.
+/// Eigenvalues and orthonormal eigenvectors of a 3×3 or smaller symmetric matrix, by Jacobi's rotations: with
+/// Eigen's solver a step of six landmarks spent 40 % of its time there.
 template <int n>
 struct Eigensystem {
   Eigen::Matrix<double, n, 1> values;

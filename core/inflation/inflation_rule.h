@@ -8,6 +8,14 @@
 
 namespace credence {
 
+/// The bound of a solution that inflates within the update, O(N); none of one that inflates before it.
+inline std::optional<MapBound> map_bound(InflationSolution solution) {
+  if (solution == InflationSolution::sequential) return MapBound::least_trace;
+  if (solution == InflationSolution::batch) return MapBound::batch;
+  if (solution == InflationSolution::drop) return MapBound::drop;
+  return std::nullopt;
+}
+
 /// The covariance inflation of a filter: a rule that decorrelates, or a constant ΔP, or both.
 struct InflationRule {
   Inflation inflation = Inflation::none;
@@ -17,13 +25,7 @@ struct InflationRule {
   /// Inflation within the update and not before it.
   bool is_sequential() const { return inflation != Inflation::none && map_bound().has_value(); }
 
-  /// The bound of a sequential solution.
-  std::optional<MapBound> map_bound() const {
-    if (solution == InflationSolution::sequential) return MapBound::least_trace;
-    if (solution == InflationSolution::batch) return MapBound::batch;
-    if (solution == InflationSolution::drop) return MapBound::drop;
-    return std::nullopt;
-  }
+  std::optional<MapBound> map_bound() const { return credence::map_bound(solution); }
 };
 
 }  // namespace credence

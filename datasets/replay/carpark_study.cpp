@@ -6,6 +6,7 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "core/inflation/inflation_rule.h"
 #include "core/parallel_tasks.h"
 #include "datasets/replay/carpark_replay.h"
 
@@ -26,13 +27,9 @@ ReplaySettings settings_of(ReplaySettings settings, const CarparkVariant& varian
   return settings;
 }
 
-/// Within the update, which the paper knows nothing of.
-bool is_sequential(const CarparkVariant& variant) {
-  return variant.solution != pairwise && variant.solution != min_trace;
-}
-
 bool is_in_independence(const CarparkVariant& variant) {
-  const bool inflation = variant.inflation == none || (variant.inflation == map && !is_sequential(variant));
+  const bool inflation =
+      variant.inflation == none || (variant.inflation == map && !map_bound(variant.solution).has_value());
   return inflation && variant.anchors > 0;
 }
 
@@ -54,7 +51,7 @@ std::string anchor_words(const CarparkVariant& variant) {
 }
 
 std::string paper_figure(const CarparkVariant& variant) {
-  if (is_sequential(variant)) return "";
+  if (map_bound(variant.solution).has_value()) return "";  // the paper has none within the update
   if (variant.inflation == full && variant.anchors == 0) return "Figure 5";
   if (variant.inflation == map && variant.anchors == 0) return "Figure 6";
   if (variant.inflation == map && variant.anchors == 1) return "Figure 7";

@@ -89,8 +89,7 @@ void check_landmarks(const Scenario& scenario, const Refusal& refuse) {
 
 void check_inflation(const Scenario& scenario, const Refusal& refuse) {
   const FilterSettings& filter = scenario.filter;
-  if (filter.inflation == FilterInflation::full && filter.solution != InflationSolution::pairwise &&
-      filter.solution != InflationSolution::min_trace) {
+  if (filter.inflation == FilterInflation::full && map_bound(filter.solution).has_value()) {
     refuse.impossible("filter", "solution",
                       "needs filter.inflation = \"map\", it is \"full\"; with \"full\" accepted are "
                       "\"pairwise\", \"min-trace\"");

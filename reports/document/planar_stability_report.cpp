@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/inflation/inflation_rule.h"
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
@@ -42,9 +43,7 @@ TableCell prediction_of(const PlanarFollowed& f) {
 std::string solution_text(const Scenario& scenario, InflationSolution solution) {
   if (scenario.filter.inflation == FilterInflation::none) return "no inflation";
   const std::string name(to_string(solution));
-  const bool by_block_map =
-      solution != InflationSolution::pairwise && solution != InflationSolution::min_trace;
-  return by_block_map ? name + ", O(N)" : name;
+  return map_bound(solution).has_value() ? name + ", O(N)" : name;
 }
 
 /// Mean of tr P over loop `number`, from 1 on.
