@@ -92,6 +92,7 @@ void explain(StudyAnalysis& analysis, const Configuration& configuration, const 
   } else {
     add_judgement(analysis, *configuration.experiment, engine);
   }
+  add_posterior_bound(analysis, engine);
 }
 
 std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,

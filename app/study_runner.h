@@ -45,7 +45,7 @@ struct ConfigurationResult {
 /// Judges it; see analyse_study.
 StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result);
 
-/// Adds the tests that explain the verdicts, and the verdict over all blocks, for which the first runs are
+/// Adds the tests that explain the verdicts, the verdict over all blocks and the bound on the errors, for which the first runs are
 /// played where `evidence` has not seen them; adds nothing if it is interrupted.
 void explain(StudyAnalysis& analysis, const Configuration& configuration, const CommonOptions& options);
 

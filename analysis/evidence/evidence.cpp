@@ -21,6 +21,7 @@ void BlockSums::merge(const BlockSums& later) {
   merge_series(nees, later.nees);
   runs.merge(later.runs);
   squared_error.merge(later.squared_error);
+  claimed.merge(later.claimed);
 }
 
 void CoverageSums::add(std::int64_t step, double nees, Index dof) {
@@ -171,8 +172,8 @@ std::int64_t Evidence::rejected_rows() const {
 BlockSums& Evidence::block(const Block& of) {
   const auto found = std::ranges::find(blocks, of.name, &BlockSums::name);
   if (found != blocks.end()) return *found;
-  return blocks.emplace_back(
-      BlockSums{.name = of.name, .part = of.part, .nees = {}, .runs = {}, .squared_error = {}});
+  return blocks.emplace_back(BlockSums{
+      .name = of.name, .part = of.part, .nees = {}, .runs = {}, .squared_error = {}, .claimed = {}});
 }
 
 SensorSums& Evidence::sensor(const Sensor& of) {

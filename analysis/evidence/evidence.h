@@ -48,6 +48,7 @@ struct BlockSums {
   SumsOverSteps nees;
   RunAverages runs;       ///< of NEES
   Moments squared_error;  ///< over whole runs: ‖e‖² averaged over the steps, of a map for each landmark
+  Moments claimed;        ///< the same of tr P
 
   void merge(const BlockSums& later);
 };

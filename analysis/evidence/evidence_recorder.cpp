@@ -105,6 +105,7 @@ void EvidenceRecorder::begin_runs(std::int64_t count) {
     run.open = true;
     run.first = sums_.study.runs++ == 0;
     run.squared_error.resize(layout_.blocks.size());
+    run.claimed.resize(layout_.blocks.size());
     run.blocks.resize(layout_.blocks.size());
     run.innovations.resize(layout_.sensors.size());
   }
@@ -209,11 +210,14 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
     }
     run.blocks[b].add(value, dof);
     if (entry_ > 0) at_step(sums_of_block(b).nees, entry_).add(value, dof);
-    double squared = squared_norm(step.error, places.of_block[b]);
-    if (block.part == Part::map) {
-      squared *= static_cast<double>(layout_.landmark_dim) / static_cast<double>(places.of_block[b].size());
-    }
-    run.squared_error[b].add(squared);
+    const std::vector<Index>& at = places.of_block[b];
+    const double share = block.part == Part::map
+                             ? static_cast<double>(layout_.landmark_dim) / static_cast<double>(at.size())
+                             : 1.0;
+    run.squared_error[b].add(share * squared_norm(step.error, at));
+    double claimed = 0.0;
+    for (const Index i : at) claimed += step.variance[i];
+    run.claimed[b].add(share * claimed);
   }
   if (whole.dof <= 0) return;
   const double per_dof = whole.value / static_cast<double>(whole.dof);
@@ -450,6 +454,7 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
     if (run.squared_error[b].count == 0) continue;
     BlockSums& sums = sums_of_block(b);
     sums.squared_error.add(run.squared_error[b].mean);
+    sums.claimed.add(run.claimed[b].mean);
     run.blocks[b].add_to(sums.runs);
   }
   if (const Vector& u = run.last_whitened; u.size() > 0 && u.size() <= kLargestState) {

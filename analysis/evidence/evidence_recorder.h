@@ -70,10 +70,10 @@ class EvidenceRecorder {
     Moments values{};           ///< of NEES
     RunSum whole{}, vehicle{};  ///< of NEES
     std::vector<RunSum> blocks{};
-    std::vector<Moments> squared_error{};       ///< of each block
-    std::vector<RunInnovations> innovations{};  ///< of each sensor of the layout
-    BlockError last{};                          ///< of the first block
-    Vector last_whitened{};                     ///< of the whole state
+    std::vector<Moments> squared_error{}, claimed{};  ///< of each block
+    std::vector<RunInnovations> innovations{};        ///< of each sensor of the layout
+    BlockError last{};                                ///< of the first block
+    Vector last_whitened{};                           ///< of the whole state
     RunLaw law{};
     RunLateness lateness{};
     std::vector<Index> way_states{};  ///< of the estimates of the way

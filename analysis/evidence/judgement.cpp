@@ -256,6 +256,7 @@ void judge_ends(const Evidence& e, Judgement& j) {
                                                        : j.landmark;
     rmse = rmse_interval(block.squared_error, j.confidence);
   }
+  j.accuracy = block_accuracy(e, j.confidence);
 }
 
 /// Adds to the verdict what the course of one run in time says.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/evidence/accuracy.h"
 #include "analysis/evidence/advice.h"
 #include "analysis/evidence/advice_cause.h"
 #include "analysis/evidence/consistency.h"
@@ -89,6 +90,7 @@ struct Judgement {
   ErrorCorrelationTest error_correlation;    ///< of the whole state at the last step
   LawJudgement law;                          ///< every direction of P, and the law of the errors
   RmseInterval position, heading, landmark;  ///< averaged over the steps
+  std::vector<BlockAccuracy> accuracy;       ///< of a study with its bound
   double effective_steps = 0.0;  ///< independent steps that the NEES of a run is worth; NaN: not known
   ScaleAdvice scale_covariance, scale_innovation, scale_measurement_noise;
   SettlingRuns settle_nees, settle_nis;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/stop_point.h"
 #include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/linear/intermittent_experiment.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
+#include "montecarlo/worlds/registry.h"
 
 namespace credence {
 namespace {
@@ -137,6 +139,19 @@ void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineO
                                   .margin = a.scenario.stop.consistent_within,
                                   .all_runs = &a.statistics});
   a.word = a.judgement->word;
+}
+
+void add_posterior_bound(StudyAnalysis& a, const EngineOptions& options) {
+  const World& world = world_of(a.scenario);
+  if (a.linear || world.posterior_bound == nullptr || !a.judgement) return;
+  const StopScope scope(options.stop);
+  try {
+    a.bound = world.posterior_bound(a.scenario);
+  } catch (const Stopped&) {
+    return;
+  }
+  const BlockLayout blocks = block_layout(a.scenario);
+  add_bound(*a.bound, a.statistics, blocks.landmarks, a.scenario.study.confidence, a.judgement->accuracy);
 }
 
 Verdict overall_verdict(const StudyAnalysis& analysis) {

@@ -41,8 +41,9 @@ struct StudyAnalysis {
   Index state_dim = 0;               ///< of the complete map
   ConsistencyVerdict nees, nis;
   std::optional<ConsistencyVerdict> vehicle_nees;  ///< planar: the pose alone
-  Word word;                           ///< over NEES, NIS and the pose, or all blocks with a judgement
-  std::optional<Judgement> judgement;  ///< of the first runs; not made for a sweep
+  Word word;                            ///< over NEES, NIS and the pose, or all blocks with a judgement
+  std::optional<Judgement> judgement;   ///< of the first runs; not made for a sweep
+  std::optional<PosteriorBound> bound;  ///< with a judgement, of a world that is not linear
   CovarianceCurves covariance;
   ErrorCurves errors;
   bool linear = false;              ///< gains and errors are linear: `exact` and `gain` may be known
@@ -65,6 +66,10 @@ std::int64_t evidence_runs(const Scenario& scenario, std::int64_t runs);
 void add_judgement(StudyAnalysis& analysis, EvidenceCollector& evidence, const EngineOptions& options = {});
 /// Plays these runs for it.
 void add_judgement(StudyAnalysis& analysis, const Experiment& experiment, const EngineOptions& options = {});
+
+/// Adds what no filter's error is below in this world, if it is not linear and has a judgement, unless it is
+/// stopped.
+void add_posterior_bound(StudyAnalysis& analysis, const EngineOptions& options = {});
 
 /// The one word: that of the stop rule if there is one, else the word over NEES, NIS and the blocks.
 Verdict overall_verdict(const StudyAnalysis& analysis);

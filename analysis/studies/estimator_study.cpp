@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "analysis/evidence/accuracy.h"
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/stability/observability_stack.h"
@@ -209,18 +210,7 @@ MeanInterval root_of(MeanInterval squared) {
   return squared;
 }
 
-/// The bound over a mean squared error; nothing where there is no error to be judged.
-MeanInterval efficiency(double bound, MeanInterval squared) {
-  if (squared.mean == 0.0) return {};
-  const double relative = squared.standard_error / squared.mean;
-  std::swap(squared.lower, squared.upper);
-  for (double* value : {&squared.mean, &squared.lower, &squared.upper}) *value = bound / *value;
-  squared.standard_error = relative * squared.mean;
-  return squared;
-}
-
-void summarise(const StudySetting& setting, const PosteriorBound& bound, const Kept& kept,
-               EstimatorRow& row) {
+void summarise(const StudySetting& setting, const VehicleBound& bound, const Kept& kept, EstimatorRow& row) {
   const double confidence = setting.scenario.study.confidence;
   std::array<SkewedMoments, kEstimatorBlocks> nees;
   std::array<std::vector<double>, kEstimatorBlocks> sorted;

@@ -71,7 +71,7 @@ struct EstimatorStudy {
   std::vector<EstimatorRow> rows;
   std::vector<PairedDifference> paired;
   std::vector<double> window_ends;  ///< last step of each window of pose_nees
-  PosteriorBound bound;
+  VehicleBound bound;
   Index map_stride = 1;   ///< the map is judged at every so many steps
   std::string note;       ///< of the world
   std::int64_t runs = 0;  ///< asked for

@@ -41,8 +41,8 @@ struct EstimatorStep {
   double position_squared = 0.0, position_variance = 0.0;  ///< m²
 };
 
-/// A bound on the mean squared errors of the vehicle, each averaged over the steps.
-struct PosteriorBound {
+/// The posterior Cramér-Rao bound on the mean squared errors of the vehicle, each averaged over the steps.
+struct VehicleBound {
   double heading_squared = 0.0;   ///< rad²
   double position_squared = 0.0;  ///< m²
 };
@@ -87,7 +87,7 @@ class EstimatorContest {
   /// unknowns() columns; rank deficient by the same number as the whole.
   virtual EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const = 0;
   virtual Index unknowns() const = 0;
-  virtual PosteriorBound bound() const = 0;
+  virtual VehicleBound bound() const = 0;
   /// What a reader of the table must know of this world.
   virtual std::string note() const = 0;
 };

@@ -8,6 +8,7 @@
 #include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/estimator_contest.h"
 #include "montecarlo/worlds/linear/linear_problem.h"
+#include "montecarlo/worlds/posterior_bound.h"
 
 namespace credence {
 
@@ -40,6 +41,9 @@ struct World {
   RunFigure figure;
   /// The estimators that `credence estimators` compares; null where there are none.
   const EstimatorOffer* estimators = nullptr;
+  /// What no filter's error is below; null of linear worlds, where the exact moments say more, and where it
+  /// is not known. Takes seconds at most, and asks stop_point().
+  PosteriorBound (*posterior_bound)(const Scenario&) = nullptr;
   /// What it tells a filter in another program; null: what its experiment shows, where that is one vector.
   WorldStream (*stream)(const Scenario&) = nullptr;
 };

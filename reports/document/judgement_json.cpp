@@ -1,5 +1,7 @@
 #include "reports/document/judgement_json.h"
 
+#include <cmath>
+
 #include "analysis/evidence/settling_power.h"
 
 namespace credence {
@@ -15,6 +17,30 @@ Json scale_json(const ScaleAdvice& scale) {
             {"upper", json_number(scale.upper)}};
   add_reason(j, scale.reason);
   return j;
+}
+
+Json accuracy_json(const std::vector<BlockAccuracy>& accuracy) {
+  Json rows = Json::array();
+  for (const BlockAccuracy& row : accuracy) {
+    const MeanInterval& squared = row.squared_error;
+    const MeanInterval efficiency = row.efficiency();
+    Json j = {{"of", row.of},
+              {"unit", row.unit},
+              {"rmse",
+               {{"value", json_number(std::sqrt(squared.mean))},
+                {"lower", json_number(std::sqrt(squared.lower))},
+                {"upper", json_number(std::sqrt(squared.upper))}}},
+              {"claimed", json_number(std::sqrt(row.claimed))}};
+    if (!std::isnan(row.bound)) {
+      j["at_truth"] = json_number(std::sqrt(row.at_truth));
+      j["bound"] = json_number(std::sqrt(row.bound));
+      j["efficiency"] = {{"value", json_number(efficiency.mean)},
+                         {"lower", json_number(efficiency.lower)},
+                         {"upper", json_number(efficiency.upper)}};
+    }
+    rows.push_back(std::move(j));
+  }
+  return rows;
 }
 
 Json rmse_json(const RmseInterval& rmse) {
@@ -158,6 +184,7 @@ Json judgement_json(const Judgement& b) {
   j["rmse"] = {{"position_m", rmse_json(b.position)},
                {"heading_rad", rmse_json(b.heading)},
                {"landmark_m", rmse_json(b.landmark)}};
+  j["accuracy"] = accuracy_json(b.accuracy);
   add_law(b.law, j);
   j["effective_steps"] = json_number(b.effective_steps);
   j["null_reason"] =

@@ -1,12 +1,15 @@
 #include "reports/document/judgement_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "analysis/evidence/settling_power.h"
+#include "core/manifold/angle.h"
 #include "core/nan.h"
+#include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
 namespace credence {
@@ -260,11 +263,95 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   return sentences;
 }
 
+namespace {
+
+/// Squares as roots, angles in degrees.
+double shown(double squared, std::string_view unit) {
+  return std::sqrt(squared) / (unit == "rad" ? kRadiansPerDegree : 1.0);
+}
+
+std::string shown_unit(std::string_view unit) {
+  return unit.empty() ? "" : unit == "rad" ? " (°)" : fmt::format(" ({})", unit);
+}
+
+/// Whether Jacobians at the truth claim much more than the bound.
+bool is_loose(const BlockAccuracy& row) {
+  constexpr double kLoose = 0.8;
+  return row.bound < kLoose * row.at_truth;
+}
+
+std::string efficiency_text(const MeanInterval& efficiency) {
+  return efficiency.count == 0 ? "–" : interval_text(efficiency.mean, efficiency.lower, efficiency.upper);
+}
+
+std::string bound_sentence(const Judgement& judgement) {
+  std::vector<std::string> parts;
+  for (const BlockAccuracy& row : judgement.accuracy) {
+    if (std::isnan(row.bound)) continue;
+    const auto root = [&](double squared) { return number_text(shown(squared, row.unit), 3); };
+    parts.push_back(fmt::format("{}{} {}, P claims {}, no filter below {}", row.of, shown_unit(row.unit),
+                                root(row.squared_error.mean), root(row.claimed), root(row.bound)));
+  }
+  if (parts.empty()) return {};
+  return fmt::format("RMSE: {}.", fmt::join(parts, "; "));
+}
+
+}  // namespace
+
+ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bound) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "How large the errors are, and how large P says they are",
+                    .columns = {{"block", words}, {"RMSE", words}, {"P claims"}},
+                    .rows = {},
+                    .notes = {}};
+  const bool bounded = bound != nullptr && bound->reason.empty();
+  if (bounded) {
+    for (const char* title : {"with Jacobians at the truth", "no filter below"})
+      table.columns.push_back({title});
+    table.columns.push_back({"efficiency", words});
+  }
+  for (const BlockAccuracy& row : judgement.accuracy) {
+    const auto root = [&](double squared) { return shown(squared, row.unit); };
+    const MeanInterval& squared = row.squared_error;
+    std::vector<TableCell> cells = {
+        row.of + shown_unit(row.unit),
+        interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
+        {root(row.claimed), 3}};
+    if (bounded) {
+      const bool known = !std::isnan(row.bound);
+      for (const double value : {row.at_truth, row.bound}) {
+        cells.push_back(known ? TableCell(root(value), 3) : TableCell("–"));
+      }
+      cells.push_back(efficiency_text(row.efficiency()));
+    }
+    table.add(std::move(cells));
+  }
+  if (bounded) {
+    table.notes.push_back(fmt::format(
+        "Averages over steps and runs, roots of summed squares. With Jacobians at the truth: what the filter "
+        "would claim if it linearised there. No filter below: the posterior Cramér-Rao bound of filters "
+        "without bias, its Jacobians at the truth{}. Efficiency: its square over the mean squared error.",
+        bound->runs > 1 ? fmt::format(" averaged over {} runs", bound->runs) : ""));
+    if (std::ranges::any_of(judgement.accuracy, is_loose)) {
+      table.notes.emplace_back(
+          "The bound is loose here: Jacobians differ from run to run, and their mean tells what none of them "
+          "tells alone. What Jacobians at the truth claim is no bound, and the better yardstick.");
+    }
+  } else {
+    table.notes.emplace_back("Averages over steps and runs, roots of summed squares.");
+  }
+  if (bound != nullptr && !bound->reason.empty()) {
+    table.notes.push_back("No Cramér-Rao bound: " + bound->reason + ".");
+  }
+  return table;
+}
+
 std::vector<std::string> statistics_sentences(const Judgement& b) {
   std::vector<std::string> sentences;
   add_law_sentences(b, sentences);
   advise_settling("NEES", "P", b.settle_nees, sentences);
   advise_settling("NIS", "S", b.settle_nis, sentences);
+  if (std::string bound = bound_sentence(b); !bound.empty()) sentences.push_back(std::move(bound));
   return sentences;
 }
 

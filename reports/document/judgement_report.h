@@ -27,6 +27,9 @@ std::string proof_sentence(const Judgement& judgement);
 /// would mend the mean.
 std::vector<std::string> advice_sentences(const Judgement& judgement);
 
+/// How large errors are, how large P says they are, and how small they could be where that is known.
+ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bound = nullptr);
+
 /// For who wants to know more: what is proved, what holds whatever the law of the errors, the score, what
 /// these runs could have shown and how many would settle a consistent case.
 std::vector<std::string> statistics_sentences(const Judgement& judgement);

@@ -1,5 +1,7 @@
 #include "reports/document/study_json.h"
 
+#include <cmath>
+
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/judgement_json.h"
 #include "reports/document/verdict_json.h"
@@ -15,6 +17,22 @@ Json exact_json(const StudyAnalysis& a) {
     nis.push_back(e.nis);
   }
   return {{"nees", json_numbers(nees)}, {"nis", json_numbers(nis)}};
+}
+
+/// By step, as roots.
+Json bound_json(const PosteriorBound& bound) {
+  const auto roots = [](std::vector<double> squares) {
+    for (double& value : squares) value = std::sqrt(value);
+    return json_numbers(squares);
+  };
+  Json blocks = Json::array();
+  for (const BoundCurve& curve : bound.blocks) {
+    blocks.push_back(
+        {{"of", curve.block}, {"bound", roots(curve.bound)}, {"at_truth", roots(curve.at_truth)}});
+  }
+  Json j = {{"runs", bound.runs}, {"blocks", std::move(blocks)}};
+  if (!bound.reason.empty()) j["reason"] = bound.reason;
+  return j;
 }
 
 Json stop_json(const StudyAnalysis& a) {
@@ -83,6 +101,7 @@ Json study(const StudyAnalysis& a) {
                  {"heading_rad", json_numbers(a.errors.heading_rad)},
                  {"landmark_m", json_numbers(a.errors.landmark_m)}};
   }
+  if (a.bound) j["bound"] = bound_json(*a.bound);
   if (a.judgement) j["battery"] = judgement_json(*a.judgement);
   j["outcomes"] = outcomes_json(a);
   j["null_reason"] = "null: no run contributes to this number";

@@ -67,6 +67,9 @@ void add_statistics(HtmlPage& page, const StudyAnalysis& a) {
   if (!a.judgement) return;
   page.bullets(statistics_sentences(*a.judgement));
   page.table(tests_table(*a.judgement));
+  if (!a.judgement->accuracy.empty()) {
+    page.table(accuracy_table(*a.judgement, a.bound ? &*a.bound : nullptr));
+  }
 }
 
 /// A study's figures as they were drawn.

@@ -283,6 +283,54 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
   return figure;
 }
 
+namespace {
+
+/// RMSE, what P claims and the bound of one block, by step.
+Panel accuracy_panel(const std::string& title, const char* y_label, const std::vector<double>& rmse,
+                     const std::vector<double>& claimed, const BoundCurve& curve, double scale) {
+  Panel panel{.title = title, .x_label = "step", .y_label = y_label};
+  const auto roots = [scale](const std::vector<double>& squares) {
+    FigureData data;
+    for (const double value : squares) data.push_back(scale * std::sqrt(value));
+    return data;
+  };
+  const FigureData x = index_axis(static_cast<Index>(rmse.size()));
+  FigureData measured;
+  for (const double value : rmse) measured.push_back(scale * value);
+  panel.series.push_back(line_series("RMSE", ColourRole::estimate, x, measured));
+  if (!claimed.empty()) panel.series.push_back(line_series("P claims", ColourRole::bound, x, roots(claimed)));
+  panel.series.push_back(line_series("at the truth", ColourRole::neutral, x, roots(curve.at_truth)));
+  panel.series.push_back(line_series("no filter below", ColourRole::exact, x, roots(curve.bound)));
+  return panel;
+}
+
+/// Without panels where there is no bound.
+Figure accuracy_figure(const std::string& name, const StudyAnalysis& a) {
+  Figure figure{.name = name + "-accuracy",
+                .caption =
+                    "Root mean squared errors over the runs, what P says of them, what a filter would "
+                    "claim with its Jacobians at the truth, and the posterior Cramér-Rao bound."};
+  if (!a.bound) return figure;
+  const Index landmarks = block_layout(a.scenario).landmarks;
+  std::vector<double> of_landmark = a.covariance.landmarks;
+  for (double& trace : of_landmark) trace /= static_cast<double>(landmarks);
+  for (const BoundCurve& curve : a.bound->blocks) {
+    if (curve.block == "position" && !a.errors.position_m.empty()) {
+      figure.panels.push_back(
+          accuracy_panel("Position", "m", a.errors.position_m, a.covariance.vehicle, curve, 1.0));
+    } else if ((curve.block == "heading" || curve.block == "attitude") && !a.errors.heading_rad.empty()) {
+      figure.panels.push_back(
+          accuracy_panel("Heading", "°", a.errors.heading_rad, {}, curve, 1.0 / kRadiansPerDegree));
+    } else if (curve.block == "all landmarks" && !a.errors.landmark_m.empty()) {
+      figure.panels.push_back(accuracy_panel("Landmarks", "m", a.errors.landmark_m, of_landmark, curve, 1.0));
+    }
+  }
+  figure.cols = std::max(1, static_cast<int>(figure.panels.size()));
+  return figure;
+}
+
+}  // namespace
+
 std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
                                   const RunTrace& trace) {
   std::vector<Figure> figures = {consistency_figure(name, analysis)};
@@ -296,6 +344,9 @@ std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& 
     case RunFigure::states:
       figures.push_back(states_run_figure(name, trace));
       break;
+  }
+  if (Figure accuracy = accuracy_figure(name, analysis); !accuracy.panels.empty()) {
+    figures.push_back(std::move(accuracy));
   }
   if (analysis.judgement) {
     Figure evidence = evidence_figure(name, *analysis.judgement);

@@ -4,6 +4,7 @@
 
 #include "core/manifold/angle.h"
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/charted/charted_bound.h"
 #include "montecarlo/worlds/charted/charted_settings.h"
 #include "montecarlo/worlds/charted/charted_stream.h"
 #include "montecarlo/worlds/inertial/inertial_model.h"
@@ -122,6 +123,7 @@ constinit const World kInertialWorld = {
     .size_text = inertial_size_text,
     .text = inertial_text,
     .figure = RunFigure::states,
+    .posterior_bound = charted_bound<InertialModel>,
     .stream = charted_stream<InertialModel>};
 
 }  // namespace credence

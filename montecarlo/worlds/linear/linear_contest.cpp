@@ -35,7 +35,7 @@ class LinearContest final : public EstimatorContest {
   Index unknowns() const override { return truth_.front().state_dim(); }
 
   /// P of the Kalman filter that knows the noise, whose error reaches the bound.
-  PosteriorBound bound() const override {
+  VehicleBound bound() const override {
     double sum = 0.0;
     for (const LinearFilterStep& step : linear_filter_steps(truth_, {}, steps())) sum += step.P.trace();
     return {.heading_squared = 0.0, .position_squared = sum / static_cast<double>(steps())};

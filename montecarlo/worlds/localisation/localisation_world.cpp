@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "montecarlo/scenario/key_fields.h"
+#include "montecarlo/worlds/charted/charted_bound.h"
 #include "montecarlo/worlds/charted/charted_settings.h"
 #include "montecarlo/worlds/charted/charted_stream.h"
 #include "montecarlo/worlds/localisation/localisation_model.h"
@@ -75,6 +76,7 @@ constinit const World kLocalisationWorld = {
     .size_text = localisation_size_text,
     .text = localisation_text,
     .figure = RunFigure::states,
+    .posterior_bound = charted_bound<LocalisationModel>,
     .stream = charted_stream<LocalisationModel>};
 
 }  // namespace credence

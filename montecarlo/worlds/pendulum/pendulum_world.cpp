@@ -9,6 +9,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
+#include "montecarlo/worlds/plugged/function_bound.h"
 #include "montecarlo/worlds/plugged/function_ukf.h"
 #include "montecarlo/worlds/plugged/plugged_experiment.h"
 #include "montecarlo/worlds/plugged/scenario_plug.h"
@@ -85,6 +86,12 @@ std::unique_ptr<Experiment> pendulum_experiment(const Scenario& scenario) {
       world, [=] { return FunctionEkf(believed); }, plug_settings(scenario));
 }
 
+PosteriorBound pendulum_bound(const Scenario& scenario) {
+  if (std::string reason = no_bound_reason(scenario); !reason.empty()) return {.reason = std::move(reason)};
+  return posterior_bound(pendulum_model(scenario), plug_settings(scenario),
+                         scenario.noise.detection_probability);
+}
+
 }  // namespace
 
 FunctionModel pendulum_model(const Scenario& scenario) {
@@ -123,6 +130,7 @@ constinit const World kPendulumWorld = {.schema = {.name = "pendulum",
                                         .least_doubles = least_pendulum_doubles,
                                         .size_text = pendulum_size_text,
                                         .text = pendulum_text,
-                                        .figure = RunFigure::states};
+                                        .figure = RunFigure::states,
+                                        .posterior_bound = pendulum_bound};
 
 }  // namespace credence

@@ -6,6 +6,7 @@
 
 #include "core/memory_need.h"
 #include "montecarlo/scenario/noise_switches.h"
+#include "montecarlo/worlds/planar/planar_bound.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
@@ -96,6 +97,7 @@ constinit const World kPlanarWorld = {.schema = {.name = "planar",
                                       .size_text = slam_size_text,
                                       .text = slam_text,
                                       .figure = RunFigure::plane_slam,
+                                      .posterior_bound = planar_bound,
                                       .stream = planar_stream};
 
 }  // namespace credence

@@ -5,7 +5,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
-#include "montecarlo/worlds/planar_slam/posterior_bound.h"
+#include "montecarlo/worlds/planar_slam/odometry_bound.h"
 
 namespace credence {
 namespace {
@@ -60,7 +60,10 @@ class PlanarSlamContest final : public EstimatorContest {
   }
   EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override;
   Index unknowns() const override { return 3 + 2 * world_.plane.states(); }
-  PosteriorBound bound() const override { return posterior_bound(world_); }
+  VehicleBound bound() const override {
+    const PosteriorBound bound = odometry_bound(world_);
+    return {bound.find("heading")->mean_bound(), bound.find("position")->mean_bound()};
+  }
   std::string note() const override {
     return "A shift and a turn of the plane are 3 unobservable directions.";
   }

@@ -7,6 +7,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
+#include "montecarlo/worlds/planar_slam/odometry_bound.h"
 #include "montecarlo/worlds/planar_slam/odometry_stream.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
@@ -128,6 +129,14 @@ std::unique_ptr<Experiment> planar_slam_experiment(const Scenario& scenario) {
   return std::make_unique<PlanarSlamExperiment>(scenario, noise_source(scenario));
 }
 
+PosteriorBound bound_of(const Scenario& scenario) {
+  const OdometryWorld world = make_odometry_world(scenario);
+  if (scenario_estimator(scenario, world)->chart() != ErrorChart::plane) {
+    return {.reason = kBoundOfDifferences};
+  }
+  return odometry_bound(world);
+}
+
 }  // namespace
 
 constinit const World kPlanarSlamWorld = {
@@ -144,6 +153,7 @@ constinit const World kPlanarSlamWorld = {
     .text = planar_slam_text,
     .figure = RunFigure::plane_slam,
     .estimators = &kPlanarSlamOffer,
+    .posterior_bound = bound_of,
     .stream = odometry_stream};
 
 }  // namespace credence

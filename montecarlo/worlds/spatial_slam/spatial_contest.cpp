@@ -7,6 +7,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
+#include "montecarlo/worlds/spatial_slam/spatial_bound.h"
 #include "montecarlo/worlds/spatial_slam/spatial_run.h"
 
 namespace credence {
@@ -88,7 +89,10 @@ class SpatialContest final : public EstimatorContest {
   }
   EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const override;
   Index unknowns() const override { return kUnknowns; }
-  PosteriorBound bound() const override;
+  VehicleBound bound() const override {
+    const PosteriorBound bound = spatial_bound(world_);
+    return {bound.find("attitude")->mean_bound(), bound.find("position")->mean_bound()};
+  }
   std::string note() const override {
     return "Heading: the whole attitude, 3 dof. A shift and a turn of space are 6 unobservable directions.";
   }
@@ -160,26 +164,6 @@ EstimatorProfile SpatialContest::profile(std::string_view name, const TakeRow& t
       break;
   }
   return profile;
-}
-
-/// The recursion of planar_slam/posterior_bound.h: the ideal filter along the true path.
-PosteriorBound SpatialContest::bound() const {
-  SpatialSlam filter(spatial_kind("ideal"), std::ssize(world_.landmarks));
-  filter.reset(world_.path.front(), world_.initial_covariance());
-  PosteriorBound sum;
-  std::vector<SpatialSight> sights;
-  for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
-    sights.clear();
-    for (const SpatialWorld::Exact& exact : world_.in_view[k]) {
-      sights.push_back({exact.landmark, exact.z, world_.landmark_variances(exact.z)});
-    }
-    filter.predict(world_.controls[k - 1], world_.truth(k));
-    filter.update(sights, world_.truth(k));
-    sum.position_squared += filter.pose_covariance().diagonal().head<3>().sum();
-    sum.heading_squared += filter.pose_covariance().diagonal().tail<3>().sum();
-  }
-  const auto count = static_cast<double>(steps());
-  return {sum.heading_squared / count, sum.position_squared / count};
 }
 
 std::vector<std::string_view> spatial_names(const Scenario*) {

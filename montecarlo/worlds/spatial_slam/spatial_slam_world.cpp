@@ -8,6 +8,7 @@
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/plugged_statistics.h"
 #include "montecarlo/worlds/slam_settings.h"
+#include "montecarlo/worlds/spatial_slam/spatial_bound.h"
 #include "montecarlo/worlds/spatial_slam/spatial_contest.h"
 #include "montecarlo/worlds/spatial_slam/spatial_run.h"
 #include "montecarlo/worlds/spatial_slam/spatial_stream.h"
@@ -16,17 +17,7 @@ namespace credence {
 namespace {
 
 RunLayout layout_of(const SpatialWorld& world, const SpatialKind& kind) {
-  std::size_t most = 0;
-  for (const auto& seen : world.in_view) most = std::max(most, seen.size());
-  RunLayout layout;
-  for (const char* name :
-       {"position.x", "position.y", "position.z", "attitude.x", "attitude.y", "attitude.z"}) {
-    layout.states.emplace_back(name);
-  }
-  layout.angles.assign(layout.states.size(), false);
-  layout.blocks = {{"position", Part::position, {0, 1, 2}}, {"attitude", Part::heading, {3, 4, 5}}};
-  layout.sensors = {{.name = "", .dim = 3 * static_cast<Index>(most), .piece = 3}};
-  layout.nonlinear = true;
+  RunLayout layout = spatial_layout(world);
   layout.componentwise = kind.chart == SpatialChart::componentwise;
   return layout;
 }
@@ -154,6 +145,13 @@ std::unique_ptr<Experiment> spatial_slam_experiment(const Scenario& scenario) {
                                              noise_source(scenario));
 }
 
+PosteriorBound bound_of(const Scenario& scenario) {
+  if (spatial_kind(word_value(scenario, "filter.estimator")).chart != SpatialChart::componentwise) {
+    return {.reason = kBoundOfDifferences};
+  }
+  return spatial_bound(make_spatial_world(scenario));
+}
+
 }  // namespace
 
 constinit const World kSpatialSlamWorld = {
@@ -170,6 +168,7 @@ constinit const World kSpatialSlamWorld = {
     .text = spatial_slam_text,
     .figure = RunFigure::states,
     .estimators = &kSpatialOffer,
+    .posterior_bound = bound_of,
     .stream = spatial_stream};
 
 }  // namespace credence

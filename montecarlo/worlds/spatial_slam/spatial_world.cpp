@@ -101,6 +101,21 @@ SpatialWorld make_spatial_world(const Scenario& scenario) {
   return world;
 }
 
+RunLayout spatial_layout(const SpatialWorld& world) {
+  std::size_t most = 0;
+  for (const auto& seen : world.in_view) most = std::max(most, seen.size());
+  RunLayout layout;
+  for (const char* name :
+       {"position.x", "position.y", "position.z", "attitude.x", "attitude.y", "attitude.z"}) {
+    layout.states.emplace_back(name);
+  }
+  layout.angles.assign(layout.states.size(), false);
+  layout.blocks = {{"position", Part::position, {0, 1, 2}}, {"attitude", Part::heading, {3, 4, 5}}};
+  layout.sensors = {{.name = "", .dim = 3 * static_cast<Index>(most), .piece = 3}};
+  layout.nonlinear = true;
+  return layout;
+}
+
 SpatialDrive::SpatialDrive(const SpatialWorld& world, const NoiseSource& source)
     : world_(world),
       source_(source),

@@ -43,6 +43,9 @@ struct SpatialWorld {
 
 SpatialWorld make_spatial_world(const Scenario& scenario);
 
+/// Of the pose alone, its errors stated by differences.
+RunLayout spatial_layout(const SpatialWorld& world);
+
 /// What odometry and sensor say in one run, whatever filter listens, with the variances that it believes.
 ///
 /// Noise of run i: step 0, purpose initial, slots 0 … 5; then LandmarkDraws, that of the motion on v and ω

@@ -12,6 +12,8 @@
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/linear/linear_trace.h"
+#include "montecarlo/worlds/plugged/function_bound.h"
+#include "montecarlo/worlds/plugged/scenario_plug.h"
 #include "montecarlo/worlds/tracking/tracking_world.h"
 
 namespace credence {
@@ -175,6 +177,25 @@ Outcome RangeBearingTracking::visit(std::int64_t run_number, const StepVisitor& 
   run.start(run_number);
   return visit_steps(
       steps_, take, [&](Index k) { return run.step(k); }, [&] { return run.now(); });
+}
+
+PosteriorBound range_bearing_bound(const Scenario& scenario) {
+  const LinearModel motion = target_model(scenario);
+  FunctionModel model;
+  model.f = [F = motion.F](const Vector& x) { return Vector(F * x); };
+  model.F = [F = motion.F](const Vector&) { return F; };
+  model.h = [](const Vector& x) { return Vector(measure_range_bearing(Pose::Zero(), x.head<2>())); };
+  model.H = [](const Vector& x) {
+    Matrix H = Matrix::Zero(2, kStates);
+    H.leftCols<2>() = predict_range_bearing(Pose::Zero(), x.head<2>()).H_l;
+    return H;
+  };
+  model.Q = motion.Q;
+  model.R = variances(measurement_std_of(scenario), 1.0);
+  model.mean = target_start(scenario);
+  model.P0 = motion.P0;
+  model.states = {"position.x", "position.y", "velocity.x", "velocity.y"};
+  return posterior_bound(model, plug_settings(scenario), scenario.noise.detection_probability);
 }
 
 }  // namespace credence

@@ -5,6 +5,7 @@
 #include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/scenario.h"
+#include "montecarlo/worlds/posterior_bound.h"
 
 namespace credence {
 
@@ -33,5 +34,8 @@ class RangeBearingTracking final : public ShownExperiment {
   Index delay_, steps_;
   NoiseSource source_;
 };
+
+/// The posterior Cramér-Rao bound of position and velocity.
+PosteriorBound range_bearing_bound(const Scenario& scenario);
 
 }  // namespace credence

@@ -111,16 +111,16 @@ struct Study {
   }
 };
 
-struct Outcome {
+struct LookOutcome {
   StopDecision decision;
   std::int64_t runs = 0;
   bool naive_rejected = false;  // some look of the fixed-sample verdict rejected
 };
 
-Outcome run_study(const test::ScalarFilter& filter, const StopRule& rule, std::mt19937_64& generator,
+LookOutcome run_study(const test::ScalarFilter& filter, const StopRule& rule, std::mt19937_64& generator,
                   bool with_naive = false) {
   Study study;
-  Outcome outcome;
+  LookOutcome outcome;
   while (!outcome.decision.stop) {
     study.add_chunk(filter, generator);
     outcome.decision = study.look_at(rule);
@@ -141,7 +141,7 @@ TEST(Sequential, StoppingByVerdictKeepsItsLevelLookingAfterEveryChunk) {
   int wrong = 0;
   int naive = 0;
   for (int i = 0; i < kStudies; ++i) {
-    const Outcome outcome = run_study(filter, {}, generator, i < kNaiveStudies);
+    const LookOutcome outcome = run_study(filter, {}, generator, i < kNaiveStudies);
     wrong += outcome.decision.verdict != Verdict::consistent;
     naive += outcome.naive_rejected;
   }
@@ -156,10 +156,10 @@ TEST(Sequential, ClearCasesStopEarlyWithTheRightSign) {
   std::mt19937_64 generator(2);
   double runs = 0.0;
   for (int i = 0; i < kStudies; ++i) {
-    const Outcome high = run_study({0.1, 0.1, 1.0, 0.5}, {}, generator);
+    const LookOutcome high = run_study({0.1, 0.1, 1.0, 0.5}, {}, generator);
     EXPECT_EQ(high.decision.verdict, Verdict::optimistic);
     EXPECT_EQ(high.decision.reason, "verdict");
-    const Outcome low = run_study({0.1, 0.1, 1.0, 2.0}, {}, generator);
+    const LookOutcome low = run_study({0.1, 0.1, 1.0, 2.0}, {}, generator);
     EXPECT_EQ(low.decision.verdict, Verdict::pessimistic);
     runs += 0.5 * static_cast<double>(high.runs + low.runs) / kStudies;
   }
@@ -171,7 +171,7 @@ TEST(Sequential, StopsAsConsistentWhenProvedWithinATolerance) {
   std::mt19937_64 generator(3);
   int stopped = 0;
   for (int i = 0; i < 50; ++i) {
-    const Outcome outcome = run_study({0.1, 0.1}, {.consistent_within = 1.5}, generator);
+    const LookOutcome outcome = run_study({0.1, 0.1}, {.consistent_within = 1.5}, generator);
     stopped += outcome.decision.reason == "verdict" && outcome.decision.verdict == Verdict::consistent;
     if (outcome.decision.reason == "verdict" && outcome.decision.verdict == Verdict::consistent) {
       EXPECT_LE(outcome.decision.scale.upper, 2.5);

@@ -13,7 +13,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
-#include "montecarlo/worlds/planar_slam/posterior_bound.h"
+#include "montecarlo/worlds/planar_slam/odometry_bound.h"
 #include "montecarlo/worlds/registry.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
@@ -183,8 +183,9 @@ TEST(PosteriorBound, IsTheKalmanFilterOfALinearWorld) {
                                           "study.steps=200"};
   const Scenario s = load(known);
   const OdometryWorld world = make_odometry_world(s);
-  const PosteriorBound bound = posterior_bound(world);
-  EXPECT_EQ(bound.heading_squared, 0.0);
+  const PosteriorBound bound = odometry_bound(world);
+  EXPECT_EQ(bound.find("heading")->mean_bound(), 0.0);
+  const double position = bound.find("position")->mean_bound();
   const auto filter = scenario_estimator(s, world);
   OdometryDrive drive(world, NoiseSource(1, 2));
   filter->reset(drive.start(0), world.initial_covariance());
@@ -194,14 +195,17 @@ TEST(PosteriorBound, IsTheKalmanFilterOfALinearWorld) {
     filter->update(drive.observe(k), world.truth(k));
     variance += filter->covariance().diagonal().head<2>().sum() / 200.0;
   }
-  EXPECT_NEAR(bound.position_squared, variance, 1e-10 * variance);
+  EXPECT_NEAR(position, variance, 1e-10 * variance);
   std::vector<std::string> missed = known;
   missed.emplace_back("noise.detection_probability=0.5");
   std::vector<std::string> noisier = known;
   noisier.push_back(fmt::format("noise.relative_position_std={:.17g}", 0.1 * std::sqrt(2.0)));
-  const double half = posterior_bound(make_odometry_world(load(missed))).position_squared;
-  EXPECT_GT(half, 1.05 * bound.position_squared);
-  EXPECT_NEAR(half, posterior_bound(make_odometry_world(load(noisier))).position_squared, 1e-10 * half);
+  const auto position_of = [](const std::vector<std::string>& overrides) {
+    return odometry_bound(make_odometry_world(load(overrides))).find("position")->mean_bound();
+  };
+  const double half = position_of(missed);
+  EXPECT_GT(half, 1.05 * position);
+  EXPECT_NEAR(half, position_of(noisier), 1e-10 * half);
 }
 
 }  // namespace

@@ -1,0 +1,216 @@
+#include "montecarlo/worlds/posterior_bound.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/linear_algebra/decompositions.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/worlds/plugged/function_bound.h"
+#include "montecarlo/worlds/registry.h"
+
+namespace credence {
+namespace {
+
+using testing::HasSubstr;
+
+Scenario scenario_of(const std::string& world, const std::vector<std::string>& overrides = {}) {
+  return load_scenario_text("[world]\nmodel = \"" + world + "\"\n", "t.toml", overrides);
+}
+
+PosteriorBound bound_of(const std::string& world, const std::vector<std::string>& overrides = {}) {
+  const Scenario scenario = scenario_of(world, overrides);
+  return world_of(scenario).posterior_bound(scenario);
+}
+
+/// The mean of what the filter claims of a block, over the steps of one run.
+double claimed_of(const std::string& world, const std::vector<std::string>& overrides,
+                  const std::string& block) {
+  const Scenario scenario = scenario_of(world, overrides);
+  const auto experiment = world_of(scenario).experiment(scenario);
+  double sum = 0.0;
+  for (const Block& b : experiment->layout().blocks) {
+    if (b.name != block) continue;
+    experiment->visit(0, [&](const TraceStep& step) {
+      if (step.step > 0) sum += step.P.diagonal()(b.states).sum();
+    });
+  }
+  return sum / static_cast<double>(scenario.study.steps);
+}
+
+FunctionModel moving_model() {
+  FunctionModel model;
+  const Matrix F = (Matrix(2, 2) << 1.0, 0.1, -0.2, 0.9).finished();
+  const Matrix H = (Matrix(1, 2) << 1.0, 0.5).finished();
+  model.f = [F](const Vector& x) { return Vector(F * x); };
+  model.h = [H](const Vector& x) { return Vector(H * x); };
+  model.F = [F](const Vector&) { return F; };
+  model.H = [H](const Vector&) { return H; };
+  model.Q = (Matrix(2, 2) << 0.0, 0.0, 0.0, 0.04).finished();  // singular
+  model.R = Matrix::Constant(1, 1, 0.09);
+  model.mean = Vector::Zero(2);
+  model.P0 = (Matrix(2, 2) << 1.0, 0.0, 0.0, 0.0).finished();  // singular, too
+  model.states = {"place", "speed"};
+  return model;
+}
+
+TEST(PosteriorBound, OfALinearModelIsTheKalmanFilter) {
+  const FunctionModel model = moving_model();
+  const PosteriorBound bound = posterior_bound(model, {.steps = 30}, 1.0, 3);
+  ASSERT_EQ(bound.reason, "");
+  ASSERT_EQ(bound.blocks.size(), 2U);
+  FunctionEkf filter(model);
+  filter.reset(model.mean, model.P0);
+  for (std::size_t k = 0; k < 30; ++k) {
+    filter.predict();
+    filter.update(Vector::Zero(1));
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double variance = filter.covariance().diagonal()[static_cast<Index>(i)];
+      EXPECT_NEAR(bound.blocks[i].bound[k], variance, 1e-12) << k;
+      EXPECT_NEAR(bound.blocks[i].at_truth[k], variance, 1e-12) << k;
+    }
+  }
+}
+
+// The recursion is the last block of the inverse of the mean information of the whole trajectory, which is
+// assembled here from all states at once.
+TEST(PosteriorBound, IsThatOfTheWholeTrajectory) {
+  FunctionModel model;
+  model.f = [](const Vector& x) { return Vector(Eigen::Vector2d(x[0] + 0.1 * x[1], x[1] - std::sin(x[0]))); };
+  model.F = [](const Vector& x) {
+    return Matrix((Matrix(2, 2) << 1.0, 0.1, -std::cos(x[0]), 1.0).finished());
+  };
+  model.h = [](const Vector& x) { return Vector::Constant(1, x[0] * x[0]).eval(); };
+  model.H = [](const Vector& x) { return Matrix((Matrix(1, 2) << 2.0 * x[0], 0.0).finished()); };
+  model.Q = (Matrix(2, 2) << 0.02, 0.005, 0.005, 0.03).finished();
+  model.R = Matrix::Constant(1, 1, 0.25);
+  model.mean = Eigen::Vector2d(0.7, -0.2);
+  model.P0 = (Matrix(2, 2) << 0.2, 0.03, 0.03, 0.1).finished();
+  model.states = {"angle", "rate"};
+  constexpr std::int64_t kRuns = 5, kSteps = 7;
+  const PlugSettings settings{.steps = kSteps};
+  const PosteriorBound bound = posterior_bound(model, settings, 1.0, kRuns);
+  const FunctionWorld world(model);
+  const Matrix Q_inverse = model.Q.inverse();
+  Matrix J = Matrix::Zero(2 * (kSteps + 1), 2 * (kSteps + 1));
+  J.topLeftCorner(2, 2) = model.P0.inverse();
+  for (std::int64_t run = 0; run < kRuns; ++run) {
+    const NoiseSource source = settings.source();
+    NoiseDraw initial(source, run, 0, NoisePurpose::initial);
+    Vector x = world.initial(initial);
+    for (std::int64_t k = 1; k <= kSteps; ++k) {
+      Matrix D(2, 4);  // of the residual x⁺ − f(x) by both
+      D << -model.F(x), Matrix::Identity(2, 2);
+      J.block(2 * k - 2, 2 * k - 2, 4, 4) += D.transpose() * Q_inverse * D / static_cast<double>(kRuns);
+      NoiseDraw process(source, run, k, NoisePurpose::process);
+      x = world.step(x, k, process);
+      const Matrix H = model.H(x);
+      J.block(2 * k, 2 * k, 2, 2) += H.transpose() * H / (model.R(0, 0) * static_cast<double>(kRuns));
+    }
+  }
+  // The bound of step k knows nothing of later ones.
+  const Matrix whole = J.inverse();
+  for (Index i = 0; i < 2; ++i) {
+    const double last = whole(2 * kSteps + i, 2 * kSteps + i);
+    EXPECT_NEAR(bound.blocks[static_cast<std::size_t>(i)].bound.back(), last, 1e-11 * last);
+  }
+}
+
+TEST(PosteriorBound, IsNotAboveWhatJacobiansAtTheTruthClaim) {
+  const std::vector<std::pair<std::string, std::vector<std::string>>> worlds = {
+      {"pendulum", {"study.steps=100"}},
+      {"tracking", {"world.sensor=range_bearing", "study.steps=50"}},
+      {"localisation", {"study.steps=500", "world.aiding=landmarks"}},
+      {"inertial", {"study.steps=300", "world.aiding=landmarks"}},
+      {"planar", {"study.steps=200"}},
+      {"planar_slam", {"study.steps=100"}},
+      {"spatial_slam", {"study.steps=50", "world.landmarks=20"}}};
+  for (const auto& [world, overrides] : worlds) {
+    const PosteriorBound bound = bound_of(world, overrides);
+    EXPECT_EQ(bound.reason, "") << world;
+    EXPECT_FALSE(bound.blocks.empty()) << world;
+    for (const BoundCurve& curve : bound.blocks) {
+      for (std::size_t k = 0; k < curve.bound.size(); ++k) {
+        if (std::isnan(curve.at_truth[k])) continue;
+        EXPECT_LE(curve.bound[k], curve.at_truth[k] * (1.0 + 1e-9))
+            << world << ' ' << curve.block << ' ' << k;
+        EXPECT_GE(curve.bound[k], 0.0);
+      }
+    }
+  }
+}
+
+// With little noise all truths are one, and the filter linearises there: bound and P meet. By block, and in
+// proportion to the noise, which a wrong Q, R or P0 would not be.
+TEST(PosteriorBound, MeetsPAsNoiseVanishes) {
+  struct Case {
+    std::string world;
+    std::vector<std::string> overrides;
+    std::vector<std::string> blocks;
+  };
+  const std::vector<Case> cases = {
+      {"planar",
+       {"study.steps=150", "world.landmarks=5", "noise.speed_std=1e-5", "noise.turn_rate_std=1e-5",
+        "noise.range_std=1e-4", "noise.bearing_std_deg=1e-3", "initial.position_std=1e-5",
+        "initial.heading_std_deg=1e-3"},
+       {"position", "heading"}},
+      {"planar",
+       {"study.steps=150", "world.landmarks=5", "world.observability=full", "noise.speed_std=1e-5",
+        "noise.turn_rate_std=1e-5", "noise.range_std=1e-4", "noise.bearing_std_deg=1e-3",
+        "initial.position_std=1e-5", "initial.heading_std_deg=1e-3"},
+       {"position", "heading"}},
+      {"pendulum",
+       {"study.steps=100", "noise.angular_acceleration_density=1e-8", "noise.displacement_std=1e-4",
+        "initial.angle_std_deg=1e-3", "initial.angular_velocity_std=1e-5"},
+       {"angle", "angular_velocity"}},
+      {"tracking",
+       {"world.sensor=range_bearing", "study.steps=40", "noise.acceleration_density=1e-8",
+        "noise.range_std=1e-3", "noise.bearing_std_deg=1e-4", "initial.position_std=1e-3",
+        "initial.velocity_std=1e-3"},
+       {"position", "velocity"}},
+      {"localisation",
+       {"world.aiding=landmarks", "study.steps=400", "noise.speed_std=1e-5", "noise.turn_rate_std=1e-5",
+        "noise.relative_position_std=1e-3", "initial.position_std=1e-4", "initial.heading_std_deg=1e-3"},
+       {"position", "heading"}},
+      {"inertial",
+       {"world.aiding=landmarks", "study.steps=300", "noise.gyro_density=1e-7",
+        "noise.accelerometer_density=1e-6", "noise.relative_position_std=1e-3", "initial.position_std=1e-4",
+        "initial.velocity_std=1e-4", "initial.attitude_std_deg=1e-3"},
+       {"position", "velocity", "attitude"}}};
+  for (const Case& c : cases) {
+    const PosteriorBound bound = bound_of(c.world, c.overrides);
+    ASSERT_EQ(bound.reason, "") << c.world;
+    for (const std::string& block : c.blocks) {
+      const double P = claimed_of(c.world, c.overrides, block);
+      ASSERT_GT(P, 0.0) << c.world << ' ' << block;
+      ASSERT_NE(bound.find(block), nullptr) << c.world << ' ' << block;
+      EXPECT_NEAR(bound.find(block)->mean_bound() / P, 1.0, 2e-3) << c.world << ' ' << block;
+      EXPECT_NEAR(bound.find(block)->mean_at_truth() / P, 1.0, 2e-3) << c.world << ' ' << block;
+    }
+  }
+}
+
+TEST(PosteriorBound, OfAMapStartsOnceEveryLandmarkWasSeen) {
+  const PosteriorBound bound = bound_of(
+      "planar", {"study.steps=400", "world.sensor_range=12", "world.landmarks=10", "world.path_radius=10"});
+  const BoundCurve& map = *bound.find("all landmarks");
+  EXPECT_TRUE(std::isnan(map.bound.front()));
+  EXPECT_FALSE(std::isnan(map.bound.back()));
+  EXPECT_EQ(bound.find("pose"), nullptr);
+  EXPECT_EQ(bound.find("landmark 1"), nullptr);
+}
+
+TEST(PosteriorBound, ThatIsNotThereHasAReason) {
+  EXPECT_THAT(bound_of("planar", {"noise.outlier_rate=0.05"}).reason, HasSubstr("Gaussian"));
+  EXPECT_THAT(bound_of("localisation", {"noise.measurement_delay=2"}).reason, HasSubstr("in time"));
+  EXPECT_THAT(bound_of("pendulum", {"noise.angular_acceleration_density=0"}).reason, HasSubstr("singular"));
+  EXPECT_THAT(bound_of("planar", {"world.landmarks=2000"}).reason, HasSubstr("too many"));
+  EXPECT_THAT(bound_of("planar_slam", {"filter.estimator=invariant"}).reason, HasSubstr("differences"));
+  EXPECT_THAT(bound_of("spatial_slam", {"filter.estimator=invariant"}).reason, HasSubstr("differences"));
+}
+
+}  // namespace
+}  // namespace credence
