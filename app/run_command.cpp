@@ -101,12 +101,6 @@ Configuration logged(const RunOptions& options, const Configuration& c) {
                                              options.fresh)};
 }
 
-/// Has the evidence taken while the engine plays.
-void take_evidence(Configuration& c) {
-  const std::int64_t most = evidence_runs(c.scenario, c.scenario.most_runs());
-  c.evidence = std::make_unique<EvidenceCollector>(*c.experiment, most);
-}
-
 /// Runs one configuration; with --log all of it, stored chunks or not, since every run is to be written.
 ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
   const bool stored = options.log.empty();

@@ -50,6 +50,7 @@ StoredStudy read_study(const fs::path& directory) {
     point.scenario.name = study.plan.name;
     study.configurations.push_back(make_configuration(point.scenario));
   }
+  if (study.configurations.size() == 1) take_evidence(study.configurations.front());
   study.results = stored_results(study.configurations, store);
   study.writer = ResultStore::writer(directory);
   return study;

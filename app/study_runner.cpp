@@ -51,10 +51,7 @@ std::vector<ConfigurationResult> collect(std::span<const Configuration> configur
         StudyTask{.id = c.id, .experiment = c.experiment.get(), .runs = c.scenario.most_runs()});
     task.max_seconds = c.scenario.stop.max_seconds;
     task.steps = c.scenario.study.steps;
-    if (c.evidence) {
-      task.play = [&e = *c.evidence](std::int64_t first, std::int64_t runs) { return e.play(first, runs); };
-      task.kept_runs = c.evidence->runs_to_see();
-    }
+    if (c.evidence) c.evidence->keep_with(task);
     SequentialStudy& watch = watches.emplace_back(c.scenario);
     if (!c.scenario.stop.asked()) continue;
     task.enough = [&watch](const StudyStatistics& chunk, const StudyStatistics& prefix) {
@@ -74,6 +71,11 @@ std::vector<ConfigurationResult> collect(std::span<const Configuration> configur
 
 Configuration make_configuration(const Scenario& scenario) {
   return {.id = configuration_id(scenario), .scenario = scenario, .experiment = make_experiment(scenario)};
+}
+
+void take_evidence(Configuration& c) {
+  const std::int64_t most = evidence_runs(c.scenario, c.scenario.most_runs());
+  c.evidence = std::make_unique<EvidenceCollector>(*c.experiment, most);
 }
 
 StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result) {

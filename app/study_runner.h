@@ -31,6 +31,9 @@ void require_storable(const Scenario& scenario);
 
 Configuration make_configuration(const Scenario& scenario);
 
+/// Has its evidence taken while the engine plays, kept in its store and taken from there.
+void take_evidence(Configuration& configuration);
+
 /// Which part of the chunks this process runs.
 struct Shard {
   int number = 1, of = 1;
@@ -45,8 +48,8 @@ struct ConfigurationResult {
 /// Judges it; see analyse_study.
 StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result);
 
-/// Adds the tests that explain the verdicts, the verdict over all blocks and the bound on the errors, for which the first runs are
-/// played where `evidence` has not seen them; adds nothing if it is interrupted.
+/// Adds the tests that explain the verdicts, the verdict over all blocks and the bound on the errors, for
+/// which the first runs are played where `evidence` has not seen them; adds nothing if it is interrupted.
 void explain(StudyAnalysis& analysis, const Configuration& configuration, const CommonOptions& options);
 
 /// Runs configurations with progress, interrupt and, if `store_directory` is not empty, a store that belongs

@@ -52,9 +52,7 @@ std::vector<StudyAnalysis> studies(std::span<const Scenario> scenarios,
                                                    .experiment = experiments[i].get(),
                                                    .runs = scenarios[i].most_runs()});
     task.max_seconds = stop.max_seconds;
-    if (evidence != nullptr) {
-      task.play = [evidence](std::int64_t first, std::int64_t runs) { return evidence->play(first, runs); };
-    }
+    if (evidence != nullptr) evidence->keep_with(task);
     if (!stop.asked()) continue;
     task.enough = [&watch = watches[i]](const StudyStatistics& chunk, const StudyStatistics& prefix) {
       return watch.look(chunk, prefix);
@@ -120,6 +118,7 @@ Told told_scenario(const Scenario& scenario, const Sources& sources) {
       studies(std::span(&scenario, 1), std::span(&experiment, 1), sources.studies, &evidence);
   if (all.empty()) throw std::runtime_error("interrupted before the first runs were done");
   add_judgement(all.front(), evidence, sources.evidence);
+  add_posterior_bound(all.front(), sources.evidence);
   const auto a = std::make_shared<const StudyAnalysis>(std::move(all.front()));
   return {.verdict = std::string(to_string(overall_verdict(*a))),
           .says = JudgedFilter::word_says(a->word, a->nees),

@@ -1,9 +1,12 @@
 #include "analysis/evidence/evidence_collect.h"
 
 #include <algorithm>
+#include <stdexcept>
 
+#include "analysis/evidence/evidence_bytes.h"
 #include "analysis/evidence/evidence_recorder.h"
 #include "core/parallel_tasks.h"
+#include "core/stop_point.h"
 
 namespace credence {
 namespace {
@@ -36,8 +39,12 @@ std::int64_t evidence_runs(Index state_dim, std::int64_t steps, std::int64_t run
 }
 
 StudyStatistics EvidenceCollector::play(std::int64_t first_run, std::int64_t runs) {
-  if (first_run >= most_ || !experiment_.shows_as_it_runs()) return experiment_.run_chunk(first_run, runs);
-  return record(first_run, runs).value();
+  if (first_run >= most_) return experiment_.run_chunk(first_run, runs);
+  if (experiment_.shows_as_it_runs()) return record(first_run, runs).value();
+  StudyStatistics statistics = experiment_.run_chunk(first_run, runs);
+  const PulseScope unheard([](std::int64_t) {});  // these steps were counted
+  record(first_run, runs);
+  return statistics;
 }
 
 std::optional<StudyStatistics> EvidenceCollector::record(std::int64_t first_run, std::int64_t runs) {
@@ -47,6 +54,36 @@ std::optional<StudyStatistics> EvidenceCollector::record(std::int64_t first_run,
   const std::lock_guard lock(mutex_);
   chunks_.insert_or_assign({first_run, runs}, std::move(evidence));
   return statistics;
+}
+
+std::vector<std::byte> EvidenceCollector::stored(std::int64_t first_run, std::int64_t runs) {
+  constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+  const std::lock_guard lock(mutex_);
+  const auto found = chunks_.find({first_run, runs});
+  if (found == chunks_.end()) return {};
+  std::vector<std::byte> bytes = to_bytes(found->second);
+  return bytes.size() <= kMostBytes ? bytes : std::vector<std::byte>();
+}
+
+void EvidenceCollector::take_stored(std::int64_t first_run, std::int64_t runs,
+                                    std::span<const std::byte> bytes) {
+  if (first_run >= most_) return;
+  try {
+    Evidence evidence = evidence_from_bytes(bytes, experiment_.layout());
+    const std::lock_guard lock(mutex_);
+    chunks_.insert_or_assign({first_run, runs}, std::move(evidence));
+  } catch (const std::runtime_error&) {
+    return;
+  }
+}
+
+void EvidenceCollector::keep_with(StudyTask& task) {
+  task.play = [this](std::int64_t first, std::int64_t runs) { return play(first, runs); };
+  task.kept_runs = most_;
+  task.companion = [this](std::int64_t first, std::int64_t runs) { return stored(first, runs); };
+  task.found = [this](std::int64_t first, std::int64_t runs, std::span<const std::byte> bytes) {
+    take_stored(first, runs, bytes);
+  };
 }
 
 std::optional<Evidence> EvidenceCollector::take(std::int64_t runs, const EngineOptions& options) {

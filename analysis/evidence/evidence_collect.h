@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "analysis/evidence/evidence.h"
 #include "montecarlo/engine/engine.h"
@@ -15,18 +18,25 @@ namespace credence {
 /// makes them dear, and whole chunks.
 std::int64_t evidence_runs(Index state_dim, std::int64_t steps, std::int64_t runs);
 
-/// The evidence of the first runs of a study, of each chunk from whoever plays it first: the engine, which
-/// then need not play it twice, or take(). Safe to use from several threads. `experiment` must live as long.
+/// The evidence of the first runs of a study, of each chunk from whoever has it first: a result store, the
+/// engine, which then need not play it twice, or take(). Safe to use from several threads. `experiment` must
+/// live as long.
 class EvidenceCollector {
  public:
   /// No evidence is asked for beyond the first `most` runs.
   EvidenceCollector(const Experiment& experiment, std::int64_t most) : experiment_(experiment), most_(most) {}
 
-  /// Of the first so many runs there is more to see in play() than the statistics.
-  std::int64_t runs_to_see() const { return experiment_.shows_as_it_runs() ? most_ : 0; }
-
-  /// Experiment::run_chunk, with the same bits, which keeps the evidence of an early chunk.
+  /// Experiment::run_chunk, with the same bits, which keeps the evidence of an early chunk; of an experiment
+  /// that does not show its steps as it runs they are played once more.
   StudyStatistics play(std::int64_t first_run, std::int64_t runs);
+
+  /// What a result store keeps of the evidence of a chunk that was played; empty where there is none, or too
+  /// much.
+  std::vector<std::byte> stored(std::int64_t first_run, std::int64_t runs);
+  /// Takes what a store has of a chunk; of another version nothing, and the chunk will be played.
+  void take_stored(std::int64_t first_run, std::int64_t runs, std::span<const std::byte> bytes);
+  /// Has an engine keep the evidence in its store, and take it from there.
+  void keep_with(StudyTask& task);
 
   /// The evidence of the first `runs` runs, those played that were not yet; the bits do not depend on the
   /// threads, nor on who played. Of `options` only threads, stop and progress count. Nothing when stopped:

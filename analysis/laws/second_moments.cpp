@@ -76,6 +76,13 @@ std::vector<SecondMomentDirection> second_moment_directions(Index dim) {
   return directions;
 }
 
+SecondMoments::SecondMoments(Index dim, std::vector<SkewedMoments> along)
+    : dim_(dim), along_(std::move(along)) {
+  if (dim < 0 || dim > std::ssize(along_) || std::ssize(along_) != dim * dim) {
+    throw std::invalid_argument(fmt::format("{} directions of {} dimensions", along_.size(), dim));
+  }
+}
+
 void SecondMoments::add(MatrixRef run_average) {
   if (run_average.rows() != run_average.cols() || run_average.rows() == 0 ||
       (dim_ != 0 && run_average.rows() != dim_)) {

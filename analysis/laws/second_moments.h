@@ -35,6 +35,10 @@ std::vector<SecondMomentDirection> second_moment_directions(Index dim);
 /// The moments over runs of the directional averages: mergeable as SkewedMoments are.
 class SecondMoments {
  public:
+  SecondMoments() = default;
+  /// From stored sums; throws std::invalid_argument unless there are dim² of them.
+  SecondMoments(Index dim, std::vector<SkewedMoments> along);
+
   /// The next run's A, d×d and symmetric (the lower triangle is read). Throws std::invalid_argument for
   /// another size than before, or one that is empty or not square.
   void add(MatrixRef run_average);

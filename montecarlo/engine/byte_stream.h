@@ -94,6 +94,7 @@ class ByteReader {
     values.resize(get_count(1));
     for (T& value : values) get(value);
   }
+  std::size_t left() const { return bytes_.size(); }  ///< bytes not read yet
   void require_end() const {
     if (!bytes_.empty()) refuse("is longer than it says");
   }

@@ -114,6 +114,11 @@ class ChunkCollector {
         if (key.first_run >= tasks_[t].runs || key_of(chunks[number]) != key) continue;
         if (studies_[t].ended()) break;
         add(t, chunks[number].index, statistics_from_bytes(options_.store->get_chunk(key).value()));
+        if (tasks_[t].found) {
+          if (const auto bytes = options_.store->get_companion(key)) {
+            tasks_[t].found(key.first_run, key.runs, *bytes);
+          }
+        }
         if (in_shard(number, options_)) progress_.runs_stored += key.runs;
         done[number] = true;
       }
@@ -132,8 +137,11 @@ class ChunkCollector {
   }
 
   void put(const Chunk& chunk, StudyStatistics statistics) {
-    const std::vector<std::byte> bytes =
-        options_.store == nullptr ? std::vector<std::byte>() : to_bytes(statistics);
+    std::vector<std::byte> bytes;
+    if (options_.store != nullptr) {
+      bytes = to_bytes(statistics);
+      put_companion(chunk);
+    }
     put(chunk, bytes, std::move(statistics));
   }
 
@@ -177,6 +185,16 @@ class ChunkCollector {
     if (studies_[task].put(index, std::move(statistics), tasks_[task].enough)) {
       progress_.runs_total -= tasks_[task].runs - studies_[task].runs();
     }
+  }
+
+  void put_companion(const Chunk& chunk) {
+    const StudyTask& task = tasks_[chunk.task];
+    if (!task.companion) return;
+    const std::vector<std::byte> bytes = task.companion(chunk.first_run, chunk.runs);
+    if (bytes.empty()) return;
+    const std::vector<std::byte> frame = packed(bytes);
+    const std::lock_guard lock(mutex_);
+    options_.store->put_companion(key_of(chunk), bytes, frame);
   }
 
   ChunkKey key_of(const Chunk& chunk) const { return {tasks_[chunk.task].id, chunk.first_run, chunk.runs}; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -32,6 +33,10 @@ struct StudyTask {
   std::int64_t steps = 0;    ///< of a run, for the progress within a chunk; 0: not told
   /// Plays a chunk in the place of the experiment, with the same bits; empty: nobody does. Thread-safe.
   std::function<StudyStatistics(std::int64_t first_run, std::int64_t runs)> play{};
+  /// What is stored beside a chunk just played, and who takes it where the chunk was there; empty: nothing.
+  /// Thread-safe.
+  std::function<std::vector<std::byte>(std::int64_t first_run, std::int64_t runs)> companion{};
+  std::function<void(std::int64_t first_run, std::int64_t runs, std::span<const std::byte>)> found{};
   /// Among ranks: `play` sees more in the first so many runs than their statistics, and they stay on rank 0.
   std::int64_t kept_runs = 0;
 };

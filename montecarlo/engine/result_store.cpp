@@ -32,6 +32,15 @@ CREATE TABLE chunks(
   checksum INTEGER NOT NULL,
   PRIMARY KEY(configuration, first_run, runs));
 )";
+constexpr const char* kCompanions = R"(
+CREATE TABLE IF NOT EXISTS companions(
+  configuration TEXT NOT NULL REFERENCES configurations(id),
+  first_run INTEGER NOT NULL,
+  runs INTEGER NOT NULL,
+  payload BLOB NOT NULL,
+  checksum INTEGER NOT NULL,
+  PRIMARY KEY(configuration, first_run, runs));
+)";
 
 std::filesystem::path made_directory(const std::filesystem::path& directory) {
   std::error_code error;
@@ -92,6 +101,8 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
   }
   // Each commit is on the disk when it returns; readers go on meanwhile.
   store.database_->execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON");
+  store.database_->execute(kCompanions);
+  store.has_companions_ = true;
   reserve_shared_memory(directory / kFileName);
   return store;
 }
@@ -152,6 +163,7 @@ void ResultStore::check_kind() {
   }
   const std::int64_t schema = database_->integer("PRAGMA user_version");
   packs_ = schema >= kPackedSince;
+  has_companions_ = database_->integer("SELECT count(*) FROM sqlite_master WHERE name = 'companions'") > 0;
   if (schema > kSchema) {
     throw StoreError(fmt::format("{}: was written by a newer version (layout {}, this one knows up to {})",
                                  file, schema, kSchema));
@@ -244,8 +256,14 @@ bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payl
   if (!configuration(key.configuration)) {
     throw std::invalid_argument(fmt::format("{}: the configuration was not put before", describe(key)));
   }
+  insert("chunks", key, payload, frame);
+  return true;
+}
+
+void ResultStore::insert(const char* table, const ChunkKey& key, std::span<const std::byte> payload,
+                         std::span<const std::byte> frame) {
   write([&] {
-    SqliteStatement(*database_, "INSERT INTO chunks VALUES(?, ?, ?, ?, ?)")
+    SqliteStatement(*database_, fmt::format("INSERT OR IGNORE INTO {} VALUES(?, ?, ?, ?, ?)", table))
         .bind(1, key.configuration)
         .bind(2, key.first_run)
         .bind(3, key.runs)
@@ -253,7 +271,16 @@ bool ResultStore::add_chunk(const ChunkKey& key, std::span<const std::byte> payl
         .bind(5, checksum(key, payload))
         .run();
   });
-  return true;
+}
+
+void ResultStore::put_companion(const ChunkKey& key, std::span<const std::byte> payload,
+                                std::span<const std::byte> frame) {
+  check_key(key);
+  insert("companions", key, payload, frame);
+}
+
+std::optional<std::vector<std::byte>> ResultStore::get_companion(const ChunkKey& key) const {
+  return has_companions_ ? payload_of("companions", key) : std::nullopt;
 }
 
 void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payload) {
@@ -267,9 +294,14 @@ void ResultStore::put_chunk(const ChunkKey& key, std::span<const std::byte> payl
 }
 
 std::optional<std::vector<std::byte>> ResultStore::get_chunk(const ChunkKey& key) const {
+  return payload_of("chunks", key);
+}
+
+std::optional<std::vector<std::byte>> ResultStore::payload_of(const char* table, const ChunkKey& key) const {
   SqliteStatement statement(
       *database_,
-      "SELECT payload, checksum FROM chunks WHERE configuration = ? AND first_run = ? AND runs = ?");
+      fmt::format("SELECT payload, checksum FROM {} WHERE configuration = ? AND first_run = ? AND runs = ?",
+                  table));
   statement.bind(1, key.configuration).bind(2, key.first_run).bind(3, key.runs);
   if (!statement.step()) return std::nullopt;
   std::vector<std::byte> payload = statement.blob(0);
@@ -338,6 +370,8 @@ ResultStore::MergeCount ResultStore::merge_from(const ResultStore& other) {
         const std::vector<std::byte> payload = other.get_chunk(key).value_or(std::vector<std::byte>());
         const bool added = add_chunk(key, payload, packed(payload));
         ++(added ? count.added : count.already_there);
+        const auto companion = other.get_companion(key);
+        if (added && companion) put_companion(key, *companion, packed(*companion));
       }
     }
     commit();

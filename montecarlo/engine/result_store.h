@@ -95,6 +95,14 @@ class ResultStore {
   /// The bytes of a chunk, nothing if it is not there; throws if they fail their checksum.
   std::optional<std::vector<std::byte>> get_chunk(const ChunkKey& key) const;
 
+  /// Adds what is kept beside a chunk: nothing that a result depends on, so that it may be missing, and once
+  /// there it stays. Committed with the next chunk; to be put before its chunk, then.
+  void put_companion(const ChunkKey& key, std::span<const std::byte> payload,
+                     std::span<const std::byte> frame);
+
+  /// Its bytes, nothing if there are none; throws if they fail their checksum.
+  std::optional<std::vector<std::byte>> get_companion(const ChunkKey& key) const;
+
   /// The keys of all chunks of a configuration, ascending by first run and count.
   std::vector<ChunkKey> chunks(std::string_view configuration) const;
 
@@ -118,6 +126,9 @@ class ResultStore {
   void set_meta(std::string_view name, std::string_view value);
   void require_no_failure() const;
   bool add_chunk(const ChunkKey& key, std::span<const std::byte> payload, std::span<const std::byte> frame);
+  void insert(const char* table, const ChunkKey& key, std::span<const std::byte> payload,
+              std::span<const std::byte> frame);
+  std::optional<std::vector<std::byte>> payload_of(const char* table, const ChunkKey& key) const;
   template <class Work>
   void write(Work work);
   template <class Work>
@@ -127,7 +138,8 @@ class ResultStore {
   std::unique_ptr<ResultStoreLock> lock_;  ///< none when reading; outlives the database
   std::unique_ptr<SqliteDatabase> database_;
   std::chrono::steady_clock::time_point last_commit_{};
-  bool packs_ = true;    ///< payloads are packed; not in stores of a version that did not
+  bool packs_ = true;           ///< payloads are packed; not in stores of a version that did not
+  bool has_companions_ = true;  ///< not in stores of a version without
   std::string failure_;  ///< why a write failed: what was not committed is gone, and nothing more is taken
 };
 

@@ -5,12 +5,15 @@
 
 namespace credence {
 
+/// Runs whose truths are looked at: a step costs some µs, and runs have thousands.
+inline constexpr std::int64_t kChartedBoundRuns = 16;
+
 /// The posterior Cramér-Rao bound of a model that knows its noise, in the chart in which errors are judged:
 /// in the axes of the body, where motion depends on the state by no more than biases of what is read, given
 /// what is read. To first order in the errors, as curvature of the group is.
 template <ChartedModel Model>
 PosteriorBound charted_bound(Model model, Chart judged, const PlugSettings& settings,
-                             std::int64_t runs = kBoundRuns) {
+                             std::int64_t runs = kChartedBoundRuns) {
   using Group = typename Model::Group;
   const auto shared = std::make_shared<const Model>(std::move(model));
   const ChartedWorld<Model> world(shared, judged);

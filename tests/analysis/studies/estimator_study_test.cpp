@@ -115,7 +115,7 @@ TEST(EstimatorStudy, ALinearWorldHasItsEstimators) {
   const EstimatorStudy study = study_estimators(load("linear_estimators", {"study.runs=400"}), {});
   std::vector<std::string> names;
   for (const EstimatorRow& row : study.rows) names.push_back(row.name);
-  EXPECT_THAT(names, testing::ElementsAre("kalman", "steady-state", "smoother", "schmidt", "own-gain"));
+  EXPECT_THAT(names, ::testing::ElementsAre("kalman", "steady-state", "smoother", "schmidt", "own-gain"));
   for (const EstimatorRow& row : study.rows) {
     const MeanInterval& state = nees(row, EstimatorBlock::pose);
     EXPECT_NEAR(state.mean, 1.0, 5 * state.standard_error) << row.name;
