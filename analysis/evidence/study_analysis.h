@@ -78,9 +78,10 @@ Verdict overall_verdict(const StudyAnalysis& analysis);
 struct LogAnalysis {
   Evidence evidence;
   Judgement judgement;
-  bool complete = true;         ///< false: interrupted
-  CovarianceCurves covariance;  ///< without trace_prior, which a log does not hold
-  ErrorCurves errors;           ///< of a position, a heading and a map, where there are such blocks
+  bool complete = true;                   ///< false: interrupted
+  CovarianceCurves covariance;            ///< without trace_prior, which a log does not hold
+  ErrorCurves errors;                     ///< of a position, a heading and a map, where there are such blocks
+  std::optional<PosteriorBound> bound{};  ///< of runs in a world that is known
 };
 
 /// Judges logs: the same sums as a study of our own give the same numbers. Of `context` all but all_runs

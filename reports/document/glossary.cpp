@@ -38,6 +38,10 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"dof", "degrees of freedom", "how many independent numbers a squared sum is made of",
      "NEES has as many as the state, NIS as many as the innovation; each is the mean that a consistent "
      "filter has."},
+    {"efficiency", "efficient|Cramér-Rao bound|posterior Cramér-Rao bound",
+     "how near the errors are to the smallest that any filter without bias could have",
+     "The posterior Cramér-Rao bound over the mean squared error: 1 is the best there is. Where the bound is "
+     "loose, as in SLAM whose paths differ from run to run, nobody comes near it."},
     {"EKF", "extended Kalman filter",
      "a Kalman filter that replaces curved models by tangents at its estimate",
      "The tangents are taken at wrong places, so its covariance tends to become too small: in SLAM it "

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "analysis/evidence/evidence_collect.h"
+#include "montecarlo/worlds/plugged/function_bound.h"
 
 namespace credence {
 
@@ -24,6 +25,15 @@ JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& 
     if (failure.outcome != Outcome::threw || !said) continue;
     judged.explain_failure(failure.run, fmt::format("seed {}: {}", options.seed, said(failure.run)));
   }
+  return judged;
+}
+
+JudgedFilter judge_model(const FunctionModel& truth, const FunctionModel& believed,
+                         const JudgeOptions& options) {
+  JudgedFilter judged = judge_filter(
+      FunctionWorld(truth), [&] { return FunctionEkf(believed); }, options);
+  const bool plain = options.process_noise.is_plain() && options.measurement_noise.is_plain();
+  if (plain && options.measurement_delay == 0) judged.set_bound(posterior_bound(truth, options.plug()));
   return judged;
 }
 

@@ -62,11 +62,9 @@ JudgedFilter judge_batch(World world, MakeBatch make_batch, const JudgeOptions& 
   return judge_experiment(experiment, options);
 }
 
-/// Judges the extended Kalman filter of a model in the world of that model, or of another one.
-inline JudgedFilter judge_model(const FunctionModel& truth, const FunctionModel& believed,
-                                const JudgeOptions& options = {}) {
-  return judge_filter(
-      FunctionWorld(truth), [&] { return FunctionEkf(believed); }, options);
-}
+/// Judges the extended Kalman filter of a model in the world of that model, or of another one, beside the
+/// posterior Cramér-Rao bound of its errors.
+JudgedFilter judge_model(const FunctionModel& truth, const FunctionModel& believed,
+                         const JudgeOptions& options = {});
 
 }  // namespace credence

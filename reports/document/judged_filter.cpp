@@ -29,4 +29,10 @@ std::string JudgedFilter::word_says(const Word& word, const ConsistencyVerdict& 
   return fmt::format("nothing speaks against the covariance, p = {}", number_text(word.p_value, 3));
 }
 
+void JudgedFilter::set_bound(PosteriorBound bound) {
+  LogAnalysis& a = logs_.analysis;
+  add_bound(bound, a.evidence.study, 0, a.judgement.nees.confidence, a.judgement.accuracy);
+  a.bound = std::move(bound);
+}
+
 }  // namespace credence

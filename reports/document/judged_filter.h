@@ -34,6 +34,9 @@ class JudgedFilter {
   /// Says of a failed run what its filter said; by number of the run.
   void explain_failure(std::int64_t run, const std::string& why) { logs_.failures_said[run] = why; }
 
+  /// Sets the bound on its errors beside them.
+  void set_bound(PosteriorBound bound);
+
   /// The word of any study in a few words.
   static std::string word_says(const Word& word, const ConsistencyVerdict& nees);
 

@@ -232,7 +232,9 @@ void write_log_report(const ReportFolder& directory, const CheckedLogs& logs, co
     for (std::string& sentence : log_statistics(logs)) sentences.push_back(std::move(sentence));
     if (!sentences.empty()) page.bullets(sentences);
     page.table(tests_table(a.judgement));
-    if (!a.judgement.accuracy.empty()) page.table(accuracy_table(a.judgement));
+    if (!a.judgement.accuracy.empty()) {
+      page.table(accuracy_table(a.judgement, a.bound ? &*a.bound : nullptr));
+    }
     add_figures(true);
   });
   write_steps(directory / (name + ".csv"), a);

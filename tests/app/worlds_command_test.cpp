@@ -37,6 +37,19 @@ TEST_F(WorldsCommand, RunHasTheExactMomentsOfALinearWorld) {
   EXPECT_FALSE(radar.contains("exact"));
   EXPECT_EQ(radar["rmse"]["position_m"].size(), 100U);
   EXPECT_TRUE(radar["rmse"]["heading_rad"].empty());
+  // What no filter is below, by step and on average.
+  EXPECT_EQ(radar["bound"]["runs"], 64);
+  const Json& position = radar["bound"]["blocks"][0];
+  EXPECT_EQ(position["of"], "position");
+  EXPECT_EQ(position["bound"].size(), 100U);
+  EXPECT_LE(position["bound"][99].get<double>(), position["at_truth"][99].get<double>());
+  const Json& accuracy = radar["battery"]["accuracy"][0];
+  EXPECT_LT(accuracy["bound"].get<double>(), accuracy["rmse"]["upper"].get<double>());
+  EXPECT_LT(accuracy["efficiency"]["lower"].get<double>(), 1.0);
+  const Json late = json({"run", scenario("tracking_radar"), "--runs", "16", "--set",
+                          "noise.measurement_delay=1", "--format", "json"});
+  EXPECT_TRUE(late["bound"].contains("reason"));
+  EXPECT_FALSE(late["battery"]["accuracy"][0].contains("bound"));
 }
 
 TEST_F(WorldsCommand, SweepResumesAndCheckJudgesTheLogs) {

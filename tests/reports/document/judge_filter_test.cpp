@@ -46,6 +46,30 @@ TEST(JudgeFilter, TrustsTheRightModelAndNamesTheWrongOne) {
   EXPECT_LT(wrong.p_value(), 1e-6);
 }
 
+TEST(JudgeFilter, SetsTheBoundBesideTheErrorsOfAModel) {
+  FunctionModel believed = radar();
+  believed.R *= 25.0;
+  const JudgedFilter right = judge_model(radar(), radar(), kOptions);
+  const JudgedFilter wrong = judge_model(radar(), believed, kOptions);
+  ASSERT_EQ(right.judgement().accuracy.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const BlockAccuracy& good = right.judgement().accuracy[i];
+    const BlockAccuracy& poor = wrong.judgement().accuracy[i];
+    EXPECT_EQ(good.bound, poor.bound);
+    EXPECT_LE(good.bound, good.at_truth * (1.0 + 1e-9));
+    EXPECT_GT(good.efficiency().mean + 5.0 * good.efficiency().standard_error, 0.9);
+    EXPECT_LT(poor.efficiency().mean, good.efficiency().mean);
+  }
+  EXPECT_THAT(right.text(), HasSubstr("no filter below"));
+  EXPECT_TRUE(nlohmann::json::parse(right.json())["battery"]["accuracy"][0].contains("efficiency"));
+  const TemporaryFolder folder;
+  right.write_report(folder / "out");
+  EXPECT_THAT(folder.read("out/index.html"), HasSubstr("averaged over 64 runs"));
+  JudgeOptions late = kOptions;
+  late.measurement_delay = 1;
+  EXPECT_TRUE(std::isnan(judge_model(radar(), radar(), late).judgement().accuracy[0].bound));
+}
+
 TEST(JudgeFilter, TellsItAsTextJsonAndPage) {
   const JudgedFilter judged = judge_model(radar(), radar(), kOptions);
   EXPECT_THAT(judged.text(), HasSubstr("Can this covariance be trusted? consistent"));
