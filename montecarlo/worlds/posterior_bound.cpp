@@ -12,7 +12,7 @@ namespace credence {
 namespace {
 
 double mean_of(const std::vector<double>& values) {
-  return std::reduce(values.begin(), values.end()) / static_cast<double>(values.size());
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 void move(const PosteriorRecursion::Truth& by, Matrix& P) {

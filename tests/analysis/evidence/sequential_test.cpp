@@ -118,7 +118,7 @@ struct LookOutcome {
 };
 
 LookOutcome run_study(const test::ScalarFilter& filter, const StopRule& rule, std::mt19937_64& generator,
-                  bool with_naive = false) {
+                      bool with_naive = false) {
   Study study;
   LookOutcome outcome;
   while (!outcome.decision.stop) {
