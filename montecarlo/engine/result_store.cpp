@@ -24,23 +24,21 @@ constexpr const char* kFileName = "results.sqlite";
 constexpr const char* kTables = R"(
 CREATE TABLE meta(name TEXT PRIMARY KEY, value BLOB NOT NULL) WITHOUT ROWID;
 CREATE TABLE configurations(id TEXT PRIMARY KEY, canonical BLOB NOT NULL) WITHOUT ROWID;
-CREATE TABLE chunks(
+)";
+
+/// The statement that makes a table of payloads by chunk, where it is missing.
+std::string payload_table(std::string_view name) {
+  return fmt::format(R"(
+CREATE TABLE IF NOT EXISTS {}(
   configuration TEXT NOT NULL REFERENCES configurations(id),
   first_run INTEGER NOT NULL,
   runs INTEGER NOT NULL,
   payload BLOB NOT NULL,
   checksum INTEGER NOT NULL,
   PRIMARY KEY(configuration, first_run, runs));
-)";
-constexpr const char* kCompanions = R"(
-CREATE TABLE IF NOT EXISTS companions(
-  configuration TEXT NOT NULL REFERENCES configurations(id),
-  first_run INTEGER NOT NULL,
-  runs INTEGER NOT NULL,
-  payload BLOB NOT NULL,
-  checksum INTEGER NOT NULL,
-  PRIMARY KEY(configuration, first_run, runs));
-)";
+)",
+                     name);
+}
 
 std::filesystem::path made_directory(const std::filesystem::path& directory) {
   std::error_code error;
@@ -101,7 +99,7 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
   }
   // Each commit is on the disk when it returns; readers go on meanwhile.
   store.database_->execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON");
-  store.database_->execute(kCompanions);
+  store.database_->execute(payload_table("companions"));
   store.has_companions_ = true;
   reserve_shared_memory(directory / kFileName);
   return store;
@@ -151,6 +149,7 @@ ResultStore::~ResultStore() {
 void ResultStore::create_tables(std::string_view tool_version) {
   database_->execute("BEGIN IMMEDIATE");
   database_->execute(kTables);
+  database_->execute(payload_table("chunks"));
   database_->execute(fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kApplication, kSchema));
   set_meta("tool_version", tool_version);
   database_->execute("COMMIT");

@@ -129,7 +129,7 @@ std::unique_ptr<Experiment> planar_slam_experiment(const Scenario& scenario) {
   return std::make_unique<PlanarSlamExperiment>(scenario, noise_source(scenario));
 }
 
-PosteriorBound bound_of(const Scenario& scenario) {
+PosteriorBound planar_slam_bound(const Scenario& scenario) {
   const OdometryWorld world = make_odometry_world(scenario);
   if (scenario_estimator(scenario, world)->chart() != ErrorChart::plane) {
     return {.reason = kBoundOfDifferences};
@@ -153,7 +153,7 @@ constinit const World kPlanarSlamWorld = {
     .text = planar_slam_text,
     .figure = RunFigure::plane_slam,
     .estimators = &kPlanarSlamOffer,
-    .posterior_bound = bound_of,
+    .posterior_bound = planar_slam_bound,
     .stream = odometry_stream};
 
 }  // namespace credence

@@ -145,7 +145,7 @@ std::unique_ptr<Experiment> spatial_slam_experiment(const Scenario& scenario) {
                                              noise_source(scenario));
 }
 
-PosteriorBound bound_of(const Scenario& scenario) {
+PosteriorBound spatial_slam_bound(const Scenario& scenario) {
   if (spatial_kind(word_value(scenario, "filter.estimator")).chart != SpatialChart::componentwise) {
     return {.reason = kBoundOfDifferences};
   }
@@ -168,7 +168,7 @@ constinit const World kSpatialSlamWorld = {
     .text = spatial_slam_text,
     .figure = RunFigure::states,
     .estimators = &kSpatialOffer,
-    .posterior_bound = bound_of,
+    .posterior_bound = spatial_slam_bound,
     .stream = spatial_stream};
 
 }  // namespace credence
