@@ -289,11 +289,13 @@ std::string bound_sentence(const Judgement& judgement) {
   for (const BlockAccuracy& row : judgement.accuracy) {
     if (std::isnan(row.bound)) continue;
     const auto root = [&](double squared) { return number_text(shown(squared, row.unit), 3); };
-    parts.push_back(fmt::format("{}{} {}, P claims {}, no filter below {}", row.of, shown_unit(row.unit),
-                                root(row.squared_error.mean), root(row.claimed), root(row.bound)));
+    const MeanInterval& squared = row.squared_error;
+    parts.push_back(fmt::format("{}{} {} ({} … {}), P claims {}, bound {}", row.of, shown_unit(row.unit),
+                                root(squared.mean), root(squared.lower), root(squared.upper),
+                                root(row.claimed), root(row.bound)));
   }
   if (parts.empty()) return {};
-  return fmt::format("RMSE: {}.", fmt::join(parts, "; "));
+  return fmt::format("RMSE beside P and the posterior Cramér-Rao bound: {}.", fmt::join(parts, "; "));
 }
 
 }  // namespace
@@ -306,8 +308,7 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
                     .notes = {}};
   const bool bounded = bound != nullptr && bound->reason.empty();
   if (bounded) {
-    for (const char* title : {"with Jacobians at the truth", "no filter below"})
-      table.columns.push_back({title});
+    for (const char* title : {"with Jacobians at the truth", "bound"}) table.columns.push_back({title});
     table.columns.push_back({"efficiency", words});
   }
   for (const BlockAccuracy& row : judgement.accuracy) {
@@ -329,8 +330,8 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
   if (bounded) {
     table.notes.push_back(fmt::format(
         "Averages over steps and runs, roots of summed squares. With Jacobians at the truth: what the filter "
-        "would claim if it linearised there. No filter below: the posterior Cramér-Rao bound of filters "
-        "without bias, its Jacobians at the truth{}. Efficiency: its square over the mean squared error.",
+        "would claim if it linearised there. Bound: the posterior Cramér-Rao bound, below which no filter "
+        "without bias is, its Jacobians at the truth{}. Efficiency: its square over the mean squared error.",
         bound->runs > 1 ? fmt::format(" averaged over {} runs", bound->runs) : ""));
     if (std::ranges::any_of(judgement.accuracy, is_loose)) {
       table.notes.emplace_back(

@@ -300,7 +300,7 @@ Panel accuracy_panel(const std::string& title, const char* y_label, const std::v
   panel.series.push_back(line_series("RMSE", ColourRole::estimate, x, measured));
   if (!claimed.empty()) panel.series.push_back(line_series("P claims", ColourRole::bound, x, roots(claimed)));
   panel.series.push_back(line_series("at the truth", ColourRole::neutral, x, roots(curve.at_truth)));
-  panel.series.push_back(line_series("no filter below", ColourRole::exact, x, roots(curve.bound)));
+  panel.series.push_back(line_series("bound", ColourRole::exact, x, roots(curve.bound)));
   return panel;
 }
 

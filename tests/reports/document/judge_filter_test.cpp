@@ -60,7 +60,7 @@ TEST(JudgeFilter, SetsTheBoundBesideTheErrorsOfAModel) {
     EXPECT_GT(good.efficiency().mean + 5.0 * good.efficiency().standard_error, 0.9);
     EXPECT_LT(poor.efficiency().mean, good.efficiency().mean);
   }
-  EXPECT_THAT(right.text(), HasSubstr("no filter below"));
+  EXPECT_THAT(right.text(), HasSubstr("posterior Cramér-Rao bound: position"));
   EXPECT_TRUE(nlohmann::json::parse(right.json())["battery"]["accuracy"][0].contains("efficiency"));
   const TemporaryFolder folder;
   right.write_report(folder / "out");
