@@ -142,14 +142,14 @@ void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineO
 }
 
 void add_posterior_bound(StudyAnalysis& a, const EngineOptions& options) {
-  const World& world = world_of(a.scenario);
-  if (a.linear || world.posterior_bound == nullptr || !a.judgement) return;
+  if (a.linear || !a.judgement) return;
   const StopScope scope(options.stop);
   try {
-    a.bound = world.posterior_bound(a.scenario);
+    a.bound = posterior_bound(a.scenario);
   } catch (const Stopped&) {
     return;
   }
+  if (!a.bound) return;
   const BlockLayout blocks = block_layout(a.scenario);
   add_bound(*a.bound, a.statistics, blocks.landmarks, a.scenario.study.confidence, a.judgement->accuracy);
 }

@@ -78,4 +78,13 @@ double least_experiment_bytes(const Scenario& scenario) {
          sizeof(StepStatistics) * static_cast<double>(scenario.study.steps);
 }
 
+std::optional<PosteriorBound> posterior_bound(const Scenario& scenario) {
+  const World& world = world_of(scenario);
+  if (world.posterior_bound == nullptr) return std::nullopt;
+  if (std::string reason = no_bound_reason(scenario); !reason.empty()) {
+    return PosteriorBound{.reason = std::move(reason)};
+  }
+  return world.posterior_bound(scenario);
+}
+
 }  // namespace credence

@@ -29,4 +29,8 @@ std::string world_text(const Scenario& scenario);
 /// least: what is more than a machine has can be refused before it is begun.
 double least_experiment_bytes(const Scenario& scenario);
 
+/// What no filter's error is below in the world of this scenario, or the reason why there is none; nothing
+/// where the world knows of no bound.
+std::optional<PosteriorBound> posterior_bound(const Scenario& scenario);
+
 }  // namespace credence

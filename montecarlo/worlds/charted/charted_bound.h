@@ -66,7 +66,6 @@ PosteriorBound charted_bound(Model model, Chart judged, const PlugSettings& sett
 /// That of a scenario, of a model made of it.
 template <ChartedModel Model>
 PosteriorBound charted_bound(const Scenario& scenario) {
-  if (std::string reason = no_bound_reason(scenario); !reason.empty()) return {.reason = std::move(reason)};
   Scenario knowing = scenario;
   knowing.filter.process_scale = knowing.filter.measurement_scale = 1.0;
   return charted_bound(Model(knowing), chart_settings(scenario).judged, plug_settings(scenario));

@@ -87,7 +87,6 @@ std::unique_ptr<Experiment> pendulum_experiment(const Scenario& scenario) {
 }
 
 PosteriorBound pendulum_bound(const Scenario& scenario) {
-  if (std::string reason = no_bound_reason(scenario); !reason.empty()) return {.reason = std::move(reason)};
   return posterior_bound(pendulum_model(scenario), plug_settings(scenario),
                          scenario.noise.detection_probability);
 }

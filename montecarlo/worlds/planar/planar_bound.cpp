@@ -113,7 +113,6 @@ constexpr double kMostWork = 4e9;
 }  // namespace
 
 PosteriorBound planar_bound(const Scenario& scenario) {
-  if (std::string reason = no_bound_reason(scenario); !reason.empty()) return {.reason = std::move(reason)};
   const PlanarWorld world = make_planar_world(scenario);
   const PlanarNoise noise = PlanarNoise::of(scenario);
   const NoiseSource source = noise_source(scenario);

@@ -84,11 +84,6 @@ std::unique_ptr<Experiment> tracking_experiment(const Scenario& scenario) {
   return std::make_unique<RangeBearingTracking>(scenario, noise_source(scenario));
 }
 
-PosteriorBound tracking_bound(const Scenario& scenario) {
-  if (std::string reason = no_bound_reason(scenario); !reason.empty()) return {.reason = std::move(reason)};
-  return range_bearing_bound(scenario);
-}
-
 double least_tracking_doubles(const Scenario& scenario) {
   const double d = static_cast<double>(dimensions(scenario));
   return measures_position(scenario) ? linear_problem_doubles(2.0 * d, d, scenario) : 0.0;
@@ -164,6 +159,6 @@ constinit const World kTrackingWorld = {.schema = {.name = "tracking",
                                         .size_text = tracking_size_text,
                                         .text = tracking_text,
                                         .figure = RunFigure::states,
-                                        .posterior_bound = tracking_bound};
+                                        .posterior_bound = range_bearing_bound};
 
 }  // namespace credence

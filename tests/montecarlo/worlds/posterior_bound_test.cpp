@@ -22,8 +22,7 @@ Scenario scenario_of(const std::string& world, const std::vector<std::string>& o
 }
 
 PosteriorBound bound_of(const std::string& world, const std::vector<std::string>& overrides = {}) {
-  const Scenario scenario = scenario_of(world, overrides);
-  return world_of(scenario).posterior_bound(scenario);
+  return posterior_bound(scenario_of(world, overrides)).value();
 }
 
 /// The mean of what the filter claims of a block, over the steps of one run.
@@ -206,6 +205,8 @@ TEST(PosteriorBound, OfAMapStartsOnceEveryLandmarkWasSeen) {
 TEST(PosteriorBound, ThatIsNotThereHasAReason) {
   EXPECT_THAT(bound_of("planar", {"noise.outlier_rate=0.05"}).reason, HasSubstr("Gaussian"));
   EXPECT_THAT(bound_of("localisation", {"noise.measurement_delay=2"}).reason, HasSubstr("in time"));
+  EXPECT_THAT(bound_of("planar_slam", {"noise.outlier_rate=0.05"}).reason, HasSubstr("Gaussian"));
+  EXPECT_THAT(bound_of("spatial_slam", {"noise.measurement_delay=2"}).reason, HasSubstr("in time"));
   EXPECT_THAT(bound_of("pendulum", {"noise.angular_acceleration_density=0"}).reason, HasSubstr("singular"));
   EXPECT_THAT(bound_of("planar", {"world.landmarks=2000"}).reason, HasSubstr("too many"));
   EXPECT_THAT(bound_of("planar_slam", {"filter.estimator=invariant"}).reason, HasSubstr("differences"));
