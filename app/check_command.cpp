@@ -17,9 +17,7 @@
 #include "app/say.h"
 #include "app/standard_input.h"
 #include "app/study_runner.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "datasets/logs/judge_logs.h"
 #include "datasets/logs/log_format.h"
 #include "datasets/logs/number_field.h"
@@ -158,11 +156,7 @@ int list(const CheckOptions& o) {
     const LogFormat& format = *formats.at(file);
     listed.push_back({file.string(), std::string(format.title), format.list(file)});
   }
-  if (o.format == "json") {
-    fmt::print("{}\n", contents_json(listed));
-  } else {
-    for (const ListedLog& log : listed) fmt::print("{}", terminal_text(contents_table(log)));
-  }
+  print(contents_document(std::move(listed)), o);
   return kDone;
 }
 
@@ -238,23 +232,18 @@ int check(const CheckOptions& options) {
   if (!options.baseline.empty()) logs.gate = gate_against(logs, options.baseline, baseline, options.within);
   if (!options.junit.empty()) write_file(options.junit, junit_xml(logs, options.confidence));
   if (!options.markdown.empty()) write_file(options.markdown, markdown_summary(logs));
-  if (options.format == "json") {
-    fmt::print("{}\n", log_json(logs));
-  } else {
-    fmt::print("{}", terminal_text(log_table(logs)));
-  }
   const std::int64_t rows = logs.analysis.evidence.rows;
+  const Evidence& s = logs.analysis.evidence;
+  const int code = study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
+                                   fails(logs), options);
+  const Document document = log_document(std::move(logs));
+  print(document, options);
   if (!options.quiet) {
     say(fmt::format("{} rows in {:.2f} s, {:.0f} rows/s", rows, elapsed.count(),
                     static_cast<double>(rows) / elapsed.count()));
   }
-  if (!options.out.empty()) {
-    write_log_report(options.report_folder(), logs, make_provenance(this_command()));
-    tell_report(options);
-  }
-  const Evidence& s = logs.analysis.evidence;
-  return study_exit_code(logs.analysis.complete, s.rejected_rows() > 0 || !s.study.failures.empty(),
-                         fails(logs), options);
+  write_report(document, options);
+  return code;
 }
 
 }  // namespace

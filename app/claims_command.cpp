@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <memory>
 
@@ -9,8 +7,7 @@
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
-#include "app/tell_report.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/carpark_findings.h"
 #include "datasets/replay/carpark_study.h"
@@ -58,10 +55,7 @@ int claims(const ClaimsOptions& options) {
   append(all, planar_claims());
   append(all, timing_claims(&catch_interrupt()));
   append(all, carpark_claims(options));
-  fmt::print("{}", options.format == "json" ? claims_json(all) + "\n" : claims_text(all));
-  if (options.out.empty()) return kDone;
-  write_claims_report(options.report_folder(), all, make_provenance(this_command()));
-  tell_report(options);
+  tell(claims_document(all), options);
   return kDone;
 }
 

@@ -10,11 +10,8 @@
 #include "app/common_options.h"
 #include "app/standard_input.h"
 #include "app/stored_study.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
-#include "reports/document/comparison_page.h"
-#include "reports/render/utf8_text.h"
+#include "app/tell.h"
+#include "reports/document/comparison_report.h"
 
 namespace credence {
 namespace {
@@ -68,17 +65,7 @@ int compare(const CompareOptions& options) {
   }
   if (studies.size() < 2) throw std::invalid_argument("compare: takes two results or more");
   tell_apart(studies, places);
-  if (options.format == "json") {
-    fmt::print("{}\n", comparison_json(studies, options.confidence));
-  } else {
-    fmt::print("{}.\n\n{}", printable_line(comparison_answer(studies).text),
-               terminal_text(comparison_table(studies, options.confidence)));
-  }
-  if (!options.out.empty()) {
-    write_comparison_report(options.report_folder(), studies, options.confidence,
-                            make_provenance(this_command()));
-    tell_report(options);
-  }
+  tell(comparison_document(studies, options.confidence), options);
   return kDone;
 }
 

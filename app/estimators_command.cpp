@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -13,13 +11,10 @@
 #include "app/progress.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/estimator_map_report.h"
 #include "reports/document/estimator_report.h"
-#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -42,15 +37,7 @@ int map_of_sweep(const EstimatorsCommand& command, const SweepPlan& plan) {
     say("credence: estimators interrupted, nothing is compared");
     return kInterrupted;
   }
-  if (command.format == "json") {
-    fmt::print("{}\n", estimator_map_json(map));
-  } else {
-    fmt::print("{}", terminal_text(estimator_map_table(map)));
-  }
-  if (!command.out.empty()) {
-    write_estimator_map_report(command.report_folder(), map, make_provenance(this_command()));
-    tell_report(command);
-  }
+  tell(estimator_map_document(map), command);
   const bool failed = std::ranges::any_of(map.studies, [](const EstimatorStudy& study) {
     return std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); });
   });
@@ -73,17 +60,7 @@ int estimators(EstimatorsCommand& command) {
     say("credence: estimators interrupted, nothing is compared");
     return kInterrupted;
   }
-  if (command.format == "json") {
-    fmt::print("{}\n", estimator_json(study));
-  } else {
-    fmt::print("{}.\n\n{}\n{}\n{}", printable_line(estimator_answer(study).text),
-               terminal_text(estimator_table(study)), terminal_text(estimator_bound_table(study)),
-               study.rows.size() > 1 ? terminal_text(estimator_difference_table(study)) : "");
-  }
-  if (!command.out.empty()) {
-    write_estimator_report(command.report_folder(), study, make_provenance(this_command()));
-    tell_report(command);
-  }
+  tell(estimator_document(study), command);
   const bool failed =
       std::ranges::any_of(study.rows, [](const EstimatorRow& row) { return !row.failures.empty(); });
   if (failed) return kSomeFailed;

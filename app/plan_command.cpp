@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -11,7 +9,7 @@
 #include "app/naming_file.h"
 #include "app/progress.h"
 #include "app/scenario_files.h"
-#include "app/terminal_text.h"
+#include "app/tell.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/plan_report.h"
@@ -49,12 +47,7 @@ int plan(PlanCommand& command) {
                     .runs_total = static_cast<std::int64_t>(points.size())});
     }
   }
-  if (command.format == "json") {
-    fmt::print("{}\n", plan_json(sweep, plans));
-  } else {
-    const ReportTable table = sweep.points.size() == 1 ? plan_table(plans.front()) : plan_table(sweep, plans);
-    fmt::print("{}", terminal_text(table));
-  }
+  print(plan_document(sweep, plans), command);
   return kDone;
 }
 

@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 
@@ -11,17 +10,12 @@
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "datasets/replay/carpark_replay.h"
 #include "datasets/replay/carpark_study.h"
 #include "datasets/replay/mrclam_replay.h"
 #include "reports/document/carpark_study_report.h"
-#include "reports/document/replay_json.h"
 #include "reports/document/replay_report.h"
-#include "reports/document/replay_tables.h"
-#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -68,17 +62,6 @@ std::vector<ReportedReplay> replay_all(const ReplayOptions& options) {
   return replays;
 }
 
-void print_replays(const ReplayOptions& options, const std::vector<ReportedReplay>& replays,
-                   const ReplayJudgement& judgement) {
-  if (options.format == "json") {
-    fmt::print("{}\n", replay_json(replays, judgement));
-    return;
-  }
-  const ReportTable runs = replays.size() == 1 ? replay_table(replays.front()) : replays_table(replays);
-  fmt::print("{}.\n\n", printable_line(replay_answer(replays, judgement).text));
-  fmt::print("{}\n{}", terminal_text(runs), terminal_text(judgement_table(replays, judgement)));
-}
-
 /// All variants of the car park run; nothing is printed of a study that was interrupted.
 int study_variants(const ReplayOptions& options) {
   if (options.dataset != "carpark") throw std::invalid_argument("--variants: only of the car park");
@@ -93,28 +76,14 @@ int study_variants(const ReplayOptions& options) {
     study = run_carpark_study(log, settings, study_options);
   }
   if (!study.complete) return kInterrupted;
-  if (options.format == "json") {
-    fmt::print("{}\n", carpark_study_json(study));
-  } else {
-    fmt::print("{}.\n\n", carpark_study_answer(study).text);
-    for (const ReportTable& table : carpark_study_tables(study)) fmt::print("{}\n", terminal_text(table));
-  }
-  if (!options.out.empty()) {
-    write_carpark_study_report(options.report_folder(), study, make_provenance(this_command()));
-    tell_report(options);
-  }
+  tell(carpark_study_document(study), options);
   return kDone;
 }
 
 int replay(const ReplayOptions& options) {
   if (options.variants) return study_variants(options);
   const std::vector<ReportedReplay> replays = replay_all(options);
-  const ReplayJudgement judgement = judge_replays(replays);
-  print_replays(options, replays, judgement);
-  if (!options.out.empty()) {
-    write_replay_report(options.report_folder(), replays, judgement, make_provenance(this_command()));
-    tell_report(options);
-  }
+  tell(replay_document(replays, judge_replays(replays)), options);
   const bool failed =
       std::any_of(replays.begin(), replays.end(), [](const auto& r) { return r.result.failed > 0; });
   return failed ? kSomeFailed : kDone;

@@ -17,17 +17,11 @@
 #include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/study_runner.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/judgement_report.h"
-#include "reports/document/study_json.h"
 #include "reports/document/study_report.h"
-#include "reports/document/study_table.h"
-#include "reports/document/trace_json.h"
-#include "reports/render/utf8_text.h"
+#include "reports/document/trace_report.h"
 
 namespace credence {
 namespace {
@@ -48,11 +42,7 @@ int show_one_run(const RunOptions& options) {
   const Scenario scenario = open_one_scenario(options.scenarios.front(), options.overrides());
   const RunTrace trace = naming_file(options.scenarios.front(),
                                      [&] { return make_experiment(scenario)->trace(*options.only_run); });
-  if (options.format == "json") {
-    fmt::print("{}\n", trace_json(scenario, trace));
-  } else {
-    fmt::print("{}", terminal_text(trace_table(scenario, trace)));
-  }
+  print(trace_document(scenario, trace), options);
   return trace.outcome == Outcome::ok ? kDone : kSomeFailed;
 }
 
@@ -113,29 +103,6 @@ ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
   return result;
 }
 
-void print_results(const RunOptions& options, const std::vector<StudyAnalysis>& analyses) {
-  if (options.format == "json") {
-    fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));
-  } else {
-    fmt::print("{}", terminal_text(verdict_table(analyses)));
-    for (const StudyAnalysis& a : analyses) {
-      if (a.stop) fmt::print("{}: {}\n", printable_line(a.scenario.name), stop_sentence(a));
-    }
-    if (analyses.size() > 1 || !analyses.front().judgement) return;
-    const Judgement& judgement = *analyses.front().judgement;
-    for (const auto& sentences : {advice_sentences(judgement), statistics_sentences(judgement)}) {
-      for (const std::string& sentence : sentences) fmt::print("{}\n", sentence);
-    }
-    if (const std::string exact = exact_sentence(analyses.front()); !exact.empty()) fmt::print("{}\n", exact);
-  }
-}
-
-void write_report(const RunOptions& options, const std::vector<ReportedStudy>& studies) {
-  write_study_report(options.report_folder(), report_title(studies), studies,
-                     make_provenance(this_command()));
-  tell_report(options);
-}
-
 int run(const RunOptions& options) {
   if (options.only_run) return show_one_run(options);
   if (!options.log.empty() && launched_ranks() != nullptr)
@@ -173,24 +140,25 @@ int run(const RunOptions& options) {
     return kInterrupted;
   }
 
-  print_results(options, analyses);
-  if (!options.out.empty()) {
-    std::vector<ReportedStudy> studies;
-    for (std::size_t i = 0; i < analyses.size(); ++i) {
-      studies.push_back(
-          {analyses[i], configurations[i].experiment->trace(0), scenario_comment(options.scenarios[i])});
-    }
-    write_report(options, studies);
-    for (std::size_t i = 0; i < analyses.size() && options.log.empty(); ++i) {
-      require_stored(store_directory(options, configurations[i].scenario));
-    }
-  }
   const auto complete = [](const StudyAnalysis& a) { return a.complete; };
   const auto failed = [](const StudyAnalysis& a) { return !a.statistics.failures.empty(); };
   const auto inconsistent = [](const StudyAnalysis& a) { return is_inconsistent(overall_verdict(a)); };
-  return study_exit_code(analyses.size() == configurations.size() && std::ranges::all_of(analyses, complete),
-                         std::ranges::any_of(analyses, failed), std::ranges::any_of(analyses, inconsistent),
-                         options);
+  const int code = study_exit_code(
+      analyses.size() == configurations.size() && std::ranges::all_of(analyses, complete),
+      std::ranges::any_of(analyses, failed), std::ranges::any_of(analyses, inconsistent), options);
+
+  std::vector<ReportedStudy> studies;
+  for (std::size_t i = 0; i < analyses.size(); ++i) {
+    ReportedStudy& study = studies.emplace_back(ReportedStudy{.analysis = std::move(analyses[i])});
+    if (options.out.empty()) continue;
+    study.trace = configurations[i].experiment->trace(0);
+    study.description = scenario_comment(options.scenarios[i]);
+  }
+  tell(study_document(std::move(studies)), options);
+  for (std::size_t i = 0; i < analyses.size() && !options.out.empty() && options.log.empty(); ++i) {
+    require_stored(store_directory(options, configurations[i].scenario));
+  }
+  return code;
 }
 
 }  // namespace

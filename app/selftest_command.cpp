@@ -10,9 +10,7 @@
 #include "app/launched_ranks.h"
 #include "app/progress.h"
 #include "app/say.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "reports/document/selftest_report.h"
 
 namespace credence {
@@ -21,17 +19,6 @@ namespace {
 struct SelftestCommand : CommonOptions {
   SelftestOptions test;
 };
-
-void print_selftest(const SelftestCommand& command, const SelftestResult& result) {
-  if (command.format == "json") {
-    fmt::print("{}\n", selftest_json(result));
-    return;
-  }
-  fmt::print("{}.\n\n", selftest_answer(result).text);
-  for (const ReportTable& table : selftest_tables(result)) {
-    fmt::print("{}\n", terminal_text(table));
-  }
-}
 
 int selftest(SelftestCommand& command) {
   ProgressDisplay display("selftest", command.quiet, "studies");
@@ -45,11 +32,7 @@ int selftest(SelftestCommand& command) {
     say("credence: selftest interrupted, nothing is proved");
     return kInterrupted;
   }
-  print_selftest(command, result);
-  if (!command.out.empty()) {
-    write_selftest_report(command.report_folder(), result, make_provenance(this_command()));
-    tell_report(command);
-  }
+  tell(selftest_document(result), command);
   for (const std::string& failure : selftest_failures(result)) {
     say(fmt::format("credence: SELFTEST FAILED: {}", failure));
   }

@@ -10,14 +10,10 @@
 #include "app/interrupt.h"
 #include "app/say.h"
 #include "app/stored_study.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "reports/document/study_json.h"
 #include "reports/document/study_report.h"
-#include "reports/document/study_table.h"
 #include "reports/document/sweep_report.h"
-#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -29,10 +25,10 @@ struct StoredOptions : CommonOptions {
 /// "640 of 5000 runs are stored, and process 4711 goes on with them."
 std::string progress_sentence(const StoredStudy& study) {
   const std::int64_t runs = study.runs(), asked = study.runs_asked();
-  std::string text = fmt::format("{}: {} of {} runs are stored ({:.1f} %)", printable_line(study.plan.name),
-                                 runs, asked, 100.0 * static_cast<double>(runs) / static_cast<double>(asked));
+  std::string text = fmt::format("{}: {} of {} runs are stored ({:.1f} %)", study.plan.name, runs, asked,
+                                 100.0 * static_cast<double>(runs) / static_cast<double>(asked));
   if (study.writer) text += fmt::format("; process {} goes on with them", *study.writer);
-  return text + fmt::format("; made by version {}.", printable_line(study.tool_version));
+  return text + fmt::format("; made by version {}.", study.tool_version);
 }
 
 SweepAnalysis analyse_stored_sweep(StoredStudy& study) {
@@ -56,43 +52,37 @@ std::vector<StoredStudy> read_all(const std::string& path) {
   return studies;
 }
 
-int show(const StoredOptions& options) {
-  std::vector<StoredStudy> studies = read_all(options.directory);
-  const bool sweep = is_sweep(studies);
-  std::string progress;
-  for (const StoredStudy& study : studies) progress += progress_sentence(study) + "\n";
-  std::vector<StudyAnalysis> analyses;
-  if (!sweep) {
-    for (StoredStudy& study : studies) {
-      if (std::optional<StudyAnalysis> a = judge(study, options)) analyses.push_back(std::move(*a));
-    }
-    if (catch_interrupt().load()) return kInterrupted;
-  } else if (studies.front().runs() > 0) {
-    const SweepAnalysis analysis = analyse_stored_sweep(studies.front());
-    if (options.format == "json") {
-      fmt::print("{}\n", sweep_json(analysis));
-      return kDone;
-    }
-    for (const ReportTable& table : sweep_tables(analysis)) fmt::print("{}", terminal_text(table));
-  }
-  if (options.format == "json") {
-    fmt::print("{}\n", analyses.size() == 1 ? study_json(analyses.front()) : studies_json(analyses));
-    return kDone;
-  }
-  for (StudyAnalysis& a : analyses) a.complete = true;  // how much there is, is said below
-  if (!analyses.empty()) fmt::print("{}", terminal_text(verdict_table(analyses)));
-  fmt::print("\n{}", progress);
-  return kDone;
-}
-
-std::vector<ReportedStudy> reported(std::vector<StoredStudy>& studies, const StoredOptions& options) {
+/// All that have runs; with `traced` one run of each for its page.
+std::vector<ReportedStudy> reported(std::vector<StoredStudy>& studies, const StoredOptions& options,
+                                    bool traced) {
   std::vector<ReportedStudy> all;
   for (StoredStudy& study : studies) {
-    if (std::optional<StudyAnalysis> a = judge(study, options)) {
-      all.push_back({std::move(*a), study.configurations.front().experiment->trace(0)});
-    }
+    std::optional<StudyAnalysis> analysis = judge(study, options);
+    if (!analysis) continue;
+    ReportedStudy& each = all.emplace_back(ReportedStudy{.analysis = std::move(*analysis)});
+    if (traced) each.trace = study.configurations.front().experiment->trace(0);
   }
   return all;
+}
+
+int show(const StoredOptions& options) {
+  std::vector<StoredStudy> studies = read_all(options.directory);
+  Document document;
+  document.json = [] { return studies_json({}); };
+  if (!is_sweep(studies)) {
+    std::vector<ReportedStudy> all = reported(studies, options, false);
+    if (catch_interrupt().load()) return kInterrupted;
+    if (options.format != "json") {
+      for (ReportedStudy& each : all) each.analysis.complete = true;  // how much there is, is said below
+    }
+    if (!all.empty()) document = study_document(std::move(all));
+  } else if (studies.front().runs() > 0) {
+    document = sweep_document(analyse_stored_sweep(studies.front()));
+  }
+  document.brief.emplace_back("");
+  for (const StoredStudy& study : studies) document.brief.emplace_back(progress_sentence(study));
+  print(document, options);
+  return kDone;
 }
 
 int report(StoredOptions options) {
@@ -100,14 +90,12 @@ int report(StoredOptions options) {
   if (options.out.empty()) options.out = options.directory;
   for (const StoredStudy& study : studies) require_runs(study);
   if (is_sweep(studies)) {
-    write_sweep_report(options.report_folder(), analyse_stored_sweep(studies.front()),
-                       make_provenance(this_command()));
-  } else {
-    const std::vector<ReportedStudy> all = reported(studies, options);
-    if (catch_interrupt().load()) return kInterrupted;
-    write_study_report(options.report_folder(), report_title(all), all, make_provenance(this_command()));
+    write_report(sweep_document(analyse_stored_sweep(studies.front())), options);
+    return kDone;
   }
-  tell_report(options);
+  std::vector<ReportedStudy> all = reported(studies, options, true);
+  if (catch_interrupt().load()) return kInterrupted;
+  write_report(study_document(std::move(all)), options);
   return kDone;
 }
 

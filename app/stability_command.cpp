@@ -14,16 +14,13 @@
 #include "app/naming_file.h"
 #include "app/progress.h"
 #include "app/scenario_files.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "core/parallel_tasks.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/planar_stability_report.h"
 #include "reports/document/planar_table_report.h"
 #include "reports/document/stability_report.h"
-#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -34,42 +31,20 @@ struct StabilityOptions : CommonOptions {
   Index loops = 20;
 };
 
-/// What a kind of world has to say, ready to print.
-struct StabilityOutput {
-  ReportAnswer answer;
-  std::vector<ReportTable> tables;
-  std::string json;
-};
-
 /// The names of the states, but for a SLAM state, whose symmetries have names.
 std::vector<std::string> own_names(const Scenario& scenario, const LinearProblem& problem) {
   const bool slam = world_of(scenario).figure != RunFigure::states;
   return slam ? std::vector<std::string>{} : problem.scene.layout.states;
 }
 
-StabilityOutput linear_output(const Scenario& scenario, const LinearProblem& problem,
-                              const StabilityOptions& options) {
+Document linear_stability(const Scenario& scenario, const LinearProblem& problem,
+                          const StabilityOptions& options) {
   const std::vector<LinearModel> period = problem.assumed_period();
   const Index length = std::ssize(period), steps = std::max<Index>(1, scenario.study.steps / length);
-  const StabilityAnalysis a =
+  const StabilityAnalysis analysis =
       analyse_stability(lifted_model(period), problem.rule, steps,
                         std::max({options.horizon / length, steps, Index{4}}), own_names(scenario, problem));
-  if (!options.out.empty())
-    write_stability_report(options.report_folder(), scenario, a, make_provenance(this_command()));
-  ReportAnswer answer = stability_answer(a);
-  if (length > 1) {
-    answer.text += fmt::format("; a step is here a whole period of {}, with P at its end", length);
-  }
-  return {answer, {stability_verdict_table(a), stability_rank_table(a)}, stability_json(scenario, a)};
-}
-
-StabilityOutput planar_output(const Scenario& scenario, const StabilityOptions& options) {
-  const PlanarStability a = analyse_planar_stability(scenario, options.loops);
-  if (!options.out.empty())
-    write_planar_stability_report(options.report_folder(), scenario, a, make_provenance(this_command()));
-  return {planar_stability_answer(scenario, a),
-          {planar_growth_table(scenario, a), planar_rank_table(a)},
-          planar_stability_json(scenario, a)};
+  return stability_document(scenario, analysis, length);
 }
 
 /// Throws ScenarioError for what no recursion of a single covariance can answer.
@@ -120,39 +95,20 @@ std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const Stabili
   return analyses;
 }
 
-int stability_of_sweep(const SweepPlan& plan, const StabilityOptions& options) {
-  const std::vector<PlanarStability> analyses =
-      naming_file(options.scenario, [&] { return analyse_points(plan, options); });
-  if (options.format == "json") {
-    fmt::print("{}\n", planar_stability_table_json(plan, analyses));
-  } else {
-    fmt::print("{}", terminal_text(planar_stability_table(plan, analyses)));
-  }
-  if (options.out.empty()) return kDone;
-  write_planar_stability_table(options.report_folder(), plan, analyses, make_provenance(this_command()));
-  tell_report(options);
-  return kDone;
+/// Of a linear world, a planar one, or a sweep over planar ones.
+Document stability_of(const SweepPlan& plan, const StabilityOptions& options) {
+  if (!plan.axes.empty()) return planar_table_document(plan, analyse_points(plan, options));
+  const Scenario& scenario = plan.points.front().scenario;
+  const std::optional<LinearProblem> linear = linear_problem(scenario);
+  require_one_covariance(scenario, options.scenario);
+  if (linear) return linear_stability(scenario, *linear, options);
+  require_path(scenario, options.scenario);
+  return planar_stability_document(scenario, analyse_planar_stability(scenario, options.loops));
 }
 
 int stability(const StabilityOptions& options) {
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
-  if (!plan.axes.empty()) return stability_of_sweep(plan, options);
-  const Scenario& scenario = plan.points.front().scenario;
-  const std::optional<LinearProblem> linear = linear_problem(scenario);
-  require_one_covariance(scenario, options.scenario);
-  if (!linear) require_path(scenario, options.scenario);
-  const StabilityOutput output = naming_file(options.scenario, [&] {
-    return linear ? linear_output(scenario, *linear, options) : planar_output(scenario, options);
-  });
-  if (options.format == "json") {
-    fmt::print("{}\n", output.json);
-  } else {
-    fmt::print("{}.\n\n", printable_line(output.answer.text));
-    for (const ReportTable& table : output.tables) {
-      fmt::print("{}\n", terminal_text(table));
-    }
-  }
-  if (!options.out.empty()) tell_report(options);
+  tell(naming_file(options.scenario, [&] { return stability_of(plan, options); }), options);
   return kDone;
 }
 

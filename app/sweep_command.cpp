@@ -16,9 +16,7 @@
 #include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/study_runner.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "core/memory_need.h"
 #include "core/version.h"
 #include "montecarlo/scenario/sweep_plan.h"
@@ -83,17 +81,8 @@ int sweep(SweepOptions& options) {
     failed = failed || !analyses.back().statistics.failures.empty();
     inconsistent = inconsistent || is_inconsistent(overall_verdict(analyses.back()));
   }
-  const SweepAnalysis analysis = analyse_sweep(plan, std::move(analyses));
-  if (options.format == "json") {
-    fmt::print("{}\n", sweep_json(analysis));
-  } else {
-    for (const ReportTable& table : sweep_tables(analysis)) {
-      fmt::print("{}", terminal_text(table));
-    }
-  }
-  write_sweep_report(options.report_folder(), analysis, make_provenance(this_command()));
+  tell(sweep_document(analyse_sweep(plan, std::move(analyses))), options);
   require_stored(options.out);
-  tell_report(options);
   return study_exit_code(complete, failed, inconsistent, options);
 }
 

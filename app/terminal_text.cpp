@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "app/launched_ranks.h"
+#include "reports/render/text_page.h"
 #include "reports/render/text_table.h"
 
 namespace credence {
@@ -29,6 +30,10 @@ std::size_t terminal_width(int descriptor) {
   winsize size{};
   if (isatty(descriptor) != 1 || ioctl(descriptor, TIOCGWINSZ, &size) != 0) return 0;
   return size.ws_col;
+}
+
+std::string terminal_text(const Document& document) {
+  return text_page(document, is_terminal() && wants_colour(), terminal_width(STDOUT_FILENO));
 }
 
 std::string terminal_text(const ReportTable& table) {

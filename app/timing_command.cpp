@@ -9,9 +9,7 @@
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/say.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "reports/document/timing_report.h"
 
 namespace credence {
@@ -20,18 +18,6 @@ namespace {
 struct TimingCommand : CommonOptions {
   FilterTimingPlan plan;
 };
-
-void print_timing(const TimingCommand& command, const TimingResult& result) {
-  if (command.format == "json") {
-    fmt::print("{}\n", timing_json(result));
-    return;
-  }
-  fmt::print("{}.\n\n", timing_answer(result).text);
-  fmt::print("{}, {} kernels\n\n", result.machine.processor, result.machine.instruction_set);
-  for (const ReportTable& table : timing_tables(result)) {
-    fmt::print("{}\n", terminal_text(table));
-  }
-}
 
 int timing(TimingCommand& command) {
   ProgressDisplay display("timing", command.quiet, "timings");
@@ -43,11 +29,7 @@ int timing(TimingCommand& command) {
     say("credence: timing interrupted before its first round");
     return kInterrupted;
   }
-  print_timing(command, result);
-  if (!command.out.empty()) {
-    write_timing_report(command.report_folder(), result, make_provenance(this_command()));
-    tell_report(command);
-  }
+  tell(timing_document(result), command);
   return result.complete ? kDone : kInterrupted;
 }
 

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <sstream>
 #include <stdexcept>
@@ -8,14 +6,11 @@
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/say.h"
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "app/tune_command.h"
 #include "core/stop_point.h"
 #include "datasets/replay/replay_tuning.h"
 #include "reports/document/replay_tune_report.h"
-#include "reports/render/utf8_text.h"
 
 namespace credence {
 namespace {
@@ -63,17 +58,7 @@ int tune_data_set(const TuneOptions& options) {
   score.watch([&](std::int64_t plays) { display.show({.runs_done = plays}); });
   try {
     const ReplayTuning tuning = tune_replays(logs, score, kReplayConfidence);
-    if (options.format == "json") {
-      fmt::print("{}\n", replay_tune_json(tuning));
-    } else {
-      fmt::print("{}.\n\n", printable_line(replay_tune_answer(tuning).text));
-      for (const ReportTable& table : replay_tune_tables(tuning)) fmt::print("{}\n", terminal_text(table));
-      for (const std::string& sentence : replay_tune_sentences(tuning)) fmt::print("{}\n", sentence);
-    }
-    if (!options.out.empty()) {
-      write_replay_tune_report(options.report_folder(), tuning, score, make_provenance(this_command()));
-      tell_report(options);
-    }
+    tell(replay_tune_document(tuning, score), options);
     const bool inconsistent = !tuning.left_out.empty() && is_inconsistent(left_out_verdict(tuning));
     return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
   } catch (const Stopped&) {

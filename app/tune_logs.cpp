@@ -1,13 +1,9 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 #include <vector>
 
-#include "app/tell_report.h"
-#include "app/terminal_text.h"
-#include "app/this_command.h"
+#include "app/tell.h"
 #include "app/tune_command.h"
 #include "datasets/logs/innovation_record.h"
 #include "datasets/logs/log_format.h"
@@ -36,16 +32,7 @@ int tune_logs(const TuneOptions& options) {
   sensors.reserve(records.size());
   for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kLogConfidence));
   const std::string name = fs::path(options.inputs.front()).stem().string();
-  if (options.format == "json") {
-    fmt::print("{}\n", log_tune_json(name, sensors));
-  } else {
-    fmt::print("{}", terminal_text(log_tune_table(name, sensors)));
-    for (const std::string& sentence : log_tune_sentences(sensors)) fmt::print("{}\n", sentence);
-  }
-  if (!options.out.empty()) {
-    write_log_tune_report(options.report_folder(), name, sensors, make_provenance(this_command()));
-    tell_report(options);
-  }
+  tell(log_tune_document(name, sensors), options);
   const bool inconsistent = std::ranges::any_of(
       sensors, [](const InnovationTuning& t) { return is_inconsistent(t.left_out_parts.verdict); });
   return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;

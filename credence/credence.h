@@ -25,11 +25,10 @@
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/study_json.h"
 #include "reports/document/study_report.h"
-#include "reports/document/study_table.h"
 #include "reports/document/sweep_report.h"
-#include "reports/render/text_table.h"
+#include "reports/render/text_page.h"
+#include "reports/render/write_document.h"
 
 // Logs of any filter, judged.
 #include "datasets/logs/judge_logs.h"

@@ -22,6 +22,8 @@
 #include "python/told.h"
 #include "python/tuned_filter.h"
 #include "reports/render/atomic_file.h"
+#include "reports/render/text_page.h"
+#include "reports/render/write_document.h"
 
 /// @file
 /// The compiled half of the Python module: arrays in, judged filters out. What a user calls, and what checks
@@ -188,12 +190,14 @@ PYBIND11_MODULE(_credence, m) {
       .def_readonly("p_value", &Told::p_value)
       .def_readonly("complete", &Told::complete)
       .def_readonly("is_sweep", &Told::is_sweep)
-      .def("text", [](const Told& told) { return told.text(); })
-      .def("json", [](const Told& told) { return told.json(); })
-      .def("tuned", [](const Told& told) { return told.tuned(); })
+      .def("text", [](const Told& told) { return text_page(told.document); })
+      .def("json", [](const Told& told) { return told.document.json(); })
+      .def_readonly("tuned", &Told::tuned)
       .def(
           "write_report",
-          [](const Told& told, const std::filesystem::path& folder) { told.write_report(folder); },
+          [](const Told& told, const std::filesystem::path& folder) {
+            write_document(told.document, folder);
+          },
           py::call_guard<py::gil_scoped_release>());
 
   py::enum_<ArrayIndexing>(m, "Indexing")

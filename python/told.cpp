@@ -19,25 +19,12 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/judgement_report.h"
-#include "reports/document/study_json.h"
 #include "reports/document/study_report.h"
-#include "reports/document/study_table.h"
 #include "reports/document/sweep_report.h"
 #include "reports/document/tune_report.h"
-#include "reports/document/tuning_tables.h"
-#include "reports/render/text_table.h"
 
 namespace credence {
 namespace {
-
-std::string study_text(const StudyAnalysis& analysis) {
-  std::string text = text_table(verdict_table(std::span(&analysis, 1)));
-  if (analysis.stop) text += stop_sentence(analysis) + "\n";
-  if (!analysis.judgement) return text;
-  for (const std::string& sentence : advice_sentences(*analysis.judgement)) text += sentence + "\n";
-  return text;
-}
 
 /// One study for each experiment of these scenarios; of those without a run nothing. The evidence, if any, is
 /// that of a single one.
@@ -69,32 +56,13 @@ std::vector<StudyAnalysis> studies(std::span<const Scenario> scenarios,
   return analyses;
 }
 
-std::string sweep_text(const SweepAnalysis& analysis) {
-  std::string text;
-  for (const ReportTable& table : sweep_tables(analysis)) text += text_table(table);
-  return text;
-}
-
-std::string tune_text(const ScenarioTuning& tuning) {
-  std::string text;
-  for (const ReportTable& table :
-       {tune_forecast_table(tuning.tuning.forecast), tune_table(tuning), tune_gain_table(tuning)}) {
-    text += text_table(table) + "\n";
-  }
-  for (const std::string& sentence : tune_sentences(tuning)) text += sentence + "\n";
-  return text;
-}
-
 }  // namespace
 
-Told tell(JudgedFilter judged) {
-  const auto filter = std::make_shared<const JudgedFilter>(std::move(judged));
-  return {.verdict = std::string(to_string(filter->verdict())),
-          .says = filter->says(),
-          .p_value = filter->p_value(),
-          .text = [filter] { return filter->text(); },
-          .json = [filter] { return filter->json(); },
-          .write_report = [filter](const std::filesystem::path& folder) { filter->write_report(folder); }};
+Told tell(JudgedFilter filter) {
+  return {.verdict = std::string(to_string(filter.verdict())),
+          .says = filter.says(),
+          .p_value = filter.p_value(),
+          .document = filter.document()};
 }
 
 namespace {
@@ -119,18 +87,15 @@ Told told_scenario(const Scenario& scenario, const Sources& sources) {
   if (all.empty()) throw std::runtime_error("interrupted before the first runs were done");
   add_judgement(all.front(), evidence, sources.evidence);
   add_posterior_bound(all.front(), sources.evidence);
-  const auto a = std::make_shared<const StudyAnalysis>(std::move(all.front()));
-  return {.verdict = std::string(to_string(overall_verdict(*a))),
-          .says = JudgedFilter::word_says(a->word, a->nees),
-          .p_value = a->word.p_value,
-          .complete = a->complete,
-          .text = [a] { return study_text(*a); },
-          .json = [a] { return study_json(*a); },
-          .write_report =
-              [a, experiment](const std::filesystem::path& folder) {
-                const ReportedStudy reported{*a, experiment->trace(0)};
-                write_study_report(folder, a->scenario.name, std::span(&reported, 1));
-              }};
+  StudyAnalysis& a = all.front();
+  Told told{.verdict = std::string(to_string(overall_verdict(a))),
+            .says = JudgedFilter::word_says(a.word, a.nees),
+            .p_value = a.word.p_value,
+            .complete = a.complete};
+  std::vector<ReportedStudy> reported;
+  reported.push_back({std::move(a), experiment->trace(0)});
+  told.document = study_document(std::move(reported));
+  return told;
 }
 
 Told told_sweep(SweepPlan plan, const Sources& sources) {
@@ -140,16 +105,12 @@ Told told_sweep(SweepPlan plan, const Sources& sources) {
     scenarios.push_back(point.scenario);
     experiments.push_back(make_experiment(point.scenario));
   }
-  const auto a = std::make_shared<const SweepAnalysis>(
-      analyse_sweep(std::move(plan), studies(scenarios, experiments, sources.studies)));
-  return {.verdict = "",
-          .says = "",
-          .p_value = kNaN,
-          .complete = a->studies.size() == scenarios.size(),
+  SweepAnalysis analysis = analyse_sweep(std::move(plan), studies(scenarios, experiments, sources.studies));
+  const bool complete = analysis.studies.size() == scenarios.size();
+  return {.p_value = kNaN,
+          .complete = complete,
           .is_sweep = true,
-          .text = [a] { return sweep_text(*a); },
-          .json = [a] { return sweep_json(*a); },
-          .write_report = [a](const std::filesystem::path& folder) { write_sweep_report(folder, *a); }};
+          .document = sweep_document(std::move(analysis))};
 }
 
 }  // namespace
@@ -185,16 +146,13 @@ Told tune(const Scenario& scenario, const std::string& free, int threads, const 
   request.stop = &stop;
   std::optional<ScenarioTuning> tuned = tune_scenario(scenario, request);
   if (!tuned) throw std::runtime_error("interrupted before the tuning was done");
-  const auto t = std::make_shared<const ScenarioTuning>(std::move(*tuned));
-  const StudyAnalysis* const after = t->held_out ? &t->held_out->after : nullptr;
-  return {.verdict = after == nullptr ? "" : std::string(to_string(overall_verdict(*after))),
-          .says = after == nullptr ? "" : after->word.says,
-          .p_value = after == nullptr ? kNaN : after->word.p_value,
-          .complete = true,
-          .text = [t] { return tune_text(*t); },
-          .json = [t] { return tune_json(*t); },
-          .tuned = [t] { return t->tuning.anything_known() ? tuned_toml(*t) : std::string(); },
-          .write_report = [t](const std::filesystem::path& folder) { write_tune_report(folder, *t); }};
+  const StudyAnalysis* const after = tuned->held_out ? &tuned->held_out->after : nullptr;
+  Told told{.verdict = after == nullptr ? "" : std::string(to_string(overall_verdict(*after))),
+            .says = after == nullptr ? "" : after->word.says,
+            .p_value = after == nullptr ? kNaN : after->word.p_value,
+            .tuned = tuned->tuning.anything_known() ? tuned_toml(*tuned) : ""};
+  told.document = tune_document(std::move(*tuned));
+  return told;
 }
 
 }  // namespace credence

@@ -2,11 +2,11 @@
 
 #include <atomic>
 #include <filesystem>
-#include <functional>
 #include <string>
 
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/scenario/scenario_io.h"
+#include "reports/document/document.h"
 #include "reports/document/judged_filter.h"
 
 namespace credence {
@@ -17,10 +17,8 @@ struct Told {
   double p_value = 0.0;
   bool complete = true;
   bool is_sweep = false;
-  std::function<std::string()> text, json;
-  std::function<std::string()> tuned =
-      {};  ///< of a tuning: the tuned scenario as TOML, "" where there is none
-  std::function<void(const std::filesystem::path&)> write_report;
+  std::string tuned{};  ///< of a tuning: the tuned scenario as TOML, "" where there is none
+  Document document{};
 };
 
 Told tell(JudgedFilter filter);

@@ -2,15 +2,13 @@
 
 #include <pybind11/stl.h>
 
-#include <algorithm>
 #include <exception>
-#include <memory>
+#include <utility>
 
 #include "analysis/tuning/black_box_score.h"
 #include "analysis/tuning/tuning.h"
 #include "core/nan.h"
 #include "reports/document/tuning_tables.h"
-#include "reports/render/text_table.h"
 
 namespace py = pybind11;
 
@@ -68,22 +66,18 @@ class PlayedInPython final : public BlackBoxScore {
   mutable std::exception_ptr thrown_;
 };
 
-std::string told_text(const Tuning& tuning) {
-  std::string text;
-  for (const ReportTable& table :
-       {tune_forecast_table(tuning.forecast),
-        tuned_noise_table("filter", "filter as a black box, common random numbers", tuning),
-        score_gain_table(tuning)}) {
-    text += text_table(table) + "\n";
-  }
-  for (const std::string& sentence : tuning.notes) text += sentence + "\n";
-  return text;
-}
-
-std::string told_json(const Tuning& tuning) {
-  Json j = tuning_json(tuning);
-  j["notes"] = tuning.notes;
-  return j.dump(1);
+Document filter_document(const Tuning& tuning) {
+  Document document;
+  document.json = [tuning] {
+    Json j = tuning_json(tuning);
+    j["notes"] = tuning.notes;
+    return j.dump(1);
+  };
+  document.show_apart({tune_forecast_table(tuning.forecast),
+                       tuned_noise_table("filter", "filter as a black box, common random numbers", tuning),
+                       score_gain_table(tuning)});
+  document.show(tuning.notes);
+  return document;
 }
 
 }  // namespace
@@ -91,21 +85,15 @@ std::string told_json(const Tuning& tuning) {
 Told tune_filter(const std::vector<std::pair<std::string, double>>& factors, std::int64_t runs,
                  double confidence, const py::function& play) {
   const PlayedInPython score(factors, runs, play);
-  std::shared_ptr<const Tuning> t;
+  Document document;
   try {
-    t = std::make_shared<const Tuning>(tune(score, Vector::Zero(score.parameters()), confidence));
+    document = filter_document(tune(score, Vector::Zero(score.parameters()), confidence));
   } catch (const std::invalid_argument&) {
     score.rethrow();
     throw;
   }
   score.rethrow();
-  return {.verdict = "",
-          .says = "",
-          .p_value = kNaN,
-          .complete = true,
-          .text = [t] { return told_text(*t); },
-          .json = [t] { return told_json(*t); },
-          .write_report = {}};
+  return {.p_value = kNaN, .document = std::move(document)};
 }
 
 }  // namespace credence

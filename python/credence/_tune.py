@@ -83,7 +83,7 @@ class Tuning(Told):
     @property
     def scenario(self) -> Optional[str]:
         """The tuned scenario, TOML text that ``run`` takes; None where nothing could be told."""
-        return self._told.tuned() or None
+        return self._told.tuned or None
 
     def report(self, directory: "str | os.PathLike[str]") -> str:
         """Writes the report and returns the path of its page, DIR/index.html."""

@@ -5,10 +5,7 @@
 #include <algorithm>
 
 #include "datasets/replay/carpark_findings.h"
-#include "reports/figures/draw_figures.h"
 #include "reports/figures/replay_figures.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -216,18 +213,10 @@ Json variant_json(const CarparkVariant& variant) {
           {"figure", paper_figure(variant)}};
 }
 
-}  // namespace
-
-ReportAnswer carpark_study_answer(const CarparkStudy& study) {
-  const std::vector<CarparkFinding> findings = carpark_findings(study);
+ReportAnswer carpark_study_answer(const std::vector<CarparkFinding>& findings) {
   const auto held = std::ranges::count(findings, true, &CarparkFinding::holds);
   return {held == std::ssize(findings) ? CellTone::good : CellTone::caution,
           fmt::format("{} of the {} things that the replays were to show hold", held, findings.size())};
-}
-
-std::vector<ReportTable> carpark_study_tables(const CarparkStudy& study) {
-  return {findings_table(carpark_findings(study)), variants_table(study), independence_table(study),
-          horizon_table(study)};
 }
 
 std::string carpark_study_json(const CarparkStudy& study) {
@@ -278,36 +267,34 @@ std::string carpark_study_json(const CarparkStudy& study) {
   return j.dump(1);
 }
 
-void write_carpark_study_report(const ReportFolder& directory, const CarparkStudy& study,
-                                const Provenance& provenance) {
-  std::vector<Figure> figures{independence_figure(study), horizon_figure(study)};
-  for (const InflationSolution solution : {kExact, kPairwise})
-    for (Figure& figure : paper_figures(study, solution)) figures.push_back(std::move(figure));
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
-  const std::vector<ReportTable> tables = carpark_study_tables(study);
+}  // namespace
 
-  HtmlPage page("The car park: Figures 5 to 8 and their neighbours", "Real data replayed");
-  const ReportAnswer answer = carpark_study_answer(study);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("What holds");
-  page.table(tables[0]);
-  page.section("All variants");
-  page.table(tables[1]);
-  page.section("Independence of P0");
-  page.table(tables[2]);
-  page.figure(figures[0], drawings[0], directory);
-  page.section("Long horizon");
-  page.table(tables[3]);
-  page.figure(figures[1], drawings[1], directory);
-  const auto add_paper_figures = [&](const char* title, std::size_t first, bool open) {
-    page.folded_section(title, "", "", open, [&] {
-      for (std::size_t i = first; i < first + 4; ++i) page.figure(figures[i], drawings[i], directory);
-    });
-  };
-  add_paper_figures("Figures 5 to 8 with the exact minimal trace", 2, true);
-  add_paper_figures("Figures 5 to 8 with the pairwise bound", 6, false);
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+Document carpark_study_document(const CarparkStudy& study) {
+  const std::vector<CarparkFinding> findings = carpark_findings(study);
+  Document document("The car park: Figures 5 to 8 and their neighbours", "Real data replayed");
+  document.answer = carpark_study_answer(findings);
+  document.json = [study] { return carpark_study_json(study); };
+
+  const ReportTable held = findings_table(findings), variants = variants_table(study);
+  const ReportTable independence = independence_table(study), horizon = horizon_table(study);
+  document.show_answer();
+  document.show_apart({held, variants, independence, horizon});
+
+  document.section("What holds");
+  document.table(held);
+  document.section("All variants");
+  document.table(variants);
+  document.section("Independence of P0");
+  document.table(independence);
+  document.figure(independence_figure(study));
+  document.section("Long horizon");
+  document.table(horizon);
+  document.figure(horizon_figure(study));
+  document.folded_section("Figures 5 to 8 with the exact minimal trace", "", "", true,
+                          [&] { document.figures(paper_figures(study, kExact)); });
+  document.folded_section("Figures 5 to 8 with the pairwise bound", "", "", false,
+                          [&] { document.figures(paper_figures(study, kPairwise)); });
+  return document;
 }
 
 }  // namespace credence

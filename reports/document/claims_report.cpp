@@ -4,9 +4,6 @@
 
 #include <algorithm>
 
-#include "reports/document/report_table.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/utf8_text.h"
 
@@ -27,7 +24,7 @@ CellTone tone_of(ClaimVerdict verdict) {
   return CellTone::plain;
 }
 
-std::string summary(std::span<const Claim> claims) {
+ReportAnswer claims_answer(const std::vector<Claim>& claims) {
   std::string text;
   for (const ClaimVerdict verdict :
        {ClaimVerdict::holds, ClaimVerdict::conditional, ClaimVerdict::fails, ClaimVerdict::not_measured}) {
@@ -38,29 +35,47 @@ std::string summary(std::span<const Claim> claims) {
                         : verdict == ClaimVerdict::fails       ? "fail"
                                                                : "not measured");
   }
-  return fmt::format("Of {} claims: {}.", claims.size(), text);
+  const bool fails = std::ranges::find(claims, ClaimVerdict::fails, &Claim::verdict) != claims.end();
+  return {fails ? CellTone::caution : CellTone::good, fmt::format("Of {} claims: {}", claims.size(), text)};
 }
 
 /// The text in lines of at most 100 columns, each begun with `indent` blanks.
-std::string paragraph(std::string_view text, std::size_t indent) {
+std::vector<std::string> claim_lines(std::string_view text, std::size_t indent) {
   constexpr std::size_t kWidth = 100;
-  std::string lines, line;
+  std::vector<std::string> lines;
+  std::string line;
   while (!text.empty()) {
     const std::string_view word = text.substr(0, text.find(' '));
     text.remove_prefix(std::min(word.size() + 1, text.size()));
     if (!line.empty() && indent + display_width(line) + 1 + display_width(word) > kWidth) {
-      lines += std::string(indent, ' ') + line + "\n";
+      lines.push_back(std::string(indent, ' ') + line);
       line.clear();
     }
     if (!line.empty()) line += ' ';
     line += word;
   }
-  return lines + std::string(indent, ' ') + line + "\n";
+  lines.push_back(std::string(indent, ' ') + line);
+  return lines;
 }
 
-}  // namespace
+ReportTable claims_table(const std::vector<Claim>& claims) {
+  using enum ColumnAlign;
+  ReportTable table{.title = "Every claim with its evidence",
+                    .columns = {{"claim", words},
+                                {"source", words},
+                                {"verdict", words},
+                                {"measured", words},
+                                {"in the long run", words}},
+                    .rows = {},
+                    .notes = {}};
+  for (const Claim& c : claims) {
+    table.add({c.statement, c.source, TableCell(std::string(to_string(c.verdict)), tone_of(c.verdict)),
+               c.measured, c.long_run});
+  }
+  return table;
+}
 
-std::string claims_json(std::span<const Claim> claims) {
+std::string claims_json(const std::vector<Claim>& claims) {
   Json list = Json::array();
   for (const Claim& c : claims) {
     list.push_back({{"id", c.id},
@@ -76,44 +91,28 @@ std::string claims_json(std::span<const Claim> claims) {
       .dump(1);
 }
 
-std::string claims_text(std::span<const Claim> claims) {
-  std::string text;
-  for (const Claim& c : claims) {
-    text += fmt::format("{}: {} ({})\n", c.id, to_string(c.verdict), c.source);
-    text += paragraph(c.statement, 2);
-    text += paragraph("measured: " + c.measured, 4);
-    if (!c.long_run.empty()) text += paragraph("in the long run: " + c.long_run, 4);
-    text += '\n';
-  }
-  return summary(claims) + "\n\n" + text;
-}
+}  // namespace
 
-void write_claims_report(const ReportFolder& directory, std::span<const Claim> claims,
-                         const Provenance& provenance) {
-  make_directories(directory);
-  using enum ColumnAlign;
-  ReportTable table{.title = "Every claim with its evidence",
-                    .columns = {{"claim", words},
-                                {"source", words},
-                                {"verdict", words},
-                                {"measured", words},
-                                {"in the long run", words}},
-                    .rows = {},
-                    .notes = {}};
-  for (const Claim& c : claims) {
-    table.add({c.statement, c.source, TableCell(std::string(to_string(c.verdict)), tone_of(c.verdict)),
-               c.measured, c.long_run});
-  }
-  HtmlPage page(
+Document claims_document(const std::vector<Claim>& claims) {
+  Document document(
       "What the paper claims",
       "T. Vidal-Calleja, J. Andrade-Cetto, A. Sanfeliu, “Conditions for Suboptimal Filter Stability in "
       "SLAM”, IROS 2004; measured by Credence");
-  const bool fails = std::ranges::find(claims, ClaimVerdict::fails, &Claim::verdict) != claims.end();
-  page.answer(fails ? CellTone::caution : CellTone::good, summary(claims));
-  page.section("Claims");
-  page.table(table);
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+  document.answer = claims_answer(claims);
+  document.json = [claims] { return claims_json(claims); };
+
+  document.show_answer();
+  for (const Claim& c : claims) {
+    document.show({fmt::format("{}: {} ({})", c.id, to_string(c.verdict), c.source)});
+    document.show(claim_lines(c.statement, 2));
+    document.show(claim_lines("measured: " + c.measured, 4));
+    if (!c.long_run.empty()) document.show(claim_lines("in the long run: " + c.long_run, 4));
+    document.show({""});
+  }
+
+  document.section("Claims");
+  document.table(claims_table(claims));
+  return document;
 }
 
 }  // namespace credence

@@ -1,17 +1,20 @@
 #include "reports/document/comparison_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/calibration_report.h"
 #include "reports/document/log_gate.h"
-#include "reports/document/study_table.h"
 #include "reports/document/verdict_json.h"
+#include "reports/document/verdict_text.h"
 #include "reports/render/interval_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
@@ -98,45 +101,6 @@ std::vector<FactorChange> changes_against(const ComparedStudy& first, const Comp
   return compare_factors(study.units, first.units, confidence);
 }
 
-}  // namespace
-
-ComparedStudy compared(const StudyAnalysis& a) {
-  ComparedStudy study{.name = a.scenario.name,
-                      .runs = a.statistics.runs,
-                      .verdict = std::string(to_string(overall_verdict(a))),
-                      .factor = a.nees.factor,
-                      .nees = mean_of(a.nees),
-                      .nis = mean_of(a.nis)};
-  if (a.vehicle_nees) study.pose = mean_of(*a.vehicle_nees);
-  study.noise = fmt::format("{:016x}, seed {}, {} steps", noise_group(a.scenario), a.scenario.study.seed,
-                            a.scenario.study.steps);
-  if (a.statistics.failures.empty()) study.nees_of_runs = a.statistics.nees_of_runs.first;
-  study.nees_of_steps = ratios_of(a.nees);
-  study.nis_of_steps = ratios_of(a.nis);
-  return study;
-}
-
-std::vector<ComparedStudy> compared_documents(const std::string& name, std::string_view json) {
-  const Json document = Json::parse(json, nullptr, false);
-  if (document.is_discarded()) throw std::invalid_argument(fmt::format("{}: is no JSON", name));
-  std::vector<ComparedStudy> studies;
-  if (document.contains("studies") && document["studies"].is_array()) {
-    for (const Json& study : document["studies"]) studies.push_back(compared_document(name, study));
-  } else {
-    studies.push_back(compared_document(name, document));
-  }
-  return studies;
-}
-
-std::optional<MeanInterval> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
-                                              double confidence) {
-  const std::size_t runs = std::min(study.nees_of_runs.size(), reference.nees_of_runs.size());
-  if (study.noise.empty() || study.noise != reference.noise || runs < 2) return std::nullopt;
-  Moments differences;
-  for (std::size_t i = 0; i < runs; ++i) differences.add(study.nees_of_runs[i] - reference.nees_of_runs[i]);
-  return student_interval(differences, confidence);
-}
-
 ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence) {
   using enum ColumnAlign;
   ReportTable table{.title = {},
@@ -206,6 +170,133 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
     all.push_back(std::move(j));
   }
   return Json{{"schema", kSchema}, {"confidence", confidence}, {"studies", std::move(all)}}.dump(1);
+}
+
+bool is_untrusted(const ComparedStudy& study) {
+  return study.verdict == to_string(Verdict::optimistic) || study.verdict == to_string(Verdict::mixed);
+}
+
+Panel over_steps(std::span<const ComparedStudy> studies, FigureText title,
+                 std::vector<double> ComparedStudy::*ratios) {
+  Panel panel{.title = std::move(title), .x_label = "step", .y_label = "mean over dof"};
+  panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    const std::vector<double>& values = studies[i].*ratios;
+    if (values.empty()) continue;
+    panel.series.push_back(line_series(studies[i].name, numbered_role(static_cast<Index>(i)),
+                                       index_axis(std::ssize(values)), values));
+  }
+  return panel;
+}
+
+/// NEES over dof of each study less that of the first, run by run.
+Panel difference_panel(std::span<const ComparedStudy> studies, double confidence) {
+  Panel panel{.title = "Against the first, run by run",
+              .x_label = "study, as in the table",
+              .y_label = "difference of NEES over dof",
+              .x_range = AxisRange{0.5, static_cast<double>(studies.size()) + 0.5}};
+  for (std::size_t i = 1; i <= studies.size(); ++i) panel.x_names.push_back(fmt::to_string(i));
+  panel.series.push_back(level_series("no difference", ColourRole::neutral, 0.0));
+  for (std::size_t i = 1; i < studies.size(); ++i) {
+    const std::optional<MeanInterval> d = paired_difference(studies[i], studies.front(), confidence);
+    if (!d) continue;
+    panel.series.push_back(error_bar_series(studies[i].name, numbered_role(static_cast<Index>(i)),
+                                            {static_cast<double>(i) + 1.0}, {d->mean}, {d->lower},
+                                            {d->upper}));
+  }
+  return panel;
+}
+
+Figure comparison_figure(std::span<const ComparedStudy> studies, double confidence) {
+  Figure figure{
+      .name = "comparison",
+      .caption =
+          "Mean over the runs at every step, over its expected value: above 1 the errors are larger "
+          "than the covariance says.",
+      .rows = 1,
+      .cols = 0};
+  for (Panel& panel : std::vector{over_steps(studies, "NEES", &ComparedStudy::nees_of_steps),
+                                  over_steps(studies, "NIS", &ComparedStudy::nis_of_steps),
+                                  difference_panel(studies, confidence)}) {
+    if (panel.series.size() > 1) figure.panels.push_back(std::move(panel));
+  }
+  figure.cols = static_cast<int>(figure.panels.size());
+  return figure;
+}
+
+ReportAnswer comparison_answer(std::span<const ComparedStudy> studies) {
+  std::vector<std::string> untrusted;
+  const ComparedStudy* nearest = nullptr;
+  const auto distance = [](const ComparedStudy& s) { return std::abs(std::log(s.factor.mean)); };
+  for (const ComparedStudy& study : studies) {
+    if (is_untrusted(study)) untrusted.push_back(study.name);
+    if (!std::isfinite(distance(study))) continue;
+    if (nearest == nullptr || distance(study) < distance(*nearest)) nearest = &study;
+  }
+  ReportAnswer answer{.tone = untrusted.empty() ? CellTone::good : CellTone::alarm, .text = {}};
+  answer.text = untrusted.empty() ? fmt::format("Of {} results none is called optimistic", studies.size())
+                                  : fmt::format("{} of {} cannot be trusted: {}", untrusted.size(),
+                                                studies.size(), fmt::join(untrusted, ", "));
+  if (nearest != nullptr) {
+    answer.text += fmt::format("; nearest to right: {}, factor on P {}", nearest->name,
+                               number_text(nearest->factor.mean, 3));
+  }
+  return answer;
+}
+
+}  // namespace
+
+ComparedStudy compared(const StudyAnalysis& a) {
+  ComparedStudy study{.name = a.scenario.name,
+                      .runs = a.statistics.runs,
+                      .verdict = std::string(to_string(overall_verdict(a))),
+                      .factor = a.nees.factor,
+                      .nees = mean_of(a.nees),
+                      .nis = mean_of(a.nis)};
+  if (a.vehicle_nees) study.pose = mean_of(*a.vehicle_nees);
+  study.noise = fmt::format("{:016x}, seed {}, {} steps", noise_group(a.scenario), a.scenario.study.seed,
+                            a.scenario.study.steps);
+  if (a.statistics.failures.empty()) study.nees_of_runs = a.statistics.nees_of_runs.first;
+  study.nees_of_steps = ratios_of(a.nees);
+  study.nis_of_steps = ratios_of(a.nis);
+  return study;
+}
+
+std::vector<ComparedStudy> compared_documents(const std::string& name, std::string_view json) {
+  const Json document = Json::parse(json, nullptr, false);
+  if (document.is_discarded()) throw std::invalid_argument(fmt::format("{}: is no JSON", name));
+  std::vector<ComparedStudy> studies;
+  if (document.contains("studies") && document["studies"].is_array()) {
+    for (const Json& study : document["studies"]) studies.push_back(compared_document(name, study));
+  } else {
+    studies.push_back(compared_document(name, document));
+  }
+  return studies;
+}
+
+std::optional<MeanInterval> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
+                                              double confidence) {
+  const std::size_t runs = std::min(study.nees_of_runs.size(), reference.nees_of_runs.size());
+  if (study.noise.empty() || study.noise != reference.noise || runs < 2) return std::nullopt;
+  Moments differences;
+  for (std::size_t i = 0; i < runs; ++i) differences.add(study.nees_of_runs[i] - reference.nees_of_runs[i]);
+  return student_interval(differences, confidence);
+}
+
+Document comparison_document(const std::vector<ComparedStudy>& studies, double confidence) {
+  Document document("Results side by side", fmt::format("{} results, compared by Credence", studies.size()));
+  document.answer = comparison_answer(studies);
+  document.json = [studies, confidence] { return comparison_json(studies, confidence); };
+
+  ReportTable table = comparison_table(studies, confidence);
+  document.show_answer();
+  document.brief.emplace_back(table);
+
+  document.section("Side by side");
+  table.title = "Each result, and what it differs by from the first";
+  document.table(std::move(table));
+  document.figure(comparison_figure(studies, confidence));
+  return document;
 }
 
 }  // namespace credence

@@ -2,14 +2,13 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "analysis/calibration/calibration.h"
 #include "analysis/evidence/study_analysis.h"
-#include "reports/document/report_table.h"
+#include "reports/document/document.h"
 
 /// @file
 /// What `credence compare` says: several judged studies side by side.
@@ -51,11 +50,8 @@ std::vector<ComparedStudy> compared_documents(const std::string& name, std::stri
 std::optional<MeanInterval> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
                                               double confidence);
 
-/// One row for each; differences are to the first.
-ReportTable comparison_table(std::span<const ComparedStudy> studies, double confidence);
-
-/// {"schema", "studies": [{"name", "runs", "verdict", "factor", "nees", "vehicle_nees", "nis",
-/// "paired_difference"}]}.
-std::string comparison_json(std::span<const ComparedStudy> studies, double confidence);
+/// What `credence compare` says (JSON: docs/formats.md): which studies cannot be trusted, whose factor on P
+/// is nearest to one, NEES and NIS step by step, and what each differs by from the first.
+Document comparison_document(const std::vector<ComparedStudy>& studies, double confidence);
 
 }  // namespace credence

@@ -8,8 +8,6 @@
 #include "core/nan.h"
 #include "reports/document/estimator_report.h"
 #include "reports/document/swept_values.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
 #include "reports/render/number_text.h"
 
 namespace credence {
@@ -96,8 +94,6 @@ Panel nees_panel(const EstimatorMap& map) {
   return panel;
 }
 
-}  // namespace
-
 ReportAnswer estimator_map_answer(const EstimatorMap& map) {
   std::vector<int> enough(map.names.size(), 0);
   int none = 0;
@@ -116,6 +112,7 @@ ReportAnswer estimator_map_answer(const EstimatorMap& map) {
                       map.plan.points.size(), text)};
 }
 
+/// One row for each point, titled by the answer: the cheapest, and the pose NEES of all.
 ReportTable estimator_map_table(const EstimatorMap& map) {
   ReportTable table{.title = estimator_map_answer(map).text, .columns = {}, .rows = {}, .notes = {}};
   for (const SweepAxis& axis : map.plan.axes) table.columns.push_back({axis.path, ColumnAlign::words});
@@ -149,6 +146,8 @@ ReportTable estimator_map_table(const EstimatorMap& map) {
   return table;
 }
 
+/// With two axes, the cheapest at each point by its cost, named; pose NEES of every estimator along the first
+/// axis, over the worst of the other values.
 std::vector<Figure> estimator_map_figures(const EstimatorMap& map) {
   std::vector<Figure> figures;
   if (map.plan.axes.empty() || map.plan.mode != SweepMode::grid) return figures;
@@ -165,7 +164,7 @@ std::vector<Figure> estimator_map_figures(const EstimatorMap& map) {
 
 std::string estimator_map_json(const EstimatorMap& map) {
   Json json;
-  json["schema"] = 1;
+  json["schema"] = kSchema;
   json["tolerated_optimism"] = kToleratedOptimism;
   json["estimators"] = Json::array();
   for (std::size_t e = 0; e < map.names.size(); ++e) {
@@ -184,20 +183,22 @@ std::string estimator_map_json(const EstimatorMap& map) {
   return json.dump(1);
 }
 
-void write_estimator_map_report(const ReportFolder& directory, const EstimatorMap& map,
-                                const Provenance& provenance) {
-  const std::vector<Figure> figures = estimator_map_figures(map);
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
-  HtmlPage page("Estimators over " + map.plan.name, "The cheapest that stays consistent, by Credence");
-  const ReportAnswer answer = estimator_map_answer(map);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("Where which is enough");
-  page.table(estimator_map_table(map));
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
-  page.section("Settings");
-  page.verbatim(canonical_toml(map.plan));
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+}  // namespace
+
+Document estimator_map_document(const EstimatorMap& map) {
+  Document document("Estimators over " + map.plan.name, "The cheapest that stays consistent, by Credence");
+  document.answer = estimator_map_answer(map);
+  document.json = [map] { return estimator_map_json(map); };
+
+  const ReportTable table = estimator_map_table(map);
+  document.brief.emplace_back(table);
+
+  document.section("Where which is enough");
+  document.table(table);
+  document.figures(estimator_map_figures(map));
+  document.section("Settings");
+  document.verbatim(canonical_toml(map.plan));
+  return document;
 }
 
 }  // namespace credence

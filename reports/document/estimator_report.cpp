@@ -9,8 +9,6 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/figures/estimator_figures.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
 #include "reports/render/interval_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
@@ -144,8 +142,6 @@ std::string runs_text(const EstimatorStudy& study) {
                      study.scenario.study.steps);
 }
 
-}  // namespace
-
 ReportTable estimator_table(const EstimatorStudy& study) {
   using enum EstimatorBlock;
   constexpr ColumnAlign words = ColumnAlign::words;
@@ -267,6 +263,8 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
   return table;
 }
 
+}  // namespace
+
 std::string estimator_json(const EstimatorStudy& study) {
   Json json;
   json["schema"] = kSchema;
@@ -288,24 +286,27 @@ std::string estimator_json(const EstimatorStudy& study) {
   return json.dump(1);
 }
 
-void write_estimator_report(const ReportFolder& directory, const EstimatorStudy& study,
-                            const Provenance& provenance) {
-  const std::vector<Figure> figures = estimator_figures(study);
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
-  HtmlPage page("Estimators in " + study.scenario.name, "Consistency, accuracy and cost, by Credence");
-  const ReportAnswer answer = estimator_answer(study);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("Who is consistent");
-  page.facts({{"world", world_text(study.scenario)}, {"runs", runs_text(study)}});
-  page.table(estimator_table(study));
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
-  page.table(estimator_bound_table(study));
-  page.section("Differences");
-  page.table(estimator_difference_table(study));
-  page.section("Settings");
-  page.verbatim(canonical_toml(study.scenario));
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+Document estimator_document(const EstimatorStudy& study) {
+  Document document("Estimators in " + study.scenario.name, "Consistency, accuracy and cost, by Credence");
+  document.answer = estimator_answer(study);
+  document.json = [study] { return estimator_json(study); };
+
+  const ReportTable consistency = estimator_table(study), bound = estimator_bound_table(study);
+  const ReportTable differences = estimator_difference_table(study);
+  document.show_answer();
+  document.show_apart({consistency, bound});
+  if (study.rows.size() > 1) document.brief.emplace_back(differences);
+
+  document.section("Who is consistent");
+  document.facts({{"world", world_text(study.scenario)}, {"runs", runs_text(study)}});
+  document.table(consistency);
+  document.figures(estimator_figures(study));
+  document.table(bound);
+  document.section("Differences");
+  document.table(differences);
+  document.section("Settings");
+  document.verbatim(canonical_toml(study.scenario));
+  return document;
 }
 
 }  // namespace credence

@@ -5,7 +5,8 @@
 #include <utility>
 
 #include "reports/render/number_text.h"
-#include "reports/render/text_table.h"
+#include "reports/render/text_page.h"
+#include "reports/render/write_document.h"
 
 namespace credence {
 
@@ -19,7 +20,13 @@ JudgedFilter::JudgedFilter(std::string name, std::string source, Evidence eviden
   logs_.units = unit_factors(calibration);
 }
 
-std::string JudgedFilter::text() const { return text_table(log_table(logs_)); }
+std::string JudgedFilter::text() const { return text_page(document()); }
+
+std::string JudgedFilter::json() const { return document().json(); }
+
+void JudgedFilter::write_report(const ReportFolder& directory) const {
+  write_document(document(), directory);
+}
 
 std::string JudgedFilter::word_says(const Word& word, const ConsistencyVerdict& nees) {
   if (!word.says.empty()) return word.says;

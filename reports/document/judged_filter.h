@@ -24,13 +24,14 @@ class JudgedFilter {
   const Judgement& judgement() const { return logs_.analysis.judgement; }
   const Evidence& evidence() const { return logs_.analysis.evidence; }
 
+  /// What `credence check` says, for text_page and write_document.
+  Document document() const { return log_document(logs_); }
   /// What `credence check` prints on a terminal.
   std::string text() const;
   /// What `credence check --format json` prints.
-  std::string json() const { return log_json(logs_); }
+  std::string json() const;
   /// What `credence check --out DIR` writes. Throws OutputError.
-  void write_report(const ReportFolder& directory) const { write_log_report(directory, logs_); }
-
+  void write_report(const ReportFolder& directory) const;
   /// Says of a failed run what its filter said; by number of the run.
   void explain_failure(std::int64_t run, const std::string& why) { logs_.failures_said[run] = why; }
 

@@ -359,7 +359,7 @@ std::vector<std::string> statistics_sentences(const Judgement& b) {
 Figure evidence_figure(const std::string& name, const Judgement& j) {
   constexpr std::size_t kSensors = 3;
   Figure figure{
-      .name = name + std::string(kEvidenceSuffix),
+      .name = name + "-battery",
       .caption = fmt::format("Further tests, over {} runs: the values of NIS taken through "
                              "their distribution function, which makes them uniform; the correlation "
                              "of the normalised innovation with itself in time; how often the truth "

@@ -34,9 +34,6 @@ ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bou
 /// these runs could have shown and how many would settle a consistent case.
 std::vector<std::string> statistics_sentences(const Judgement& judgement);
 
-/// How the name of an evidence figure ends.
-inline constexpr std::string_view kEvidenceSuffix = "-battery";
-
 /// The histogram of F(NIS) and the autocorrelation of the innovation of up to three sensors, and the coverage
 /// of the kσ regions; no panel of what there is no data for.
 Figure evidence_figure(const std::string& name, const Judgement& judgement);

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <span>
+#include <utility>
 
-#include "reports/document/verdict_json.h"
+#include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
 namespace credence {
+namespace {
 
 ReportTable contents_table(const ListedLog& log) {
   using enum ColumnAlign;
@@ -51,6 +54,15 @@ std::string contents_json(std::span<const ListedLog> logs) {
   j["logs"] = std::move(all);
   j["null_reason"] = "null: a rate needs two messages with times";
   return j.dump(1);
+}
+
+}  // namespace
+
+Document contents_document(std::vector<ListedLog> logs) {
+  Document document("What is in the logs");
+  for (const ListedLog& log : logs) document.brief.emplace_back(contents_table(log));
+  document.json = [logs = std::move(logs)] { return contents_json(logs); };
+  return document;
 }
 
 }  // namespace credence

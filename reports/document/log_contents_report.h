@@ -1,13 +1,10 @@
 #pragma once
 
-#include <span>
 #include <string>
+#include <vector>
 
 #include "datasets/logs/log_contents.h"
-#include "reports/document/report_table.h"
-
-/// @file
-/// What `credence check --list` says of a file.
+#include "reports/document/document.h"
 
 namespace credence {
 
@@ -17,10 +14,8 @@ struct ListedLog {
   LogContents contents;
 };
 
-/// One row for each topic: type, count, rate, covariance or not, what it can be used as.
-ReportTable contents_table(const ListedLog& log);
-
-/// {"schema", "logs": [{"file", "format", "topics", "remark"}]} (docs/formats.md).
-std::string contents_json(std::span<const ListedLog> logs);
+/// What `credence check --list` says (JSON: docs/formats.md): of each log its topics, with type, count, rate,
+/// covariance or not, and what each can be used as. For a terminal; it has no page.
+Document contents_document(std::vector<ListedLog> logs);
 
 }  // namespace credence

@@ -10,6 +10,7 @@
 
 #include "reports/document/calibration_report.h"
 #include "reports/document/judgement_report.h"
+#include "reports/document/log_table.h"
 #include "reports/render/html_text.h"
 #include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"

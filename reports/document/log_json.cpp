@@ -1,9 +1,10 @@
+#include "reports/document/log_json.h"
+
 #include <cmath>
 
 #include "reports/document/calibration_report.h"
 #include "reports/document/judgement_json.h"
 #include "reports/document/log_gate.h"
-#include "reports/document/log_report.h"
 #include "reports/document/verdict_json.h"
 
 namespace credence {

@@ -10,9 +10,7 @@
 #include "analysis/evidence/study_analysis.h"
 #include "datasets/logs/pose_facts.h"
 #include "datasets/logs/run_errors.h"
-#include "reports/document/provenance.h"
-#include "reports/document/report_table.h"
-#include "reports/figures/paper_style.h"
+#include "reports/document/document.h"
 
 /// @file
 /// What `credence check` says of a filter's logs.
@@ -44,29 +42,9 @@ struct CheckedLogs {
   RunErrors first_run{};  ///< of the first file; without steps where it was not kept
 };
 
-/// The blocks as reports show them: the pose first, then its parts, the rest in the order of the log.
-std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& analysis);
-
-/// The answer in a sentence, without a full stop.
-std::string log_answer(const CheckedLogs& logs);
-
-/// One row for NEES, NIS, every block, the pose first, and every sensor: verdict, mean, expected, bounds; the
-/// notes say what was read and what was rejected.
-ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks);
-
-/// What few need to know: tests of the innovations and of their law, what is proved.
-std::vector<std::string> log_statistics(const CheckedLogs& logs);
-
-/// All of it for a terminal: the verdicts, and notes on what to do and what the words mean.
-ReportTable log_table(const CheckedLogs& logs);
-
-/// The document of `credence check` (docs/formats.md): keys of `credence run` with `files`, `rows` and
-/// `rejected_rows`.
-std::string log_json(const CheckedLogs& logs);
-
-/// Writes DIR/index.html, DIR/NAME.csv with every step, and the figures as SVG and PDF. Throws OutputError
-/// when a file cannot be written.
-void write_log_report(const ReportFolder& directory, const CheckedLogs& logs,
-                      const Provenance& provenance = make_provenance());
+/// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read
+/// and what was rejected, what to do and what would mend it. JSON: docs/formats.md. Beside the page: NAME.csv
+/// with every step.
+Document log_document(CheckedLogs logs);
 
 }  // namespace credence

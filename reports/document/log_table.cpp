@@ -1,3 +1,5 @@
+#include "reports/document/log_table.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,8 +9,7 @@
 #include "reports/document/calibration_report.h"
 #include "reports/document/judgement_report.h"
 #include "reports/document/log_gate.h"
-#include "reports/document/log_report.h"
-#include "reports/document/study_table.h"
+#include "reports/document/verdict_text.h"
 #include "reports/render/number_text.h"
 
 namespace credence {
@@ -90,19 +91,6 @@ int rank_of(const Evidence& evidence, const std::string& block) {
                                          : 3;
 }
 
-void add_fit_notes(ReportTable& table, const Judgement& a) {
-  for (const SensorJudgement& s : a.sensors) table.notes.push_back(tests_of(s));
-  for (const SensorJudgement& s : a.sensors) {
-    const std::string name = s.name.empty() ? "" : " of " + s.name;
-    if (s.fit.reason.starts_with("not tested"))
-      table.notes.push_back(fmt::format("NIS{} against its chi-square law: {}.", name, s.fit.reason));
-    if (!s.fit.reason.empty()) continue;
-    table.notes.push_back(
-        fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov {}, Anderson-Darling {}.", name,
-                    p_value_statement(s.fit.kolmogorov_p_value), p_value_statement(s.fit.anderson_p_value)));
-  }
-}
-
 }  // namespace
 
 std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& a) {
@@ -171,29 +159,37 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
   return table;
 }
 
+std::vector<std::string> log_statistics(const Judgement& a) {
+  std::vector<std::string> sentences;
+  for (const SensorJudgement& s : a.sensors) sentences.push_back(tests_of(s));
+  for (const SensorJudgement& s : a.sensors) {
+    const std::string name = s.name.empty() ? "" : " of " + s.name;
+    if (s.fit.reason.starts_with("not tested"))
+      sentences.push_back(fmt::format("NIS{} against its chi-square law: {}.", name, s.fit.reason));
+    if (!s.fit.reason.empty()) continue;
+    sentences.push_back(
+        fmt::format("NIS{} against its chi-square law: Kolmogorov-Smirnov {}, Anderson-Darling {}.", name,
+                    p_value_statement(s.fit.kolmogorov_p_value), p_value_statement(s.fit.anderson_p_value)));
+  }
+  for (std::string& sentence : statistics_sentences(a)) sentences.push_back(std::move(sentence));
+  return sentences;
+}
+
 ReportTable log_table(const CheckedLogs& logs) {
   constexpr std::size_t kShown = 12;
   const Judgement& a = logs.analysis.judgement;
   ReportTable table = log_verdicts(logs, kShown);
-  for (std::string& sentence : advice_sentences(a)) table.notes.push_back(std::move(sentence));
-  if (logs.gate) table.notes.push_back(gate_sentence(*logs.gate));
-  for (std::string& sentence : calibration_sentences(logs.calibration))
-    table.notes.push_back(std::move(sentence));
-  add_fit_notes(table, a);
-  for (std::string& sentence : statistics_sentences(a)) table.notes.push_back(std::move(sentence));
-  table.notes.push_back(
-      "consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
-      "pessimistic: smaller. mixed: larger here, smaller there; do not trust it.");
+  const auto note = [&table](std::vector<std::string> sentences) {
+    for (std::string& sentence : sentences) table.notes.push_back(std::move(sentence));
+  };
+  note(advice_sentences(a));
+  if (logs.gate) note({gate_sentence(*logs.gate)});
+  note(calibration_sentences(logs.calibration));
+  note(log_statistics(a));
+  note(
+      {"consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
+       "pessimistic: smaller. mixed: larger here, smaller there; do not trust it."});
   return table;
-}
-
-std::vector<std::string> log_statistics(const CheckedLogs& logs) {
-  const Judgement& a = logs.analysis.judgement;
-  ReportTable fits;
-  add_fit_notes(fits, a);
-  std::vector<std::string> sentences = std::move(fits.notes);
-  for (std::string& sentence : statistics_sentences(a)) sentences.push_back(std::move(sentence));
-  return sentences;
 }
 
 }  // namespace credence

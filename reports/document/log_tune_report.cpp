@@ -6,10 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "reports/document/study_table.h"
 #include "reports/document/tuning_tables.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
+#include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -56,7 +54,7 @@ Json tuned_sensor_json(const InnovationTuning& t) {
 }
 
 /// "S should be 3.2 times as large (2.9 … 3.5)", of each sensor.
-std::string log_tune_answer(std::span<const InnovationTuning> sensors) {
+ReportAnswer log_tune_answer(const std::vector<InnovationTuning>& sensors) {
   std::string answer;
   for (const InnovationTuning& t : sensors) {
     answer += answer.empty() ? "" : "; ";
@@ -70,12 +68,13 @@ std::string log_tune_answer(std::span<const InnovationTuning> sensors) {
                                            : fmt::format(", and the gain is {}", to_string(t.gain));
     }
   }
-  return answer;
+  const bool all_fit = std::ranges::all_of(sensors, [](const InnovationTuning& t) {
+    return t.gain == GainError::none_seen && identified(t) && t.scale.lower <= 1.0 && t.scale.upper >= 1.0;
+  });
+  return {all_fit ? CellTone::good : CellTone::caution, answer};
 }
 
-}  // namespace
-
-ReportTable log_tune_table(const std::string& name, std::span<const InnovationTuning> sensors) {
+ReportTable log_tune_table(const std::string& name, const std::vector<InnovationTuning>& sensors) {
   using enum ColumnAlign;
   ReportTable table{.title = fmt::format("{}: what innovations alone can tell", name),
                     .columns = {{"sensor", words},
@@ -108,7 +107,7 @@ ReportTable log_tune_table(const std::string& name, std::span<const InnovationTu
   return table;
 }
 
-std::vector<std::string> log_tune_sentences(std::span<const InnovationTuning> sensors) {
+std::vector<std::string> log_tune_sentences(const std::vector<InnovationTuning>& sensors) {
   std::vector<std::string> sentences;
   for (const InnovationTuning& t : sensors) {
     for (const std::string& note : t.notes) {
@@ -120,7 +119,7 @@ std::vector<std::string> log_tune_sentences(std::span<const InnovationTuning> se
   return sentences;
 }
 
-std::string log_tune_json(const std::string& name, std::span<const InnovationTuning> sensors) {
+std::string log_tune_json(const std::string& name, const std::vector<InnovationTuning>& sensors) {
   Json j;
   j["schema"] = kSchema;
   j["name"] = name;
@@ -140,19 +139,22 @@ std::string log_tune_json(const std::string& name, std::span<const InnovationTun
   return j.dump(1);
 }
 
-void write_log_tune_report(const ReportFolder& directory, const std::string& name,
-                           std::span<const InnovationTuning> sensors, const Provenance& provenance) {
-  make_directories(directory);
-  HtmlPage page("Tuning " + name, "What innovations alone can tell, by Credence");
-  const bool all_fit = std::ranges::all_of(sensors, [](const InnovationTuning& t) {
-    return t.gain == GainError::none_seen && identified(t) && t.scale.lower <= 1.0 && t.scale.upper >= 1.0;
-  });
-  page.answer(all_fit ? CellTone::good : CellTone::caution, log_tune_answer(sensors) + ".");
-  page.section("Sensors");
-  page.table(log_tune_table(name, sensors));
-  page.bullets(log_tune_sentences(sensors));
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+}  // namespace
+
+Document log_tune_document(const std::string& name, const std::vector<InnovationTuning>& sensors) {
+  Document document("Tuning " + name, "What innovations alone can tell, by Credence");
+  document.answer = log_tune_answer(sensors);
+  document.json = [name, sensors] { return log_tune_json(name, sensors); };
+
+  const ReportTable table = log_tune_table(name, sensors);
+  const std::vector<std::string> sentences = log_tune_sentences(sensors);
+  document.brief.emplace_back(table);
+  document.show(sentences);
+
+  document.section("Sensors");
+  document.table(table);
+  document.bullets(sentences);
+  return document;
 }
 
 }  // namespace credence

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
@@ -96,9 +97,7 @@ std::string cost_note(const JobCost& cost) {
       duration_text(cost.seconds_on(kManyCores), 2));
 }
 
-}  // namespace
-
-std::string plan_json(const SweepPlan& sweep, std::span<const StudyPlan> plans) {
+std::string plan_json(const SweepPlan& sweep, const std::vector<StudyPlan>& plans) {
   const PlanQuestion& question = plans.front().question;
   Json j{
       {"schema", kSchema}, {"scenario", sweep.name}, {"factor", question.factor}, {"power", question.power}};
@@ -139,7 +138,7 @@ ReportTable plan_table(const StudyPlan& plan) {
   return table;
 }
 
-ReportTable plan_table(const SweepPlan& sweep, std::span<const StudyPlan> plans) {
+ReportTable plan_table(const SweepPlan& sweep, const std::vector<StudyPlan>& plans) {
   using enum ColumnAlign;
   const PlanQuestion& question = plans.front().question;
   ReportTable table{
@@ -172,6 +171,16 @@ ReportTable plan_table(const SweepPlan& sweep, std::span<const StudyPlan> plans)
       fmt::format("Times are expected ones, from short pilots of {} of the configurations.", cost.planned),
       cost_note(job_cost(plans, sweep.points.size()))};
   return table;
+}
+
+}  // namespace
+
+Document plan_document(const SweepPlan& sweep, const std::vector<StudyPlan>& plans) {
+  Document document;
+  document.json = [sweep, plans] { return plan_json(sweep, plans); };
+  document.brief.emplace_back(sweep.points.size() == 1 ? plan_table(plans.front())
+                                                       : plan_table(sweep, plans));
+  return document;
 }
 
 }  // namespace credence

@@ -1,22 +1,16 @@
 #pragma once
 
-#include <span>
-#include <string>
+#include <vector>
 
 #include "analysis/studies/study_plan.h"
 #include "montecarlo/scenario/sweep_plan.h"
-#include "reports/document/report_table.h"
+#include "reports/document/document.h"
 
 namespace credence {
 
-/// The document of `credence plan` (docs/formats.md); plans: of points of the sweep, the first for a
-/// scenario without one.
-std::string plan_json(const SweepPlan& sweep, std::span<const StudyPlan> plans);
-
-/// One configuration: what is asked and the runs and the time it takes.
-ReportTable plan_table(const StudyPlan& plan);
-
-/// A sweep: the same in one row for each configuration that was planned, and the cost of all.
-ReportTable plan_table(const SweepPlan& sweep, std::span<const StudyPlan> plans);
+/// What `credence plan` says (JSON: docs/formats.md): the runs that a configuration needs and the time they
+/// take; of a sweep a row for each configuration planned, and the cost of all. plans: of points of the sweep,
+/// at least one; just one for a scenario without a sweep. There is no page.
+Document plan_document(const SweepPlan& sweep, const std::vector<StudyPlan>& plans);
 
 }  // namespace credence

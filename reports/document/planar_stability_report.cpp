@@ -9,11 +9,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/stability_json.h"
-#include "reports/document/study_table.h"
-#include "reports/figures/draw_figures.h"
-#include "reports/figures/figure.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
+#include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -86,8 +82,8 @@ Json followed_json(const PlanarFollowed& f) {
   return j;
 }
 
-/// One, or none where nothing was followed to the end of a loop.
-std::vector<Figure> growth_figures(const Scenario& scenario, const PlanarStability& a) {
+/// Without panels where nothing was followed to the end of a loop.
+Figure planar_growth_figure(const Scenario& scenario, const PlanarStability& a) {
   Figure figure{
       .name = "planar-growth",
       .caption =
@@ -108,11 +104,8 @@ std::vector<Figure> growth_figures(const Scenario& scenario, const PlanarStabili
     }
     if (!panel.series.empty()) figure.panels.push_back(std::move(panel));
   }
-  if (figure.panels.empty()) return {};
-  return {figure};
+  return figure;
 }
-
-}  // namespace
 
 ReportAnswer planar_stability_answer(const Scenario& scenario, const PlanarStability& a) {
   const PlanarFollowed& truth = a.own(scenario.filter.solution);
@@ -191,6 +184,8 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
   return table;
 }
 
+}  // namespace
+
 std::string planar_stability_json(const Scenario& scenario, const PlanarStability& a) {
   const PlanarFollowed& own = a.own(scenario.filter.solution);
   Json j;
@@ -222,27 +217,29 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
   return j.dump(2);
 }
 
-void write_planar_stability_report(const ReportFolder& directory, const Scenario& scenario,
-                                   const PlanarStability& a, const Provenance& provenance) {
-  const std::vector<Figure> figures = growth_figures(scenario, a);
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
+Document planar_stability_document(const Scenario& scenario, const PlanarStability& a) {
+  Document document("Stability of " + scenario.name, "Observability and boundedness along the path");
+  document.answer = planar_stability_answer(scenario, a);
+  document.json = [scenario, a] { return planar_stability_json(scenario, a); };
 
-  HtmlPage page("Stability of " + scenario.name, "Observability and boundedness along the path");
-  const ReportAnswer answer = planar_stability_answer(scenario, a);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("Verdict");
-  page.facts({{"world", world_text(scenario)},
-              {"inflation", filter_text(scenario.filter)},
-              {"state", fmt::format("{} dimensions", a.state_dim)}});
-  page.table(planar_growth_table(scenario, a));
-  if (!figures.empty()) page.section("Growth of P");
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
-  page.section("Ranks");
-  page.table(planar_rank_table(a));
-  page.section("Settings");
-  page.folded("The scenario", [&] { page.verbatim(canonical_toml(scenario)); });
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+  const ReportTable growth = planar_growth_table(scenario, a), ranks = planar_rank_table(a);
+  document.show_answer();
+  document.show_apart({growth, ranks});
+
+  document.section("Verdict");
+  document.facts({{"world", world_text(scenario)},
+                  {"inflation", filter_text(scenario.filter)},
+                  {"state", fmt::format("{} dimensions", a.state_dim)}});
+  document.table(growth);
+  if (const Figure figure = planar_growth_figure(scenario, a); !figure.panels.empty()) {
+    document.section("Growth of P");
+    document.figure(figure);
+  }
+  document.section("Ranks");
+  document.table(ranks);
+  document.section("Settings");
+  document.folded("The scenario", [&] { document.verbatim(canonical_toml(scenario)); });
+  return document;
 }
 
 }  // namespace credence

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <span>
 
 #include "reports/document/planar_stability_report.h"
 #include "reports/document/swept_values.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -47,10 +46,6 @@ const PlanarFollowed* find(const PlanarStability& a, Linearisation at, Inflation
   return nullptr;
 }
 
-}  // namespace
-
-namespace {
-
 ReportAnswer planar_table_answer(std::span<const PlanarStability> analyses) {
   int bounded = 0, all = 0;
   for (const PlanarStability& a : analyses) {
@@ -65,8 +60,6 @@ ReportAnswer planar_table_answer(std::span<const PlanarStability> analyses) {
       fmt::format("With Jacobians at the truth P stays bounded in {} of {} filters, and grows in the others",
                   bounded, all)};
 }
-
-}  // namespace
 
 ReportTable planar_stability_table(const SweepPlan& plan, std::span<const PlanarStability> analyses) {
   using enum ColumnAlign;
@@ -122,18 +115,21 @@ std::string planar_stability_table_json(const SweepPlan& plan, std::span<const P
       1);
 }
 
-void write_planar_stability_table(const ReportFolder& directory, const SweepPlan& plan,
-                                  std::span<const PlanarStability> analyses, const Provenance& provenance) {
-  make_directories(directory);
-  HtmlPage page(plan.name, "Stability of planar EKF-SLAM under inflation");
-  const ReportAnswer answer = planar_table_answer(analyses);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("Boundedness");
-  page.table(planar_stability_table(plan, analyses));
-  page.section("Settings");
-  page.folded("The scenario with its sweep", [&] { page.verbatim(canonical_toml(plan)); });
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+}  // namespace
+
+Document planar_table_document(const SweepPlan& plan, const std::vector<PlanarStability>& analyses) {
+  Document document(plan.name, "Stability of planar EKF-SLAM under inflation");
+  document.answer = planar_table_answer(analyses);
+  document.json = [plan, analyses] { return planar_stability_table_json(plan, analyses); };
+
+  const ReportTable table = planar_stability_table(plan, analyses);
+  document.brief.emplace_back(table);
+
+  document.section("Boundedness");
+  document.table(table);
+  document.section("Settings");
+  document.folded("The scenario with its sweep", [&] { document.verbatim(canonical_toml(plan)); });
+  return document;
 }
 
 }  // namespace credence

@@ -1,18 +1,14 @@
 #pragma once
 
-#include <span>
-#include <string>
 #include <vector>
 
-#include "reports/document/provenance.h"
+#include "reports/document/document.h"
 #include "reports/document/replay_judgement.h"
-#include "reports/figures/paper_style.h"
 
 namespace credence {
 
-/// Writes DIR/index.html with the numbers, the judgement and the figures of each replay, and the figures as
-/// SVG and PDF. Throws OutputError.
-void write_replay_report(const ReportFolder& directory, std::span<const ReportedReplay> replays,
-                         const ReplayJudgement& judgement, const Provenance& provenance = make_provenance());
+/// What `credence replay` says (JSON: docs/formats.md): the numbers of each replay with what they can be
+/// compared with, and what these runs support together. Precondition: at least one replay.
+Document replay_document(const std::vector<ReportedReplay>& replays, const ReplayJudgement& judgement);
 
 }  // namespace credence

@@ -4,12 +4,10 @@
 
 #include <array>
 
-#include "reports/document/study_table.h"
 #include "reports/document/tuning_tables.h"
-#include "reports/figures/draw_figures.h"
+#include "reports/document/verdict_text.h"
 #include "reports/figures/tune_figures.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
+#include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
 namespace credence {
@@ -108,10 +106,6 @@ std::string settings_text(const ReplayTuning& t) {
   return text;
 }
 
-}  // namespace
-
-Verdict left_out_verdict(const ReplayTuning& t) { return verdict_of(t.after, t.tuning.confidence); }
-
 ReportAnswer replay_tune_answer(const ReplayTuning& t) {
   if (!t.tuning.anything_known()) return nothing_told(t.tuning);
   const Verdict verdict = left_out_verdict(t);
@@ -121,21 +115,6 @@ ReportAnswer replay_tune_answer(const ReplayTuning& t) {
                   "{} is expected ({} before)",
                   t.name, found_noise_text(t.tuning), to_string(verdict), number_text(t.after.nis.mean, 3),
                   number_text(t.after.nis.expected, 3), number_text(t.before.nis.mean, 3))};
-}
-
-std::vector<ReportTable> replay_tune_tables(const ReplayTuning& t) {
-  std::vector<ReportTable> tables{tune_forecast_table(t.tuning.forecast),
-                                  tuned_noise_table(t.name, kReplayEngine, t.tuning),
-                                  score_gain_table(t.tuning)};
-  tables[0].notes.emplace_back(
-      "A step is a sight. From how the scores of stretches vary with the present noise: too hopeful where "
-      "that is "
-      "far off.");
-  if (t.left_out.empty()) return tables;
-  tables[2].notes.push_back(likelihood_ratio_text(t.tuning));
-  tables.push_back(left_out_table(t));
-  tables.push_back(left_out_tests_table(t));
-  return tables;
 }
 
 std::vector<std::string> replay_tune_sentences(const ReplayTuning& t) {
@@ -165,27 +144,45 @@ std::string replay_tune_json(const ReplayTuning& t) {
   return j.dump(1);
 }
 
-void write_replay_tune_report(const ReportFolder& directory, const ReplayTuning& t, const ReplayScore& score,
-                              const Provenance& provenance) {
-  std::vector<Figure> figures;
-  if (t.tuning.anything_known()) {
-    figures.push_back(
-        tune_profile_figure(score, t.tuning, [](const std::string& key) { return ScenarioScore::Key{key}; }));
+}  // namespace
+
+Verdict left_out_verdict(const ReplayTuning& t) { return verdict_of(t.after, t.tuning.confidence); }
+
+Document replay_tune_document(const ReplayTuning& t, const ReplayScore& score) {
+  Document document("Tuning " + t.name, "The noise that the innovations ask for, by Credence");
+  document.answer = replay_tune_answer(t);
+  document.json = [t] { return replay_tune_json(t); };
+
+  ReportTable forecast = tune_forecast_table(t.tuning.forecast);
+  forecast.notes.emplace_back(
+      "A step is a sight. From how the scores of stretches vary with the present noise: too hopeful where "
+      "that is far off.");
+  std::vector<ReportTable> noise{tuned_noise_table(t.name, kReplayEngine, t.tuning),
+                                 score_gain_table(t.tuning)};
+  if (!t.left_out.empty()) {
+    noise.back().notes.push_back(likelihood_ratio_text(t.tuning));
+    noise.push_back(left_out_table(t));
+    noise.push_back(left_out_tests_table(t));
   }
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
-  HtmlPage page("Tuning " + t.name, "The noise that the innovations ask for, by Credence");
-  const ReportAnswer answer = replay_tune_answer(t);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("Noise");
-  const std::vector<ReportTable> tables = replay_tune_tables(t);
-  for (std::size_t i = 1; i < tables.size(); ++i) page.table(tables[i]);
-  page.bullets(replay_tune_sentences(t));
-  page.section("What could be known");
-  page.table(tables.front());
-  if (!figures.empty()) page.section("Figures");
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+  const std::vector<std::string> sentences = replay_tune_sentences(t);
+  document.show_answer();
+  document.show_apart({forecast});
+  document.show_apart(noise);
+  document.show(sentences);
+
+  document.section("Noise");
+  for (const ReportTable& table : noise) document.table(table);
+  document.bullets(sentences);
+  document.section("What could be known");
+  document.table(forecast);
+  if (t.tuning.anything_known()) {
+    document.section("Figures");
+    document.figure("profiles", [tuning = t.tuning, &score] {
+      return tune_profile_figure(score, tuning,
+                                 [](const std::string& key) { return ScenarioScore::Key{key}; });
+    });
+  }
+  return document;
 }
 
 }  // namespace credence

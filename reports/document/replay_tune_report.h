@@ -1,15 +1,7 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "datasets/replay/replay_tuning.h"
-#include "reports/document/provenance.h"
-#include "reports/document/report_table.h"
-#include "reports/figures/paper_style.h"
-
-/// @file
-/// What `credence tune` shows of a data set that is replayed.
+#include "reports/document/document.h"
 
 namespace credence {
 
@@ -17,20 +9,10 @@ namespace credence {
 /// side, if the mean tells; else mixed if anything else is wrong.
 Verdict left_out_verdict(const ReplayTuning& tuning);
 
-/// What it comes to, in a sentence.
-ReportAnswer replay_tune_answer(const ReplayTuning& tuning);
-
-/// Forecast, values, gain, the parts left out, and the tests of their innovations; in this order.
-std::vector<ReportTable> replay_tune_tables(const ReplayTuning& tuning);
-
-/// What is held, what the gate left out, what the parts left out say, and how to replay with the noise found.
-std::vector<std::string> replay_tune_sentences(const ReplayTuning& tuning);
-
-/// The document of docs/formats.md.
-std::string replay_tune_json(const ReplayTuning& tuning);
-
-/// Writes DIR/index.html and DIR/figures. Throws OutputError when a file cannot be written.
-void write_replay_tune_report(const ReportFolder& directory, const ReplayTuning& tuning,
-                              const ReplayScore& score, const Provenance& provenance = make_provenance());
+/// What `credence tune` says of a data set that is replayed (JSON: docs/formats.md): the noise that it asks
+/// for, and how the filter does on parts that it was not tuned on. `score` is what it was tuned by and must
+/// outlive the document: for the figure all is replayed. That takes long, and throws Stopped as the score
+/// does.
+Document replay_tune_document(const ReplayTuning& tuning, const ReplayScore& score);
 
 }  // namespace credence

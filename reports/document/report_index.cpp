@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "reports/document/report_table.h"
+#include "reports/document/document.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
 #include "reports/render/html_text.h"
@@ -94,10 +94,9 @@ std::size_t write_report_index(const fs::path& folder, const Provenance& provena
     name.link = encoded_path(report.page.generic_string());
     table.add({std::move(name), report.answer, report.date, report.command});
   }
-  HtmlPage page("Reports", fmt::format("{} reports of this folder", reports.size()));
-  page.table(table);
-  page.provenance(provenance);
-  page.write(folder / kIndexName);
+  Document document("Reports", fmt::format("{} reports of this folder", reports.size()));
+  document.table(std::move(table));
+  write_file(folder / kIndexName, html_page(document, {}, provenance));
   return reports.size();
 }
 

@@ -11,7 +11,7 @@
 
 namespace credence {
 
-/// What a page says of itself in its head (HtmlPage).
+/// What a page says of itself in its head (html_page.h).
 struct IndexedReport {
   std::filesystem::path page;  ///< relative to the folder
   std::string title, answer, date, command;

@@ -6,9 +6,6 @@
 #include <cmath>
 #include <set>
 
-#include "reports/figures/draw_figures.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -237,20 +234,28 @@ Figure power_figure(const SelftestResult& result) {
   return figure;
 }
 
-std::vector<Figure> selftest_figures(const SelftestResult& result) {
-  Figure rates{.name = "false-alarms",
-               .caption =
-                   "Measured false-alarm rate of every test with the interval that holds for all rows "
-                   "together. Conservative tests may lie below the nominal rate, no test above.",
-               .rows = 2,
-               .cols = 1,
-               .panels = {}};
-  for (const double level : nominal_levels(result)) rates.panels.push_back(rate_panel(result, level));
-  rates.rows = static_cast<int>(rates.panels.size());
-  return {rates, power_figure(result)};
+Figure false_alarm_figure(const SelftestResult& result) {
+  Figure figure{.name = "false-alarms",
+                .caption =
+                    "Measured false-alarm rate of every test with the interval that holds for all rows "
+                    "together. Conservative tests may lie below the nominal rate, no test above.",
+                .panels = {}};
+  for (const double level : nominal_levels(result)) figure.panels.push_back(rate_panel(result, level));
+  figure.rows = static_cast<int>(figure.panels.size());
+  return figure;
 }
 
-}  // namespace
+ReportAnswer selftest_answer(const SelftestResult& result) {
+  const std::size_t failures = selftest_failures(result).size();
+  if (failures == 0) {
+    return {CellTone::good, "Every test keeps its false-alarm rate, and every wrong filter is found"};
+  }
+  return {
+      CellTone::alarm,
+      fmt::format(
+          "Do not trust the verdicts of this build: {} tests are out of calibration or miss what is wrong",
+          failures)};
+}
 
 std::string selftest_json(const SelftestResult& result) {
   Json j{{"schema", kSchema},
@@ -294,9 +299,7 @@ std::string selftest_json(const SelftestResult& result) {
   return j.dump(1);
 }
 
-std::vector<ReportTable> selftest_tables(const SelftestResult& result) {
-  return {calibration_table(result), naive_table(result), wrong_filter_table(result), saving_table(result)};
-}
+}  // namespace
 
 std::vector<std::string> selftest_failures(const SelftestResult& result) {
   std::vector<std::string> failures;
@@ -316,38 +319,26 @@ std::vector<std::string> selftest_failures(const SelftestResult& result) {
   return failures;
 }
 
-ReportAnswer selftest_answer(const SelftestResult& result) {
-  const std::size_t failures = selftest_failures(result).size();
-  if (failures == 0) {
-    return {CellTone::good, "Every test keeps its false-alarm rate, and every wrong filter is found"};
-  }
-  return {
-      CellTone::alarm,
-      fmt::format(
-          "Do not trust the verdicts of this build: {} tests are out of calibration or miss what is wrong",
-          failures)};
-}
+Document selftest_document(const SelftestResult& result) {
+  Document document("Can these tests be trusted?", "Calibration of Credence's statistical tests");
+  document.answer = selftest_answer(result);
+  document.json = [result] { return selftest_json(result); };
 
-void write_selftest_report(const ReportFolder& directory, const SelftestResult& result,
-                           const Provenance& provenance) {
-  const std::vector<Figure> figures = selftest_figures(result);
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
-  HtmlPage page("Can these tests be trusted?", "Calibration of Credence's statistical tests");
-  const ReportAnswer answer = selftest_answer(result);
-  page.answer(answer.tone, answer.text + ".");
-  if (const std::vector<std::string> failures = selftest_failures(result); !failures.empty())
-    page.bullets(failures);
-  page.section("False alarms");
-  page.figure(figures[0], drawings[0], directory);
-  const std::vector<ReportTable> tables = selftest_tables(result);
-  page.table(tables[0]);
-  page.table(tables[1]);
-  page.section("Power");
-  page.table(tables[2]);
-  page.figure(figures[1], drawings[1], directory);
-  page.table(tables[3]);
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+  const ReportTable calibration = calibration_table(result), naive = naive_table(result);
+  const ReportTable wrong_filters = wrong_filter_table(result), savings = saving_table(result);
+  document.show_answer();
+  document.show_apart({calibration, naive, wrong_filters, savings});
+
+  document.bullets(selftest_failures(result));
+  document.section("False alarms");
+  document.figure(false_alarm_figure(result));
+  document.table(calibration);
+  document.table(naive);
+  document.section("Power");
+  document.table(wrong_filters);
+  document.figure(power_figure(result));
+  document.table(savings);
+  return document;
 }
 
 }  // namespace credence

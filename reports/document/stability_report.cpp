@@ -9,11 +9,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/stability_json.h"
-#include "reports/document/study_table.h"
-#include "reports/figures/draw_figures.h"
-#include "reports/figures/figure.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
+#include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -232,8 +228,6 @@ Figure stability_figure(const StabilityAnalysis& a) {
       .row_height = 24.0};
 }
 
-}  // namespace
-
 ReportAnswer stability_answer(const StabilityAnalysis& a) {
   const LongRun seen = a.long_horizon.growth.verdict;
   const std::size_t steps = a.long_horizon.trace.size();
@@ -350,27 +344,32 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
   return j.dump(2);
 }
 
-void write_stability_report(const ReportFolder& directory, const Scenario& scenario,
-                            const StabilityAnalysis& a, const Provenance& provenance) {
-  const std::vector<Figure> figures = {stability_figure(a)};
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
+}  // namespace
 
-  HtmlPage page("Stability of " + scenario.name, "Ranks, Riccati equation and boundedness");
-  const ReportAnswer answer = stability_answer(a);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("Verdict");
-  page.facts({{"world", world_text(scenario)},
-              {"inflation", filter_text(scenario.filter)},
-              {"state", fmt::format("{} dimensions", a.state_dim)}});
-  page.table(stability_verdict_table(a));
-  page.section("Covariance over time");
-  page.figure(figures.front(), drawings.front(), directory);
-  page.section("Ranks");
-  page.table(stability_rank_table(a));
-  page.section("Settings");
-  page.folded("The scenario", [&] { page.verbatim(canonical_toml(scenario)); });
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+Document stability_document(const Scenario& scenario, const StabilityAnalysis& a, Index period) {
+  Document document("Stability of " + scenario.name, "Ranks, Riccati equation and boundedness");
+  document.answer = stability_answer(a);
+  if (period > 1) {
+    document.answer.text += fmt::format("; a step is here a whole period of {}, with P at its end", period);
+  }
+  document.json = [scenario, a] { return stability_json(scenario, a); };
+
+  const ReportTable verdicts = stability_verdict_table(a), ranks = stability_rank_table(a);
+  document.show_answer();
+  document.show_apart({verdicts, ranks});
+
+  document.section("Verdict");
+  document.facts({{"world", world_text(scenario)},
+                  {"inflation", filter_text(scenario.filter)},
+                  {"state", fmt::format("{} dimensions", a.state_dim)}});
+  document.table(verdicts);
+  document.section("Covariance over time");
+  document.figure(stability_figure(a));
+  document.section("Ranks");
+  document.table(ranks);
+  document.section("Settings");
+  document.folded("The scenario", [&] { document.verbatim(canonical_toml(scenario)); });
+  return document;
 }
 
 }  // namespace credence

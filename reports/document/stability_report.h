@@ -1,34 +1,14 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "analysis/stability/stability_analysis.h"
 #include "montecarlo/scenario/scenario.h"
-#include "reports/document/provenance.h"
-#include "reports/document/report_table.h"
-#include "reports/figures/paper_style.h"
-
-/// @file
-/// What `credence stability` shows: tables, JSON and a page.
+#include "reports/document/document.h"
 
 namespace credence {
 
-/// Whether P stays bounded, and what it depends on.
-ReportAnswer stability_answer(const StabilityAnalysis& analysis);
-
-/// Ranks with their gaps, each integer beside the singular values that it rests on.
-ReportTable stability_rank_table(const StabilityAnalysis& analysis);
-
-/// Eigenvalues, Riccati limit, boundedness predicted and measured, in words and numbers.
-ReportTable stability_verdict_table(const StabilityAnalysis& analysis);
-
-/// The document of docs/formats.md.
-std::string stability_json(const Scenario& scenario, const StabilityAnalysis& analysis);
-
-/// Writes DIR/index.html and DIR/figures. Throws OutputError when a file cannot be written.
-void write_stability_report(const ReportFolder& directory, const Scenario& scenario,
-                            const StabilityAnalysis& analysis,
-                            const Provenance& provenance = make_provenance());
+/// What `credence stability` says of a linear world (JSON: docs/formats.md): whether P stays bounded and what
+/// that depends on, and the ranks with the singular values that they rest on. `period`: steps of the scenario
+/// that are one step of the analysis.
+Document stability_document(const Scenario& scenario, const StabilityAnalysis& analysis, Index period);
 
 }  // namespace credence

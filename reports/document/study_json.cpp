@@ -5,7 +5,6 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/judgement_json.h"
 #include "reports/document/verdict_json.h"
-#include "reports/render/json_numbers.h"
 
 namespace credence {
 namespace {
@@ -65,7 +64,9 @@ Json outcomes_json(const StudyAnalysis& a) {
   return j;
 }
 
-Json study(const StudyAnalysis& a) {
+}  // namespace
+
+Json study_json(const StudyAnalysis& a) {
   Json j;
   j["schema"] = kSchema;
   j["scenario"] = Json::parse(scenario_to_json(a.scenario));
@@ -108,13 +109,10 @@ Json study(const StudyAnalysis& a) {
   return j;
 }
 
-}  // namespace
-
-std::string study_json(const StudyAnalysis& analysis) { return study(analysis).dump(1); }
-
-std::string studies_json(std::span<const StudyAnalysis> analyses) {
+std::string studies_json(const std::vector<ReportedStudy>& reported) {
+  if (reported.size() == 1) return study_json(reported.front().analysis).dump(1);
   Json studies = Json::array();
-  for (const StudyAnalysis& a : analyses) studies.push_back(study(a));
+  for (const ReportedStudy& each : reported) studies.push_back(study_json(each.analysis));
   return Json{{"schema", kSchema}, {"studies", std::move(studies)}}.dump(1);
 }
 

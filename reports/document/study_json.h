@@ -1,17 +1,18 @@
 #pragma once
 
-#include <span>
 #include <string>
+#include <vector>
 
-#include "analysis/evidence/study_analysis.h"
+#include "reports/document/study_report.h"
+#include "reports/render/json_numbers.h"
 
 namespace credence {
 
-/// The document of `credence run` (docs/formats.md): one study. Numbers that are not finite are null, with
-/// the reason in `null_reason`.
-std::string study_json(const StudyAnalysis& analysis);
+/// One study as in the document of `credence run` (docs/formats.md). Numbers that are not finite are null,
+/// with the reason in `null_reason`.
+Json study_json(const StudyAnalysis& analysis);
 
-/// Several studies in one document: {"schema", "studies": […]}.
-std::string studies_json(std::span<const StudyAnalysis> analyses);
+/// The document: of a single study its JSON, of several {"schema", "studies": […]}.
+std::string studies_json(const std::vector<ReportedStudy>& studies);
 
 }  // namespace credence

@@ -4,34 +4,188 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <memory>
 #include <set>
+#include <span>
 
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
-#include "reports/document/study_csv.h"
-#include "reports/document/study_table.h"
-#include "reports/figures/draw_figures.h"
+#include "reports/document/step_csv.h"
+#include "reports/document/study_json.h"
+#include "reports/document/verdict_text.h"
 #include "reports/figures/study_figures.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
+#include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
 namespace credence {
 namespace {
+
+template <class Predicate>
+bool any_of(std::span<const ReportedStudy> studies, Predicate holds) {
+  return std::ranges::any_of(studies, holds, &ReportedStudy::analysis);
+}
+
+// ---- The answer and the verdicts
+
+TableCell failures_cell(const StudyStatistics& s) {
+  if (s.failures.empty()) return {0};
+  return {fmt::format("{} ({} diverged, {} not positive definite)", s.failures.size(),
+                      s.count(Outcome::diverged), s.count(Outcome::not_positive_definite)),
+          CellTone::alarm};
+}
+
+bool is_unsafe(Verdict verdict) { return verdict == Verdict::optimistic || verdict == Verdict::mixed; }
+
+/// "27.8 of 22.1".
+std::string against_expected(const ConsistencyVerdict& v) {
+  if (v.count == 0) return "–";
+  return fmt::format("{} of {}", number_text(v.mean, 4), number_text(v.expected, 4));
+}
+
+std::string factor_text(const ConsistencyVerdict& nees) {
+  const MeanInterval& f = nees.factor;
+  if (!f.reason.empty()) return "–";
+  return interval_text(f.mean, f.lower, f.upper);
+}
+
+/// What a robot drives by, coloured as the sum over the map may hide it.
+TableCell pose_cell(const StudyAnalysis& a) {
+  if (!a.vehicle_nees) return "–";
+  const Verdict verdict = a.vehicle_nees->verdict;
+  return {against_expected(*a.vehicle_nees), is_unsafe(verdict) ? CellTone::alarm : CellTone::plain};
+}
+
+bool is_inflated(const StudyAnalysis& a) { return a.scenario.filter.inflation != FilterInflation::none; }
+
+/// What is wrong with one study, and its pose where that is hidden in the whole.
+std::string fault_clause(const StudyAnalysis& a) {
+  if (a.stop || a.word.says.empty()) {
+    return fmt::format("{} is {}", a.scenario.name, to_string(overall_verdict(a)));
+  }
+  std::string clause = fmt::format("{} is {}", a.scenario.name, word_clause(a.word, a.nees));
+  if (a.vehicle_nees && is_unsafe(a.vehicle_nees->verdict)) {
+    clause += fmt::format("; NEES of the pose {}", against_expected(*a.vehicle_nees));
+  }
+  return clause;
+}
+
+std::string names_of(const std::vector<const StudyAnalysis*>& studies) {
+  std::vector<std::string> all;
+  all.reserve(studies.size());
+  for (const StudyAnalysis* a : studies) all.push_back(a->scenario.name);
+  return fmt::format("{}", fmt::join(all, ", "));
+}
+
+/// The answer of one study that can be trusted.
+std::string single_answer(const StudyAnalysis& a) {
+  switch (overall_verdict(a)) {
+    case Verdict::pessimistic:
+      return fmt::format("This covariance is larger than the errors{}: {}",
+                         is_inflated(a) ? ", as inflation makes it" : "", fault_clause(a));
+    case Verdict::not_gaussian:
+      return fmt::format("{}: {}", a.scenario.name, a.word.says);
+    case Verdict::undecided:
+      return fmt::format("{} is undecided{}", a.scenario.name,
+                         a.nees.reason.empty() ? "" : ": " + a.nees.reason);
+    default:
+      return "Nothing says that this covariance is wrong";
+  }
+}
+
+std::vector<std::string> explanation_notes(std::span<const ReportedStudy> studies) {
+  const double confidence = studies.empty() ? 0.95 : studies.front().analysis.scenario.study.confidence;
+  std::vector<std::string> notes = {
+      "factor on P: the true covariance over the claimed one, on average over steps, with its interval. "
+      "NEES: "
+      "squared error in units of P, mean of expected; NIS: of the innovation in units of S.",
+      "consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
+      "pessimistic: smaller everywhere. mixed: larger here, smaller there; do not trust it.",
+      fmt::format(
+          "The verdict of a consistent filter is wrong with at most {:g} % probability, over NEES, NIS "
+          "and all blocks and steps together.",
+          100.0 * (1.0 - confidence))};
+  if (any_of(studies, [](const StudyAnalysis& a) { return overall_verdict(a) == Verdict::not_gaussian; })) {
+    notes.push_back("not Gaussian: P is right, and the errors have heavier tails than a Gaussian law.");
+  }
+  if (any_of(studies, [](const StudyAnalysis& a) { return a.stop.has_value(); })) {
+    notes.push_back("Of a study with a stop rule the verdict is that of the rule.");
+  }
+  return notes;
+}
+
+ReportAnswer study_answer(std::span<const ReportedStudy> studies) {
+  std::vector<const StudyAnalysis*> unsafe, pessimistic, undecided;
+  for (const auto& [a, trace, description] : studies) {
+    const Verdict verdict = overall_verdict(a);
+    if (is_unsafe(verdict)) unsafe.push_back(&a);
+    if (verdict == Verdict::pessimistic) pessimistic.push_back(&a);
+    if (verdict == Verdict::undecided) undecided.push_back(&a);
+  }
+  const std::size_t n = studies.size();
+  constexpr std::size_t kExplained = 2;
+  if (!unsafe.empty()) {
+    std::vector<std::string> faults;
+    faults.reserve(unsafe.size());
+    for (const StudyAnalysis* a : unsafe) faults.push_back(fault_clause(*a));
+    const std::string whose =
+        n == 1 ? "This filter cannot" : fmt::format("{} of {} filters cannot", unsafe.size(), n);
+    return {CellTone::alarm,
+            fmt::format(
+                "{} be trusted: {}", whose,
+                unsafe.size() <= kExplained ? fmt::format("{}", fmt::join(faults, "; ")) : names_of(unsafe))};
+  }
+  if (n == 1)
+    return {verdict_cell(overall_verdict(studies.front().analysis)).tone,
+            single_answer(studies.front().analysis)};
+  if (!undecided.empty()) {
+    return {CellTone::caution,
+            fmt::format("{} of {} filters undecided: {}", undecided.size(), n, names_of(undecided))};
+  }
+  const std::string rest =
+      pessimistic.empty() ? "" : fmt::format("; larger than need be: {}", names_of(pessimistic));
+  return {pessimistic.empty() ? CellTone::good : CellTone::caution,
+          fmt::format("Nothing says that any of these {} covariances is too small{}", n, rest)};
+}
+
+ReportTable verdict_table(std::span<const ReportedStudy> studies) {
+  using enum ColumnAlign;
+  ReportTable table{.title = study_answer(studies).text,
+                    .columns = {{"study", words},
+                                {"verdict", words},
+                                {"factor on P", words},
+                                {"NEES", words},
+                                {"of the pose", words},
+                                {"NIS", words},
+                                {"inflation", words},
+                                {"runs"},
+                                {"failed"}},
+                    .rows = {},
+                    .notes = {}};
+  for (const auto& [a, trace, description] : studies) {
+    table.add({fmt::format("{}{}", a.scenario.name, a.complete ? "" : " (interrupted)"),
+               verdict_cell(overall_verdict(a)), factor_text(a.nees), against_expected(a.nees), pose_cell(a),
+               against_expected(a.nis), filter_text(a.scenario.filter), a.statistics.runs,
+               failures_cell(a.statistics)});
+    if (!a.word.says.empty() && !a.stop)
+      table.notes.push_back(word_sentence(a.scenario.name, a.word, a.nees));
+    if (a.judgement && !a.stop && a.word.verdict == Verdict::consistent) {
+      if (std::string proof = proof_sentence(*a.judgement); !proof.empty())
+        table.notes.push_back(fmt::format("{}: {}", a.scenario.name, proof));
+    }
+  }
+  for (std::string& note : explanation_notes(studies)) table.notes.push_back(std::move(note));
+  return table;
+}
+
+// ---- The page
 
 /// A file name for every study: its name reduced to letters, digits, '-' and '_', with a number if repeated.
 std::vector<std::string> file_names(std::span<const ReportedStudy> studies) {
   std::vector<std::string> names;
   std::set<std::string> taken;
   for (const ReportedStudy& study : studies) {
-    std::string name;
-    for (const char c : study.analysis.scenario.name) {
-      const bool plain =
-          (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';
-      name += plain ? c : '_';
-    }
-    if (name.empty()) name = "study";
+    const std::string name = plain_name(study.analysis.scenario.name, "study");
     std::string unique = name;
     for (int i = 2; !taken.insert(unique).second; ++i) unique = fmt::format("{}-{}", name, i);
     names.push_back(unique);
@@ -39,7 +193,7 @@ std::vector<std::string> file_names(std::span<const ReportedStudy> studies) {
   return names;
 }
 
-void add_failures(HtmlPage& page, const StudyAnalysis& a) {
+void add_failures(Document& document, const StudyAnalysis& a) {
   if (a.statistics.failures.empty()) return;
   constexpr std::size_t kShown = 20;
   std::vector<std::string> items;
@@ -50,63 +204,48 @@ void add_failures(HtmlPage& page, const StudyAnalysis& a) {
     }
     items.push_back(fmt::format("run {} at step {}: {}", f.run, f.step, to_string(f.outcome)));
   }
-  page.callout(
+  document.callout(
       CellTone::alarm,
       fmt::format("{} of {} runs failed. They count up to the step before, and each can be replayed alone "
                   "with --only-run.",
                   a.statistics.failures.size(), a.statistics.runs));
-  page.bullets(items);
+  document.bullets(items);
 }
 
 /// For who wants the numbers behind the words.
-void add_statistics(HtmlPage& page, const StudyAnalysis& a) {
+void add_statistics(Document& document, const StudyAnalysis& a) {
   std::vector<std::string> sentences = {verdict_sentence("NEES", a.nees), verdict_sentence("NIS", a.nis)};
   if (a.vehicle_nees) sentences.push_back(verdict_sentence("NEES of the pose alone", *a.vehicle_nees));
   if (std::string exact = exact_sentence(a); !exact.empty()) sentences.push_back(std::move(exact));
-  page.bullets(sentences);
+  document.bullets(sentences);
   if (!a.judgement) return;
-  page.bullets(statistics_sentences(*a.judgement));
-  page.table(tests_table(*a.judgement));
+  document.bullets(statistics_sentences(*a.judgement));
+  document.table(tests_table(*a.judgement));
   if (!a.judgement->accuracy.empty()) {
-    page.table(accuracy_table(*a.judgement, a.bound ? &*a.bound : nullptr));
+    document.table(accuracy_table(*a.judgement, a.bound ? &*a.bound : nullptr));
   }
 }
 
-/// A study's figures as they were drawn.
-struct DrawnFigures {
-  std::span<const Figure> figures;
-  std::span<const Drawing> drawings;
-};
-
-void add_study(HtmlPage& page, const ReportedStudy& study, const std::string& name, const DrawnFigures& drawn,
-               const std::filesystem::path& directory) {
+void add_study(Document& document, const ReportedStudy& study, const std::string& name) {
   const StudyAnalysis& a = study.analysis;
-  if (!study.description.empty()) page.paragraph(study.description);
-  page.facts({{"world", world_text(a.scenario)},
-              {"inflation", filter_text(a.scenario.filter)},
-              {"runs",
-               fmt::format("{}{} of {} steps, seed {}", a.statistics.runs, a.complete ? "" : " (interrupted)",
-                           a.scenario.study.steps, a.scenario.study.seed)},
-              {"state", fmt::format("{} dimensions", a.state_dim)}});
-  if (a.stop) page.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
-  if (a.judgement) {
-    const std::vector<std::string> advice = advice_sentences(*a.judgement);
-    if (!advice.empty()) page.bullets(advice);
-  }
-  add_failures(page, a);
-  const auto is_evidence = [](const Figure& figure) { return figure.name.ends_with(kEvidenceSuffix); };
-  for (std::size_t i = 0; i < drawn.figures.size(); ++i) {
-    if (!is_evidence(drawn.figures[i])) page.figure(drawn.figures[i], drawn.drawings[i], directory);
-  }
-  page.folded("Statistics", [&] {
-    add_statistics(page, a);
-    for (std::size_t i = 0; i < drawn.figures.size(); ++i) {
-      if (is_evidence(drawn.figures[i])) page.figure(drawn.figures[i], drawn.drawings[i], directory);
-    }
+  if (!study.description.empty()) document.paragraph(study.description);
+  document.facts({{"world", world_text(a.scenario)},
+                  {"inflation", filter_text(a.scenario.filter)},
+                  {"runs", fmt::format("{}{} of {} steps, seed {}", a.statistics.runs,
+                                       a.complete ? "" : " (interrupted)", a.scenario.study.steps,
+                                       a.scenario.study.seed)},
+                  {"state", fmt::format("{} dimensions", a.state_dim)}});
+  if (a.stop) document.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
+  if (a.judgement) document.bullets(advice_sentences(*a.judgement));
+  add_failures(document, a);
+  document.figures(study_figures(name, a, study.trace));
+  document.folded("Statistics", [&] {
+    add_statistics(document, a);
+    if (a.judgement) document.figure(evidence_figure(name, *a.judgement));
   });
-  page.folded("Settings", [&] { page.verbatim(canonical_toml(a.scenario)); });
-  page.link("every step as CSV", name + ".csv");
-  page.link("run 0 as CSV", name + "-run.csv");
+  document.folded("Settings", [&] { document.verbatim(canonical_toml(a.scenario)); });
+  document.link("every step as CSV", name + ".csv");
+  if (study.trace) document.link("run 0 as CSV", name + "-run.csv");
 }
 
 /// What else the heading of a study says, behind its verdict.
@@ -137,70 +276,63 @@ std::string seeds_of(std::span<const ReportedStudy> studies) {
   return fmt::format("{}", fmt::join(seeds, ", "));
 }
 
-}  // namespace
-
-std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
-  if (v.verdict == Verdict::undecided) return fmt::format("{}: undecided, {}.", what, v.reason);
-  return fmt::format(
-      "{}: {}. The mean of {} over {} values would be accepted from {} to {}, around {} ({:g} % confidence, "
-      "{}, "
-      "{} tests); {} % of the steps lie outside their own bounds, where {} % are expected.",
-      what, to_string(v.verdict), number_text(v.mean, 4), v.count, number_text(v.bounds.lower, 4),
-      number_text(v.bounds.upper, 4), number_text(v.expected, 4), 100.0 * v.confidence,
-      p_value_statement(v.p_value), v.tests, number_text(100.0 * v.share_outside, 3),
-      number_text(100.0 * v.expected_share_outside, 3));
-}
-
-std::string report_title(std::span<const ReportedStudy> studies) {
+std::string title_of(std::span<const ReportedStudy> studies) {
   return studies.size() == 1 ? studies.front().analysis.scenario.name : "Can these covariances be trusted?";
 }
 
-void write_study_report(const ReportFolder& directory, const std::string& title,
-                        std::span<const ReportedStudy> studies, const Provenance& provenance) {
-  const std::vector<std::string> names = file_names(studies);
-
-  std::vector<Figure> figures;
-  std::vector<std::size_t> first_figure;
-  std::vector<StudyAnalysis> analyses;
-  for (std::size_t i = 0; i < studies.size(); ++i) {
-    first_figure.push_back(figures.size());
-    for (Figure& figure : study_figures(names[i], studies[i].analysis, studies[i].trace)) {
-      figures.push_back(std::move(figure));
-    }
-    analyses.push_back(studies[i].analysis);
+/// The verdicts, and of a single study what to do about it.
+void show_on_terminal(Document& document, std::span<const ReportedStudy> studies) {
+  document.brief.emplace_back(verdict_table(studies));
+  for (const auto& [a, trace, description] : studies) {
+    if (a.stop) document.brief.emplace_back(a.scenario.name + ": " + stop_sentence(a));
   }
-  first_figure.push_back(figures.size());
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
+  const StudyAnalysis& a = studies.front().analysis;
+  if (studies.size() > 1 || !a.judgement) return;
+  document.show(advice_sentences(*a.judgement));
+  document.show(statistics_sentences(*a.judgement));
+  if (std::string exact = exact_sentence(a); !exact.empty()) document.brief.emplace_back(std::move(exact));
+}
 
-  HtmlPage page(title, "Monte Carlo consistency of simulated filters");
-  const ReportAnswer answer = study_answer(analyses);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("Verdicts");
-  ReportTable verdicts = verdict_table(analyses);
-  const bool has_pose =
-      std::ranges::any_of(analyses, [](const StudyAnalysis& a) { return a.vehicle_nees.has_value(); });
+void add_verdicts(Document& document, std::span<const ReportedStudy> studies,
+                  const std::vector<std::string>& anchors) {
+  ReportTable verdicts = verdict_table(studies);
   verdicts.title = "One row for each study";
-  if (has_pose) verdicts.title += "; of the pose: what a robot drives by, which a sum over a map can hide";
-  std::vector<std::string> anchors;
-  for (std::size_t i = 0; i < studies.size(); ++i) {
-    anchors.push_back(page.reserve(analyses[i].scenario.name));
-    verdicts.rows[i].front().link = "#" + anchors.back();
-  }
-  verdicts.notes = explanation_notes(analyses);
-  page.table(verdicts);
+  if (any_of(studies, [](const StudyAnalysis& a) { return a.vehicle_nees.has_value(); }))
+    verdicts.title += "; of the pose: what a robot drives by, which a sum over a map can hide";
+  for (std::size_t i = 0; i < studies.size(); ++i) verdicts.rows[i].front().link = "#" + anchors[i];
+  verdicts.notes = explanation_notes(studies);
+  document.table(std::move(verdicts));
+}
+
+}  // namespace
+
+Document study_document(std::vector<ReportedStudy> given) {
+  const auto shared = std::make_shared<const std::vector<ReportedStudy>>(std::move(given));
+  const std::vector<ReportedStudy>& studies = *shared;
+  Document document(title_of(studies), "Monte Carlo consistency of simulated filters");
+  document.answer = study_answer(studies);
+  document.json = [shared] { return studies_json(*shared); };
+  document.sources = {{"seed", seeds_of(studies)}};
+  show_on_terminal(document, studies);
+
+  const std::vector<std::string> names = file_names(studies);
   const std::vector<bool> open = unfolded(studies);
+  document.section("Verdicts");
+  std::vector<std::string> anchors;
+  for (const auto& [a, trace, description] : studies) anchors.push_back(document.reserve(a.scenario.name));
+  add_verdicts(document, studies, anchors);
   for (std::size_t i = 0; i < studies.size(); ++i) {
-    write_study_csv(directory / (names[i] + ".csv"), studies[i].analysis);
-    write_trace_csv(directory / (names[i] + "-run.csv"), studies[i].trace);
-    const std::size_t first = first_figure[i], count = first_figure[i + 1] - first;
-    const DrawnFigures drawn{std::span(figures).subspan(first, count),
-                             std::span(drawings).subspan(first, count)};
-    page.folded_section(
-        analyses[i].scenario.name, verdict_cell(overall_verdict(analyses[i])), line_of(analyses[i]), open[i],
-        [&] { add_study(page, studies[i], names[i], drawn, directory); }, anchors[i]);
+    const StudyAnalysis& a = studies[i].analysis;
+    document.folded_section(
+        a.scenario.name, verdict_cell(overall_verdict(a)), line_of(a), open[i],
+        [&] { add_study(document, studies[i], names[i]); }, anchors[i]);
+    document.file(names[i] + ".csv",
+                  [shared, i](const auto& target) { write_study_csv(target, (*shared)[i].analysis); });
+    if (!studies[i].trace) continue;
+    document.file(names[i] + "-run.csv",
+                  [shared, i](const auto& target) { write_trace_csv(target, *(*shared)[i].trace); });
   }
-  page.provenance(provenance, {{"seed", seeds_of(studies)}});
-  page.write(directory / "index.html");
+  return document;
 }
 
 }  // namespace credence

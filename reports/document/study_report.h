@@ -1,34 +1,26 @@
 #pragma once
 
-#include <span>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "analysis/evidence/study_analysis.h"
 #include "montecarlo/engine/experiment.h"
-#include "reports/document/provenance.h"
-#include "reports/figures/paper_style.h"
+#include "reports/document/document.h"
 
 namespace credence {
 
 /// A study and one of its runs, to be shown.
 struct ReportedStudy {
   StudyAnalysis analysis;
-  RunTrace trace;
-  std::string description{};  ///< what the author of the scenario says of it
+  std::optional<RunTrace> trace{};  ///< for the page
+  std::string description{};        ///< what the author of the scenario says of it
 };
 
-/// The name of the one study, or the question that several answer.
-std::string report_title(std::span<const ReportedStudy> studies);
-
-/// Writes DIR/index.html with all studies and, for each, NAME.csv, NAME-run.csv, and its figures as SVG
-/// and PDF in DIR/figures.
-///
-/// Throws OutputError when a file cannot be written; no file is left half-written.
-void write_study_report(const ReportFolder& directory, const std::string& title,
-                        std::span<const ReportedStudy> studies,
-                        const Provenance& provenance = make_provenance());
-
-/// A verdict in words: its number, bounds, p-value and how many tests were made.
-std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict);
+/// What `credence run` says of one study or of several: what they come to, a row for each with its verdict,
+/// the factor on P, NEES and NIS, what is wrong with each filter, where and when, and what would mend it.
+/// JSON: docs/formats.md. Beside the page: NAME.csv with every step and NAME-run.csv with every step of the
+/// run. Precondition: there is a study.
+Document study_document(std::vector<ReportedStudy> studies);
 
 }  // namespace credence

@@ -4,19 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <memory>
 
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/rank_map_report.h"
 #include "reports/document/study_json.h"
-#include "reports/document/study_table.h"
 #include "reports/document/sweep_figures.h"
 #include "reports/document/swept_values.h"
-#include "reports/figures/draw_figures.h"
-#include "reports/render/atomic_file.h"
+#include "reports/document/verdict_text.h"
 #include "reports/render/csv.h"
-#include "reports/render/html_page.h"
-#include "reports/render/json_numbers.h"
 
 namespace credence {
 namespace {
@@ -184,13 +180,6 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
   return table;
 }
 
-}  // namespace
-
-std::vector<ReportTable> sweep_tables(const SweepAnalysis& sweep) {
-  if (sweep.rank_map.empty()) return {configuration_table(sweep)};
-  return {rank_map_table(sweep.rank_map, confidence_of(sweep)), rank_map_disagreements(sweep.rank_map)};
-}
-
 std::string sweep_json(const SweepAnalysis& sweep) {
   const SweepPlan& plan = sweep.plan;
   Json document;
@@ -204,7 +193,7 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   }
   Json configurations = Json::array();
   for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
-    Json j = Json::parse(study_json(sweep.studies[n]));
+    Json j = study_json(sweep.studies[n]);
     j["swept"] = swept_json(plan, sweep.point(n));
     j["sweep_p_value"] = json_number(sweep.p_values[n]);
     configurations.push_back(std::move(j));
@@ -213,28 +202,31 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   return document.dump(1);
 }
 
-void write_sweep_report(const ReportFolder& directory, const SweepAnalysis& sweep,
-                        const Provenance& provenance) {
-  const bool map = !sweep.rank_map.empty();
-  const std::vector<Figure> figures =
-      map ? std::vector<Figure>{rank_map_figure(sweep.rank_map)} : sweep_figures(sweep);
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
-  write_sweep_csv(directory / "sweep.csv", sweep);
+}  // namespace
 
-  HtmlPage page(sweep.plan.name, fmt::format("A sweep of {} configurations", sweep.plan.points.size()));
-  std::vector<ReportTable> tables = sweep_tables(sweep);
-  const ReportAnswer answer = map ? rank_map_answer(sweep.rank_map) : sweep_answer(sweep);
-  page.answer(answer.tone, answer.text + ".");
-  if (!figures.empty()) page.section(map ? "The map of ranks" : "Over the settings");
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
-  page.section(map ? "Counts" : "All configurations");
+Document sweep_document(SweepAnalysis given) {
+  const auto shared = std::make_shared<const SweepAnalysis>(std::move(given));
+  const SweepAnalysis& sweep = *shared;
+  const bool map = !sweep.rank_map.empty();
+  Document document(sweep.plan.name, fmt::format("A sweep of {} configurations", sweep.plan.points.size()));
+  document.answer = map ? rank_map_answer(sweep.rank_map) : sweep_answer(sweep);
+  document.json = [shared] { return sweep_json(*shared); };
+  std::vector<ReportTable> tables = {configuration_table(sweep)};
+  if (map)
+    tables = {rank_map_table(sweep.rank_map, confidence_of(sweep)), rank_map_disagreements(sweep.rank_map)};
+  document.brief.assign(tables.begin(), tables.end());
+
+  std::vector<Figure> figures = map ? std::vector{rank_map_figure(sweep.rank_map)} : sweep_figures(sweep);
+  if (!figures.empty()) document.section(map ? "The map of ranks" : "Over the settings");
+  document.figures(std::move(figures));
+  document.section(map ? "Counts" : "All configurations");
   if (!map) tables.front().title = "One row for each configuration";
-  for (const ReportTable& table : tables) page.table(table);
-  page.link("every configuration as CSV", "sweep.csv");
-  page.section("Settings");
-  page.folded("The scenario with its sweep", [&] { page.verbatim(canonical_toml(sweep.plan)); });
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+  for (ReportTable& table : tables) document.table(std::move(table));
+  document.link("every configuration as CSV", "sweep.csv");
+  document.file("sweep.csv", [shared](const auto& target) { write_sweep_csv(target, *shared); });
+  document.section("Settings");
+  document.folded("The scenario with its sweep", [&] { document.verbatim(canonical_toml(shared->plan)); });
+  return document;
 }
 
 }  // namespace credence

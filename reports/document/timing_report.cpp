@@ -4,9 +4,7 @@
 
 #include <cmath>
 
-#include "reports/figures/draw_figures.h"
 #include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -240,8 +238,6 @@ std::vector<std::pair<std::string, std::string>> machine_facts(const MachineDesc
           {"load before", std::isfinite(machine.load) ? number_text(machine.load, 2) : "not told"}};
 }
 
-}  // namespace
-
 ReportAnswer timing_answer(const TimingResult& result) {
   std::string slopes;
   for (const TimedFilter filter : {TimedFilter::map, TimedFilter::full}) {
@@ -307,30 +303,34 @@ std::string timing_json(const TimingResult& result) {
   return j.dump(1);
 }
 
-std::vector<ReportTable> timing_tables(const TimingResult& result) {
-  return {growth_table(result), step_table(result), monte_carlo_table(result), scaling_table(result)};
-}
+}  // namespace
 
-void write_timing_report(const ReportFolder& directory, const TimingResult& result,
-                         const Provenance& provenance) {
-  const std::vector<Figure> figures{step_figure(result)};
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
-  HtmlPage page("What does a step cost?", "Time against the size of the map, and the speed of Monte Carlo");
-  const ReportAnswer answer = timing_answer(result);
-  page.answer(answer.tone, answer.text + ".");
-  page.facts(machine_facts(result.machine));
-  if (!result.complete) page.callout(CellTone::caution, "Interrupted: fewer repetitions than planned.");
-  const std::vector<ReportTable> tables = timing_tables(result);
-  page.section("Filters");
-  page.figure(figures[0], drawings[0], directory);
-  page.table(tables[0]);
-  page.folded("Every size", [&] { page.table(tables[1]); });
-  page.section("Monte Carlo");
-  page.table(tables[2]);
-  page.table(tables[3]);
-  page.provenance(provenance);
-  page.write(directory / "index.html");
-  write_file(directory / "timing.json", timing_json(result) + "\n");
+Document timing_document(const TimingResult& result) {
+  Document document("What does a step cost?",
+                    "Time against the size of the map, and the speed of Monte Carlo");
+  document.answer = timing_answer(result);
+  document.json = [result] { return timing_json(result); };
+
+  const ReportTable growth = growth_table(result), steps = step_table(result);
+  const ReportTable monte_carlo = monte_carlo_table(result), scaling = scaling_table(result);
+  document.show_answer();
+  document.show(
+      {fmt::format("{}, {} kernels", result.machine.processor, result.machine.instruction_set), ""});
+  document.show_apart({growth, steps, monte_carlo, scaling});
+
+  document.facts(machine_facts(result.machine));
+  if (!result.complete) document.callout(CellTone::caution, "Interrupted: fewer repetitions than planned.");
+  document.section("Filters");
+  document.figure(step_figure(result));
+  document.table(growth);
+  document.folded("Every size", [&] { document.table(steps); });
+  document.section("Monte Carlo");
+  document.table(monte_carlo);
+  document.table(scaling);
+  document.file("timing.json", [result](const std::filesystem::path& target) {
+    write_file(target, timing_json(result) + "\n");
+  });
+  return document;
 }
 
 }  // namespace credence

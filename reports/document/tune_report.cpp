@@ -2,19 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
+#include <memory>
+#include <utility>
 
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/replay_judgement.h"
-#include "reports/document/study_table.h"
 #include "reports/document/tuning_tables.h"
-#include "reports/figures/draw_figures.h"
+#include "reports/document/verdict_text.h"
 #include "reports/figures/tune_figures.h"
-#include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -87,12 +83,6 @@ std::string ridge_sentence(const ScenarioTuning& t, const RidgePoint& point) {
                      number_text(point.lag_one, 2), number_text(point.drop, 3));
 }
 
-}  // namespace
-
-ReportTable tune_table(const ScenarioTuning& t) {
-  return tuned_noise_table(t.scenario.name, t.score->engine(), t.tuning);
-}
-
 ReportTable tune_gain_table(const ScenarioTuning& t) {
   const Tuning& g = t.tuning;
   ReportTable table = score_gain_table(g);
@@ -151,37 +141,48 @@ std::string tune_json(const ScenarioTuning& t) {
   return j.dump(1);
 }
 
+}  // namespace
+
 std::string tuned_toml(const ScenarioTuning& t) {
   return fmt::format("# {} with the noise that {} runs of its world ask for (credence tune).\n{}",
                      t.scenario.name, t.scenario.study.runs, canonical_toml(t.tuned));
 }
 
-void write_tune_report(const ReportFolder& directory, const ScenarioTuning& t, const Provenance& provenance) {
-  const std::vector<Figure> figures = tune_figures(t);
-  const std::vector<Drawing> drawings = draw_all(figures, directory);
+Document tune_document(ScenarioTuning given) {
+  const auto shared = std::make_shared<const ScenarioTuning>(std::move(given));
+  const ScenarioTuning& t = *shared;
+  Document document("Tuning " + t.scenario.name, "The noise that the innovations ask for, by Credence");
+  document.answer = tune_answer(t);
+  document.json = [shared] { return tune_json(*shared); };
 
-  HtmlPage page("Tuning " + t.scenario.name, "The noise that the innovations ask for, by Credence");
-  const ReportAnswer answer = tune_answer(t);
-  page.answer(answer.tone, answer.text + ".");
-  page.section("Noise");
-  page.facts({{"world", world_text(t.scenario)},
-              {"runs", fmt::format("{} of {} steps", t.scenario.study.runs, t.scenario.study.steps)},
-              {"engine", t.score->engine()}});
-  page.table(tune_table(t));
-  page.table(tune_gain_table(t));
-  page.bullets(tune_sentences(t));
-  page.section("What could be known");
-  page.table(tune_forecast_table(t.tuning.forecast));
-  if (!figures.empty()) page.section("Figures");
-  for (std::size_t i = 0; i < figures.size(); ++i) page.figure(figures[i], drawings[i], directory);
+  const ReportTable forecast = tune_forecast_table(t.tuning.forecast);
+  const ReportTable noise = tuned_noise_table(t.scenario.name, t.score->engine(), t.tuning);
+  const ReportTable gain = tune_gain_table(t);
+  const std::vector<std::string> sentences = tune_sentences(t);
+  document.show_answer();
+  document.show_apart({forecast, noise});
+  document.brief.emplace_back(gain);
+  document.show(sentences);
+
+  document.section("Noise");
+  document.facts({{"world", world_text(t.scenario)},
+                  {"runs", fmt::format("{} of {} steps", t.scenario.study.runs, t.scenario.study.steps)},
+                  {"engine", t.score->engine()}});
+  document.table(noise);
+  document.table(gain);
+  document.bullets(sentences);
+  document.section("What could be known");
+  document.table(forecast);
   if (t.tuning.anything_known()) {
-    page.section("Tuned scenario");
-    page.verbatim(tuned_toml(t));
+    document.section("Figures");
+    document.figure("profiles", [shared] { return tune_profile_figure(*shared); });
+    if (t.ridge_of) document.figure("surface", [shared] { return tune_surface_figure(*shared); });
+    document.section("Tuned scenario");
+    document.verbatim(tuned_toml(t));
   }
-  page.section("Settings");
-  page.verbatim(canonical_toml(t.scenario));
-  page.provenance(provenance);
-  page.write(directory / "index.html");
+  document.section("Settings");
+  document.verbatim(canonical_toml(t.scenario));
+  return document;
 }
 
 }  // namespace credence

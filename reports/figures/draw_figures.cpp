@@ -112,7 +112,7 @@ void draw_panels(const Figure& figure, Drawing& drawing) {
 }
 
 Drawing draw(const Figure& figure) {
-  Drawing drawing{.svg = render_svg(figure)};
+  Drawing drawing{.svg = render_svg(figure), .caption = figure.caption};
   draw_panels(figure, drawing);
   return drawing;
 }

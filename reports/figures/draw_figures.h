@@ -26,7 +26,7 @@ struct PanelDrawing {
 
 /// A figure that was drawn.
 struct Drawing {
-  std::string svg;
+  std::string svg, caption{};
   std::vector<std::filesystem::path> files{};  ///< those written
   std::vector<PanelDrawing> panels{};          ///< the same again, for a page to place as its width allows
   std::vector<double> column_widths{};         ///< of the columns of panels, in pixels

@@ -332,27 +332,16 @@ Figure accuracy_figure(const std::string& name, const StudyAnalysis& a) {
 }  // namespace
 
 std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
-                                  const RunTrace& trace) {
+                                  const std::optional<RunTrace>& trace) {
   std::vector<Figure> figures = {consistency_figure(name, analysis)};
-  switch (world_of(analysis.scenario).figure) {
-    case RunFigure::line_slam:
-      figures.push_back(monobot_run_figure(name, trace));
-      break;
-    case RunFigure::plane_slam:
-      figures.push_back(planar_run_figure(name, trace, analysis.scenario.world.dt));
-      break;
-    case RunFigure::states:
-      figures.push_back(states_run_figure(name, trace));
-      break;
+  const RunFigure run = world_of(analysis.scenario).figure;
+  if (trace) {
+    figures.push_back(run == RunFigure::line_slam ? monobot_run_figure(name, *trace)
+                      : run == RunFigure::plane_slam
+                          ? planar_run_figure(name, *trace, analysis.scenario.world.dt)
+                          : states_run_figure(name, *trace));
   }
-  if (Figure accuracy = accuracy_figure(name, analysis); !accuracy.panels.empty()) {
-    figures.push_back(std::move(accuracy));
-  }
-  if (analysis.judgement) {
-    Figure evidence = evidence_figure(name, *analysis.judgement);
-    if (!evidence.panels.empty())
-      figures.push_back(std::move(evidence));  // there is none where all runs failed
-  }
+  figures.push_back(accuracy_figure(name, analysis));
   return figures;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,9 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact);
 
-/// All figures of a study, of which `trace` is one run.
+/// The figures of a study but that of its tests (evidence_figure), with one of its runs; one without panels
+/// is of what there is no data for.
 std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
-                                  const RunTrace& trace);
+                                  const std::optional<RunTrace>& trace);
 
 }  // namespace credence

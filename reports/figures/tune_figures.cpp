@@ -130,12 +130,8 @@ Figure tune_surface_figure(const ScenarioTuning& t) {
           .row_height = 30.0};
 }
 
-std::vector<Figure> tune_figures(const ScenarioTuning& t) {
-  std::vector<Figure> figures;
-  if (!t.tuning.anything_known()) return figures;
-  figures.push_back(tune_profile_figure(t.score->model(), t.tuning, keys_of(t)));
-  if (t.ridge_of) figures.push_back(tune_surface_figure(t));
-  return figures;
+Figure tune_profile_figure(const ScenarioTuning& t) {
+  return tune_profile_figure(t.score->model(), t.tuning, keys_of(t));
 }
 
 }  // namespace credence

@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <string>
-#include <vector>
 
 #include "analysis/tuning/tune_scenario.h"
 #include "reports/figures/figure.h"
@@ -19,11 +18,10 @@ using KeyOfParameter = std::function<ScenarioScore::Key(const std::string& param
 /// likelihood-ratio interval, the tuned value and, where it is near, the present one.
 Figure tune_profile_figure(const ScoreModel& model, const Tuning& tuning, const KeyOfParameter& key_of);
 
-/// The score over process and measurement noise, with the ridge on which the mean NIS is the expected one.
-/// Only where both were found.
-Figure tune_surface_figure(const ScenarioTuning& tuning);
+Figure tune_profile_figure(const ScenarioTuning& tuning);
 
-/// All that there are.
-std::vector<Figure> tune_figures(const ScenarioTuning& tuning);
+/// The score over process and measurement noise, with the ridge on which the mean NIS is the expected one.
+/// Precondition: tuning.ridge_of.
+Figure tune_surface_figure(const ScenarioTuning& tuning);
 
 }  // namespace credence

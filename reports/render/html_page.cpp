@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <utility>
+#include <vector>
 
-#include "reports/render/atomic_file.h"
+#include "reports/document/glossary.h"
 #include "reports/render/html_script.h"
 #include "reports/render/html_style.h"
 #include "reports/render/html_text.h"
@@ -104,29 +106,57 @@ std::string facts_html(const std::vector<std::pair<std::string, std::string>>& n
   return html + "</dl>\n";
 }
 
-}  // namespace
+/// Writes the parts of a document one after the other.
+class PageWriter {
+ public:
+  PageWriter(std::span<const Drawing> drawings, const std::filesystem::path& link_base)
+      : drawings_(drawings), link_base_(link_base) {}
 
-HtmlPage::HtmlPage(std::string title, std::string subtitle)
-    : title_(std::move(title)), subtitle_(std::move(subtitle)) {}
-
-std::string HtmlPage::unique_anchor(std::string_view title) {
-  std::string slug;
-  for (const char c : title) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x80 && std::isalnum(byte)) {
-      slug += static_cast<char>(std::tolower(byte));
-    } else if (!slug.empty() && slug.back() != '-') {
-      slug += '-';
-    }
+  void operator()(const part::Heading& heading) {
+    if (heading.section) enter_contents(heading);
+    const int level = heading.section ? 2 : 3;
+    body += fmt::format("<h{0} id=\"{1}\">{2}</h{0}>\n", level, heading.anchor, escape_html(heading.title));
   }
-  while (!slug.empty() && slug.back() == '-') slug.pop_back();
-  if (slug.empty()) slug = "section";
-  std::string anchor = slug;
-  for (int i = 2; !anchors_.insert(anchor).second; ++i) anchor = fmt::format("{}-{}", slug, i);
-  return anchor;
-}
+  void operator()(const part::Fold& fold);
+  void operator()(part::FoldEnd) { body += "</details>\n"; }
+  void operator()(const part::Paragraph& p) { body += fmt::format("<p>{}</p>\n", prose(p.text)); }
+  void operator()(const part::Bullets& bullets) {
+    body += "<ul>\n";
+    for (const std::string& item : bullets.items) body += fmt::format("<li>{}</li>\n", prose(item));
+    body += "</ul>\n";
+  }
+  void operator()(const part::Callout& callout) {
+    body += fmt::format("<p class=\"callout {}\">{}</p>\n", class_of(callout.tone), prose(callout.text));
+  }
+  void operator()(const part::Facts& facts) { body += facts_html(facts.names_and_values); }
+  void operator()(const part::Verbatim& verbatim);
+  void operator()(const part::Link& link);
+  void operator()(const part::DrawnFigure& drawn);
+  void operator()(const ReportTable& table);
 
-std::string HtmlPage::prose(std::string_view text) {
+  /// Escaped, with words of the glossary linked where they are first used.
+  std::string prose(std::string_view text);
+  /// The words that the page uses, in the order of the alphabet.
+  std::string words() const;
+
+  std::string contents;  ///< entries of the table of contents
+  std::string body;
+  int sections = 0;
+
+ private:
+  void enter_contents(const part::Heading& heading) {
+    ++sections;
+    figures_ = 0;
+    contents += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", heading.anchor, heading_html(heading.title));
+  }
+
+  std::span<const Drawing> drawings_;  // of figures still to come
+  const std::filesystem::path& link_base_;
+  std::vector<const GlossaryWord*> words_;  // used so far
+  int tables_ = 0, figures_ = 0;
+};
+
+std::string PageWriter::prose(std::string_view text) {
   std::string html;
   std::size_t done = 0;
   for (const GlossaryUse& use : glossary_uses(text)) {
@@ -140,100 +170,50 @@ std::string HtmlPage::prose(std::string_view text) {
   return html + escape_html(text.substr(done));
 }
 
-void HtmlPage::enter_contents(std::string_view title, const std::string& anchor) {
-  ++sections_;
-  figures_ = 0;
-  contents_ += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", anchor, heading_html(title));
-}
-
-void HtmlPage::answer(CellTone tone, std::string_view text) {
-  answer_ = text;
-  answer_html_ =
-      fmt::format("<p class=\"callout answer {}\" id=\"answer\">{}</p>\n", class_of(tone), prose(text));
-}
-
-void HtmlPage::provenance(const Provenance& from,
-                          const std::vector<std::pair<std::string, std::string>>& more) {
-  from_ = from;
-  provenance_ = provenance_facts(from);
-  provenance_.insert(provenance_.end(), more.begin(), more.end());
-}
-
-std::string HtmlPage::reserve(std::string_view title) { return unique_anchor(title); }
-
-void HtmlPage::section(std::string_view title, std::string anchor) {
-  if (anchor.empty()) anchor = unique_anchor(title);
-  enter_contents(title, anchor);
-  body_ += fmt::format("<h2 id=\"{}\">{}</h2>\n", anchor, escape_html(title));
-}
-
-void HtmlPage::folded_section(std::string_view title, const TableCell& word, std::string_view line, bool open,
-                              const std::function<void()>& inside, std::string anchor) {
-  if (anchor.empty()) anchor = unique_anchor(title);
-  enter_contents(title, anchor);
-  body_ += fmt::format("<details class=\"section\" id=\"{}\"{}>\n<summary><h2>{}</h2>", anchor,
-                       open ? " open=\"\"" : "", escape_html(title));
-  if (!word.text.empty()) {
-    body_ += fmt::format(" <span class=\"teaser {}\">{}</span>", class_of(word.tone), escape_html(word.text));
+void PageWriter::operator()(const part::Fold& fold) {
+  const part::Heading& heading = fold.heading;
+  if (!heading.section) {
+    body += fmt::format("<details id=\"{}\">\n<summary><h3>{}</h3></summary>\n", heading.anchor,
+                        escape_html(heading.title));
+    return;
   }
-  if (!line.empty()) body_ += fmt::format(" <span class=\"line\">{}</span>", escape_html(line));
-  body_ += "</summary>\n";
-  inside();
-  body_ += "</details>\n";
+  enter_contents(heading);
+  body += fmt::format("<details class=\"section\" id=\"{}\"{}>\n<summary><h2>{}</h2>", heading.anchor,
+                      fold.open ? " open=\"\"" : "", escape_html(heading.title));
+  if (!fold.word.text.empty()) {
+    body += fmt::format(" <span class=\"teaser {}\">{}</span>", class_of(fold.word.tone),
+                        escape_html(fold.word.text));
+  }
+  if (!fold.line.empty()) body += fmt::format(" <span class=\"line\">{}</span>", escape_html(fold.line));
+  body += "</summary>\n";
 }
 
-void HtmlPage::folded(std::string_view title, const std::function<void()>& inside) {
-  body_ += fmt::format("<details id=\"{}\">\n<summary><h3>{}</h3></summary>\n", unique_anchor(title),
-                       escape_html(title));
-  inside();
-  body_ += "</details>\n";
-}
-
-void HtmlPage::subsection(std::string_view title) {
-  body_ += fmt::format("<h3 id=\"{}\">{}</h3>\n", unique_anchor(title), escape_html(title));
-}
-
-void HtmlPage::paragraph(std::string_view text) { body_ += fmt::format("<p>{}</p>\n", prose(text)); }
-
-void HtmlPage::bullets(const std::vector<std::string>& items) {
-  body_ += "<ul>\n";
-  for (const std::string& item : items) body_ += fmt::format("<li>{}</li>\n", prose(item));
-  body_ += "</ul>\n";
-}
-
-void HtmlPage::callout(CellTone tone, std::string_view text) {
-  body_ += fmt::format("<p class=\"callout {}\">{}</p>\n", class_of(tone), prose(text));
-}
-
-void HtmlPage::facts(const std::vector<std::pair<std::string, std::string>>& names_and_values) {
-  body_ += facts_html(names_and_values);
-}
-
-void HtmlPage::verbatim(std::string_view text) {
-  body_ += "<pre tabindex=\"0\">";  // may scroll on a phone
+void PageWriter::operator()(const part::Verbatim& verbatim) {
+  std::string_view text = verbatim.text;
+  body += "<pre tabindex=\"0\">";  // may scroll on a phone
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    body_ += escape_html(text.substr(0, end)) + "\n";
+    body += escape_html(text.substr(0, end)) + "\n";
     text.remove_prefix(std::min(end + 1, text.size()));
   }
-  body_ += "</pre>\n";
+  body += "</pre>\n";
 }
 
-void HtmlPage::table(const ReportTable& table) {
-  body_ += fmt::format("<div class=\"table\" id=\"table-{}\">", ++tables_);
+void PageWriter::operator()(const ReportTable& table) {
+  body += fmt::format("<div class=\"table\" id=\"table-{}\">", ++tables_);
   // The caption does not scroll away; what scrolls must be reached by the keyboard.
-  body_ += fmt::format("<p class=\"caption\" id=\"caption-{0}\"><b>Table {0}.</b> {1}</p>\n", tables_,
-                       prose(table.title));
-  body_ += fmt::format(
+  body += fmt::format("<p class=\"caption\" id=\"caption-{0}\"><b>Table {0}.</b> {1}</p>\n", tables_,
+                      prose(table.title));
+  body += fmt::format(
       "<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"caption-{}\"><table>\n<thead><tr>",
       tables_);
   for (const TableColumn& column : table.columns) {
-    body_ += fmt::format("<{0}{1}>{2}</{3}>", column.title.empty() ? "td" : "th scope=\"col\"",
-                         column.align == ColumnAlign::numbers ? " class=\"number\"" : "",
-                         heading_html(column.title), column.title.empty() ? "td" : "th");
+    body += fmt::format("<{0}{1}>{2}</{3}>", column.title.empty() ? "td" : "th scope=\"col\"",
+                        column.align == ColumnAlign::numbers ? " class=\"number\"" : "",
+                        heading_html(column.title), column.title.empty() ? "td" : "th");
   }
-  body_ += "</tr></thead>\n<tbody>\n";
+  body += "</tr></thead>\n<tbody>\n";
   std::vector<std::vector<std::string>> aligned(table.columns.size());
   for (std::size_t i = 0; i < aligned.size(); ++i) {
     if (table.columns[i].align == ColumnAlign::numbers) {
@@ -241,25 +221,27 @@ void HtmlPage::table(const ReportTable& table) {
     }
   }
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
-    body_ += "<tr>";
+    body += "<tr>";
     for (std::size_t i = 0; i < table.columns.size(); ++i) {
       const TableCell& cell = table.rows[row][i];
-      body_ += cell_html(table, i, cell, aligned[i].empty() ? cell.text : aligned[i][row]);
+      body += cell_html(table, i, cell, aligned[i].empty() ? cell.text : aligned[i][row]);
     }
-    body_ += "</tr>\n";
+    body += "</tr>\n";
   }
-  body_ += "</tbody></table></div>\n";
-  for (const std::string& note : table.notes)
-    body_ += fmt::format("<p class=\"notes\">{}</p>\n", prose(note));
-  body_ += "</div>\n";
+  body += "</tbody></table></div>\n";
+  for (const std::string& note : table.notes) body += fmt::format("<p class=\"notes\">{}</p>\n", prose(note));
+  body += "</div>\n";
 }
 
-void HtmlPage::figure(const Figure& figure, const Drawing& drawing, const std::filesystem::path& link_base) {
-  body_ += fmt::format("<figure id=\"{}\">\n", unique_anchor("figure-" + figure.name));
+void PageWriter::operator()(const part::DrawnFigure& drawn) {
+  const Drawing& drawing = drawings_.front();
+  drawings_ = drawings_.subspan(1);
+  if (drawing.svg.empty()) return;
+  body += fmt::format("<figure id=\"{}\">\n", drawn.anchor);
   if (drawing.panels.empty()) {
     const double width = drawn_width(drawing.svg);
     constexpr double kReadable = 0.75;
-    body_ += fmt::format(
+    body += fmt::format(
         "<div class=\"scroll\"><div style=\"max-width:{:.0f}px;min-width:{:.0f}px\">{}</div></div>\n", width,
         kReadable * width, drawing.svg);
   } else {
@@ -269,33 +251,33 @@ void HtmlPage::figure(const Figure& figure, const Drawing& drawing, const std::f
       columns += fmt::format("{}{:.0f}fr", columns.empty() ? "" : " ", w);
       width += w;
     }
-    body_ +=
-        fmt::format("<div class=\"panels\" style=\"--columns:{};max-width:{:.0f}px\">\n", columns, width);
+    body += fmt::format("<div class=\"panels\" style=\"--columns:{};max-width:{:.0f}px\">\n", columns, width);
     for (const PanelDrawing& panel : drawing.panels) {
-      body_ += fmt::format("<div class=\"panel\">{}<script type=\"application/json\">{}</script></div>\n",
-                           panel.svg, panel.data);
+      body += fmt::format("<div class=\"panel\">{}<script type=\"application/json\">{}</script></div>\n",
+                          panel.svg, panel.data);
     }
-    body_ += "</div>\n";
+    body += "</div>\n";
   }
-  body_ += fmt::format("<figcaption><b>Figure {}.</b> {}", letters_of(++figures_), prose(figure.caption));
+  body += fmt::format("<figcaption><b>Figure {}.</b> {}", letters_of(++figures_), prose(drawing.caption));
   for (const std::filesystem::path& file : drawing.files) {
-    const auto relative = link_base.empty() ? file.filename() : file.lexically_relative(link_base);
+    const auto relative = link_base_.empty() ? file.filename() : file.lexically_relative(link_base_);
     std::string format = file.extension().string().substr(1);
     for (char& letter : format) letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
-    body_ +=
+    body +=
         fmt::format(" <a href=\"{}\">{}</a>", escape_html(encoded_path(relative.generic_string())), format);
   }
-  body_ += "</figcaption>\n</figure>\n";
+  body += "</figcaption>\n</figure>\n";
 }
 
-void HtmlPage::link(std::string_view words, std::string_view address) {
+void PageWriter::operator()(const part::Link& link) {
   // "javascript:" and its like are shown, not linked.
-  if (!is_web_or_relative(address)) return paragraph(fmt::format("{} ({})", words, address));
-  body_ += fmt::format("<p><a href=\"{}\">{}</a></p>\n", escape_html(address), escape_html(words));
+  if (!is_web_or_relative(link.address)) {
+    return (*this)(part::Paragraph{fmt::format("{} ({})", link.words, link.address)});
+  }
+  body += fmt::format("<p><a href=\"{}\">{}</a></p>\n", escape_html(link.address), escape_html(link.words));
 }
 
-// The words that the page uses, in the order of the alphabet.
-std::string HtmlPage::words_html() const {
+std::string PageWriter::words() const {
   if (words_.empty()) return {};
   std::string html =
       "<details class=\"section\" id=\"words\">\n<summary><h2>Words</h2> <span class=\"line\">what NEES "
@@ -308,7 +290,11 @@ std::string HtmlPage::words_html() const {
   return html + "</dl>\n</details>\n";
 }
 
-std::string HtmlPage::head_html() const {
+std::string answer_text(const Document& document) {
+  return document.answer.text.empty() ? "" : document.answer.text + ".";
+}
+
+std::string head_html(const Document& document, const Provenance& from) {
   std::string head = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   head += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   head += "<meta name=\"color-scheme\" content=\"light dark\">\n";
@@ -316,27 +302,39 @@ std::string HtmlPage::head_html() const {
     if (!content.empty())
       head += fmt::format("<meta name=\"{}\" content=\"{}\">\n", name, escape_html(content));
   };
-  say("generator", from_.version.empty() ? "Credence" : "Credence " + from_.version);
-  say("credence-answer", answer_);
-  say("credence-date", from_.date);
-  say("credence-command", from_.command);
+  say("generator", from.version.empty() ? "Credence" : "Credence " + from.version);
+  say("credence-answer", answer_text(document));
+  say("credence-date", from.date);
+  say("credence-command", from.command);
   head += fmt::format("<title>{}</title>\n<style>{}</style>\n<script>{}</script>\n</head>\n",
-                      escape_html(title_), kPageStyle, kPageScript);
+                      escape_html(document.title), kPageStyle, kPageScript);
   return head;
 }
 
-std::string HtmlPage::str() const {
-  std::string contents = contents_;
-  if (!words_.empty()) contents += "<li><a href=\"#words\">Words</a></li>\n";
-  std::string page = head_html() + "<body>\n<a class=\"skip\" href=\"#main\">To the text</a>\n";
-  if (sections_ > 1) page += fmt::format("<nav aria-label=\"Contents\"><ol>\n{}</ol></nav>\n", contents);
-  page += fmt::format("<main id=\"main\">\n<h1>{}</h1>\n", escape_html(title_));
-  if (!subtitle_.empty()) page += fmt::format("<p class=\"subtitle\">{}</p>\n", escape_html(subtitle_));
-  page += answer_html_ + body_ + words_html();
-  if (!provenance_.empty()) page += "<footer>\n" + facts_html(provenance_) + "</footer>\n";
+}  // namespace
+
+std::string html_page(const Document& document, std::span<const Drawing> drawings, const Provenance& from,
+                      const std::filesystem::path& link_base) {
+  PageWriter writer(drawings, link_base);
+  std::string answer;
+  if (!document.answer.text.empty()) {
+    answer = fmt::format("<p class=\"callout answer {}\" id=\"answer\">{}</p>\n",
+                         class_of(document.answer.tone), writer.prose(answer_text(document)));
+  }
+  for (const DocumentPart& part : document.parts()) std::visit(writer, part);
+  const std::string words = writer.words();
+  if (!words.empty()) writer.contents += "<li><a href=\"#words\">Words</a></li>\n";
+  std::string page = head_html(document, from) + "<body>\n<a class=\"skip\" href=\"#main\">To the text</a>\n";
+  if (writer.sections > 1)
+    page += fmt::format("<nav aria-label=\"Contents\"><ol>\n{}</ol></nav>\n", writer.contents);
+  page += fmt::format("<main id=\"main\">\n<h1>{}</h1>\n", escape_html(document.title));
+  if (!document.subtitle.empty())
+    page += fmt::format("<p class=\"subtitle\">{}</p>\n", escape_html(document.subtitle));
+  page += answer + writer.body + words;
+  std::vector<std::pair<std::string, std::string>> facts = provenance_facts(from);
+  facts.insert(facts.end(), document.sources.begin(), document.sources.end());
+  if (!facts.empty()) page += "<footer>\n" + facts_html(facts) + "</footer>\n";
   return page + "</main>\n</body>\n</html>\n";
 }
-
-void HtmlPage::write(const std::filesystem::path& target) const { write_file(target, str()); }
 
 }  // namespace credence

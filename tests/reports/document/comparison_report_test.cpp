@@ -4,14 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+
+#include "core/nan.h"
+#include "reports/render/write_document.h"
+#include "tests/temporary_folder.h"
 
 namespace credence {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 ComparedStudy study(const std::string& name, const std::string& noise, std::vector<double> runs) {
   return {.name = name,
@@ -22,6 +26,10 @@ ComparedStudy study(const std::string& name, const std::string& noise, std::vect
           .nis = {2.0, 2.0},
           .noise = noise,
           .nees_of_runs = std::move(runs)};
+}
+
+ReportTable table_of(const std::vector<ComparedStudy>& studies) {
+  return std::get<ReportTable>(comparison_document(studies, 0.95).brief.back());
 }
 
 TEST(Comparison, DifferencesArePairedRunByRun) {
@@ -43,15 +51,15 @@ TEST(Comparison, RunsOfOtherNoiseOrOfUnknownNoiseAreNotPaired) {
 }
 
 TEST(Comparison, TheTableSaysWhatTheDocumentSays) {
-  const ComparedStudy studies[] = {study("a", "w", {1.0, 0.5, 1.5}), study("b", "w", {1.1, 0.7, 1.8}),
-                                   study("c", "v", {1.1, 0.7, 1.8})};
-  const ReportTable table = comparison_table(studies, 0.95);
+  const std::vector<ComparedStudy> studies = {
+      study("a", "w", {1.0, 0.5, 1.5}), study("b", "w", {1.1, 0.7, 1.8}), study("c", "v", {1.1, 0.7, 1.8})};
+  const ReportTable table = table_of(studies);
   ASSERT_EQ(table.rows.size(), 3U);
   EXPECT_EQ(table.rows[0].back().text, "–");
   EXPECT_THAT(table.rows[1].back().text, HasSubstr("0.200 ("));
   EXPECT_EQ(table.rows[2].back().text, "–");
   EXPECT_EQ(table.rows[1][2].tone, CellTone::good);
-  const auto j = nlohmann::json::parse(comparison_json(studies, 0.95));
+  const auto j = nlohmann::json::parse(comparison_document(studies, 0.95).json());
   EXPECT_NEAR(j["studies"][1]["paired_difference"]["value"].get<double>(), 0.2, 1e-15);
   EXPECT_TRUE(j["studies"][2]["paired_difference"].is_null());
   EXPECT_TRUE(j["studies"][0]["vehicle_nees"].is_null());
@@ -67,11 +75,55 @@ TEST(Comparison, DocumentsAreReadAndOthersRefused) {
   EXPECT_EQ(read[0].nees.mean, 4.0);
   EXPECT_EQ(read[0].factor.mean, 1.3);
   EXPECT_TRUE(std::isnan(read[0].factor.upper) && std::isnan(read[0].nis.mean));
-  EXPECT_EQ(comparison_table(read, 0.95).rows[0][6].text, "–") << "no NIS";
+  EXPECT_EQ(table_of(read).rows[0][6].text, "–") << "no NIS";
   EXPECT_EQ(compared_documents("two.json", R"({"studies": [)" + one + "," + one + "]}").size(), 2U);
   for (const char* wrong : {"", "[1]", "{}", "3", R"({"runs": 1, "verdict": "x"})", R"({"studies": [1]})"}) {
     EXPECT_THROW(compared_documents("wrong.json", wrong), std::invalid_argument) << wrong;
   }
+}
+
+std::vector<ComparedStudy> two_studies() {
+  return {{.name = "plain",
+           .verdict = "optimistic",
+           .factor = {.mean = 1.5},
+           .noise = "w",
+           .nees_of_runs = {1.4, 1.5, 1.6},
+           .nees_of_steps = {1.0, 1.5, 2.0}},
+          {.name = "cautious",
+           .verdict = "consistent",
+           .factor = {.mean = 0.95},
+           .noise = "w",
+           .nees_of_runs = {0.9, 0.95, 1.0},
+           .nees_of_steps = {1.0, 0.95, 0.9}}};
+}
+
+std::string page_of(const std::vector<ComparedStudy>& studies) {
+  const TemporaryFolder folder;
+  write_document(comparison_document(studies, 0.95), folder.path());
+  return folder.read("index.html");
+}
+
+TEST(Comparison, AnswersWhoIsNotToBeTrustedAndWhoIsNearest) {
+  const ReportAnswer answer = comparison_document(two_studies(), 0.95).answer;
+  EXPECT_EQ(answer.text, "1 of 2 cannot be trusted: plain; nearest to right: cautious, factor on P 0.950");
+  EXPECT_EQ(answer.tone, CellTone::alarm);
+  const std::vector<ComparedStudy> unknown = {
+      {.name = "a", .verdict = "consistent", .factor = {.mean = kNaN}}};
+  EXPECT_EQ(comparison_document(unknown, 0.95).answer.text, "Of 1 results none is called optimistic");
+}
+
+TEST(Comparison, ThePageHasTheTableAndTheCurvesThatAreKnown) {
+  const std::string page = page_of(two_studies());
+  for (const char* part :
+       {"1 of 2 cannot be trusted", "id=\"figure-comparison\"", "Against the first", "NEES"}) {
+    EXPECT_THAT(page, HasSubstr(part));
+  }
+  std::vector<ComparedStudy> documents = two_studies();
+  for (ComparedStudy& study : documents) {
+    study.nees_of_runs.clear();
+    study.nees_of_steps.clear();
+  }
+  EXPECT_THAT(page_of(documents), Not(HasSubstr("figure-comparison")));
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "reports/render/atomic_file.h"
-#include "reports/render/html_page.h"
+#include "reports/render/write_document.h"
 #include "tests/temporary_folder.h"
 
 namespace credence {
@@ -13,19 +13,18 @@ namespace {
 using testing::HasSubstr;
 
 void write_report(const std::filesystem::path& folder, const std::string& title, const std::string& answer) {
-  std::filesystem::create_directories(folder);
-  HtmlPage page(title);
-  page.answer(CellTone::good, answer);
-  page.provenance(
+  Document document(title);
+  document.answer = {CellTone::good, answer};
+  write_document(
+      document, folder,
       {.version = "1.0", .commit = "", .command = "credence run", .date = "2026-01-01", .machine = ""});
-  page.write(folder / "index.html");
 }
 
 TEST(ReportIndex, FindsReportsWithTheirAnswers) {
   const TemporaryFolder folder;
-  write_report(folder / "a & b", "First", "\"a\" < 'b' & all is well.");
-  write_report(folder / "c/d", "Second", "Not so.");
-  write_report(folder / ".hidden", "Hidden", "No.");
+  write_report(folder / "a & b", "First", "\"a\" < 'b' & all is well");
+  write_report(folder / "c/d", "Second", "Not so");
+  write_report(folder / ".hidden", "Hidden", "No");
   std::filesystem::create_directories(folder / "other");
   folder.write("other/index.html", "<html><head><title>Somebody else's</title></head></html>");
   const auto reports = find_reports(folder.path());
@@ -39,7 +38,7 @@ TEST(ReportIndex, FindsReportsWithTheirAnswers) {
 
 TEST(ReportIndex, IsAPageThatLeadsToThem) {
   const TemporaryFolder folder;
-  write_report(folder / "a b", "First", "All is well.");
+  write_report(folder / "a b", "First", "All is well");
   EXPECT_EQ(write_report_index(folder.path()), 1u);
   EXPECT_THAT(folder.read("reports.html"), HasSubstr("<a href=\"a%20b/index.html\">a b</a>"));
   EXPECT_THAT(folder.read("reports.html"), HasSubstr("All is well."));

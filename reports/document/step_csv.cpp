@@ -1,4 +1,4 @@
-#include "reports/document/study_csv.h"
+#include "reports/document/step_csv.h"
 
 #include <fmt/format.h>
 
@@ -20,15 +20,20 @@ void add_test(std::vector<CsvField>& row, const StepTest& test) {
                          field(test.p_value), test.count});
 }
 
-}  // namespace
-
-void write_study_csv(const std::filesystem::path& target, const StudyAnalysis& a) {
+std::vector<std::string> test_columns() {
   std::vector<std::string> columns = {"step"};
   for (const char* name : {"nees", "nis"}) {
     for (const char* what : {"mean", "expected", "lower", "upper", "p_value", "runs"}) {
       columns.push_back(fmt::format("{}_{}", name, what));
     }
   }
+  return columns;
+}
+
+}  // namespace
+
+void write_study_csv(const std::filesystem::path& target, const StudyAnalysis& a) {
+  std::vector<std::string> columns = test_columns();
   for (const char* name : {"exact_nees", "exact_nis", "trace_prior", "trace", "vehicle", "landmarks"}) {
     columns.emplace_back(name);
   }
@@ -44,6 +49,17 @@ void write_study_csv(const std::filesystem::path& target, const StudyAnalysis& a
          {&a.covariance.trace_prior, &a.covariance.trace, &a.covariance.vehicle, &a.covariance.landmarks}) {
       row.push_back(field(value_at(*curve, k)));
     }
+    csv.add(row);
+  }
+  csv.commit();
+}
+
+void write_log_csv(const std::filesystem::path& target, const LogAnalysis& a) {
+  CsvWriter csv(target, test_columns());
+  for (std::size_t k = 0; k < a.evidence.study.steps.size(); ++k) {
+    std::vector<CsvField> row = {1 + static_cast<std::int64_t>(k) * a.evidence.step_stride};
+    add_test(row, a.judgement.nees.steps[k]);
+    add_test(row, a.judgement.nis.steps[k]);
     csv.add(row);
   }
   csv.commit();

@@ -1,4 +1,4 @@
-#include "reports/document/trace_json.h"
+#include "reports/document/trace_report.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -54,8 +54,6 @@ std::string errors_text(std::span<const Index> states, const TraceStep& s) {
   return text;
 }
 
-}  // namespace
-
 std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
   Json j;
   j["schema"] = kSchema;
@@ -106,6 +104,15 @@ ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
   if (every > 1)
     table.notes = {fmt::format("every {}th of {} steps; all of them with --format json", every, last)};
   return table;
+}
+
+}  // namespace
+
+Document trace_document(const Scenario& scenario, const RunTrace& trace) {
+  Document document(scenario.name);
+  document.json = [scenario, trace] { return trace_json(scenario, trace); };
+  document.brief.emplace_back(trace_table(scenario, trace));
+  return document;
 }
 
 }  // namespace credence

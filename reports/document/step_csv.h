@@ -11,6 +11,9 @@ namespace credence {
 /// models, traces of P. Throws OutputError when the file cannot be written.
 void write_study_csv(const std::filesystem::path& target, const StudyAnalysis& analysis);
 
+/// The same of logs, without what no log knows; of long runs the steps that are judged step by step.
+void write_log_csv(const std::filesystem::path& target, const LogAnalysis& analysis);
+
 /// Every step of one run as one row: true and estimated state, standard deviations, NEES, NIS. Fields of
 /// landmarks not yet seen are empty.
 void write_trace_csv(const std::filesystem::path& target, const RunTrace& trace);

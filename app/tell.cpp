@@ -1,0 +1,30 @@
+#include "app/tell.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "app/say.h"
+#include "app/terminal_text.h"
+#include "app/this_command.h"
+#include "reports/render/write_document.h"
+
+namespace credence {
+
+void print(const Document& document, const CommonOptions& options) {
+  fmt::print("{}", options.format == "json" ? document.json() + "\n" : terminal_text(document));
+}
+
+void write_report(const Document& document, const CommonOptions& options) {
+  if (options.out.empty()) return;
+  write_document(document, options.report_folder(), make_provenance(this_command()));
+  if (!options.quiet)
+    say(fmt::format("Report: {}", (std::filesystem::path(options.out) / "index.html").string()));
+}
+
+void tell(const Document& document, const CommonOptions& options) {
+  print(document, options);
+  write_report(document, options);
+}
+
+}  // namespace credence

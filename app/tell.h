@@ -1,0 +1,17 @@
+#pragma once
+
+#include "app/common_options.h"
+#include "reports/document/document.h"
+
+namespace credence {
+
+/// On stdout, as text or as JSON.
+void print(const Document& document, const CommonOptions& options);
+
+/// Into the folder of --out, if any, and where it is on stderr.
+void write_report(const Document& document, const CommonOptions& options);
+
+/// Both: print, and then write.
+void tell(const Document& document, const CommonOptions& options);
+
+}  // namespace credence

@@ -1,0 +1,54 @@
+#include "reports/document/verdict_text.h"
+
+#include <fmt/format.h>
+
+#include "reports/render/number_text.h"
+
+namespace credence {
+
+std::string word_clause(const Word& word, const ConsistencyVerdict& nees) {
+  std::string clause = word.says;
+  const bool one_factor = nees.factor.reason.empty() && (nees.factor.lower > 1.0 || nees.factor.upper < 1.0);
+  if (one_factor && word.verdict != Verdict::mixed) {
+    clause += fmt::format("; times {} on P the mean NEES would be right", number_text(nees.factor.mean, 3));
+  }
+  return clause;
+}
+
+std::string filter_text(const FilterSettings& filter) {
+  std::string text(to_string(filter.inflation));
+  if (filter.inflation == FilterInflation::full || filter.inflation == FilterInflation::map) {
+    text += fmt::format(", {}", to_string(filter.solution));
+  }
+  if (filter.inflation == FilterInflation::rank) {
+    text += fmt::format(" {} ({})", filter.inflation_rank, to_string(filter.inflation_range));
+  }
+  if (filter.process_scale != 1.0) text += fmt::format(", Q × {:g}", filter.process_scale);
+  if (filter.measurement_scale != 1.0) text += fmt::format(", R × {:g}", filter.measurement_scale);
+  return text;
+}
+
+TableCell verdict_cell(Verdict verdict) {
+  const CellTone tone = verdict == Verdict::consistent                                ? CellTone::good
+                        : verdict == Verdict::optimistic || verdict == Verdict::mixed ? CellTone::alarm
+                                                                                      : CellTone::caution;
+  return {std::string(to_string(verdict)), tone};
+}
+
+std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees) {
+  return fmt::format("{}: {}.", name, word_clause(word, nees));
+}
+
+std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
+  if (v.verdict == Verdict::undecided) return fmt::format("{}: undecided, {}.", what, v.reason);
+  return fmt::format(
+      "{}: {}. The mean of {} over {} values would be accepted from {} to {}, around {} ({:g} % confidence, "
+      "{}, "
+      "{} tests); {} % of the steps lie outside their own bounds, where {} % are expected.",
+      what, to_string(v.verdict), number_text(v.mean, 4), v.count, number_text(v.bounds.lower, 4),
+      number_text(v.bounds.upper, 4), number_text(v.expected, 4), 100.0 * v.confidence,
+      p_value_statement(v.p_value), v.tests, number_text(100.0 * v.share_outside, 3),
+      number_text(100.0 * v.expected_share_outside, 3));
+}
+
+}  // namespace credence

@@ -1,0 +1,92 @@
+#include "reports/figures/log_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/manifold/angle.h"
+#include "reports/document/calibration_report.h"
+#include "reports/document/log_table.h"
+#include "reports/figures/study_figures.h"
+
+namespace credence {
+namespace {
+
+Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
+  Figure figure{
+      .name = name + "-consistency",
+      .caption = fmt::format("NEES and NIS, means over {} runs. A consistent filter stays within the "
+                             "band at {:g} % of single steps, and between the outer lines at all steps.",
+                             a.evidence.study.runs, 100.0 * a.judgement.confidence)};
+  if (a.judgement.nees.count > 0)
+    figure.panels.push_back(verdict_panel("ANEES", "mean NEES", a.judgement.nees, {}));
+  if (a.judgement.nis.count > 0)
+    figure.panels.push_back(verdict_panel("NIS", "mean NIS", a.judgement.nis, {}));
+  figure.cols = static_cast<int>(figure.panels.size());
+  return figure;
+}
+
+/// Errors of the first run, state by state.
+Figure errors_figure(const std::string& name, const RunErrors& run) {
+  constexpr std::size_t kPanels = 6;
+  // A component that the filter does not estimate has no error in any row.
+  std::vector<const RunErrors::State*> estimated;
+  for (const RunErrors::State& state : run.states) {
+    if (!std::ranges::all_of(state.error, [](double e) { return std::isnan(e); }))
+      estimated.push_back(&state);
+  }
+  const std::size_t shown = std::min(kPanels, estimated.size());
+  Figure figure{
+      .name = name + "-errors",
+      .caption = fmt::format("The first run: errors{} with the ±2σ that the filter claims; a consistent "
+                             "filter stays between them at 95 % of the steps.",
+                             estimated.size() > shown ? fmt::format(" of the first {} states", shown) : ""),
+      .rows = static_cast<int>(std::max<std::size_t>(1, (shown + 2) / 3)),
+      .cols = static_cast<int>(std::clamp<std::size_t>(shown, 1, 3))};
+  for (std::size_t i = 0; i < shown; ++i) {
+    const RunErrors::State& state = *estimated[i];
+    const double scale = state.angle ? 1.0 / kRadiansPerDegree : 1.0;
+    FigureData error, lower, upper;
+    for (std::size_t k = 0; k < run.step.size(); ++k) {
+      error.push_back(scale * state.error[k]);
+      upper.push_back(2.0 * scale * state.sigma[k]);
+      lower.push_back(-upper.back());
+    }
+    Panel panel{.title = state.name, .x_label = "step", .y_label = state.angle ? "error (°)" : "error"};
+    panel.series = {line_series("±2σ", ColourRole::bound, FigureData(run.step), std::move(lower)),
+                    line_series("", ColourRole::bound, FigureData(run.step), std::move(upper)),
+                    line_series("error", ColourRole::estimate, FigureData(run.step), std::move(error))};
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+/// NEES of the blocks over the steps, the pose first.
+Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
+  constexpr std::size_t kPanels = 6;
+  Figure figure{
+      .name = name + "-blocks",
+      .caption = "NEES of the blocks of states, the pose first: which part of the state, and since when."};
+  for (const BlockVerdict* block : blocks_in_order(a)) {
+    if (block->verdict.count == 0 || figure.panels.size() == kPanels) continue;
+    figure.panels.push_back(verdict_panel(block->name, "mean NEES", block->verdict, {}));
+  }
+  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
+  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
+  return figure;
+}
+
+}  // namespace
+
+std::vector<Figure> log_figures(const std::string& name, const CheckedLogs& logs) {
+  return {log_consistency_figure(name, logs.analysis),
+          errors_figure(name, logs.first_run),
+          sigma_figure(name, logs.calibration, logs.analysis.evidence.layout.states),
+          distance_figure(name, logs.calibration),
+          stanford_figure(name, logs.calibration),
+          blocks_figure(name, logs.analysis)};
+}
+
+}  // namespace credence

@@ -1,0 +1,40 @@
+#include "reports/render/write_document.h"
+
+#include <vector>
+
+#include "reports/figures/draw_figures.h"
+#include "reports/render/atomic_file.h"
+#include "reports/render/html_page.h"
+
+namespace credence {
+
+namespace {
+
+/// One for each figure of the document; empty for those without panels.
+std::vector<Drawing> draw_figures(const Document& document, const ReportFolder& directory) {
+  std::vector<Figure> figures;
+  std::vector<bool> shown;
+  for (const DocumentPart& part : document.parts()) {
+    const auto* drawn = std::get_if<part::DrawnFigure>(&part);
+    if (drawn == nullptr) continue;
+    Figure figure = drawn->make();
+    shown.push_back(!figure.panels.empty());
+    if (shown.back()) figures.push_back(std::move(figure));
+  }
+  std::vector<Drawing> drawn, all;
+  if (!figures.empty()) drawn = draw_all(figures, directory);
+  auto next = drawn.begin();
+  for (const bool has_panels : shown) all.push_back(has_panels ? std::move(*next++) : Drawing{});
+  return all;
+}
+
+}  // namespace
+
+void write_document(const Document& document, const ReportFolder& directory, const Provenance& provenance) {
+  make_directories(directory);
+  const std::vector<Drawing> drawings = draw_figures(document, directory);
+  for (const DocumentFile& file : document.files) file.write(directory / file.name);
+  write_file(directory / "index.html", html_page(document, drawings, provenance, directory));
+}
+
+}  // namespace credence

@@ -1,0 +1,125 @@
+#include "reports/render/write_document.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "reports/render/atomic_file.h"
+#include "reports/render/html_page.h"
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+Figure drawable(const std::string& name, std::size_t panels) {
+  const Panel panel{.series = {line_series("mean", ColourRole::estimate, {1, 2}, {1, 4})}};
+  return {.name = name,
+          .caption = "The caption of " + name + ".",
+          .cols = static_cast<int>(panels),
+          .panels = std::vector<Panel>(panels, panel)};
+}
+
+TEST(WriteDocument, WritesThePageItsFiguresAndTheFilesBesideIt) {
+  const TemporaryFolder folder;
+  Document document("Study");
+  document.figure(drawable("one", 1));
+  document.paragraph("Between the two.");
+  document.figure(drawable("pair", 2));
+  document.file("numbers.csv", [](const fs::path& target) { write_file(target, "1,2\n"); });
+  write_document(document, folder / "new/report",
+                 {.version = "1.2.3", .commit = "", .command = "", .date = "", .machine = ""});
+
+  const std::string page = folder.read("new/report/index.html");
+  std::size_t position = 0;
+  for (const char* part :
+       {"id=\"figure-one\"", "<svg", "The caption of one.", "href=\"figures/one.pdf\"", "Between the two.",
+        "id=\"figure-pair\"", "The caption of pair.", "href=\"figures/pair.svg\"", "Credence 1.2.3"}) {
+    position = page.find(part, position);
+    ASSERT_NE(position, std::string::npos) << part;
+  }
+  for (const char* file : {"one.svg", "one.pdf", "pair.svg", "pair.pdf", "panels/pair-1.svg"}) {
+    EXPECT_TRUE(fs::exists(folder / "new/report/figures" / file)) << file;
+  }
+  EXPECT_EQ(folder.read("new/report/numbers.csv"), "1,2\n");
+}
+
+TEST(WriteDocument, FiguresThatTakeTimeAreMadeWithThePage) {
+  const TemporaryFolder folder;
+  Document document("Study");
+  int made = 0;
+  document.figure("empty", [] { return Figure{.name = "empty"}; });
+  document.figure("late", [&made] {
+    ++made;
+    return drawable("late", 1);
+  });
+  EXPECT_EQ(made, 0);
+  write_document(document, folder.path(), {});
+  EXPECT_EQ(made, 1);
+  EXPECT_THAT(folder.read("index.html"), HasSubstr("<b>Figure A.</b> The caption of late."));
+  EXPECT_FALSE(fs::exists(folder / "figures/empty.svg"));
+}
+
+TEST(WriteDocument, ThePageIsWhatHtmlPageMakes) {
+  const TemporaryFolder folder;
+  Document document("Study");
+  document.paragraph("All is well.");
+  write_document(document, folder.path(), {});
+  EXPECT_EQ(folder.read("index.html"), html_page(document, {}, {}, folder.path()));
+}
+
+TEST(WriteDocument, FiguresTakeTheStyleOfTheFolder) {
+  const TemporaryFolder folder;
+  Document document("Study");
+  document.figure(drawable("one", 1));
+  write_document(document, {folder.path(), {.svg = false, .pdf = false, .pgf = true}}, {});
+  EXPECT_TRUE(fs::exists(folder / "figures/one.pgf"));
+  EXPECT_FALSE(fs::exists(folder / "figures/one.pdf"));
+}
+
+TEST(WriteDocument, AFolderThatCannotBeMadeIsNamed) {
+  const TemporaryFolder folder;
+  folder.write("taken", "a file");
+  Document document("Study");
+  document.figure(drawable("one", 1));
+  try {
+    write_document(document, folder / "taken/report", {});
+    FAIL() << "expected an error";
+  } catch (const OutputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("taken/report"));
+  }
+  EXPECT_EQ(folder.entries(), 1);
+  EXPECT_EQ(folder.read("taken"), "a file");
+}
+
+TEST(WriteDocument, ThePageIsWrittenLastAndWhole) {
+  const TemporaryFolder folder;
+  folder.write("index.html", "the page of before");
+  Document document("Study");
+  document.file("numbers.csv", [](const fs::path&) { throw OutputError("the disk is full"); });
+  EXPECT_THROW(write_document(document, folder.path(), {}), OutputError);
+  EXPECT_EQ(folder.read("index.html"), "the page of before");
+
+  fs::create_directories(folder / "other/index.html");
+  try {
+    write_document(Document("Study"), folder / "other", {});
+    FAIL() << "expected an error";
+  } catch (const OutputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("other/index.html"));
+  }
+}
+
+TEST(WriteDocument, RefusesAFigureThatCannotBeDrawn) {
+  const TemporaryFolder folder;
+  Document document("Study");
+  document.figure(drawable("no name for a file", 1));
+  EXPECT_THROW(write_document(document, folder.path(), {}), std::invalid_argument);
+  EXPECT_FALSE(fs::exists(folder / "index.html"));
+}
+
+}  // namespace
+}  // namespace credence
