@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/filters/joseph_update.h"
-#include "core/filters/landmark_table.h"
 #include "core/filters/sequential_update.h"
+#include "core/filters/slam_phases.h"
 #include "core/inflation/inflation_along_run.h"
 #include "core/inflation/inflation_rule.h"
 #include "core/linear_algebra/cholesky.h"
@@ -15,27 +15,9 @@
 #include "core/linear_algebra/mirror.h"
 #include "core/linear_algebra/panel_cholesky.h"
 #include "core/models/slam_model.h"
-#include "core/record/block_layout.h"
 #include "core/types.h"
 
 namespace credence {
-
-/// A measurement of one landmark, its identity known.
-template <class Model>
-struct Observation {
-  int landmark = 0;  ///< the world's number of the landmark, >= 0
-  Eigen::Matrix<double, Model::kMeasurement, 1> z;
-};
-
-/// What an update did.
-struct UpdateResult {
-  bool ok = true;            ///< false: S was not positive definite and nothing was changed
-  double nis = 0.0;          ///< νᵀ S⁻¹ ν of the batch, 0 if nothing known was seen
-  Index dof = 0;             ///< dimension of ν: known landmarks and anchors seen × kMeasurement
-  Index initialised = 0;     ///< landmarks seen for the first time
-  double trace_prior = 0.0;  ///< tr P after inflation, before the update
-  bool converged = true;     ///< the exact minimal trace was reached to its tolerance
-};
 
 /// EKF-SLAM by eqs (3)-(10) of [Vidal-Calleja 2004]: dense covariance, known association.
 ///
@@ -49,17 +31,18 @@ struct UpdateResult {
 /// that vague, or a singular R), or that would leave a variance negative, is done in Joseph's form instead,
 /// and counted.
 template <class Model>
-class EkfSlam {
+class EkfSlam : public SlamPhases<Model> {
  public:
-  static constexpr int kPose = Model::kPose, kControl = Model::kControl;
-  static constexpr int kLandmark = Model::kLandmark, kMeasurement = Model::kMeasurement;
-  using PoseVector = Eigen::Matrix<double, kPose, 1>;
-  using PoseMatrix = Eigen::Matrix<double, kPose, kPose>;
-  using ControlVector = Eigen::Matrix<double, kControl, 1>;
-  using ControlMatrix = Eigen::Matrix<double, kControl, kControl>;
-  using LandmarkVector = Eigen::Matrix<double, kLandmark, 1>;
-  using MeasurementVector = Eigen::Matrix<double, kMeasurement, 1>;
-  using MeasurementMatrix = Eigen::Matrix<double, kMeasurement, kMeasurement>;
+  using Phases = SlamPhases<Model>;
+  using Phases::kPose, Phases::kLandmark, Phases::kMeasurement;
+  using Phases::layout;
+  using typename Phases::ControlMatrix;
+  using typename Phases::ControlVector;
+  using typename Phases::LandmarkMatrix;
+  using typename Phases::LandmarkVector;
+  using typename Phases::MeasurementMatrix;
+  using typename Phases::PoseMatrix;
+  using typename Phases::PoseVector;
 
   static constexpr double kMostCancellation = 1e8;  ///< of tr(R⁻¹ S), for P − W Wᵀ
 
@@ -67,13 +50,7 @@ class EkfSlam {
   /// bit depends on the instruction set, which must be there.
   EkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R, InflationRule rule = {},
           std::span<const Anchor<Model>> anchors = {}, InstructionSet set = best_instruction_set())
-      : model_(std::move(model)),
-        Q_(Q),
-        R_(R),
-        R_llt_(R),
-        rule_(std::move(rule)),
-        table_(anchors),
-        factor_(set) {
+      : Phases(std::move(model), Q, R, anchors), R_llt_(R), rule_(std::move(rule)), factor_(set) {
     reset(PoseVector::Zero(), PoseMatrix::Zero());
   }
 
@@ -97,14 +74,15 @@ class EkfSlam {
       result.converged = inflate_prior(P_, inflation_).converged;
     }
     result.trace_prior = P_.trace();
-    linearise(observations);
+    this->linearise(observations, pose(),
+                    [this](Index offset) { return x_.template segment<kLandmark>(offset); });
     result.dof = kMeasurement * static_cast<Index>(rows_.size());
     corrected_ = result.dof > 0 && correct(result);
     if (result.dof > 0 && !corrected_) {
       result.ok = false;
       return result;
     }
-    result.initialised = initialise(observations);
+    result.initialised = initialise_into(observations);
     if (result.initialised > 0 && rule_.is_sequential()) {
       covariance();
       // The correlations of one new landmark are a star, for which the pairwise sum is the least trace.
@@ -126,16 +104,7 @@ class EkfSlam {
     inflate_prior(P, copy);
     return P;
   }
-  std::span<const int> landmarks() const {
-    return table_.ids();
-  }  ///< their numbers, in the order of the state
   PoseVector pose() const { return x_.template head<kPose>(); }
-  BlockLayout layout() const {
-    return {.vehicle = kPose, .landmark = kLandmark, .landmarks = std::ssize(table_.ids())};
-  }
-  Model& model() { return model_; }
-  VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last update
-  MatrixRef innovation_covariance() const { return S_.matrix(); }  ///< its S
   /// Its K, n×dim ν with the n before initialisation, or n×0 if it corrected nothing; allocates.
   Matrix gain() const {
     if (!corrected_) return Matrix(x_.size(), 0);
@@ -143,15 +112,9 @@ class EkfSlam {
   }
   Index joseph_updates() const { return joseph_updates_; }  ///< since the reset
 
-  /// Where landmark `id` starts in the state, −1 if it is not there.
-  Index offset_of(int id) const { return table_.offset_of(id); }
-
  private:
-  struct Row {  ///< Jacobian of one measurement: the vehicle's columns and those of its landmark
-    Index offset = -1;
-    Eigen::Matrix<double, kMeasurement, kPose> H_r;
-    Eigen::Matrix<double, kMeasurement, kLandmark> H_l;
-  };
+  using Phases::table_, Phases::Q_, Phases::R_, Phases::rows_, Phases::nu_, Phases::S_;
+  using typename Phases::Row;
 
   /// The landmarks of the state are `ids`.
   void know(std::span<const int> ids) {
@@ -175,9 +138,6 @@ class EkfSlam {
     if (has_constant()) P += rule_.constant;
     return along.apply(P, layout(), rule_);
   }
-
-  /// Innovations and Jacobians of what is known, at the current estimate.
-  void linearise(std::span<const Observation<Model>> observations);
 
   /// P Hᵀ, of the lower triangle of P.
   void project();
@@ -211,24 +171,19 @@ class EkfSlam {
   }
 
   /// New landmarks with their full cross-covariances: P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.
-  Index initialise(std::span<const Observation<Model>> observations);
+  Index initialise_into(std::span<const Observation<Model>> observations);
 
-  Model model_;
-  ControlMatrix Q_;
-  MeasurementMatrix R_;
   Eigen::LLT<MeasurementMatrix> R_llt_;
   InflationRule rule_;
-  LandmarkTable<Model> table_;
   Vector x_;
   mutable Matrix P_;              ///< its lower triangle, and the block of the vehicle
   mutable bool mirrored_ = true;  ///< the upper triangle too
   InflationAlongRun inflation_;
 
   // Of the last update; kept to be read and so that a step allocates nothing.
-  std::vector<Row> rows_;
   bool corrected_ = false;
   Index joseph_updates_ = 0;
-  MatrixBuffer nu_, S_, K_, PHt_, columns_, H_, r_;
+  MatrixBuffer K_, PHt_, columns_, H_, r_;
   PanelCholesky factor_;
   JosephUpdate joseph_;
   Matrix corrected_P_;  ///< by Joseph's form
@@ -259,7 +214,7 @@ void EkfSlam<Model>::reset(VectorRef x, MatrixRef P, std::span<const int> ids) {
 
 template <class Model>
 void EkfSlam<Model>::predict(const ControlVector& u) {
-  const auto motion = model_.move(x_.template head<kPose>(), u);
+  const auto motion = this->model_.move(x_.template head<kPose>(), u);
   x_.template head<kPose>() = motion.pose;
   const PoseMatrix P_rr = P_.template topLeftCorner<kPose, kPose>();
   const PoseMatrix predicted = motion.F * P_rr * motion.F.transpose() + motion.G * Q_ * motion.G.transpose();
@@ -269,24 +224,6 @@ void EkfSlam<Model>::predict(const ControlVector& u) {
     P_.row(i).template head<kPose>() = row.transpose();
   }
   mirrored_ = false;
-}
-
-template <class Model>
-void EkfSlam<Model>::linearise(std::span<const Observation<Model>> observations) {
-  rows_.clear();
-  auto nu = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
-  const PoseVector x_r = pose();
-  for (const Observation<Model>& o : observations) {
-    const LandmarkVector* anchor = table_.anchor(o.landmark);
-    const Index offset = anchor ? -1 : table_.offset_of(o.landmark);
-    if (!anchor && offset < 0) continue;
-    const LandmarkVector l = anchor ? *anchor : LandmarkVector(x_.template segment<kLandmark>(offset));
-    const auto predicted = model_.predict(x_r, l);
-    nu.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(rows_.size()), 0) =
-        model_.innovation(o.z, predicted.z);
-    rows_.push_back({offset, predicted.H_r, predicted.H_l});
-  }
-  nu_.resize(kMeasurement * static_cast<Index>(rows_.size()));  // leaves the first of them as they are
 }
 
 template <class Model>
@@ -355,7 +292,7 @@ bool EkfSlam<Model>::correct(UpdateResult& result) {
     x_ += change_;
   }
   PoseVector x_r = pose();
-  model_.wrap_pose(x_r);
+  this->model_.wrap_pose(x_r);
   x_.template head<kPose>() = x_r;
   return true;
 }
@@ -387,28 +324,21 @@ bool EkfSlam<Model>::sequential_correct() {
 }
 
 template <class Model>
-Index EkfSlam<Model>::initialise(std::span<const Observation<Model>> observations) {
-  Index count = 0;
-  for (const Observation<Model>& o : observations) {
-    if (table_.is_known(o.landmark)) continue;
-    const auto placed = model_.place(pose(), o.z);
-    const Index n = x_.size();
-    table_.append(o.landmark);
-    x_.conservativeResize(n + kLandmark);
-    x_.template tail<kLandmark>() = placed.position;
-    P_.conservativeResize(n + kLandmark, n + kLandmark);
-    P_.template block<kLandmark, kPose>(n, 0) = placed.J_r * P_.template topLeftCorner<kPose, kPose>();
-    for (Index j = kPose; j < n; ++j) {
-      P_.col(j).template tail<kLandmark>() = placed.J_r * P_.row(j).template head<kPose>().transpose();
-    }
-    const Eigen::Matrix<double, kLandmark, kLandmark> own =
-        placed.J_r * P_.template topLeftCorner<kPose, kPose>() * placed.J_r.transpose() +
-        placed.J_z * R_ * placed.J_z.transpose();
-    P_.template bottomRightCorner<kLandmark, kLandmark>() = 0.5 * (own + own.transpose());
-    mirrored_ = false;
-    ++count;
-  }
-  return count;
+Index EkfSlam<Model>::initialise_into(std::span<const Observation<Model>> observations) {
+  const PoseMatrix P_rr = P_.template topLeftCorner<kPose, kPose>();
+  return this->initialise(
+      observations, pose(), P_rr, [&](const auto& position, const auto& J_r, const LandmarkMatrix& own) {
+        const Index n = x_.size();
+        x_.conservativeResize(n + kLandmark);
+        x_.template tail<kLandmark>() = position;
+        P_.conservativeResize(n + kLandmark, n + kLandmark);
+        P_.template block<kLandmark, kPose>(n, 0) = J_r * P_rr;
+        for (Index j = kPose; j < n; ++j) {
+          P_.col(j).template tail<kLandmark>() = J_r * P_.row(j).template head<kPose>().transpose();
+        }
+        P_.template bottomRightCorner<kLandmark, kLandmark>() = 0.5 * (own + own.transpose());
+        mirrored_ = false;
+      });
 }
 
 extern template class EkfSlam<PlanarModel>;

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/filters/ekf_slam.h"
 #include "core/filters/estimators/unscented_transform.h"
+#include "core/filters/slam_phases.h"
 #include "core/linear_algebra/matrix_buffer.h"
 #include "core/models/landmark_sensor.h"
 #include "core/models/slam_model.h"

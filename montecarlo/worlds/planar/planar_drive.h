@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/filters/ekf_slam.h"
+#include "core/filters/slam_phases.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/worlds/landmark_draws.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/filters/ekf_slam.h"
+#include "core/filters/slam_phases.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 

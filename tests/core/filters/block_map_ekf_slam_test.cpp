@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/filters/ekf_slam.h"
+
 namespace credence {
 namespace {
 
