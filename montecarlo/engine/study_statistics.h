@@ -102,4 +102,14 @@ std::vector<std::byte> to_bytes(const StudyStatistics& statistics);
 /// Reads them back; throws std::runtime_error for bytes that are none of ours.
 StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes);
 
+/// NEES summed over one run on its way: of the whole state, and of the vehicle where there is one.
+struct RunNees {
+  RunSum whole, vehicle;
+
+  void add_to(StudyStatistics& statistics) const {
+    whole.add_to(statistics.nees_of_runs);
+    vehicle.add_to(statistics.vehicle_nees_of_runs);
+  }
+};
+
 }  // namespace credence

@@ -104,7 +104,10 @@ class IntermittentExperiment::Run {
           static_cast<Index>(rows_.size()));
   }
 
-  void add_to(StepStatistics& s) const {
+  void show(ChunkObserver& observer, Index) const { observer.add(now_, 0); }
+
+  void add_to(StepStatistics& s, RunNees& sums) const {
+    sums.whole.add(now_.nees, now_.nees_dof);
     const Matrix& P = now_.P;
     s[Quantity::nees].add(now_.nees);
     if (now_.nis_dof > 0) s[Quantity::nis].add(now_.nis);
@@ -209,12 +212,8 @@ StudyStatistics IntermittentExperiment::play_lanes(std::int64_t first_run, std::
 
 StudyStatistics IntermittentExperiment::play_matrices(std::int64_t first_run, std::int64_t runs,
                                                       ChunkObserver* observer) const {
-  StudyStatistics statistics;
-  statistics.runs = runs;
-  statistics.steps.resize(static_cast<std::size_t>(steps_));
   Run run(*this);
-  add_runs(run, first_run, runs, steps_, statistics, observer);
-  return statistics;
+  return play_runs(run, first_run, runs, steps_, observer);
 }
 
 Outcome IntermittentExperiment::visit(std::int64_t run_number, const StepVisitor& take) const {

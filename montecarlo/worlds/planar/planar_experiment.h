@@ -6,6 +6,7 @@
 
 #include "core/filters/block_map_ekf_slam.h"
 #include "core/stop_point.h"
+#include "montecarlo/engine/run_loop.h"
 #include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/worlds/planar/arrow_statistics.h"
 #include "montecarlo/worlds/planar/planar_drive.h"
@@ -59,32 +60,10 @@ class PlanarExperiment final : public ShownExperiment {
 
  private:
   StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const override {
-    StudyStatistics statistics;
-    statistics.steps.resize(world_.controls.size());
-    statistics.runs = runs;
-    statistics.reserve_runs(runs);
     F filter = make_filter_();
     Run run(*this, filter);
-    for (std::int64_t r = first_run; r < first_run + runs; ++r) {
-      run.start(r);
-      if (observer != nullptr) run.begin_showing(*observer);
-      PlanarRunSums sums;
-      Outcome outcome = Outcome::ok;
-      std::int64_t k = 0;
-      while (outcome == Outcome::ok && k < std::ssize(world_.controls)) {
-        outcome = run.step(static_cast<std::size_t>(++k));
-        if (outcome != Outcome::ok) {
-          statistics.failures.push_back({r, k, outcome});
-          break;
-        }
-        run.result().add_to(statistics.steps[static_cast<std::size_t>(k - 1)]);
-        sums.add(run.result());
-        if (observer != nullptr) run.show(*observer, k);
-      }
-      if (outcome == Outcome::ok) sums.add_to(statistics);
-      if (observer != nullptr) observer->end_run(outcome, k, 0);
-    }
-    return statistics;
+    if (observer != nullptr) run.keep_what_is_shown();
+    return play_runs(run, first_run, runs, std::ssize(world_.controls), observer);
   }
 
   /// The state of a run, its buffers kept from run to run.
@@ -101,11 +80,12 @@ class PlanarExperiment final : public ShownExperiment {
       step_ = {};
     }
 
-    Outcome step(std::size_t k) {
+    Outcome step(Index k) {
       stop_point();
-      drive_.move(k);
-      filter_.predict(e_.world_.controls[k - 1]);
-      step_.update = filter_.update(drive_.observe(k));
+      const auto at = static_cast<std::size_t>(k);
+      drive_.move(at);
+      filter_.predict(e_.world_.controls[at - 1]);
+      step_.update = filter_.update(drive_.observe(at));
       if (!filter_.state().allFinite()) return Outcome::diverged;
       if (!step_.update.ok) return Outcome::not_positive_definite;
       const Outcome outcome = error_.compute(drive_.pose(), e_.world_.landmarks, filter_.state(),
@@ -117,15 +97,13 @@ class PlanarExperiment final : public ShownExperiment {
       return outcome;
     }
 
-    const PlanarStep& result() const { return step_; }
+    void add_to(StepStatistics& s, RunNees& sums) const { step_.add_to(s, sums); }
 
-    void begin_showing(ChunkObserver& observer) {
-      solver().keep_lead(3);
-      observer.begin_runs(1);
-    }
+    /// For show(): with it a step keeps more of its factors.
+    void keep_what_is_shown() { solver().keep_lead(3); }
 
     /// What the last step was.
-    void show(ChunkObserver& observer, std::int64_t k) {
+    void show(ChunkObserver& observer, Index k) {
       told_.step = k;
       const Matrix& P = solved_covariance();
       const VectorRef nu = filter_.innovation();
@@ -189,8 +167,7 @@ class PlanarExperiment final : public ShownExperiment {
                const std::function<TraceStep()>& now) const {
     run.start(r);
     return visit_steps(
-        std::ssize(world_.controls), take, [&](Index k) { return run.step(static_cast<std::size_t>(k)); },
-        now);
+        std::ssize(world_.controls), take, [&](Index k) { return run.step(k); }, now);
   }
 
   PlanarWorld world_;

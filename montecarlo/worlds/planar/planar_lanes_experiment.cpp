@@ -52,8 +52,7 @@ class PlanarLanesExperiment::Batch {
       if (!alive_[at(lane)]) continue;
       const PlanarStep& step = lanes_.step(lane);
       if (step.outcome == Outcome::ok) {
-        step.add_to(statistics.steps[k - 1]);
-        sums_[at(lane)].add(step);
+        step.add_to(statistics.steps[k - 1], sums_[at(lane)]);
       } else {
         statistics.failures.push_back({first_run_ + lane, static_cast<std::int64_t>(k), step.outcome});
         ends_[at(lane)] = {.step = static_cast<std::int64_t>(k), .outcome = step.outcome};
@@ -125,7 +124,7 @@ class PlanarLanesExperiment::Batch {
   PlanarLanes lanes_;
   std::int64_t first_run_ = 0;
   std::array<bool, PlanarLanes::kLanes> alive_{};
-  std::array<PlanarRunSums, PlanarLanes::kLanes> sums_{};
+  std::array<RunNees, PlanarLanes::kLanes> sums_{};
   std::array<RunFailure, PlanarLanes::kLanes> ends_{};  ///< ok: it did not fail
   NormalisedStep told_;
 };

@@ -2,7 +2,9 @@
 
 namespace credence {
 
-void PlanarStep::add_to(StepStatistics& s) const {
+void PlanarStep::add_to(StepStatistics& s, RunNees& sums) const {
+  sums.whole.add(nees, nees_dof);
+  sums.vehicle.add(vehicle_nees, vehicle_dof);
   s[Quantity::nees].add(nees);
   s.nees_dof += nees_dof;
   if (update.dof > 0) s[Quantity::nis].add(update.nis);

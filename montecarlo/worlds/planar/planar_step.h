@@ -16,26 +16,13 @@ struct PlanarStep {
   double nees = 0.0;          ///< eᵀ P⁻¹ e over the states of non-zero variance
   Index nees_dof = 0;         ///< how many these are
   double vehicle_nees = 0.0;  ///< of the pose block
+  Index vehicle_dof = 3;
   PlanarTraces traces;
   double position_error_squared = 0.0, heading_error_squared = 0.0;
   double map_error_squared = 0.0;  ///< summed over the landmarks in the state
   Index landmarks = 0;             ///< how many these are
 
-  void add_to(StepStatistics& s) const;
-};
-
-/// What the statistics take of a whole planar run.
-struct PlanarRunSums {
-  RunSum whole, vehicle;
-
-  void add(const PlanarStep& step) {
-    whole.add(step.nees, step.nees_dof);
-    vehicle.add(step.vehicle_nees, 3);
-  }
-  void add_to(StudyStatistics& statistics) const {
-    whole.add_to(statistics.nees_of_runs);
-    vehicle.add_to(statistics.vehicle_nees_of_runs);
-  }
+  void add_to(StepStatistics& s, RunNees& sums) const;
 };
 
 }  // namespace credence

@@ -1,7 +1,6 @@
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
 
-#include <algorithm>
-
+#include "montecarlo/engine/run_loop.h"
 #include "montecarlo/worlds/planar/planar_drive.h"
 #include "montecarlo/worlds/planar/planar_step.h"
 #include "montecarlo/worlds/planar/state_error.h"
@@ -32,7 +31,8 @@ class PlanarSlamExperiment::Run {
     step_ = {};
   }
 
-  Outcome step(std::size_t k) {
+  Outcome step(Index number) {
+    const auto k = static_cast<std::size_t>(number);
     const Outcome outcome = run_.step(k, drive_.read(k), drive_.observe(k));
     step_.update = run_.update();
     if (outcome != Outcome::ok) return outcome;
@@ -45,7 +45,7 @@ class PlanarSlamExperiment::Run {
     step_.nees = whole.value;
     step_.nees_dof = whole.dof;
     step_.vehicle_nees = pose.value;
-    vehicle_dof_ = pose.dof;
+    step_.vehicle_dof = pose.dof;
     step_.traces.position = filter.plane_pose_covariance().topLeftCorner<2, 2>().trace();
     step_.traces.landmarks = P.diagonal().tail(n - 3).sum();
     step_.traces.all = P.diagonal().sum();
@@ -61,17 +61,23 @@ class PlanarSlamExperiment::Run {
     return Outcome::ok;
   }
 
-  const PlanarStep& result() const { return step_; }
-  Index vehicle_dof() const { return vehicle_dof_; }
+  void add_to(StepStatistics& s, RunNees& sums) const { step_.add_to(s, sums); }
+
+  void show(ChunkObserver& observer, Index k) {
+    shown_.step = k;
+    tell(shown_);
+    observer.add(shown_, 0);
+  }
 
   /// What evidence looks at.
-  void show(Step& step) const {
+  void tell(Step& step) const {
     const SlamEstimator& filter = run_.filter();
     step.estimate = filter.state();
     slam_states({.vehicle = 3, .landmark = 2, .landmarks = world_.plane.states()}, filter.landmarks(),
                 step.states);
     step.error = run_.error();
     step.P = filter.covariance().selfadjointView<Eigen::Lower>();
+    step.innovations.resize(1);
     Innovation& innovation = step.innovations.front();
     if (step_.update.dof > 0) {
       innovation.nu = filter.innovation();
@@ -85,7 +91,7 @@ class PlanarSlamExperiment::Run {
   TraceStep trace_step() const {
     const SlamEstimator& filter = run_.filter();
     TraceStep step;
-    show(step);
+    tell(step);
     step.landmarks.assign(filter.landmarks().begin(), filter.landmarks().end());
     step.truth = true_state(run_.truth().now, world_.plane.landmarks, step.landmarks);
     step.nees = step_.nees;
@@ -105,7 +111,7 @@ class PlanarSlamExperiment::Run {
   EstimatorRun run_;
   const OdometryWorld& world_;
   PlanarStep step_;
-  Index vehicle_dof_ = 0;
+  Step shown_;
   SingularNees solver_, pose_solver_;
 };
 
@@ -121,48 +127,15 @@ PlanarSlamExperiment::PlanarSlamExperiment(const Scenario& scenario, const Noise
 
 StudyStatistics PlanarSlamExperiment::play(std::int64_t first_run, std::int64_t runs,
                                            ChunkObserver* observer) const {
-  const std::size_t steps = world_.plane.controls.size();
-  StudyStatistics statistics;
-  statistics.steps.resize(steps);
-  statistics.runs = runs;
-  statistics.reserve_runs(runs);
   Run run(*this);
-  Step shown;
-  shown.innovations.resize(1);
-  for (std::int64_t r = first_run; r < first_run + runs; ++r) {
-    run.start(r);
-    if (observer != nullptr) observer->begin_runs(1);
-    RunSum whole, vehicle;
-    Outcome outcome = Outcome::ok;
-    std::size_t k = 1;
-    for (; k <= steps; ++k) {
-      outcome = run.step(k);
-      if (outcome != Outcome::ok) {
-        statistics.failures.push_back({r, static_cast<std::int64_t>(k), outcome});
-        break;
-      }
-      if (observer != nullptr) {
-        run.show(shown);
-        shown.step = static_cast<std::int64_t>(k);
-        observer->add(shown, 0);
-      }
-      run.result().add_to(statistics.steps[k - 1]);
-      whole.add(run.result().nees, run.result().nees_dof);
-      vehicle.add(run.result().vehicle_nees, run.vehicle_dof());
-    }
-    if (observer != nullptr) observer->end_run(outcome, static_cast<std::int64_t>(std::min(k, steps)), 0);
-    if (k <= steps) continue;
-    whole.add_to(statistics.nees_of_runs);
-    vehicle.add_to(statistics.vehicle_nees_of_runs);
-  }
-  return statistics;
+  return play_runs(run, first_run, runs, std::ssize(world_.plane.controls), observer);
 }
 
 Outcome PlanarSlamExperiment::visit(std::int64_t run_number, const StepVisitor& take) const {
   Run run(*this);
   run.start(run_number);
   return visit_steps(
-      std::ssize(world_.plane.controls), take, [&](Index k) { return run.step(static_cast<std::size_t>(k)); },
+      std::ssize(world_.plane.controls), take, [&](Index k) { return run.step(k); },
       [&] { return run.trace_step(); });
 }
 

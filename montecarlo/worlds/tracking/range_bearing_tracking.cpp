@@ -98,7 +98,10 @@ class RangeBearingTracking::Run {
 
   const TraceStep& now() const { return now_; }
 
-  void add_to(StepStatistics& s) const {
+  void show(ChunkObserver& observer, Index) const { observer.add(now_, 0); }
+
+  void add_to(StepStatistics& s, RunNees& sums) const {
+    sums.whole.add(now_.nees, now_.nees_dof);
     s[Quantity::nees].add(now_.nees);
     if (now_.nis_dof > 0) s[Quantity::nis].add(now_.nis);
     s.nees_dof += now_.nees_dof;
@@ -164,12 +167,8 @@ RangeBearingTracking::RangeBearingTracking(const Scenario& scenario, NoiseSource
 
 StudyStatistics RangeBearingTracking::play(std::int64_t first_run, std::int64_t runs,
                                            ChunkObserver* observer) const {
-  StudyStatistics statistics;
-  statistics.runs = runs;
-  statistics.steps.resize(static_cast<std::size_t>(steps_));
   Run run(*this);
-  add_runs(run, first_run, runs, steps_, statistics, observer);
-  return statistics;
+  return play_runs(run, first_run, runs, steps_, observer);
 }
 
 Outcome RangeBearingTracking::visit(std::int64_t run_number, const StepVisitor& take) const {
