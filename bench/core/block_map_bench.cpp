@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/filters/block_map_ekf_slam.h"
+#include "core/filters/ekf_slam.h"
 
 namespace credence {
 namespace {

@@ -17,6 +17,25 @@ Block* find(RunLayout& layout, const std::string& name) {
   return found == layout.blocks.end() ? nullptr : &*found;
 }
 
+/// "landmark9" before "landmark10", in whatever order they stand.
+bool is_numbered_before(const std::string& a, const std::string& b) {
+  return a.size() != b.size() ? a.size() < b.size() : a < b;
+}
+
+/// Leaves the first landmarks by number, in the order in which they stand.
+void leave_single_landmarks(std::vector<Block>& blocks) {
+  std::vector<std::string> names;
+  for (const Block& block : blocks) {
+    if (block.part == Part::landmark) names.push_back(block.name);
+  }
+  if (std::ssize(names) <= kSingleLandmarks) return;
+  const auto last = names.begin() + kSingleLandmarks - 1;
+  std::ranges::nth_element(names, last, is_numbered_before);
+  std::erase_if(blocks, [&](const Block& block) {
+    return block.part == Part::landmark && is_numbered_before(*last, block.name);
+  });
+}
+
 /// Names the parts of a vehicle and a map, where the blocks are such.
 void name_parts(RunLayout& layout) {
   Block* const vehicle = find(layout, "vehicle");
@@ -38,6 +57,7 @@ void name_parts(RunLayout& layout) {
   if (map.states.empty()) return;
   layout.landmark_dim = planar ? 2 : 1;
   std::ranges::sort(map.states);
+  leave_single_landmarks(layout.blocks);
   layout.blocks.push_back(std::move(map));
 }
 

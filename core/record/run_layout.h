@@ -14,6 +14,9 @@ namespace credence {
 /// What a block of states is to a report.
 enum class Part { other, pose, position, heading, landmark, map };
 
+/// Landmarks with a block of their own, the first by number; beyond that only all together.
+inline constexpr Index kSingleLandmarks = 50;
+
 /// Some states that are judged together, beside the whole.
 struct Block {
   std::string name;
@@ -57,7 +60,7 @@ struct RunLayout {
 
 /// Writes the blocks of states that are named "block.state": one for each name before the dot. A block
 /// "vehicle" of x, y and an angle is a pose and gives a block of its position and of its heading too; blocks
-/// "landmark…" of one dimension are the map.
+/// "landmark…" of one dimension are the map, of which the first kSingleLandmarks have a block of their own.
 void add_named_blocks(RunLayout& layout);
 
 }  // namespace credence

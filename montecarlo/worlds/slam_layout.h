@@ -7,9 +7,6 @@
 
 namespace credence {
 
-/// Landmarks with a block of their own; beyond that number only all together.
-inline constexpr Index kSingleLandmarks = 50;
-
 /// The layout of a SLAM state: a vehicle on a line (dimension 1) or a pose in the plane (3), then the
 /// landmarks. `measurements`: the largest dimension of an innovation, which is taken apart into pieces of one
 /// landmark each unless it has at most four rows and the same ones at every step (`constant`).

@@ -1,0 +1,64 @@
+#include "core/record/run_layout.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace credence {
+namespace {
+
+using testing::ElementsAre;
+
+RunLayout named(std::vector<std::string> states) {
+  RunLayout layout{.states = std::move(states)};
+  for (const std::string& state : layout.states) layout.angles.push_back(state.ends_with("heading"));
+  add_named_blocks(layout);
+  return layout;
+}
+
+std::vector<std::string> names(const RunLayout& layout) {
+  std::vector<std::string> all;
+  for (const Block& block : layout.blocks) all.push_back(block.name);
+  return all;
+}
+
+TEST(NamedBlocks, AreThoseBeforeTheDot) {
+  const RunLayout layout = named({"arm.angle", "bias", "arm.rate"});
+  EXPECT_THAT(names(layout), ElementsAre("arm", "bias"));
+  EXPECT_THAT(layout.blocks[0].states, ElementsAre(0, 2));
+  EXPECT_EQ(layout.blocks[0].part, Part::other);
+  EXPECT_EQ(layout.landmark_dim, 0);
+}
+
+TEST(NamedBlocks, AVehicleInThePlaneHasAPlaceAHeadingAndAMap) {
+  const RunLayout layout = named({"vehicle.x", "vehicle.y", "vehicle.heading", "landmark2.x", "landmark2.y"});
+  EXPECT_THAT(names(layout), ElementsAre("vehicle", "landmark2", "position", "heading", "all landmarks"));
+  EXPECT_EQ(layout.blocks[0].part, Part::pose);
+  EXPECT_EQ(layout.blocks[1].part, Part::landmark);
+  EXPECT_THAT(layout.blocks[4].states, ElementsAre(3, 4));
+  EXPECT_EQ(layout.landmark_dim, 2);
+}
+
+// As run judges them (slam_layout), whichever was seen first.
+TEST(NamedBlocks, OfManyLandmarksTheFirstByNumberStandAlone) {
+  constexpr int kLandmarks = 120;
+  std::vector<std::string> states = {"vehicle"};
+  for (int i = kLandmarks; i >= 1; --i) states.push_back(fmt::format("landmark{}", i));
+  const RunLayout layout = named(states);
+  ASSERT_EQ(std::ssize(layout.blocks), 1 + kSingleLandmarks + 1);
+  for (Index i = 0; i < kSingleLandmarks; ++i) {
+    EXPECT_EQ(layout.blocks[static_cast<std::size_t>(1 + i)].name,
+              fmt::format("landmark{}", kSingleLandmarks - i));
+  }
+  EXPECT_EQ(layout.blocks.back().name, "all landmarks");
+  EXPECT_EQ(std::ssize(layout.blocks.back().states), kLandmarks);
+}
+
+TEST(NamedBlocks, AsManyAsStandAloneAllDo) {
+  std::vector<std::string> states = {"vehicle"};
+  for (int i = 1; i <= kSingleLandmarks; ++i) states.push_back(fmt::format("landmark{}", i));
+  EXPECT_EQ(std::ssize(named(states).blocks), 1 + kSingleLandmarks + 1);
+}
+
+}  // namespace
+}  // namespace credence
