@@ -9,7 +9,7 @@
 namespace credence {
 
 const BlockMapKernel* block_map_kernel(InstructionSet set, int vehicle, int landmark) {
-  return find_kernel(set, block_map_kernel_scalar, block_map_kernel_avx2, block_map_kernel_avx512, vehicle,
+  return find_kernel(set, CREDENCE_KERNELS(block_map_kernel), vehicle,
                      landmark);
 }
 

@@ -5,7 +5,7 @@
 namespace credence {
 
 const PanelKernel& panel_kernel(InstructionSet set) {
-  return require_kernel(set, panel_kernel_scalar, panel_kernel_avx2, panel_kernel_avx512);
+  return require_kernel(set, CREDENCE_KERNELS(panel_kernel));
 }
 
 }  // namespace credence

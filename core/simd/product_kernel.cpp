@@ -5,7 +5,7 @@
 namespace credence {
 
 const ProductKernel& product_kernel(InstructionSet set) {
-  return require_kernel(set, product_kernel_scalar, product_kernel_avx2, product_kernel_avx512);
+  return require_kernel(set, CREDENCE_KERNELS(product_kernel));
 }
 
 }  // namespace credence

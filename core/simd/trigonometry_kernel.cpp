@@ -21,8 +21,7 @@ void in_packs(std::size_t count, std::size_t lanes, Packs packs, One one) {
 }  // namespace
 
 const TrigonometryKernel& trigonometry_kernel(InstructionSet set) {
-  return require_kernel(set, trigonometry_kernel_scalar, trigonometry_kernel_avx2,
-                        trigonometry_kernel_avx512);
+  return require_kernel(set, CREDENCE_KERNELS(trigonometry_kernel));
 }
 
 void arc_tangents_by(const TrigonometryKernel& kernel, const double* y, const double* x, double* out,

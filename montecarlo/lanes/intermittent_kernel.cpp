@@ -5,8 +5,7 @@
 namespace credence {
 
 const IntermittentKernel& intermittent_kernel(InstructionSet set) {
-  return require_kernel(set, intermittent_kernel_scalar, intermittent_kernel_avx2,
-                        intermittent_kernel_avx512);
+  return require_kernel(set, CREDENCE_KERNELS(intermittent_kernel));
 }
 
 }  // namespace credence

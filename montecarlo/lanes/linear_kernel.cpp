@@ -69,7 +69,7 @@ class Workspace {
 };
 
 const LinearKernel& linear_kernel(InstructionSet set) {
-  return require_kernel(set, linear_kernel_scalar, linear_kernel_avx2, linear_kernel_avx512);
+  return require_kernel(set, CREDENCE_KERNELS(linear_kernel));
 }
 
 }  // namespace

@@ -24,8 +24,7 @@ std::uint8_t without(unsigned lanes, int lane) { return static_cast<std::uint8_t
 }  // namespace
 
 const PlanarLanesKernel& planar_lanes_kernel(InstructionSet set) {
-  return require_kernel(set, planar_lanes_kernel_scalar, planar_lanes_kernel_avx2,
-                        planar_lanes_kernel_avx512);
+  return require_kernel(set, CREDENCE_KERNELS(planar_lanes_kernel));
 }
 
 PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,

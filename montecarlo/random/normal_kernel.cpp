@@ -5,7 +5,7 @@
 namespace credence {
 
 const NormalKernel& normal_kernel(InstructionSet set) {
-  return require_kernel(set, normal_kernel_scalar, normal_kernel_avx2, normal_kernel_avx512);
+  return require_kernel(set, CREDENCE_KERNELS(normal_kernel));
 }
 
 }  // namespace credence

@@ -1,5 +1,13 @@
-// The kernels of core/simd/panel_kernel.h over Pack, eight doubles. Include inside an anonymous namespace,
-// after core/simd/panel_kernel.h and Pack.
+#include "core/simd/panel_kernel.h"
+
+#include "core/simd/kernel_set.h"
+
+namespace credence {
+namespace {
+
+#include "core/simd/lane_pack.inc"
+//
+#include "core/simd/panel_pack.inc"
 
 constexpr std::int64_t kBlock = kPanelRows * kPanelRows;
 
@@ -112,3 +120,9 @@ void downdate(double* P, std::int64_t rows, std::int64_t stride, const double* W
 }
 
 constexpr PanelKernel kPanelKernel{&factor, &downdate};
+
+}  // namespace
+
+const PanelKernel* CREDENCE_OF_SET(panel_kernel)() { return &kPanelKernel; }
+
+}  // namespace credence

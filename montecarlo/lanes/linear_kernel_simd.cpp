@@ -1,5 +1,17 @@
-// The filter in lanes, after normal_kernel_body.inc: noise of a block of steps into a buffer, then the steps.
-// Arrays of a tile are [row][kNoiseLanes]. Include inside an anonymous namespace.
+#include "montecarlo/lanes/linear_kernel_plan.h"
+
+#include "core/simd/kernel_set.h"
+#include "montecarlo/random/normal_kernel.h"
+
+namespace credence {
+namespace {
+
+#include "montecarlo/random/normal_kernel_pack.inc"
+//
+#include "montecarlo/random/normal_kernel_body.inc"
+
+// The filter in lanes: noise of a block of steps into a buffer, then the steps. Arrays of a tile are
+// [row][kNoiseLanes].
 
 /// Runs of one tile that count: all, or the first few of a last tile.
 template <bool kPartial>
@@ -417,3 +429,12 @@ inline void simulate_runs(const LinearPlan& plan, std::uint64_t noise_key, std::
     }
   }
 }
+
+}  // namespace
+
+const LinearKernel* CREDENCE_OF_SET(linear_kernel)() {
+  static constexpr LinearKernel kernel{&simulate_runs};
+  return &kernel;
+}
+
+}  // namespace credence

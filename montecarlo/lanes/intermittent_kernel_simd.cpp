@@ -1,5 +1,14 @@
-// One Riccati step a lane: the same operations in the same order for every Pack, hence the same bits. Include
-// inside an anonymous namespace, after a Pack.
+#include "montecarlo/lanes/intermittent_kernel.h"
+
+#include "core/simd/kernel_set.h"
+
+namespace credence {
+namespace {
+
+#include "core/simd/lane_pack.inc"
+using Pack = LanePack;
+
+// One Riccati step a lane: the same operations in the same order for every Pack, hence the same bits.
 //
 // Measurements are taken one by one, each with v = P h, s = hᵀ v + r and k = v seen/s, in Joseph's form:
 //   A = P − k vᵀ,  P ← A − ½ (b kᵀ + k bᵀ) with b = A h − r k,  e ← e − k ν,
@@ -200,3 +209,9 @@ void moments_of_rows(const double* x, std::int64_t rows, double* mean, double* m
 }
 
 constexpr IntermittentKernel kIntermittentKernel{&intermittent_steps, &moments_of_rows, Pack::kLanes};
+
+}  // namespace
+
+const IntermittentKernel* CREDENCE_OF_SET(intermittent_kernel)() { return &kIntermittentKernel; }
+
+}  // namespace credence

@@ -1,20 +1,19 @@
+#include "core/manifold/trigonometry.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <numbers>
 
-#include "core/manifold/trigonometry.h"
 #include "core/simd/fused_multiply_add.h"
-#include "core/simd/trigonometry_kernel.h"
 
 namespace credence {
 namespace {
 
 #include "core/simd/lane_pack_scalar.inc"
 //
-#include "core/simd/trigonometry_kernel_body.inc"
+#include "core/simd/trigonometry_body.inc"
 
 /// Sides that are infinite, no numbers, or too small or large for the errors of their products.
 double arc_tangent_of_any_sides(double y, double x) {
@@ -36,8 +35,6 @@ double arc_tangent_of_any_sides(double y, double x) {
 }
 
 }  // namespace
-
-const TrigonometryKernel* trigonometry_kernel_scalar() { return &kTrigonometryKernel; }
 
 SineCosine sine_cosine(double angle_rad) {
   if (!reducible<LanePack>(angle_rad)) angle_rad = std::remainder(angle_rad, 2.0 * std::numbers::pi);

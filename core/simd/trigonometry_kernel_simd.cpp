@@ -1,5 +1,12 @@
-// TrigonometryKernel for a LanePack. Include inside an anonymous namespace, after it.
+#include "core/simd/trigonometry_kernel.h"
 
+#include "core/simd/kernel_set.h"
+
+namespace credence {
+namespace {
+
+#include "core/simd/lane_pack.inc"
+//
 #include "core/simd/trigonometry_body.inc"
 
 std::size_t arc_tangents_of_packs(const double* y, const double* x, double* out, std::size_t count) {
@@ -28,3 +35,9 @@ std::size_t sine_cosines_of_packs(const double* angles_rad, double* sines, doubl
 
 constexpr TrigonometryKernel kTrigonometryKernel{&arc_tangents_of_packs, &sine_cosines_of_packs,
                                                  LanePack::kLanes};
+
+}  // namespace
+
+const TrigonometryKernel* CREDENCE_OF_SET(trigonometry_kernel)() { return &kTrigonometryKernel; }
+
+}  // namespace credence

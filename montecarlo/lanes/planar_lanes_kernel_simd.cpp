@@ -1,5 +1,15 @@
-// PlanarLanesKernel for any Pack. Include inside an anonymous namespace, after a Pack. Every element of every
-// matrix is one sum, taken in the order of its index with fused multiply-adds: the same bits at every width.
+#include "montecarlo/lanes/planar_lanes_kernel.h"
+
+#include "core/simd/kernel_set.h"
+
+namespace credence {
+namespace {
+
+#include "core/simd/lane_pack.inc"
+using Pack = LanePack;
+
+// Every element of every matrix is one sum, taken in the order of its index with fused multiply-adds: the
+// same bits at every width.
 
 using D = Pack::D;
 
@@ -466,3 +476,9 @@ void normalise_lanes(const PlanarLanesNees& d) {
 constexpr PlanarLanesKernel kPlanarLanesKernel{&predict_lanes,  &decorrelate_lanes, &linearise_lanes,
                                                &innovate_lanes, &correct_lanes,     &share_noise_lanes,
                                                &nees_lanes,     &normalise_lanes};
+
+}  // namespace
+
+const PlanarLanesKernel* CREDENCE_OF_SET(planar_lanes_kernel)() { return &kPlanarLanesKernel; }
+
+}  // namespace credence

@@ -1,5 +1,14 @@
-// The kernel of core/simd/product_kernel.h over Pack, eight doubles. Include inside an anonymous namespace,
-// after core/simd/product_kernel.h and Pack.
+#include "core/simd/product_kernel.h"
+
+#include "core/simd/kernel_set.h"
+#include "core/simd/panel_kernel.h"
+
+namespace credence {
+namespace {
+
+#include "core/simd/lane_pack.inc"
+//
+#include "core/simd/panel_pack.inc"
 
 /// Rows 8 p … of kColumns columns: to C, or as many of them as there are.
 template <int kColumns>
@@ -36,3 +45,12 @@ void multiply(const PackedProduct& product) {
     }
   }
 }
+
+}  // namespace
+
+const ProductKernel* CREDENCE_OF_SET(product_kernel)() {
+  static constexpr ProductKernel kernel{&multiply};
+  return &kernel;
+}
+
+}  // namespace credence

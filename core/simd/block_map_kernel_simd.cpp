@@ -1,4 +1,14 @@
-// The passes over the map, after a pack of lanes. Include inside an anonymous namespace.
+#include "core/simd/block_map_kernel.h"
+
+#include "core/simd/kernel_set.h"
+
+namespace credence {
+namespace {
+
+#include "core/simd/lane_pack.inc"
+using Pack = LanePack;
+
+// The passes over the map.
 
 constexpr int kParts = 8 / Pack::kLanes;  ///< packs for eight landmarks
 
@@ -261,3 +271,11 @@ const BlockMapKernel* passes_for(int vehicle, int landmark) {
   if (vehicle == 1 && landmark == 2) return passes<1, 2>();
   return nullptr;
 }
+
+}  // namespace
+
+const BlockMapKernel* CREDENCE_OF_SET(block_map_kernel)(int vehicle, int landmark) {
+  return passes_for(vehicle, landmark);
+}
+
+}  // namespace credence

@@ -1,20 +1,17 @@
-#include <bit>
-#include <cmath>
-#include <cstdint>
-
-#include "core/simd/fused_multiply_add.h"
 #include "montecarlo/random/normal_kernel.h"
+
+#include "core/simd/kernel_set.h"
 
 namespace credence {
 namespace {
 
-#include "montecarlo/random/normal_kernel_pack_scalar.inc"
+#include "montecarlo/random/normal_kernel_pack.inc"
 //
 #include "montecarlo/random/normal_kernel_body.inc"
 
 }  // namespace
 
-const NormalKernel* normal_kernel_scalar() {
+const NormalKernel* CREDENCE_OF_SET(normal_kernel)() {
   static constexpr NormalKernel kernel{&bits_of_slots,   &normals_of_slots, &normals_of_four_steps,
                                        &normals_of_runs, &bits_of_runs,     &normals_of_blocks};
   return &kernel;
