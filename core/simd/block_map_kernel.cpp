@@ -9,8 +9,7 @@
 namespace credence {
 
 const BlockMapKernel* block_map_kernel(InstructionSet set, int vehicle, int landmark) {
-  return find_kernel(set, CREDENCE_KERNELS(block_map_kernel), vehicle,
-                     landmark);
+  return find_kernel(set, CREDENCE_KERNELS(block_map_kernel), vehicle, landmark);
 }
 
 const BlockMapKernel& block_map_kernel(int vehicle, int landmark) {
