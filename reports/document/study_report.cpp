@@ -319,6 +319,7 @@ Document study_document(std::vector<ReportedStudy> given) {
   const std::vector<bool> open = unfolded(studies);
   document.section("Verdicts");
   std::vector<std::string> anchors;
+  anchors.reserve(studies.size());
   for (const auto& [a, trace, description] : studies) anchors.push_back(document.reserve(a.scenario.name));
   add_verdicts(document, studies, anchors);
   for (std::size_t i = 0; i < studies.size(); ++i) {
