@@ -28,8 +28,8 @@ TEST(Csv, DoublesAreShortAndReadBackExactly) {
   for (const double value : {1.0 / 3.0, 0.1 + 0.2, 1e23, std::numeric_limits<double>::denorm_min()}) {
     EXPECT_EQ(std::strtod(CsvField(value).text.c_str(), nullptr), value);
   }
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(record({std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity}), "nan,inf,-inf\r\n");
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(record({std::numeric_limits<double>::quiet_NaN(), kInf, -kInf}), "nan,inf,-inf\r\n");
 }
 
 TEST(Csv, WritesHeaderAndRecords) {

@@ -1,0 +1,118 @@
+#include "reports/document/study_report.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/worlds/registry.h"
+#include "reports/render/text_page.h"
+#include "reports/render/write_document.h"
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+ReportedStudy monobot_study(const std::string& name, bool traced = true) {
+  Scenario scenario = default_scenario("monobot");
+  scenario.name = name;
+  scenario.study = {.runs = 20, .steps = 8};
+  const auto experiment = make_experiment(scenario);
+  const StudyTask task{"", experiment.get(), scenario.study.runs};
+  ReportedStudy study{
+      .analysis = analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {}).front()))};
+  if (traced) study.trace = experiment->trace(0);
+  return study;
+}
+
+ReportedStudy with_verdict(ReportedStudy study, Verdict verdict) {
+  study.analysis.word = {
+      .verdict = verdict, .p_value = 1e-9, .says = std::string(to_string(verdict)), .joined = {}};
+  return study;
+}
+
+std::vector<std::string> open_sections(const Document& document) {
+  std::vector<std::string> open;
+  for (const DocumentPart& part : document.parts()) {
+    const auto* fold = std::get_if<part::Fold>(&part);
+    if (fold != nullptr && fold->heading.section && fold->open) open.push_back(fold->heading.title);
+  }
+  return open;
+}
+
+TEST(StudyDocument, SaysTheSameOnATerminalOnThePageAndAsData) {
+  const TemporaryFolder folder;
+  const Document document = study_document({with_verdict(monobot_study("loop"), Verdict::optimistic)});
+  const std::string answer = "This filter cannot be trusted: loop is optimistic";
+  EXPECT_THAT(document.answer.text, HasSubstr(answer));
+  EXPECT_THAT(text_page(document), HasSubstr(answer));
+  EXPECT_EQ(nlohmann::json::parse(document.json())["verdict"], "optimistic");
+  write_document(document, folder.path(), {});
+  EXPECT_THAT(folder.read("index.html"), HasSubstr(answer));
+}
+
+TEST(StudyDocument, HasEveryStepAndEveryStepOfItsRunBesideThePage) {
+  const TemporaryFolder folder;
+  write_document(study_document({monobot_study("my loop")}), folder.path(), {});
+  const std::string page = folder.read("index.html");
+  for (const char* name : {"my_loop.csv", "my_loop-run.csv"}) {
+    EXPECT_THAT(page, HasSubstr(fmt::format("href=\"{}\"", name)));
+  }
+  EXPECT_EQ(std::ranges::count(folder.read("my_loop.csv"), '\n'), 1 + 8);
+  EXPECT_EQ(std::ranges::count(folder.read("my_loop-run.csv"), '\n'), 1 + 9) << "the start is a step";
+}
+
+TEST(StudyDocument, WithoutARunItSaysNothingOfOne) {
+  const TemporaryFolder folder;
+  write_document(study_document({monobot_study("loop", false)}), folder.path(), {});
+  EXPECT_THAT(folder.read("index.html"), Not(HasSubstr("loop-run")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "loop-run.csv"));
+}
+
+TEST(StudyDocument, StudiesOfOneNameHaveFilesAndSectionsOfTheirOwn) {
+  const TemporaryFolder folder;
+  const Document document = study_document({monobot_study("loop"), monobot_study("loop")});
+  write_document(document, folder.path(), {});
+  for (const char* name : {"loop.csv", "loop-2.csv", "loop-run.csv", "loop-2-run.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
+  }
+  const std::string page = folder.read("index.html");
+  for (const char* anchor : {"loop", "loop-2"}) {
+    EXPECT_THAT(page, HasSubstr(fmt::format("<td><a href=\"#{}\">loop</a></td>", anchor)));
+    EXPECT_THAT(page, HasSubstr(fmt::format("<details class=\"section\" id=\"{}\"", anchor)));
+  }
+  EXPECT_EQ(nlohmann::json::parse(document.json())["studies"].size(), 2U);
+}
+
+TEST(StudyDocument, OfManyTheFirstThatCannotBeTrustedIsUnfolded) {
+  const ReportedStudy a = with_verdict(monobot_study("a"), Verdict::pessimistic),
+                      b = with_verdict(monobot_study("b"), Verdict::mixed),
+                      c = with_verdict(monobot_study("c"), Verdict::optimistic);
+  EXPECT_THAT(open_sections(study_document({a, b})), testing::ElementsAre("a", "b"));
+  EXPECT_THAT(open_sections(study_document({a, b, c})), testing::ElementsAre("b"));
+  EXPECT_THAT(study_document({a, b, c}).answer.text, HasSubstr("2 of 3 filters cannot be trusted"));
+  EXPECT_EQ(study_document({a, b, c}).answer.tone, CellTone::alarm);
+}
+
+TEST(StudyDocument, NamesTheFirstFailuresAndCountsTheRest) {
+  ReportedStudy study = monobot_study("loop");
+  for (std::int64_t run = 0; run < 23; ++run) {
+    study.analysis.statistics.failures.push_back({run, 3, Outcome::diverged});
+  }
+  const TemporaryFolder folder;
+  write_document(study_document({study}), folder.path(), {});
+  const std::string page = folder.read("index.html");
+  EXPECT_THAT(page, HasSubstr("23 of 20 runs failed"));
+  EXPECT_THAT(page, HasSubstr("run 19 at step 3: diverged"));
+  EXPECT_THAT(page, Not(HasSubstr("run 20 at step 3")));
+  EXPECT_THAT(page, HasSubstr("and 3 more"));
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,65 @@
+#include "reports/document/sweep_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/registry.h"
+#include "reports/document/study_json.h"
+#include "reports/render/write_document.h"
+#include "tests/temporary_folder.h"
+
+namespace credence {
+namespace {
+
+/// Of `studied` points of a sweep of three.
+SweepAnalysis sweep_of(std::size_t studied) {
+  SweepPlan plan = plan_sweep(read_scenario_text(
+      "[world]\nmodel = \"monobot\"\n[study]\nruns = 20\nsteps = 6\n[sweep]\nworld.landmarks = [1, 2, 3]\n",
+      "sweep.toml"));
+  plan.name = "sizes";
+  std::vector<StudyAnalysis> studies;
+  for (std::size_t i = 0; i < studied; ++i) {
+    const Scenario& scenario = plan.points[i].scenario;
+    const auto experiment = make_experiment(scenario);
+    const StudyTask task{"", experiment.get(), scenario.study.runs};
+    studies.push_back(analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {}).front())));
+  }
+  return analyse_sweep(std::move(plan), std::move(studies));
+}
+
+TEST(SweepDocument, HasARowForEveryConfigurationInTableDataAndFile) {
+  const TemporaryFolder folder;
+  const SweepAnalysis sweep = sweep_of(3);
+  const Document document = sweep_document(sweep);
+  const auto& table = std::get<ReportTable>(document.brief.front());
+  ASSERT_EQ(table.rows.size(), 3U);
+  EXPECT_EQ(table.rows[2].front().text, "3");
+  const auto json = nlohmann::ordered_json::parse(document.json());
+  ASSERT_EQ(json["configurations"].size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    auto study = json["configurations"][i];
+    EXPECT_EQ(study["swept"]["world.landmarks"], i + 1);
+    study.erase("swept");
+    study.erase("sweep_p_value");
+    EXPECT_EQ(study, study_json(sweep.studies[i])) << "as run gives it";
+  }
+  write_document(document, folder.path(), {});
+  EXPECT_EQ(std::ranges::count(folder.read("sweep.csv"), '\n'), 1 + 3);
+  EXPECT_THAT(folder.read("index.html"), testing::HasSubstr("href=\"sweep.csv\""));
+}
+
+TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
+  const Document document = sweep_document(sweep_of(1));
+  const auto& table = std::get<ReportTable>(document.brief.front());
+  EXPECT_EQ(table.rows.size(), 1U);
+  EXPECT_THAT(table.notes, testing::Contains("1 of 3 configurations have results"));
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,60 @@
+#include "reports/document/verdict_text.h"
+
+#include <gtest/gtest.h>
+
+namespace credence {
+namespace {
+
+Word optimistic() {
+  return {.verdict = Verdict::optimistic, .p_value = 1e-9, .says = "optimistic from step 3 on", .joined = {}};
+}
+
+ConsistencyVerdict with_factor(double mean, double lower, double upper) {
+  ConsistencyVerdict nees;
+  nees.factor = {.mean = mean, .lower = lower, .upper = upper};
+  return nees;
+}
+
+TEST(VerdictText, AFactorIsSaidWhereItIsOneThatMends) {
+  EXPECT_EQ(word_clause(optimistic(), with_factor(1.3, 1.1, 1.5)),
+            "optimistic from step 3 on; times 1.30 on P the mean NEES would be right");
+  EXPECT_EQ(word_clause(optimistic(), with_factor(1.05, 0.9, 1.2)), "optimistic from step 3 on")
+      << "one agrees as well";
+  Word mixed = optimistic();
+  mixed.verdict = Verdict::mixed;
+  EXPECT_EQ(word_clause(mixed, with_factor(1.3, 1.1, 1.5)), "optimistic from step 3 on")
+      << "no single factor mends it";
+  ConsistencyVerdict unknown = with_factor(1.3, 1.1, 1.5);
+  unknown.factor.reason = "fewer than two runs";
+  EXPECT_EQ(word_sentence("loop", optimistic(), unknown), "loop: optimistic from step 3 on.");
+}
+
+TEST(VerdictText, ColoursWhatMustNotBeTrusted) {
+  EXPECT_EQ(verdict_cell(Verdict::consistent).tone, CellTone::good);
+  for (const Verdict verdict : {Verdict::optimistic, Verdict::mixed}) {
+    EXPECT_EQ(verdict_cell(verdict).tone, CellTone::alarm);
+  }
+  for (const Verdict verdict : {Verdict::pessimistic, Verdict::undecided, Verdict::not_gaussian}) {
+    EXPECT_EQ(verdict_cell(verdict).tone, CellTone::caution);
+  }
+}
+
+TEST(VerdictText, OfWhatIsUndecidedItSaysWhy) {
+  ConsistencyVerdict verdict;
+  verdict.reason = "no values";
+  EXPECT_EQ(verdict_sentence("NIS", verdict), "NIS: undecided, no values.");
+}
+
+TEST(VerdictText, NamesTheFilterAsItIsSet) {
+  FilterSettings filter;
+  EXPECT_EQ(filter_text(filter), "none");
+  filter.inflation = FilterInflation::rank;
+  filter.inflation_rank = 2;
+  filter.process_scale = 0.25;
+  EXPECT_EQ(filter_text(filter).substr(0, 7), "rank 2 ");
+  EXPECT_NE(filter_text(filter).find(", Q × 0.25"), std::string::npos);
+  EXPECT_EQ(filter_text(filter).find("R ×"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace credence
