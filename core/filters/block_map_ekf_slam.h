@@ -26,7 +26,6 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
   using Phases::kPose, Phases::kLandmark, Phases::kMeasurement;
   using typename Phases::ControlMatrix;
   using typename Phases::ControlVector;
-  using typename Phases::LandmarkMatrix;
   using typename Phases::LandmarkVector;
   using typename Phases::MeasurementMatrix;
   using typename Phases::PoseMatrix;

@@ -120,17 +120,10 @@ inline double join_sum(const Pack::D (&parts)[kParts]) {
   return sum;
 }
 
-/// Adds the shares of the directions `which`, kCount of them, to D.
-template <int kVehicle, int kLandmark, int kCount>
-inline double inflate_by(const BlockMapArrays map, const BlockMapDirections& directions,
-                         const int (&which)[kMaxDirections], const double* excess,
-                         const double* reciprocals) {
+/// Adds to every block of D what `add(at, square)` asks for, by square(g, s): s (Xᵀ g)(Xᵀ g)ᵀ. Returns tr D.
+template <int kVehicle, int kLandmark, typename Add>
+inline double change_blocks(const BlockMapArrays map, Add add) {
   constexpr int kBlockEntries = kLandmark * (kLandmark + 1) / 2;
-  Pack::D g[kCount][kVehicle], share[kCount];
-  for (int i = 0; i < kCount; ++i) {
-    broadcast_direction<kVehicle>(directions.g[which[i]], g[i]);
-    share[i] = Pack::broadcast(excess[which[i]]);
-  }
   Pack::D trace[kParts];
   for (int part = 0; part < kParts; ++part) trace[part] = Pack::broadcast(0.0);
   for (std::int64_t j = 0; j < 8 * map.packs; j += 8) {
@@ -139,22 +132,42 @@ inline double inflate_by(const BlockMapArrays map, const BlockMapDirections& dir
       const MapPack<kVehicle, kLandmark> landmarks(map, at);
       Pack::D block[kBlockEntries];
       for (int b = 0; b < kBlockEntries; ++b) block[b] = Pack::load(map.blocks + b * map.stride + at);
-      for (int i = 0; i < kCount; ++i) {
-        const Pack::D s = Pack::mul(share[i], Pack::load(reciprocals + which[i] * map.stride + at));
-        const Pack::D x = landmarks.along(g[i], 0), sx = Pack::mul(s, x);
-        block[0] = Pack::fma(sx, x, block[0]);
-        if constexpr (kLandmark == 2) {
-          const Pack::D y = landmarks.along(g[i], 1);
-          block[1] = Pack::fma(sx, y, block[1]);
-          block[2] = Pack::fma(Pack::mul(s, y), y, block[2]);
-        }
-      }
+      add(
+          at, [&](const Pack::D(&g)[kVehicle], Pack::D s) __attribute__((always_inline)) {
+            const Pack::D x = landmarks.along(g, 0), sx = Pack::mul(s, x);
+            block[0] = Pack::fma(sx, x, block[0]);
+            if constexpr (kLandmark == 2) {
+              const Pack::D y = landmarks.along(g, 1);
+              block[1] = Pack::fma(sx, y, block[1]);
+              block[2] = Pack::fma(Pack::mul(s, y), y, block[2]);
+            }
+          });
       for (int b = 0; b < kBlockEntries; ++b) Pack::store(map.blocks + b * map.stride + at, block[b]);
       trace[part] = Pack::add(trace[part], block[0]);
       if constexpr (kLandmark == 2) trace[part] = Pack::add(trace[part], block[2]);
     }
   }
   return join_sum(trace);
+}
+
+/// Adds the shares of the directions `which`, kCount of them, to D.
+template <int kVehicle, int kLandmark, int kCount>
+inline double inflate_by(const BlockMapArrays& map, const BlockMapDirections& directions,
+                         const int (&which)[kMaxDirections], const double* excess,
+                         const double* reciprocals) {
+  Pack::D g[kCount][kVehicle], share[kCount];
+  const double* reciprocal[kCount];
+  for (int i = 0; i < kCount; ++i) {
+    broadcast_direction<kVehicle>(directions.g[which[i]], g[i]);
+    share[i] = Pack::broadcast(excess[which[i]]);
+    reciprocal[i] = reciprocals + which[i] * map.stride;
+  }
+  return change_blocks<kVehicle, kLandmark>(
+      map, [&](std::int64_t at, auto square) __attribute__((always_inline)) {
+        for (int i = 0; i < kCount; ++i) {
+          square(g[i], Pack::mul(share[i], Pack::load(reciprocal[i] + at)));
+        }
+      });
 }
 
 template <int kVehicle, int kLandmark>
@@ -211,32 +224,13 @@ void moments_pass(const BlockMapArrays& map, const BlockMapFrame& frame, double*
 
 template <int kVehicle, int kLandmark>
 double spread_pass(const BlockMapArrays& map, const BlockMapFrame& frame, const double* reciprocals) {
-  constexpr int kBlockEntries = kLandmark * (kLandmark + 1) / 2;
-  Pack::D g[kVehicle][kVehicle], trace[kParts];
+  Pack::D g[kVehicle][kVehicle];
   for (int i = 0; i < kVehicle; ++i) broadcast_direction<kVehicle>(frame.g[i], g[i]);
-  for (int part = 0; part < kParts; ++part) trace[part] = Pack::broadcast(0.0);
-  for (std::int64_t j = 0; j < 8 * map.packs; j += 8) {
-    for (int part = 0; part < kParts; ++part) {
-      const std::int64_t at = j + part * Pack::kLanes;
-      const MapPack<kVehicle, kLandmark> landmarks(map, at);
-      Pack::D block[kBlockEntries];
-      for (int b = 0; b < kBlockEntries; ++b) block[b] = Pack::load(map.blocks + b * map.stride + at);
-      const Pack::D reciprocal = Pack::load(reciprocals + at);
-      for (int i = 0; i < kVehicle; ++i) {
-        const Pack::D x = landmarks.along(g[i], 0), sx = Pack::mul(reciprocal, x);
-        block[0] = Pack::fma(sx, x, block[0]);
-        if constexpr (kLandmark == 2) {
-          const Pack::D y = landmarks.along(g[i], 1);
-          block[1] = Pack::fma(sx, y, block[1]);
-          block[2] = Pack::fma(Pack::mul(reciprocal, y), y, block[2]);
-        }
-      }
-      for (int b = 0; b < kBlockEntries; ++b) Pack::store(map.blocks + b * map.stride + at, block[b]);
-      trace[part] = Pack::add(trace[part], block[0]);
-      if constexpr (kLandmark == 2) trace[part] = Pack::add(trace[part], block[2]);
-    }
-  }
-  return join_sum(trace);
+  return change_blocks<kVehicle, kLandmark>(
+      map, [&](std::int64_t at, auto square) __attribute__((always_inline)) {
+        const Pack::D reciprocal = Pack::load(reciprocals + at);
+        for (int i = 0; i < kVehicle; ++i) square(g[i], reciprocal);
+      });
 }
 
 template <int kVehicle, int kLandmark>

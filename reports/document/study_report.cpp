@@ -148,9 +148,9 @@ ReportAnswer study_answer(std::span<const ReportedStudy> studies) {
           fmt::format("Nothing says that any of these {} covariances is too small{}", n, rest)};
 }
 
-ReportTable verdict_table(std::span<const ReportedStudy> studies) {
+ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAnswer& answer) {
   using enum ColumnAlign;
-  ReportTable table{.title = study_answer(studies).text,
+  ReportTable table{.title = answer.text,
                     .columns = {{"study", words},
                                 {"verdict", words},
                                 {"factor on P", words},
@@ -281,8 +281,9 @@ std::string title_of(std::span<const ReportedStudy> studies) {
 }
 
 /// The verdicts, and of a single study what to do about it.
-void show_on_terminal(Document& document, std::span<const ReportedStudy> studies) {
-  document.brief.emplace_back(verdict_table(studies));
+void show_on_terminal(Document& document, std::span<const ReportedStudy> studies,
+                      const ReportTable& verdicts) {
+  document.brief.emplace_back(verdicts);
   for (const auto& [a, trace, description] : studies) {
     if (a.stop) document.brief.emplace_back(a.scenario.name + ": " + stop_sentence(a));
   }
@@ -293,9 +294,8 @@ void show_on_terminal(Document& document, std::span<const ReportedStudy> studies
   if (std::string exact = exact_sentence(a); !exact.empty()) document.brief.emplace_back(std::move(exact));
 }
 
-void add_verdicts(Document& document, std::span<const ReportedStudy> studies,
+void add_verdicts(Document& document, std::span<const ReportedStudy> studies, ReportTable verdicts,
                   const std::vector<std::string>& anchors) {
-  ReportTable verdicts = verdict_table(studies);
   verdicts.title = "One row for each study";
   if (any_of(studies, [](const StudyAnalysis& a) { return a.vehicle_nees.has_value(); }))
     verdicts.title += "; of the pose: what a robot drives by, which a sum over a map can hide";
@@ -311,9 +311,10 @@ Document study_document(std::vector<ReportedStudy> given) {
   const std::vector<ReportedStudy>& studies = *shared;
   Document document(title_of(studies), "Monte Carlo consistency of simulated filters");
   document.answer = study_answer(studies);
+  ReportTable verdicts = verdict_table(studies, document.answer);
   document.json = [shared] { return studies_json(*shared); };
   document.sources = {{"seed", seeds_of(studies)}};
-  show_on_terminal(document, studies);
+  show_on_terminal(document, studies, verdicts);
 
   const std::vector<std::string> names = file_names(studies);
   const std::vector<bool> open = unfolded(studies);
@@ -321,7 +322,7 @@ Document study_document(std::vector<ReportedStudy> given) {
   std::vector<std::string> anchors;
   anchors.reserve(studies.size());
   for (const auto& [a, trace, description] : studies) anchors.push_back(document.reserve(a.scenario.name));
-  add_verdicts(document, studies, anchors);
+  add_verdicts(document, studies, std::move(verdicts), anchors);
   for (std::size_t i = 0; i < studies.size(); ++i) {
     const StudyAnalysis& a = studies[i].analysis;
     document.folded_section(
