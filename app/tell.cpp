@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <filesystem>
 
 #include "app/say.h"
@@ -13,6 +14,7 @@ namespace credence {
 
 void print(const Document& document, const CommonOptions& options) {
   fmt::print("{}", options.format == "json" ? document.json() + "\n" : terminal_text(document));
+  std::fflush(stdout);  // a page may take long; a full disk is told of at the end (main)
 }
 
 void write_report(const Document& document, const CommonOptions& options) {
