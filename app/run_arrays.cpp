@@ -66,6 +66,8 @@ std::string run_arrays(const RunLayout& layout, std::span<const Step> steps) {
   std::vector<NamedArray> arrays;
   state.take(arrays);
   innovations.take(arrays);
+  const Index piece = layout.sensors.empty() ? 0 : layout.sensors.front().piece;
+  if (measured > piece && piece > 0) arrays.push_back({"observation", {1}, {static_cast<double>(piece)}});
   return npz_bytes(arrays);
 }
 

@@ -76,14 +76,14 @@ class Collector {
  public:
   Collector(std::vector<std::string> states, std::vector<bool> angles,
             const std::vector<std::pair<std::string, std::vector<Index>>>& blocks,
-            const std::vector<std::pair<std::string, Index>>& sensors, bool has_truth) {
+            const std::vector<std::tuple<std::string, Index, Index>>& sensors, bool has_truth) {
     layout_.states = std::move(states);
     layout_.angles = std::move(angles);
     layout_.has_truth = has_truth;
     for (const auto& [name, members] : blocks) layout_.blocks.push_back({name, Part::other, members});
     if (blocks.empty()) add_named_blocks(layout_);
-    for (const auto& [name, dim] : sensors) {
-      layout_.sensors.push_back({.name = name, .dim = dim, .piece = dim});
+    for (const auto& [name, dim, observation] : sensors) {
+      layout_.sensors.push_back({.name = name, .dim = dim, .piece = observation});
     }
   }
 
@@ -213,7 +213,7 @@ PYBIND11_MODULE(_credence, m) {
   py::class_<Collector>(m, "Collector")
       .def(py::init<std::vector<std::string>, std::vector<bool>,
                     const std::vector<std::pair<std::string, std::vector<Index>>>&,
-                    const std::vector<std::pair<std::string, Index>>&, bool>())
+                    const std::vector<std::tuple<std::string, Index, Index>>&, bool>())
       .def("add", &Collector::add)
       .def("judge", &Collector::judge);
 

@@ -25,7 +25,8 @@ using Entries = std::map<std::pair<Index, Index>, Index>;
 
 /// What the columns of one sensor are.
 struct SensorColumns {
-  std::map<Index, Index> nu;  // by number, from 1
+  std::map<Index, Index> nu;      // by number, from 1
+  std::set<Index> angles, nexts;  // numbers of those marked ":angle" and ":next"
   Entries S;
   Index nis = -1, nis_dim = 0;  // a column of NIS alone, and the dimension of its innovation
 };
@@ -46,6 +47,13 @@ std::optional<Index> take_index(std::string_view& name) {
   const std::optional<Index> index = parse_index(name.substr(dot + 1));
   if (index) name = name.substr(0, dot);
   return index;
+}
+
+/// Takes ":mark" off the end of a name, if it is there.
+bool take_mark(std::string_view& name, std::string_view mark) {
+  if (!name.ends_with(mark)) return false;
+  name.remove_suffix(mark.size());
+  return true;
 }
 
 /// "gps" of ".gps", "" of nothing.
@@ -146,8 +154,7 @@ class HeaderParser {
   }
 
   bool add_state(std::string_view name, Index column) {
-    const bool angle = name.ends_with(":angle");
-    if (angle) name.remove_suffix(6);
+    const bool angle = take_mark(name, ":angle");
     if (name.empty()) return false;
     RunLayout& layout = header_.layout;
     if (!states_.emplace(name).second) {
@@ -177,9 +184,13 @@ class HeaderParser {
   }
 
   bool add_innovation(std::string_view rest, Index column) {
+    const bool angle = take_mark(rest, ":angle"), next = take_mark(rest, ":next");
     const std::optional<Index> i = take_index(rest);
     SensorColumns* const of = i ? sensor(rest) : nullptr;
-    return of != nullptr && insert(of->nu, *i, column);
+    if (of == nullptr) return false;
+    if (angle) of->angles.insert(*i);
+    if (next) of->nexts.insert(*i);
+    return insert(of->nu, *i, column);
   }
 
   bool add_innovation_covariance(std::string_view rest, Index column) {
@@ -225,7 +236,30 @@ class HeaderParser {
     if (m == 0) throw std::invalid_argument(fmt::format("column innovation{}.1 is missing", suffix));
     innovation.S = symmetric(columns.S, m, "S" + suffix);
     header_.innovations.push_back(std::move(innovation));
-    sensor.dim = sensor.piece = m;
+    sensor.dim = m;
+    sensor.piece = columns.nexts.empty() ? m : *columns.nexts.begin() - 1;
+    add_marks(sensor, columns, suffix);
+  }
+
+  /// What repeats in the innovation of a sensor: observations that begin at the marks, and their angles.
+  static void add_marks(Sensor& sensor, const SensorColumns& columns, const std::string& suffix) {
+    for (Index i = 1; i <= sensor.dim; ++i) {
+      const bool begins = i > 1 && (i - 1) % std::max<Index>(sensor.piece, 1) == 0;
+      if (columns.nexts.contains(i) != begins || sensor.dim % std::max<Index>(sensor.piece, 1) != 0) {
+        throw std::invalid_argument(
+            fmt::format("columns innovation{}.i:next: {} components are not observations of one dimension "
+                        "that begin at the marks",
+                        suffix, sensor.dim));
+      }
+      if (columns.angles.contains(i) != columns.angles.contains((i - 1) % sensor.piece + 1)) {
+        throw std::invalid_argument(
+            fmt::format("column innovation{}.{}: an angle in one observation and "
+                        "not in another of the same sensor",
+                        suffix, i));
+      }
+    }
+    if (columns.angles.empty()) return;
+    for (Index i = 1; i <= sensor.piece; ++i) sensor.angles.push_back(columns.angles.contains(i));
   }
 
   FilterLogHeader header_;

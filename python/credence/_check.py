@@ -19,8 +19,17 @@ def _label(array: str, sensor: str) -> str:
     return f"{array}['{sensor}']" if sensor else array
 
 
-def collector(names, angles, blocks, n: int, sensors: "list[tuple[str, int]]", has_truth: bool):
-    """Where runs with a state of n and these sensors are added up."""
+def _observation(observation: Any, sensor: str, m: int) -> int:
+    piece = observation.get(sensor, m) if isinstance(observation, Mapping) else observation
+    if piece is None:
+        return m
+    if isinstance(piece, bool) or not isinstance(piece, (int, np.integer)) or piece < 1 or m % piece:
+        raise ValueError(f"{_label('observation', sensor)} = {piece}: expected a divisor of the {m} components")
+    return int(piece)
+
+
+def collector(names, angles, blocks, n: int, sensors: "list[tuple[str, int, int]]", has_truth: bool):
+    """Where runs with a state of n and these sensors (name, dimension, that of one observation) are added up."""
     states = state_names(names, n) if has_truth else []
     angle = np.zeros(len(states), dtype=bool)
     if angles is not None:
@@ -44,6 +53,7 @@ def check(
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
+    observation: Any = None,
     confidence: float = 0.95,
     inflated: bool = False,
     sensitivity: bool = False,
@@ -65,6 +75,8 @@ def check(
     names: one for each state; "pose.x", "pose.y" are a block "pose". Without names each state is a block.
     angles: the states that are angles in rad, by name, number or booleans: their errors are wrapped.
     blocks: name → states that are judged together, by name, number or slice, instead of those that names make.
+    observation: of how many components an observation is, where an innovation holds several of one kind (as of
+        landmarks), one after another: each is then followed through time on its own. A dict: for each sensor.
     confidence: of the verdict: a consistent filter is called anything else with probability 1 − confidence at most.
     inflated: the filter inflates its covariance on purpose.
     sensitivity: judge without gross outliers too.
@@ -85,6 +97,8 @@ def check(
 
     nus = {} if innovation is None else _by_sensor(innovation)
     covariances = {} if S is None else _by_sensor(S)
+    if isinstance(observation, Mapping) and not set(observation) <= set(nus):
+        raise ValueError(f"observation has the sensors {sorted(observation)}, innovation has {sorted(nus)}")
     if set(nus) != set(covariances):
         raise ValueError(f"innovation has the sensors {sorted(nus)}, S has {sorted(covariances)}")
 
@@ -105,7 +119,7 @@ def check(
         else:
             nu_parts = following(nu, label, (m,), shape, lead)
         S_parts = following(covariances[sensor], _label("S", sensor), (m, m), shape, lead)
-        sensors.append((sensor, m))
+        sensors.append((sensor, m, _observation(observation, sensor, m)))
         sensor_parts.append(list(zip(nu_parts, S_parts)))
 
     bundles = [

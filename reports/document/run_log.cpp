@@ -29,25 +29,43 @@ std::string log_header(const RunLayout& layout, const std::vector<Index>& states
     }
   };
   triangle("P", std::ssize(states));
-  for (Index i = 1; i <= measurements; ++i) fmt::format_to(out, ",innovation.{}", i);
+  for (Index i = 0; i < measurements; ++i) {
+    const Sensor& sensor = layout.sensors.front();
+    const Index place = i % sensor.piece;
+    const bool angle = !sensor.angles.empty() && sensor.angles[static_cast<std::size_t>(place)];
+    fmt::format_to(out, ",innovation.{}{}{}", i + 1, i > 0 && place == 0 ? ":next" : "",
+                   angle ? ":angle" : "");
+  }
   triangle("S", measurements);
   return text + "\n";
 }
 
-void append(std::string& text, const Vector& v, Index n) {
-  for (Index i = 0; i < n; ++i) {
+/// places: for each column the component that stands there, −1 for none.
+void append(std::string& text, const Vector& v, const std::vector<Index>& places) {
+  for (const Index i : places) {
     text += ',';
-    if (i < v.size()) fmt::format_to(std::back_inserter(text), "{}", v[i]);
+    if (i >= 0) fmt::format_to(std::back_inserter(text), "{}", v[i]);
   }
 }
 
 /// The lower triangle of M, which is what is factorised, as the upper one of a symmetric matrix.
-void append(std::string& text, const Matrix& M, Index n) {
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = i; j < n; ++j) {
+void append(std::string& text, const Matrix& M, const std::vector<Index>& places) {
+  for (auto i = places.begin(); i != places.end(); ++i) {
+    for (auto j = i; j != places.end(); ++j) {
       text += ',';
-      if (j < M.rows()) fmt::format_to(std::back_inserter(text), "{}", M(j, i));
+      if (*i >= 0 && *j >= 0)
+        fmt::format_to(std::back_inserter(text), "{}", M(std::max(*i, *j), std::min(*i, *j)));
     }
+  }
+}
+
+/// Where each state of the columns stands in a step; −1 for one that is not there yet.
+void find_places(const std::vector<Index>& columns, const std::vector<Index>& states,
+                 std::vector<Index>& places) {
+  places.clear();
+  for (const Index state : columns) {
+    const auto found = std::ranges::find(states, state);
+    places.push_back(found == states.end() ? Index{-1} : static_cast<Index>(found - states.begin()));
   }
 }
 
@@ -56,20 +74,24 @@ void append(std::string& text, const Matrix& M, Index n) {
 void write_run_log(const std::filesystem::path& target, const RunTrace& trace, std::size_t end,
                    const std::string& failure) {
   const std::vector<Index>& states = trace.steps.back().states;
-  const Index n = std::ssize(states);
   end = std::min(end, trace.steps.size());
   Index m = 0;
   for (std::size_t k = 1; k < end; ++k) m = std::max(m, trace.steps[k].innovation().size());
   AtomicFile file(target);
   std::string text = log_header(trace.layout, states, m);
+  std::vector<Index> places, measured(static_cast<std::size_t>(m));
   for (std::size_t k = 1; k < end; ++k) {
     const TraceStep& step = trace.steps[k];
+    find_places(states, step.states, places);
+    for (Index i = 0; i < m; ++i) {
+      measured[static_cast<std::size_t>(i)] = i < step.innovation().size() ? i : -1;
+    }
     fmt::format_to(std::back_inserter(text), "{}", k);
-    append(text, step.estimate, n);
-    append(text, step.truth, n);
-    append(text, step.P, n);
-    append(text, step.innovation(), m);
-    append(text, step.S(), m);
+    append(text, step.estimate, places);
+    append(text, step.truth, places);
+    append(text, step.P, places);
+    append(text, step.innovation(), measured);
+    append(text, step.S(), measured);
     text += '\n';
     if (text.size() < kBlockBytes) continue;
     file.write(text);

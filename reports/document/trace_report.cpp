@@ -68,6 +68,7 @@ std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
   for (std::size_t k = 0; k < trace.steps.size(); ++k) {
     const TraceStep& s = trace.steps[k];
     steps.push_back({{"step", k},
+                     {"landmarks", s.landmarks},
                      {"truth", vector_json(s.truth)},
                      {"estimate", vector_json(s.estimate)},
                      {"covariance", json_matrix(s.P)},

@@ -86,6 +86,34 @@ TEST_F(CheckCommand, GivesTheNumbersOfTheRunThatWroteTheLogsToTheLastDigit) {
   }
 }
 
+// Five of the ten landmarks are seen from the start, and not the first five: a study and its logs have the
+// same evidence, block by block and test by test.
+TEST_F(CheckCommand, HasTheTestsOfTheRunWhereLandmarksComeLate) {
+  write("loop.toml",
+        "[world]\nmodel = \"planar\"\nlandmarks = 10\npath = \"circle\"\npath_radius = 10.0\nsensor_range = "
+        "12.0\n[study]\nruns = 70\nsteps = 60\n");
+  const Json run = json({"run", "loop.toml", "--log", "loop", "--format", "json", "--quiet"});
+  const Json check = json({"check", "loop", "--format", "json", "--quiet"});
+  const auto p_values = [](const Json& document) {
+    std::map<std::string, double> tests;
+    for (const Json& test : document["battery"]["tests"]) {
+      std::string name = test["name"];
+      if (name == "NEES of vehicle") name = "NEES of pose";
+      std::erase(name, ' ');
+      if (test["p_value"].is_number()) tests[name] = test["p_value"];
+    }
+    return tests;
+  };
+  const auto expected = p_values(run), found = p_values(check);
+  EXPECT_GT(expected.count("NEESoflandmark9"), 0U);
+  EXPECT_GT(expected.count("whitenessoftheinnovation"), 0U);
+  for (const auto& [name, p] : expected) {
+    ASSERT_GT(found.count(name), 0U) << name;
+    EXPECT_NEAR(found.at(name), p, 1e-9) << name;
+  }
+  EXPECT_EQ(found.size(), expected.size());
+}
+
 TEST_F(CheckCommand, ArraysGiveTheNumbersOfTheRunToTheLastDigit) {
   write("line.toml", kLine);
   write("plane.toml", kPlane);

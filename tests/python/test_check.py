@@ -130,6 +130,29 @@ def test_runs_of_different_lengths():
     np.testing.assert_array_equal(result.mean_nees, padded.mean_nees)
 
 
+def test_observations_in_one_innovation_are_followed_one_by_one():
+    def tests(innovation, S, observation=None):
+        judged = credence.check(innovation=innovation, S=S, observation=observation)
+        return {test.name: (test.p_value, test.says) for test in judged.tests}
+
+    whiteness = "whiteness of the innovation"
+    _, _, nu, S = play()
+    runs, steps = nu.shape[:2]
+    both, both_S = np.full((runs, steps, 2), np.nan), np.tile(np.eye(2), (runs, steps, 1, 1))
+    both[..., :1], both_S[..., :1, :1] = nu, S
+    alone = tests(nu, S)
+    assert tests(both, both_S, 1) == alone
+    assert tests({"gps": both}, {"gps": both_S}, {"gps": 1})[whiteness + " of gps"] == alone[whiteness]
+    both[..., 1:] = np.random.default_rng(5).standard_normal((runs, steps, 1))
+    assert "dof 80" in tests(both, both_S)[whiteness][1]  # 20 lags of a matrix of two by two
+    assert "dof 20" in tests(both, both_S, 1)[whiteness][1]  # of one number
+    for wrong in (0, 3, 1.0, True):
+        with pytest.raises(ValueError, match="expected a divisor of the 2 components"):
+            tests(both, both_S, wrong)
+    with pytest.raises(ValueError, match="observation has the sensors"):
+        tests(both, both_S, {"gps": 1})
+
+
 def test_one_run_and_innovations_alone():
     error, P, nu, S = play(runs=1, steps=400)
     assert credence.check(error[0], P[0], nu[0], S[0]).to_dict()["runs"] == 1

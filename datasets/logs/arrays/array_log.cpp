@@ -15,7 +15,7 @@
 namespace credence {
 namespace {
 
-constexpr std::string_view kInnovation = "innovation", kS = "S";
+constexpr std::string_view kInnovation = "innovation", kS = "S", kObservation = "observation";
 // A step beyond this is a mistake, and would ask for gigabytes.
 constexpr std::uint64_t kMostSteps = 10'000'000, kLargestDim = 10'000;
 
@@ -217,7 +217,27 @@ class PairReader {
   std::uint64_t run_ = 0, first_ = 0, count_ = 0;
 };
 
-RunLayout layout_of(const ArrayRoles& roles) {
+/// Of how many components an observation is, of which the innovation of a sensor may hold several: the array
+/// "observation" or "observation_NAME", if there is one.
+Index observation_dim(ArrayFile& file, const ArrayPair& sensor) {
+  const std::string name =
+      sensor.name.empty() ? std::string(kObservation) : fmt::format("{}_{}", kObservation, sensor.name);
+  const auto dim = static_cast<Index>(sensor.dim);
+  const auto found = std::ranges::find(file.arrays(), name, &ArrayShape::name);
+  if (found == file.arrays().end()) return dim;
+  const bool single = std::ranges::all_of(found->dims, [](std::uint64_t size) { return size == 1; });
+  std::vector<double> value;
+  if (single) file.read(static_cast<std::size_t>(found - file.arrays().begin()), 0, 1, value);
+  for (Index piece = 1; single && piece <= dim; ++piece) {
+    if (dim % piece == 0 && static_cast<double>(piece) == value.front()) return piece;
+  }
+  throw DataError(file.path(), "",
+                  fmt::format("{}: accepted is one number, the dimension of an observation, that divides the "
+                              "{} components of the innovation",
+                              shape_text(*found), dim));
+}
+
+RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
   constexpr std::uint64_t kMostBlocks = 30;
   RunLayout layout;
   layout.has_truth = roles.state().has_value();
@@ -227,7 +247,7 @@ RunLayout layout_of(const ArrayRoles& roles) {
   if (n <= kMostBlocks) add_named_blocks(layout);
   for (const ArrayPair& sensor : roles.sensors()) {
     const auto dim = static_cast<Index>(sensor.dim);
-    layout.sensors.push_back({.name = sensor.name, .dim = dim, .piece = dim});
+    layout.sensors.push_back({.name = sensor.name, .dim = dim, .piece = observation_dim(file, sensor)});
   }
   for (const NisArray& sensor : roles.nis()) {
     const auto dim = static_cast<Index>(sensor.dim);
@@ -251,13 +271,14 @@ std::uint64_t column_major_place(const std::vector<std::uint64_t>& dims, std::ui
 
 bool is_log_array(std::string_view name) {
   return name == "error" || name == "P" || name == kInnovation || name == kS ||
-         name.starts_with("innovation_") || name.starts_with("S_") || nis_dimension(name).has_value();
+         name.starts_with("innovation_") || name.starts_with("S_") || name == kObservation ||
+         name.starts_with("observation_") || nis_dimension(name).has_value();
 }
 
 void read_arrays(ArrayFile& file, LogSink& judged) {
   StepConventions sink(judged);
   const ArrayRoles roles(file);
-  const RunLayout layout = layout_of(roles);
+  const RunLayout layout = layout_of(file, roles);
   std::vector<PairReader> sensors;
   for (const ArrayPair& sensor : roles.sensors()) sensors.emplace_back(file, sensor);
   std::optional<PairReader> state;

@@ -106,6 +106,21 @@ TEST_F(FilterLog, TakesSeveralSensorsOfVaryingDimension) {
   EXPECT_EQ(row.innovations[1].S(0, 0), 8.0);
 }
 
+TEST_F(FilterLog, ObservationsOfOneSensorBeginAtTheirMarksAndHaveTheSameAngles) {
+  const std::string s = ",S.1.1,S.2.2,S.3.3,S.4.4,S.1.2,S.1.3,S.1.4,S.2.3,S.2.4,S.3.4\n",
+                    row = "1,2,3,4,1,1,1,1,0,0,0,0,0,0\n";
+  const auto sensor = [&](const std::string& innovation) {
+    return FilterLogReader(write(innovation + s + row)).layout().sensors.at(0);
+  };
+  EXPECT_EQ(sensor("innovation.1,innovation.2,innovation.3,innovation.4"),
+            (Sensor{.name = "", .dim = 4, .piece = 4}));
+  EXPECT_EQ(sensor("innovation.1,innovation.2:angle,innovation.3:next,innovation.4:angle"),
+            (Sensor{.name = "", .dim = 4, .piece = 2, .angles = {false, true}}));
+  EXPECT_EQ(
+      sensor("innovation.4:next:angle,innovation.2:next:angle,innovation.3:next:angle,innovation.1:angle"),
+      (Sensor{.name = "", .dim = 4, .piece = 1, .angles = {true}}));
+}
+
 TEST_F(FilterLog, KeepsTheRunsOfARunColumnApart) {
   FilterLogReader reader(
       write("run,estimate.x,truth.x,P.1.1\n7,1,0,1\n7,1,0,1\n# failed: diverged at step 3\n2,1,0,1\n"));
@@ -175,6 +190,14 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {"estimate.x,truth.x,P.1.1,weight\n1,1,1,1\n", "unknown column 'weight'"},
       {"innovation.1,innovation.3,S.1.1\n1,1,1\n", "column innovation.2 is missing"},
       {"innovation.1\n1\n", "column S.1.1 is missing"},
+      {"innovation.1:next,S.1.1\n1,1\n", "columns innovation.i:next: 1 components are not observations"},
+      {"innovation.1:last,S.1.1\n1,1\n", "unknown column 'innovation.1:last'"},
+      {"innovation.1,innovation.2,innovation.3:next,S.1.1,S.2.2,S.3.3,S.1.2,S.1.3,S.2.3\n1,1,1,1,1,1,0,0,0\n",
+       "columns innovation.i:next: 3 components are not observations of one dimension"},
+      {"innovation.1,innovation.2:next,innovation.3,S.1.1,S.2.2,S.3.3,S.1.2,S.1.3,S.2.3\n1,1,1,1,1,1,0,0,0\n",
+       "columns innovation.i:next: 3 components"},
+      {"innovation.1,innovation.2:next:angle,S.1.1,S.1.2,S.2.2\n1,1,1,0,1\n",
+       "column innovation.2: an angle in one observation and not in another"},
       {"time,innovation.1,S.1.1\n2,1,1\n2,1,1\n", "log.csv:3: time 2 does not increase"},
       {"run,innovation.1,S.1.1\n1,1,1\n2,1,1\n1,1,1\n", "log.csv:4: the rows of run 1 do not stand together"},
       {kHeader + row + "# failed: tired at step 3\n", "log.csv:3: accepted is"}};

@@ -40,5 +40,21 @@ TEST(TraceDocument, AsDataHasAllOfThem) {
   EXPECT_EQ(json["steps"].size(), 58U);
 }
 
+// Landmarks come into the state out of the order of their numbers: each step names its own.
+TEST(TraceDocument, NamesTheLandmarksOfEachStepInTheOrderOfItsState) {
+  Scenario scenario = default_scenario("planar");
+  scenario.study.steps = 200;
+  const RunTrace trace = make_experiment(scenario)->trace(0);
+  const auto json = nlohmann::json::parse(trace_document(scenario, trace).json());
+  for (const auto& step : json["steps"]) {
+    ASSERT_EQ(step["estimate"].size(), 3 + 2 * step["landmarks"].size());
+    for (std::size_t i = 0; i < step["landmarks"].size(); ++i) {
+      const auto& place = json["landmark_positions"][step["landmarks"][i].get<std::size_t>()];
+      EXPECT_EQ(step["truth"][3 + 2 * i], place[0]);
+      EXPECT_EQ(step["truth"][4 + 2 * i], place[1]);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace credence

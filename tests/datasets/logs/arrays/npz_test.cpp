@@ -211,6 +211,23 @@ TEST(Npz, NisAloneNamesItsDimension) {
   EXPECT_EQ(sink.runs[1].steps[2].problem, "a NIS is negative");
 }
 
+TEST(Npz, ObservationSaysHowManyComponentsOneHas) {
+  const Npy nu{"innovation_gps", {1, 4}, {1, 2, 3, 4}};
+  Npy S{"S_gps", {1, 4, 4}, std::vector<double>(16, 0.0)};
+  for (std::size_t i = 0; i < 4; ++i) S.values[5 * i] = 1.0;
+  EXPECT_EQ(read(written_npz({nu, S})).runs[0].layout.sensors[0].piece, 4);
+  EXPECT_EQ(read(written_npz({nu, S, {"observation_gps", {1}, {2}}})).runs[0].layout.sensors[0].piece, 2);
+  for (const Npy& wrong : {Npy{"observation_gps", {1}, {3}}, Npy{"observation_gps", {1}, {0}},
+                           Npy{"observation_gps", {1}, {1.5}}, Npy{"observation_gps", {1}, {NAN}},
+                           Npy{"observation_gps", {2}, {2, 2}}}) {
+    EXPECT_THAT(
+        [&] {
+          read(written_npz({nu, S, wrong}));
+        },
+        ::testing::ThrowsMessage<DataError>(HasSubstr("that divides the 4 components")));
+  }
+}
+
 TEST(Npz, ErrorsNameTheArray) {
   const auto fails_with = [](const std::string& bytes, const std::string& message) {
     EXPECT_THAT([&] { read(bytes); }, ::testing::ThrowsMessage<DataError>(HasSubstr(message)));
