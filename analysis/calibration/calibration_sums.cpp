@@ -22,6 +22,11 @@ void add_to(std::vector<double>& sums, const std::vector<double>& more) {
   for (std::size_t i = 0; i < more.size(); ++i) sums[i] += more[i];
 }
 
+/// Whether sums over the parts of the two add up.
+bool same_states(const RunLayout& a, const RunLayout& b) {
+  return a.states == b.states && a.blocks == b.blocks;
+}
+
 }  // namespace
 
 void CalibrationSum::clear(std::size_t parts) {
@@ -47,9 +52,16 @@ void CalibrationSum::merge(const CalibrationSum& later) {
 }
 
 void CalibrationUnits::append(CalibrationRecorder& later) {
-  std::ranges::move(later.take(), std::back_inserter(runs));
+  std::vector<CalibrationRun> more = later.take();
+  if (more.empty()) return;
+  if (runs.empty() || layout.states.size() < later.layout().states.size()) {
+    runs.clear();
+    parts = later.parts();
+    layout = later.layout();
+  }
+  if (!same_states(layout, later.layout())) return;
+  std::ranges::move(more, std::back_inserter(runs));
   if (runs.size() > CalibrationRecorder::kMostRuns) runs.resize(CalibrationRecorder::kMostRuns);
-  if (!later.parts().empty()) parts = later.parts();
 }
 
 std::vector<Block> calibration_parts(const RunLayout& layout) {
@@ -76,7 +88,10 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
   const Index n = std::ssize(layout.states);
   open_ = layout.has_truth && layout.joint_covariance && n > 0 && n <= kLargest && runs_.size() < kMostRuns;
   if (!open_) return;
-  if (layout != layout_ || parts_.empty()) {
+  if (!same_states(layout, layout_)) {
+    open_ = n > std::ssize(layout_.states);
+    if (!open_) return;
+    runs_.clear();
     layout_ = layout;
     parts_ = calibration_parts(layout);
     const auto position = std::ranges::find(layout.blocks, Part::position, &Block::part);

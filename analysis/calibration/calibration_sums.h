@@ -62,7 +62,8 @@ struct CalibrationRun {
 };
 
 /// Adds up the rows of runs. Looked at are states of up to twelve dimensions whose covariance is known as a
-/// whole, complete in a row; rows with a P that is not positive definite are left to EvidenceRecorder.
+/// whole, complete in a row; where runs have other states than others, those of the first run with most. Rows
+/// with a P that is not positive definite are left to EvidenceRecorder.
 class CalibrationRecorder {
  public:
   static constexpr Index kLargest = 12;
@@ -75,8 +76,10 @@ class CalibrationRecorder {
 
   /// Of the runs so far, at most kMostRuns, in their order.
   std::vector<CalibrationRun> take();
-  /// The parts of the last layout: its blocks that cut the state; one, "state", where none do.
+  /// The parts of the state: its blocks that cut it; one, "state", where none do.
   const std::vector<Block>& parts() const { return parts_; }
+  /// Their states and blocks.
+  const RunLayout& layout() const { return layout_; }
 
  private:
   void close_run();
@@ -106,7 +109,9 @@ class CalibrationRecorder {
 struct CalibrationUnits {
   std::vector<CalibrationRun> runs{};  ///< the first CalibrationRecorder::kMostRuns
   std::vector<Block> parts{};
+  RunLayout layout{};  ///< of all these runs
 
+  /// Of runs with other states the first with most of them stay.
   void append(CalibrationRecorder& later);
 };
 

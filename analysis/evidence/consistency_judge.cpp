@@ -260,7 +260,9 @@ void conclude(const Joint& joint, bool runs, ConsistencyVerdict& result) {
       add_step(static_cast<std::int64_t>(k) + 1, high ? result.optimistic_steps : result.pessimistic_steps);
     }
   }
-  const bool mean_high = runs ? result.factor.mean > 1.0 : result.mean > result.expected;
+  // Of a single step its own test stands for all.
+  const bool by_runs = runs && result.steps_tested > 1;
+  const bool mean_high = by_runs ? result.factor.mean > 1.0 : result.mean > result.expected;
   (mean_high ? up : down).overall = result.overall_p_value;
   result.tests = result.steps_tested + (result.steps_tested == 1 ? 0 : 1);
   result.optimistic_p_value = joint.p_value(up.step, up.overall);

@@ -127,8 +127,8 @@ void Evidence::merge(Evidence later) {
   merge_lateness(later.lateness, lateness);
   scores.merge(later.scores);
   for (const SensorPairSums& pair : later.sensor_pairs) {
-    VectorMoments& here = sensor_pair(pair.first, pair.second, pair.first_dim).both;
-    if (here.count == 0 || here.mean.size() == pair.both.mean.size()) here.merge(pair.both);
+    SensorPairSums& here = sensor_pair(pair.first, pair.second, pair.first_dim);
+    if (here.fits(pair.first_dim, pair.both.mean.size())) here.both.merge(pair.both);
   }
   merge_series(clean_nees, later.clean_nees);
   merge_series(clean_nis, later.clean_nis);

@@ -111,6 +111,11 @@ struct SensorPairSums {
   std::string first, second;
   Index first_dim = 0;
   VectorMoments both{};
+
+  /// Whether the values of sensors of these dimensions are of the same kind as those that are here.
+  bool fits(Index of_first, Index of_both) const {
+    return both.count == 0 || (first_dim == of_first && both.mean.size() == of_both);
+  }
 };
 
 /// What whole runs say. Only runs that ended well count.

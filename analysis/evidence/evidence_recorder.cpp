@@ -79,7 +79,7 @@ void EvidenceRecorder::list_blocks() {
   position_ = position_block(layout_);
   planar_map_ = has_planar_map(layout_);
   averaged_dim_ = -1;
-  sums_.law.averaged.clear();
+  averaged_.clear();
   if (!layout_.has_truth) return;
   for (const Block& block : layout_.blocks) {
     block_at_.push_back(static_cast<std::size_t>(&sums_.block(block) - sums_.blocks.data()));
@@ -91,8 +91,9 @@ void EvidenceRecorder::list_blocks() {
     const Block& first = layout_.blocks.front();
     const Index dim = std::ssize(first.states);
     if (dim <= LawSums::kLargestAveraged) averaged_dim_ = dim;
-    sums_.law.averaged = first.name;
+    averaged_ = first.name;
   }
+  if (sums_.law.second_moments.dim() == 0) sums_.law.averaged = averaged_;
 }
 
 void EvidenceRecorder::begin_runs(std::int64_t count) {
@@ -245,7 +246,7 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(whole.value / dof);
   run.law.nees_tails.add(whole.value, dof);
   if (!layout_.joint_covariance) return;
-  if (sums_.law.averaged.empty()) {
+  if (averaged_.empty()) {
     if (whole.dof == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
   } else if (step.blocks.front().dof == averaged_dim_) {
     const std::vector<Index>& first = places.of_block.front();
@@ -256,7 +257,7 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   }
   const Index all = std::ssize(layout_.states);
   if (whole.dof == all && all <= LawSums::kLargestShape && is_shape_step(step.step)) {
-    sums_.law.whitened[step.step].add(whole.whitened);
+    sums_.law.add_whitened(step.step, whole.whitened);
   }
 }
 
@@ -359,7 +360,8 @@ void EvidenceRecorder::close_sensor_pairs(const OpenRun& run) {
         both.resize(dim);
         std::ranges::copy(u, both.begin());
         std::ranges::copy(v, both.begin() + first.dim);
-        sums_.sensor_pair(first.name, second.name, first.dim).both.add(both);
+        SensorPairSums& pair = sums_.sensor_pair(first.name, second.name, first.dim);
+        if (pair.fits(first.dim, dim)) pair.both.add(both);
       }
     }
   }
@@ -367,7 +369,7 @@ void EvidenceRecorder::close_sensor_pairs(const OpenRun& run) {
 
 void EvidenceRecorder::close_innovations(const RunInnovations& run, std::size_t sensor) {
   SensorSums& sums = sums_.sensor(layout_.sensors[sensor]);
-  sums.varies = sums.varies || !run.pieces;
+  sums.varies = sums.varies || !run.pieces || sums.sensor.piece != layout_.sensors[sensor].piece;
   std::vector<double> nis;
   for (const auto& [value, dof, noise_share] : run.nis) {
     sums.by_dimension[dof].add(value, dof);
@@ -436,7 +438,7 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   run.open = false;
   for (std::size_t i = 0; i < run.innovations.size(); ++i) close_innovations(run.innovations[i], i);
   close_sensor_pairs(run);
-  if (well) run.law.add_to(sums_.law);
+  if (well) run.law.add_to(sums_.law, averaged_);
   if (!well || run.nees.empty()) return;
   run.score.add_to(sums_.scores);
   run.lateness.add_to(sums_.lateness);

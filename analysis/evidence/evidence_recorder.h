@@ -111,6 +111,7 @@ class EvidenceRecorder {
   Index position_ = -1;                ///< the block of the position; −1: there is none
   bool planar_map_ = false;            ///< the layout has one
   Index averaged_dim_ = -1;            ///< of the errors whose second moments are taken; −1: of none
+  std::string averaged_;               ///< the block of those errors; "": the state
   StepNormaliser normaliser_;
   NormalisedStep normalised_;
   Vector first_variance_;

@@ -62,7 +62,8 @@ ShapeJudgement judge_shape(const LawSums& law, double confidence) {
 
 /// The states that the second moments are of.
 std::vector<std::string> averaged_states(const Evidence& e) {
-  if (e.law.averaged.empty()) return e.layout.states;
+  const bool whole = std::ssize(e.layout.states) == e.law.second_moments.dim();
+  if (e.law.averaged.empty()) return whole ? e.layout.states : std::vector<std::string>{};
   const auto block = std::ranges::find(e.layout.blocks, e.law.averaged, &Block::name);
   std::vector<std::string> names;
   if (block == e.layout.blocks.end()) return names;

@@ -6,20 +6,46 @@
 #include "analysis/evidence/step_series.h"
 
 namespace credence {
+namespace {
+
+/// Whether a vector of `dim` is added to the moments; those of a smaller one make place.
+bool takes_vector(VectorMoments& moments, Index dim) {
+  if (moments.count == 0 || moments.mean.size() == dim) return true;
+  if (moments.mean.size() > dim) return false;
+  moments = {};
+  return true;
+}
+
+}  // namespace
+
+bool LawSums::takes(const std::string& of, Index dim) {
+  const Index here = second_moments.dim();
+  if (here == dim && (dim == 0 || averaged == of)) return true;
+  if (here > dim || (here == dim && averaged < of)) return false;
+  averaged = of;
+  second_moments = {};
+  error_means = {};
+  return true;
+}
+
+void LawSums::add_whitened(std::int64_t step, const Vector& error) {
+  VectorMoments& here = whitened[step];
+  if (takes_vector(here, error.size())) here.add(error);
+}
+
 void LawSums::merge(const LawSums& later) {
-  if (second_moments.dim() == 0) {
-    averaged = later.averaged;
-    second_moments = later.second_moments;
-  } else if (later.second_moments.dim() == second_moments.dim()) {
-    second_moments.merge(later.second_moments);
-  }
-  if (error_means.count == 0 || later.error_means.count == 0 ||
-      error_means.mean.size() == later.error_means.mean.size()) {
+  if (second_moments.dim() == 0) averaged = later.averaged;
+  if (later.second_moments.dim() > 0 && takes(later.averaged, later.second_moments.dim())) {
+    if (second_moments.dim() == 0) {
+      second_moments = later.second_moments;
+    } else {
+      second_moments.merge(later.second_moments);
+    }
     error_means.merge(later.error_means);
   }
   for (const auto& [step, moments] : later.whitened) {
     VectorMoments& here = whitened[step];
-    if (here.count == 0 || here.mean.size() == moments.mean.size()) here.merge(moments);
+    if (takes_vector(here, moments.mean.size())) here.merge(moments);
   }
   nees_tails.merge(later.nees_tails);
   nis_tails.merge(later.nis_tails);
@@ -42,8 +68,8 @@ void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector
   ++steps;
 }
 
-void RunLaw::add_to(LawSums& sums) const {
-  if (steps > 0 && (sums.second_moments.dim() == 0 || sums.second_moments.dim() == outer.rows())) {
+void RunLaw::add_to(LawSums& sums, const std::string& averaged) const {
+  if (steps > 0 && sums.takes(averaged, outer.rows())) {
     sums.second_moments.add(outer / static_cast<double>(steps));
     sums.error_means.add(normalised / static_cast<double>(steps));
   }

@@ -30,6 +30,11 @@ struct LawSums {
   std::vector<SkewedMoments> nees_at{}, nis_at{};    ///< NEES / dof and NIS / dof at each step over the runs
 
   void merge(const LawSums& later);
+  /// Whether the averages over a run of `dim` states of the block `of` ("": the state) are added up here.
+  /// Files may have other states: what has most of them counts, and what was there of fewer is dropped.
+  bool takes(const std::string& of, Index dim);
+  /// Adds the whitened error of the whole state at a step; of files with other states those with most count.
+  void add_whitened(std::int64_t step, const Vector& error);
 };
 
 /// Of the run at hand.
@@ -42,8 +47,8 @@ struct RunLaw {
 
   /// Of a covariance of full rank.
   void add_error(const Vector& whitened, const Vector& error, const Vector& variance);
-  /// The run ended well.
-  void add_to(LawSums& sums) const;
+  /// The run ended well; `averaged` is the block of the errors, "" for the state.
+  void add_to(LawSums& sums, const std::string& averaged) const;
 };
 
 /// Whether the shape of P is looked at: at few steps, so that each is tested at nearly the full level, and

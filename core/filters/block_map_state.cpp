@@ -82,8 +82,8 @@ Index BlockMapState<kVehicle, kLandmark>::measure(Index j) {
 template <int kVehicle, int kLandmark>
 void BlockMapState<kVehicle, kLandmark>::flush() {
   P_.set_vehicle(rr_);
-  if (!pending_) return;
-  if (landmarks() > measured_count()) {
+  if (!pending_ && measured_.empty()) return;
+  if (pending_ && landmarks() > measured_count()) {
     const Eigen::Matrix<double, kVehicle, kVehicle, kVehicle == 1 ? 0 : Eigen::RowMajor> rows = T_;
     kernel_->transform(P_.arrays(), rows.data(), w_.data(), shift_.data());
     double* map = x_.data() + kVehicle;

@@ -183,7 +183,7 @@ class Scanner {
   void check_data(const MatArray& array, const Tag& tag) const {
     const std::uint64_t size = bytes_per_number(tag.type);
     if (size == 0) fail(fmt::format("corrupted: data of unknown type {}", tag.type), variable(array.name));
-    std::uint64_t bytes = size;
+    std::uint64_t bytes = std::ranges::count(array.dims, 0) > 0 ? 0 : size;
     for (const std::int32_t dim : array.dims) {
       bytes *= static_cast<std::uint64_t>(dim);  // at most 2^31 · 2^32: the test below ends it in time
       if (bytes > size_) break;

@@ -45,11 +45,11 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
         "These runs are longer than {} steps. What is judged step by step, and the values counted above, are "
         "of every {}{} step; averages of runs, the factor on P and tests of innovations over time are of "
         "all.",
-        kMostSteps, s.step_stride, s.step_stride == 2 ? "nd" : "th"));
+        kMostSteps, s.step_stride, s.step_stride % 10 == 2 ? "nd" : "th"));
   }
   if (logs.unmatched_rows > 0) {
     table.notes.push_back(
-        fmt::format("{} rows have no truth at their time and are left out.", logs.unmatched_rows));
+        fmt::format("No truth at their time, and left out: {}.", counted(logs.unmatched_rows, "row")));
   }
   if (!logs.poses.empty()) {
     table.notes.push_back(fmt::format("The covariance of the pose is judged as of the chart {} (--chart).",

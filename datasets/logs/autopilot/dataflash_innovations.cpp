@@ -116,13 +116,14 @@ class DataflashCollector {
     const double written = dataflash_number(body, *field);
     // Anything below 0.005 is written as 0, which no NIS is. Of silent sensors nothing else is written.
     const double least = 0.005 / std::sqrt(3.0), root = std::max(written, least);  // the root mean square
-    std::vector<double> nu;
+    std::vector<double> nu, written_row{written};
     double square = 0.0;
     for (const std::string_view name : group.fields) {
       if (name.empty()) continue;
       const auto found = core.innovations.find(std::string(name));
       if (found == core.innovations.end()) return;
       nu.push_back(found->second);
+      written_row.push_back(found->second);
       square += found->second * found->second;
     }
     if (root >= kLargest) ++core.clamped;
@@ -133,7 +134,7 @@ class DataflashCollector {
     for (double& component : nu) {
       component = square > 0.0 ? component * std::sqrt(nis / square) : std::sqrt(nis / m);
     }
-    core.series.add(g, 1e-6 * core.time_us, nu, std::vector<double>(nu.size(), 1.0));
+    core.series.add(g, 1e-6 * core.time_us, nu, std::vector<double>(nu.size(), 1.0), written_row);
   }
 
   std::string innovations_, ratios_, parameters_;

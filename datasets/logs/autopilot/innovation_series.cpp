@@ -27,17 +27,19 @@ std::size_t InnovationSeries::add_sensor(std::string name, Index dim, bool angle
 }
 
 InnovationSeries::Row InnovationSeries::add(std::size_t sensor, double time_s, std::span<const double> nu,
-                                            std::span<const double> variances) {
+                                            std::span<const double> variances, std::span<const double> said) {
   SensorSeries& s = sensors_[sensor];
   const bool known = std::ranges::all_of(variances, [](double v) { return std::isfinite(v) && v > 0.0; }) &&
                      std::ranges::all_of(nu, [](double v) { return std::isfinite(v); });
   if (!known) return Row::silent;
-  if (!s.nu.empty() && std::equal(nu.begin(), nu.end(), s.nu.end() - s.dim)) {
+  if (said.empty()) said = nu;
+  if (!s.nu.empty() && std::ranges::equal(said, s.last_said)) {
     ++s.repeated;
     return Row::repeated;
   }
   if (s.nu.empty()) s.first_s = time_s;
   s.last_s = time_s;
+  s.last_said.assign(said.begin(), said.end());
   s.nu.insert(s.nu.end(), nu.begin(), nu.end());
   s.variances.insert(s.variances.end(), variances.begin(), variances.end());
   return Row::taken;

@@ -29,7 +29,9 @@ class InnovationSeries {
   /// Declares a sensor; sensors are counted from 0.
   std::size_t add_sensor(std::string name, Index dim, bool angle);
 
-  Row add(std::size_t sensor, double time_s, std::span<const double> nu, std::span<const double> variances);
+  /// said: what the log holds of the row, by which a repeat is known; empty: ν itself.
+  Row add(std::size_t sensor, double time_s, std::span<const double> nu, std::span<const double> variances,
+          std::span<const double> said = {});
 
   /// The same of a sensor of one dimension of which NIS alone is known.
   std::size_t add_nis(std::string name);
@@ -53,6 +55,7 @@ class InnovationSeries {
     Index dim = 1;
     bool angle = false, nis_alone = false;
     std::vector<double> nu, variances;  ///< one after another
+    std::vector<double> last_said;
     std::int64_t repeated = 0;
     double first_s = 0.0, last_s = 0.0;
 

@@ -35,6 +35,7 @@ class Problems {
 
 void check_covariance(const std::string& name, const Matrix& M, const std::string& where,
                       Problems& problems) {
+  if (!M.allFinite()) return problems.add(name, fmt::format("{} is not finite {}", name, where));
   for (Index i = 0; i < M.rows(); ++i) {
     for (Index j = i + 1; j < M.cols(); ++j) {
       const double scale = std::sqrt(std::abs(M(i, i) * M(j, j)));
@@ -44,13 +45,18 @@ void check_covariance(const std::string& name, const Matrix& M, const std::strin
                             where, i, j, j, i, M(i, j), M(j, i)));
     }
   }
-  // A state that is known has no variance, and is left out.
+  // A state that is known has no variance and no covariance, and is left out.
   std::vector<Index> kept;
+  bool known = true;
   for (Index i = 0; i < M.rows(); ++i) {
-    if (M(i, i) != 0.0) kept.push_back(i);
+    if (M(i, i) != 0.0) {
+      kept.push_back(i);
+    } else {
+      known = known && M.col(i).isZero(0.0);
+    }
   }
   const Matrix uncertain = M(kept, kept);
-  if (Eigen::LLT<Matrix>(uncertain).info() == Eigen::Success) return;
+  if (known && Eigen::LLT<Matrix>(uncertain).info() == Eigen::Success) return;
   problems.add(name, fmt::format("{} is not positive definite {}", name, where));
 }
 
@@ -132,6 +138,12 @@ std::vector<std::string> plug_problems(const Experiment& experiment) {
     }
     ++i;
   });
+  if (i != first.size()) {
+    problems.add("bits",
+                 fmt::format("run 0 is not the same twice: it has {} steps, and then {}: the world or the "
+                             "filter draws random numbers of its own, or keeps something from run to run",
+                             first.size(), i));
+  }
   return problems.take();
 }
 

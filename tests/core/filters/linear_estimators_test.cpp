@@ -23,12 +23,12 @@ LinearModel regular_model() {
 }
 
 /// What z_1 … z_T tell of x_0 … x_T at once, from x_0 ~ N(0, P0): the solution of the normal equations.
-struct Batch {
+struct WholeBatch {
   Matrix covariance;
   Vector estimate;
 };
 
-Batch batch_of(const LinearModel& model, const std::vector<Vector>& z) {
+WholeBatch batch_of(const LinearModel& model, const std::vector<Vector>& z) {
   const Index n = model.state_dim(), T = std::ssize(z);
   Matrix A = Matrix::Zero(n * (T + 1), n * (T + 1));
   Vector b = Vector::Zero(A.rows());
@@ -41,7 +41,7 @@ Batch batch_of(const LinearModel& model, const std::vector<Vector>& z) {
     A.block(k * n, k * n, n, n) += model.H.transpose() * R * model.H;
     b.segment(k * n, n) += model.H.transpose() * R * z[static_cast<std::size_t>(k - 1)];
   }
-  Batch batch;
+  WholeBatch batch;
   batch.covariance = A.inverse();
   batch.estimate = batch.covariance * b;
   return batch;
@@ -64,7 +64,7 @@ TEST(LinearEstimators, TheSmootherIsTheBatchLeastSquares) {
   }
   const RtsSmoother smoother(model, steps);
   smoother.smooth(estimates);
-  const Batch batch = batch_of(model, z);
+  const WholeBatch batch = batch_of(model, z);
   for (Index k = 0; k <= T; ++k) {
     const auto at = static_cast<std::size_t>(k);
     EXPECT_LT((estimates[at] - batch.estimate.segment(k * n, n)).norm(), 1e-10) << k;

@@ -17,7 +17,7 @@ Matrix modulus(const Matrix& M) {
   return svd.matrixU() * svd.singularValues().asDiagonal() * svd.matrixU().transpose();
 }
 
-double min_eigenvalue(const Matrix& M) {
+double smallest_eigenvalue(const Matrix& M) {
   return Eigen::SelfAdjointEigenSolver<Matrix>(M, Eigen::EigenvaluesOnly).eigenvalues()(0);
 }
 
@@ -59,7 +59,7 @@ TEST(TwoBlockBound, AddedTraceIsTwiceTheNuclearNorm) {
     EXPECT_NEAR(bound.trace, 2.0 * Eigen::JacobiSVD<Matrix>(C).singularValues().sum(), 1e-13);
     Matrix joint(rows + cols, rows + cols);
     joint << bound.left, -C, -C.transpose(), bound.right;
-    EXPECT_GE(min_eigenvalue(joint), -1e-14);
+    EXPECT_GE(smallest_eigenvalue(joint), -1e-14);
   }
 }
 
@@ -121,7 +121,7 @@ TEST(DecorrelateByDominance, IsValidAndNeverBelowThePairwiseBound) {
     Matrix dominance = P, pairwise = P;
     decorrelate_by_dominance(dominance, layout);
     decorrelate_pairwise(pairwise, layout);
-    EXPECT_GE(min_eigenvalue(dominance - pairwise), -1e-13 * P.trace());
+    EXPECT_GE(smallest_eigenvalue(dominance - pairwise), -1e-13 * P.trace());
     if (layout.landmark == 1 && layout.vehicle <= 1) {
       EXPECT_TRUE(dominance.isApprox(pairwise, 1e-15));
     }

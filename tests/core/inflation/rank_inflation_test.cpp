@@ -10,8 +10,8 @@
 namespace credence {
 namespace {
 
-constexpr BlockLayout kMonobot{.vehicle = 1, .landmark = 1, .landmarks = 4};
-constexpr BlockLayout kPlanar{.vehicle = 3, .landmark = 2, .landmarks = 4};
+constexpr BlockLayout kRankMonobot{.vehicle = 1, .landmark = 1, .landmarks = 4};
+constexpr BlockLayout kRankPlanar{.vehicle = 3, .landmark = 2, .landmarks = 4};
 constexpr InflationRange kRanges[] = {InflationRange::generic, InflationRange::map,
                                       InflationRange::with_vehicle, InflationRange::difference};
 
@@ -34,7 +34,7 @@ Matrix common_translation(const BlockLayout& layout) {
 }
 
 TEST(RankInflation, HasTheRankTheScaleAndTheRangeAskedFor) {
-  for (const BlockLayout& layout : {kMonobot, kPlanar}) {
+  for (const BlockLayout& layout : {kRankMonobot, kRankPlanar}) {
     const Matrix G = vehicle_noise(layout);
     const Index n = layout.state_dim();
     for (InflationRange range : kRanges) {
@@ -61,57 +61,58 @@ TEST(RankInflation, HasTheRankTheScaleAndTheRangeAskedFor) {
 }
 
 TEST(RankInflation, GenericTouchesEverything) {
-  const Matrix delta = rank_inflation(kPlanar, vehicle_noise(kPlanar), {1, InflationRange::generic, 1.0, 2});
+  const Matrix delta =
+      rank_inflation(kRankPlanar, vehicle_noise(kRankPlanar), {1, InflationRange::generic, 1.0, 2});
   EXPECT_GT(delta.diagonal().minCoeff(), 0.0);
-  EXPECT_GT((delta * common_translation(kPlanar)).norm(), 1e-3);
+  EXPECT_GT((delta * common_translation(kRankPlanar)).norm(), 1e-3);
 }
 
 TEST(RankInflation, IsAFunctionOfTheSeed) {
-  const Matrix G = vehicle_noise(kPlanar);
+  const Matrix G = vehicle_noise(kRankPlanar);
   const RankInflation spec{3, InflationRange::map, 1.0, 42};
-  EXPECT_TRUE(rank_inflation(kPlanar, G, spec) == rank_inflation(kPlanar, G, spec));
+  EXPECT_TRUE(rank_inflation(kRankPlanar, G, spec) == rank_inflation(kRankPlanar, G, spec));
   RankInflation other = spec;
   other.seed = 43;
-  EXPECT_GT((rank_inflation(kPlanar, G, spec) - rank_inflation(kPlanar, G, other)).norm(), 0.1);
+  EXPECT_GT((rank_inflation(kRankPlanar, G, spec) - rank_inflation(kRankPlanar, G, other)).norm(), 0.1);
 }
 
 TEST(RankInflation, ALowerRankLiesWithinAHigherOne) {
-  const Matrix G = vehicle_noise(kPlanar);
+  const Matrix G = vehicle_noise(kRankPlanar);
   for (InflationRange range : kRanges) {
-    const Matrix low = rank_inflation(kPlanar, G, {3, range, 1.0, 7});
-    const Matrix high = rank_inflation(kPlanar, G, {5, range, 1.0, 7});
+    const Matrix low = rank_inflation(kRankPlanar, G, {3, range, 1.0, 7});
+    const Matrix high = rank_inflation(kRankPlanar, G, {5, range, 1.0, 7});
     EXPECT_LT((high * low - low).norm(), 1e-13);
   }
 }
 
 TEST(RankInflation, MaximalRanks) {
-  EXPECT_EQ(max_inflation_rank(kPlanar, InflationRange::generic), 11);
-  EXPECT_EQ(max_inflation_rank(kPlanar, InflationRange::map), 8);
-  EXPECT_EQ(max_inflation_rank(kPlanar, InflationRange::with_vehicle), 11);
-  EXPECT_EQ(max_inflation_rank(kPlanar, InflationRange::difference), 6);
+  EXPECT_EQ(max_inflation_rank(kRankPlanar, InflationRange::generic), 11);
+  EXPECT_EQ(max_inflation_rank(kRankPlanar, InflationRange::map), 8);
+  EXPECT_EQ(max_inflation_rank(kRankPlanar, InflationRange::with_vehicle), 11);
+  EXPECT_EQ(max_inflation_rank(kRankPlanar, InflationRange::difference), 6);
   EXPECT_EQ(max_inflation_rank({.vehicle = 3, .landmark = 2, .landmarks = 0}, InflationRange::difference), 0);
 }
 
 TEST(RankInflation, ADependentGIsContainedToo) {
   Matrix G = Matrix::Zero(5, 2);
   G.row(0) << 1.0, 2.0;
-  const Matrix delta = rank_inflation(kMonobot, G, {1, InflationRange::with_vehicle, 2.0, 1});
+  const Matrix delta = rank_inflation(kRankMonobot, G, {1, InflationRange::with_vehicle, 2.0, 1});
   EXPECT_NEAR(delta(0, 0), 2.0, 1e-14);
   EXPECT_NEAR(delta.trace(), 2.0, 1e-14);
 }
 
 TEST(RankInflation, RejectsWhatDoesNotFit) {
-  const Matrix G = vehicle_noise(kPlanar);
-  EXPECT_THROW(rank_inflation(kPlanar, G, {-1}), std::invalid_argument);
-  EXPECT_THROW(rank_inflation(kPlanar, G, {12}), std::invalid_argument);
-  EXPECT_THROW(rank_inflation(kPlanar, G, {9, InflationRange::map}), std::invalid_argument);
-  EXPECT_THROW(rank_inflation(kPlanar, G, {7, InflationRange::difference}), std::invalid_argument);
-  EXPECT_THROW(rank_inflation(kPlanar, G, {1, InflationRange::with_vehicle}), std::invalid_argument);
-  EXPECT_THROW(rank_inflation(kPlanar, G.topRows(4), {3, InflationRange::with_vehicle}),
+  const Matrix G = vehicle_noise(kRankPlanar);
+  EXPECT_THROW(rank_inflation(kRankPlanar, G, {-1}), std::invalid_argument);
+  EXPECT_THROW(rank_inflation(kRankPlanar, G, {12}), std::invalid_argument);
+  EXPECT_THROW(rank_inflation(kRankPlanar, G, {9, InflationRange::map}), std::invalid_argument);
+  EXPECT_THROW(rank_inflation(kRankPlanar, G, {7, InflationRange::difference}), std::invalid_argument);
+  EXPECT_THROW(rank_inflation(kRankPlanar, G, {1, InflationRange::with_vehicle}), std::invalid_argument);
+  EXPECT_THROW(rank_inflation(kRankPlanar, G.topRows(4), {3, InflationRange::with_vehicle}),
                std::invalid_argument);
-  EXPECT_THROW(rank_inflation(kPlanar, G, {1, InflationRange::generic, -1.0}), std::invalid_argument);
+  EXPECT_THROW(rank_inflation(kRankPlanar, G, {1, InflationRange::generic, -1.0}), std::invalid_argument);
   EXPECT_THROW(
-      rank_inflation(kPlanar, G, {1, InflationRange::generic, std::numeric_limits<double>::infinity()}),
+      rank_inflation(kRankPlanar, G, {1, InflationRange::generic, std::numeric_limits<double>::infinity()}),
       std::invalid_argument);
 }
 

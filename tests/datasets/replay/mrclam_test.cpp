@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using Texts = std::map<std::string, std::string>;
 
 /// Robot 2 drives 20 m along a circle of radius 3 m at 0.1 m/s and looks at two landmarks.
-Texts small_run() {
+Texts small_mrclam() {
   Texts texts;
   texts["Barcodes.dat"] = "# subject barcode\n 1 5\n 2 14\n 6 63\n 7 81\n";
   texts["Landmark_Groundtruth.dat"] = "# landmarks\n 6 5 1 0.001 0.002\n 7 -4 2 0.001 0.002\n";
@@ -44,7 +44,7 @@ Texts small_run() {
   return texts;
 }
 
-std::string error_of(const TemporaryFolder& folder, const Texts& texts) {
+std::string mrclam_error(const TemporaryFolder& folder, const Texts& texts) {
   for (const auto& [name, text] : texts) folder.write(name, text);
   try {
     read_mrclam(folder.path(), 2);
@@ -56,7 +56,7 @@ std::string error_of(const TemporaryFolder& folder, const Texts& texts) {
 
 TEST(Mrclam, MapsBarcodesToLandmarksAndCountsTheRest) {
   const TemporaryFolder folder;
-  ASSERT_EQ(error_of(folder, small_run()), "no error");
+  ASSERT_EQ(mrclam_error(folder, small_mrclam()), "no error");
   const MrclamLog log = read_mrclam(folder.path(), 2);
   EXPECT_EQ(log.robot, 2);
   EXPECT_EQ(log.odometry.size(), 401U);
@@ -77,9 +77,9 @@ TEST(Mrclam, MapsBarcodesToLandmarksAndCountsTheRest) {
 TEST(Mrclam, NamesFileAndLineOfWhatIsImpossible) {
   const TemporaryFolder folder;
   const auto error = [&](const std::string& name, const std::string& text) {
-    Texts texts = small_run();
+    Texts texts = small_mrclam();
     texts[name] = text;
-    return error_of(folder, texts);
+    return mrclam_error(folder, texts);
   };
   EXPECT_THAT(error("Barcodes.dat", "1 5\n2 14\n6 63\n7 63\n"),
               HasSubstr("Barcodes.dat:4: barcode 63 is worn twice"));
@@ -141,11 +141,12 @@ const Swap kSwaps[] = {{"Barcodes.dat", 0, 1},
 TEST(Mrclam, FindsSwappedColumns) {
   for (const Swap& swap : kSwaps) {
     const TemporaryFolder folder;
-    Texts texts = small_run();
+    Texts texts = small_mrclam();
     for (auto& [name, text] : texts)
       if (name.ends_with(swap.file) && (name.starts_with("Landmark") == (swap.file[0] == 'L')))
         text = swap_columns(text, swap.a, swap.b);
-    EXPECT_THAT(error_of(folder, texts), HasSubstr(".dat")) << swap.file << " " << swap.a << " " << swap.b;
+    EXPECT_THAT(mrclam_error(folder, texts), HasSubstr(".dat"))
+        << swap.file << " " << swap.a << " " << swap.b;
   }
 }
 
@@ -189,7 +190,7 @@ TEST(Mrclam, ReadsTheRealLogs) {
 // numbers.
 TEST(Mrclam, BrokenTextIsAnErrorOrNumbers) {
   const TemporaryFolder folder;
-  const Texts whole = small_run();
+  const Texts whole = small_mrclam();
   for (const auto& [name, text] : whole) folder.write(name, text);
   std::mt19937 random(7);
   int errors = 0;

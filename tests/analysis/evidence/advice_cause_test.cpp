@@ -1,0 +1,147 @@
+#include "analysis/evidence/advice_cause.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace credence {
+namespace {
+
+// Of 100 runs of one degree of freedom, whose mean is that of each step: its standard deviation is 0.14.
+ConsistencyVerdict verdict_of_means(const std::vector<double>& means, bool nis) {
+  std::vector<Moments> steps;
+  for (const double mean : means) steps.push_back({.count = 100, .mean = mean, .m2 = 1.0});
+  const std::vector<double> dofs(means.size(), 100.0);
+  return nis ? judge_nis(steps, dofs, 0.95) : judge_nees(steps, dofs, 0.95);
+}
+
+Findings findings_of(double nees, double nis) {
+  return {.nees = verdict_of_means(std::vector<double>(40, nees), false),
+          .nis = verdict_of_means(std::vector<double>(40, nis), true)};
+}
+
+// A mean in the first steps and another in the rest of forty.
+std::vector<double> start_and_rest(std::size_t first, double start, double rest) {
+  std::vector<double> means(40, rest);
+  std::fill_n(means.begin(), first, start);
+  return means;
+}
+
+WhitenessTest correlated_by(double lag_1) {
+  WhitenessTest test;
+  test.autocorrelation = {lag_1};
+  test.band = {0.05};
+  test.p_value = 1e-9;
+  return test;
+}
+
+std::vector<Cause> causes_of(const Findings& findings) {
+  std::vector<Cause> causes;
+  for (const CauseFound& found : find_causes(findings)) causes.push_back(found.cause);
+  return causes;
+}
+
+using CauseList = std::vector<Cause>;
+
+TEST(CauseRules, EveryCauseHasWordsOfItsOwn) {
+  std::set<std::string_view> words;
+  for (int i = 0; i <= static_cast<int>(Cause::inflation); ++i) words.insert(to_string(Cause{i}));
+  EXPECT_EQ(words.size(), static_cast<std::size_t>(Cause::inflation) + 1);
+  EXPECT_FALSE(words.contains("unknown"));
+}
+
+TEST(CauseRules, ASignatureMustHoldForAllFifteen) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.heavy_tail_p_value = 0.0034;  // 0.05/15 = 0.00333
+  EXPECT_EQ(causes_of(findings), CauseList{});
+  findings.heavy_tail_p_value = 0.0033;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::heavy_tails});
+  // 100 of a million are expected beyond the 99.99 % quantile; outliers are more than ten times as many, of
+  // values whose body fits.
+  findings = findings_of(1.0, 1.0);
+  findings.far_tail = CoverageCount{.inside = 999'010, .total = 1'000'000};
+  EXPECT_EQ(causes_of(findings), CauseList{});
+  findings.far_tail->inside = 998'900;
+  findings.heavy_tail_p_value = 1e-9;  // said already
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.heavy_tail_p_value.reset();
+  findings.fit = GoodnessOfFit{.count = 1'000'000, .kolmogorov = 0.06};
+  EXPECT_EQ(causes_of(findings), CauseList{});
+}
+
+TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
+  const LatenessTest late{.runs = 100, .steps = 1.0, .p_value = 1e-6, .explained = 1.2};
+  const auto with = [&](double nees, double nis, double steps, double explained) {
+    Findings findings = findings_of(nees, nis);
+    findings.nees.verdict = Verdict::optimistic;  // as of more runs
+    findings.lateness = late;
+    findings.lateness->steps = steps;
+    findings.lateness->explained = explained;
+    const CauseList causes = causes_of(findings);
+    return std::ranges::count(causes, Cause::late_measurements) == 1;
+  };
+  EXPECT_TRUE(with(1.5, 1.0, 1.0, 1.2));
+  EXPECT_FALSE(with(1.19, 1.0, 1.0, 1.2));  // too small an excess of NEES
+  EXPECT_FALSE(with(1.5, 1.11, 1.0, 1.2));  // innovations of another size
+  EXPECT_FALSE(with(1.5, 1.0, 0.29, 1.2));
+  EXPECT_FALSE(with(1.5, 1.0, 1.0, 0.79));
+  // It stands for the bias that it makes.
+  Findings findings = findings_of(1.5, 1.0);
+  findings.lateness = late;
+  findings.error_mean = {.test = {.mean = Vector::Constant(1, 0.7), .p_value = 1e-9}, .state = "x"};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::late_measurements});
+  findings.lateness->p_value = 0.01;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::bias});
+  EXPECT_NE(find_causes(findings)[0].why.find("the error of x has mean 0.7"), std::string::npos);
+  // 0.7² is less than half of an excess of 1: at a filter's own estimates that is no bias.
+  findings = findings_of(2.0, 1.0);
+  findings.error_mean = {.test = {.mean = Vector::Constant(1, 0.7), .p_value = 1e-9}, .state = "x"};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+}
+
+TEST(CauseRules, SensorsOfOnePriorAreCorrelatedMoreThanInTime) {
+  Findings findings = findings_of(1.0, 1.3);
+  findings.sensor_pairs = {{"left", "right", {.values = 1000, .largest = 0.3, .p_value = 1e-9}}};
+  findings.whiteness = correlated_by(0.19);  // 1.5 · 0.19 < 0.3
+  findings.not_white = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::sequential_sensors});
+  findings.whiteness = correlated_by(-0.21);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+}
+
+TEST(CauseRules, InflationIsNamedWhereItMakesPTooLarge) {
+  Findings findings = findings_of(0.4, 1.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+  findings.inflated = true;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::inflation});
+  EXPECT_NE(find_causes(findings)[0].why.find("mean NEES 0.4 of 1"), std::string::npos);
+  findings = findings_of(1.5, 1.0);
+  findings.inflated = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+TEST(CauseRules, AWrongStartAndAWrongNoiseAreBothNamed) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(3, 0.2, 1.5), true);
+  findings.nis.step_stride = 4;
+  findings.whiteness = correlated_by(0.2);
+  findings.not_white = true;
+  ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
+  EXPECT_EQ(causes_of(findings), (CauseList{Cause::initial_covariance, Cause::process_noise_too_small}));
+  EXPECT_EQ(find_causes(findings)[0].why, "NIS is pessimistic in steps 1 to 9 only, and optimistic later");
+  // A start that lasts beyond the first fifth is none.
+  findings.nis = verdict_of_means(start_and_rest(9, 0.2, 1.5), true);
+  ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  // One that dies out is the whole cause.
+  findings.nis = verdict_of_means(start_and_rest(3, 3.0, 1.0), true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+}  // namespace
+}  // namespace credence

@@ -1,0 +1,149 @@
+#include "datasets/logs/judge_logs.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "analysis/calibration/calibration.h"
+#include "analysis/evidence/judgement.h"
+
+namespace credence {
+namespace {
+
+struct SensorOfFile {
+  Index piece = 1, pieces = 1;
+};
+
+/// What a file is made of: its name is the seed of its errors.
+struct FileOfRuns {
+  std::vector<std::string> states;
+  std::map<std::string, SensorOfFile> sensors{};
+};
+
+using Files = std::map<std::filesystem::path, FileOfRuns>;
+
+RunLayout layout_of_file(const FileOfRuns& file) {
+  RunLayout layout;
+  layout.states = file.states;
+  layout.angles.assign(file.states.size(), false);
+  for (const auto& [name, sensor] : file.sensors) {
+    layout.sensors.push_back({.name = name, .dim = sensor.piece * sensor.pieces, .piece = sensor.piece});
+  }
+  add_named_blocks(layout);
+  return layout;
+}
+
+/// Eight consistent runs of 40 steps in each file.
+void play_file(const std::filesystem::path& path, const FileOfRuns& file, LogSink& sink) {
+  std::mt19937_64 bits(std::stoul(path.string()));
+  std::normal_distribution<double> normal;
+  const auto draw = [&](Index n) { return Vector(Vector::NullaryExpr(n, [&] { return normal(bits); })); };
+  const RunLayout layout = layout_of_file(file);
+  const Index n = std::ssize(file.states);
+  for (int run = 0; run < 8; ++run) {
+    sink.begin_run(layout);
+    for (std::int64_t k = 1; k <= 40; ++k) {
+      Step step{.step = k, .states = {}, .error = 0.1 * draw(n), .P = 0.01 * Matrix::Identity(n, n)};
+      for (Index i = 0; i < n; ++i) step.states.push_back(i);
+      for (const Sensor& sensor : layout.sensors) {
+        step.innovations.push_back({draw(sensor.dim), Matrix::Identity(sensor.dim, sensor.dim)});
+      }
+      sink.add(step);
+    }
+  }
+}
+
+LogJudgeResult judge_files(const Files& files) {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& [path, unused] : files) paths.push_back(path);
+  return judge_logs(
+      paths, [&](const std::filesystem::path& path, LogSink& sink) { play_file(path, files.at(path), sink); },
+      {});
+}
+
+const std::vector<std::string> kThree = {"pose.x", "pose.y", "bias"}, kTwo = {"pose.x", "bias"},
+                               kOthers = {"pose.x", "pose.y", "clock"};
+
+// Sums over some states do not add up with those over others: the most states count, wherever their file
+// stands.
+TEST(JudgeLogs, OfFilesWithOtherStatesThoseWithMostAreCalibrated) {
+  for (const auto& [first, second] : {std::pair(kThree, kTwo), std::pair(kTwo, kThree)}) {
+    LogJudgeResult result = judge_files({{"1", {first}}, {"2", {second}}, {"3", {first}}});
+    EXPECT_EQ(result.files, 3);
+    EXPECT_EQ(result.evidence.study.runs, 24);
+    EXPECT_EQ(result.calibration.layout.states, kThree);
+    const std::size_t runs = first == kThree ? 16U : 8U;
+    ASSERT_EQ(result.calibration.runs.size(), runs);
+    for (const CalibrationRun& run : result.calibration.runs) EXPECT_EQ(run.whole.marginal.size(), 2U);
+    EXPECT_EQ(result.evidence.law.second_moments.dim(), 3);
+    EXPECT_EQ(result.evidence.law.second_moments.runs(), static_cast<std::int64_t>(runs));
+    EXPECT_EQ(result.evidence.law.whitened.at(1).count, static_cast<std::int64_t>(runs));
+  }
+}
+
+TEST(JudgeLogs, OfAsManyOtherStatesTheFirstAreCalibrated) {
+  const LogJudgeResult result = judge_files({{"1", {kThree}}, {"2", {kOthers}}});
+  EXPECT_EQ(result.calibration.layout.states, kThree);
+  EXPECT_EQ(result.calibration.runs.size(), 8U);
+}
+
+// The state is averaged up to twelve of them, beyond that its first block: the names stay with the numbers.
+TEST(JudgeLogs, SecondMomentsAreOfTheStatesTheyName) {
+  std::vector<std::string> many = {"pose.x", "pose.y"};
+  for (int i = 0; i < 12; ++i) many.push_back(fmt::format("other{}", i));
+  const Files files[] = {{{"1", {many}}, {"2", {kThree}}}, {{"1", {kThree}}, {"2", {many}}}};
+  for (const Files& both : files) {
+    const LawSums law = judge_files(both).evidence.law;
+    EXPECT_EQ(law.second_moments.dim(), 3);  // kThree as a whole, and not the pose of two
+    EXPECT_EQ(law.averaged, "");
+  }
+}
+
+// Of sensors of one name with other observations the sum of all components is followed, and two sensors are
+// compared where they are what they were before.
+TEST(JudgeLogs, SensorsMayMeasureOtherThingsInOtherFiles) {
+  const FileOfRuns one{kTwo, {{"a", {2, 2}}, {"b", {3, 1}}}}, other{kTwo, {{"a", {3, 2}}, {"b", {1, 1}}}};
+  LogJudgeResult result = judge_files({{"1", one}, {"2", other}, {"3", one}});
+  ASSERT_EQ(result.evidence.sensors.size(), 2U);
+  EXPECT_TRUE(result.evidence.sensors[0].varies);
+  EXPECT_TRUE(result.evidence.sensors[1].varies);
+  EXPECT_EQ(result.evidence.sensors[0].sensor.dim, 4);  // of the first file; both are in by_dimension
+  EXPECT_EQ(result.evidence.sensors[0].by_dimension.at(4).value.count, 640);
+  EXPECT_EQ(result.evidence.sensors[0].by_dimension.at(6).value.count, 320);
+  ASSERT_EQ(result.evidence.sensor_pairs.size(), 1U);
+  EXPECT_EQ(result.evidence.sensor_pairs[0].both.count, 640);
+  EXPECT_EQ(result.evidence.sensor_pairs[0].both.mean.size(), 7);
+}
+
+// Nine states drawn at random, and sensors: any mixture is judged, and a consistent filter is rarely accused:
+// each of 40 mixtures with probability 5 % at most, so that nine are expected once in 50,000.
+TEST(JudgeLogs, AnyMixtureOfFilesIsJudged) {
+  std::mt19937_64 bits(7);
+  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(bits() % n); };
+  int accused = 0;
+  for (int mixture = 0; mixture < 40; ++mixture) {
+    Files files;
+    for (int i = 0; i < 5; ++i) {
+      FileOfRuns file;
+      for (const char* name : {"pose.x", "pose.y", "pose.z", "map.a", "map.b", "bias", "d", "e", "f"}) {
+        if (file.states.empty() || below(2) == 0) file.states.emplace_back(name);
+      }
+      for (std::size_t s = below(3); s > 0; --s) {
+        file.sensors[fmt::format("sensor{}", s)] = {1 + static_cast<Index>(below(3)),
+                                                    1 + static_cast<Index>(below(3))};
+      }
+      files[std::to_string(100 * mixture + i)] = file;
+    }
+    LogJudgeResult result = judge_files(files);
+    const Calibration calibration =
+        judge_calibration(result.calibration.runs, result.calibration.parts, 0.95);
+    EXPECT_TRUE(std::isfinite(calibration.whole.factor.mean));
+    accused += is_inconsistent(judge(result.evidence).word.verdict) ? 1 : 0;
+  }
+  EXPECT_LT(accused, 9);
+}
+
+}  // namespace
+}  // namespace credence

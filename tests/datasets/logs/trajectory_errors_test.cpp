@@ -1,0 +1,124 @@
+#include "datasets/logs/trajectory_errors.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace credence {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using Vector3 = Eigen::Vector3d;
+
+constexpr double kQuarterTurn = std::numbers::pi / 2.0;
+
+Eigen::Quaterniond yawed(double a) { return Eigen::Quaterniond(Eigen::AngleAxisd(a, Vector3::UnitZ())); }
+
+PoseCovariance diagonal_of(const std::vector<double>& variances) {
+  return Eigen::Map<const PoseError>(variances.data()).asDiagonal();
+}
+
+/// One pose a second, from 0 s on.
+Trajectory each_second(const std::vector<SpatialPose>& poses, const std::vector<PoseCovariance>& P = {}) {
+  Trajectory trajectory;
+  trajectory.poses = poses;
+  trajectory.covariances = P;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    trajectory.time_s.push_back(static_cast<double>(i));
+    trajectory.lines.push_back(static_cast<std::int64_t>(i) + 10);
+  }
+  return trajectory;
+}
+
+TEST(TrajectoryErrors, TheTimeOffsetIsAddedAndCovariancesAreWeighted) {
+  const Trajectory truth = each_second({{Vector3(0, 0, 0)}, {Vector3(4, 0, 0)}},
+                                       {PoseCovariance::Identity(), 5.0 * PoseCovariance::Identity()});
+  const auto at = truth_at(truth, -0.25, {.max_time_difference_s = 1.0, .time_offset_s = 0.5});
+  ASSERT_TRUE(at.has_value());  // 0.25 s: a quarter of the way
+  EXPECT_DOUBLE_EQ(at->pose.position.x(), 1.0);
+  EXPECT_TRUE(at->covariance.isApprox(2.0 * PoseCovariance::Identity(), 1e-15));
+}
+
+TEST(TrajectoryErrors, NoMotionNearTheAlignmentFitsBetter) {
+  std::vector<SpatialPose> truth, estimate;
+  for (int i = 0; i < 12; ++i) {
+    const Vector3 p(std::cos(i), 2.0 * std::sin(0.7 * i), 0.5 * std::sin(1.3 * i));
+    const Vector3 disturbed(std::sin(3.1 * i), std::cos(2.3 * i), std::sin(1.9 * i));
+    truth.push_back({p});
+    estimate.push_back({yawed(0.8) * p + Vector3(3, -1, 2) + 0.2 * disturbed});
+  }
+  const auto cost = [&](const Eigen::Isometry3d& motion) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      sum += (estimate[i].position - motion * truth[i].position).squaredNorm();
+    }
+    return sum;
+  };
+  for (const auto alignment : {TruthAlignment::yaw, TruthAlignment::se3}) {
+    const Eigen::Isometry3d best = align_truth(truth, estimate, alignment);
+    const bool tilts = alignment == TruthAlignment::se3;
+    if (!tilts) EXPECT_EQ(best.linear().col(2), Vector3::UnitZ());
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double by : {-1e-3, 1e-3}) {
+        const Eigen::AngleAxisd turn(by, Vector3::Unit(axis));
+        if (tilts || axis == 2) EXPECT_GT(cost(best * turn), cost(best));
+        EXPECT_GT(cost(Eigen::Translation3d(by * Vector3::Unit(axis)) * best), cost(best));
+      }
+    }
+  }
+}
+
+// The motion takes x to y and y to −x; the body's axes are those of the world turned by as much again.
+TEST(TrajectoryErrors, TheMotionTurnsTheCovarianceOfTheTruthToo) {
+  const Trajectory truth =
+      each_second({{Vector3(1, 0, 0), yawed(kQuarterTurn)}}, {diagonal_of({1, 2, 3, 4, 5, 6})});
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  motion.linear() = yawed(kQuarterTurn).toRotationMatrix();
+  motion.translation() = Vector3(0, 0, 7);
+  const TruthComparison world(truth, {}, kFixedAxes, true, motion), body(truth, {}, {}, true, motion);
+  const UncertainPose moved = world.truth_at(0.0).value();
+  EXPECT_LT((moved.pose.position - Vector3(0, 1, 7)).norm(), 1e-15);
+  EXPECT_LT((moved.covariance - diagonal_of({2, 1, 3, 5, 4, 6})).norm(), 1e-14);
+  EXPECT_LT((body.truth_at(0.0)->covariance - diagonal_of({2, 1, 3, 5, 4, 6})).norm(), 1e-14)
+      << "half a turn keeps the diagonal";
+}
+
+TEST(TrajectoryErrors, ComparesTheComponentsThatAreKept) {
+  const Trajectory truth = each_second({{}});
+  const TruthComparison planar(truth, {}, {.orientation = OrientationError::planar}, true);
+  const PoseEstimate estimate{0.0, 42, {Vector3(1, 2, 3), yawed(0.5)}, diagonal_of({1, 2, 3, 4, 5, 6})};
+  const UncertainPose zero{{}, 0.5 * PoseCovariance::Identity()};
+  const std::vector<Index> y_and_yaw = {1, 4, 5}, z = {2};
+  Step step;
+  ASSERT_TRUE(planar.compare(estimate, zero, y_and_yaw, step));
+  EXPECT_EQ(step.line, 42);
+  EXPECT_THAT(step.states, ElementsAre(1, 2));
+  EXPECT_LT((step.error - Eigen::Vector2d(2.0, 0.5)).norm(), 1e-15);
+  EXPECT_EQ(step.P, Matrix(Eigen::Vector2d(2.5, 6.5).asDiagonal()));
+  EXPECT_FALSE(planar.compare(estimate, zero, z, step)) << "no state of a plane";
+}
+
+TEST(TrajectoryErrors, CountsWhatHasNoTruthAndMeasuresTheWayOfTheTruth) {
+  const Trajectory truth = each_second({{Vector3(0, 0, 0)}, {Vector3(3, 4, 0)}, {Vector3(3, 4, 2)}});
+  Trajectory estimate = each_second({{}, {Vector3(4, 4, 0)}, {}, {}},
+                                    std::vector<PoseCovariance>(4, PoseCovariance::Identity()));
+  estimate.time_s[3] = 5.0;
+  const TrajectoryErrors errors = trajectory_errors(estimate, truth, {});
+  EXPECT_EQ(errors.unmatched, 1);
+  EXPECT_THAT(errors.travelled_m, ElementsAre(0.0, 5.0, 7.0));
+  ASSERT_EQ(errors.rows.size(), 3U);
+  EXPECT_EQ(errors.rows[1].line, 11);
+  EXPECT_EQ(errors.rows[1].error, Vector::Unit(6, 0)) << "estimate less truth";
+  estimate.file = "estimate.txt";
+  for (double& t : estimate.time_s) t += 10.0;
+  EXPECT_THROW(trajectory_errors(estimate, truth, {}), DataError);
+  EXPECT_THAT(
+      no_truth(estimate.file, 10.0, 15.0, truth, {}).what(),
+      HasSubstr("estimate.txt: no row has a truth at its time in : estimates from 10.000 to 15.000 s, "
+                "truth from 0.000 to 2.000 s, tolerance 0.02 s"));
+}
+
+}  // namespace
+}  // namespace credence

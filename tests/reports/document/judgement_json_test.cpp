@@ -1,0 +1,127 @@
+#include "reports/document/judgement_json.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+using ::testing::ElementsAre;
+
+std::vector<std::string> keys_of(const Json& object) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.push_back(key);
+  return keys;
+}
+
+TEST(JudgementJson, WhatIsNotThereIsNullOrEmpty) {
+  const Json j = judgement_json({});
+  EXPECT_TRUE(j["responsible_block"].is_null());
+  EXPECT_TRUE(j["settle"]["nees"]["runs"].is_null()) << "0 stands for no number of runs";
+  EXPECT_TRUE(j["rmse"]["heading_rad"]["value"].is_null());
+  EXPECT_EQ(j["rmse"]["heading_rad"]["reason"], "not a part of this state");
+  EXPECT_TRUE(j["shape"]["p_value"].is_null());
+  for (const char* list : {"tests", "blocks", "causes", "autocorrelation", "accuracy", "sensor_pairs"}) {
+    EXPECT_EQ(j[list], Json::array()) << list;
+  }
+  EXPECT_FALSE(j["scale"]["covariance"].contains("reason"));
+  EXPECT_THAT(keys_of(j), ElementsAre("runs", "tests", "blocks", "responsible_block", "joint_only", "causes",
+                                      "scale", "settle", "coverage", "autocorrelation", "credibility", "rmse",
+                                      "accuracy", "second_moments", "shape", "gaussianity", "equivalence",
+                                      "scores", "sensor_pairs", "effective_steps", "null_reason"))
+      << "the order of docs/formats.md";
+}
+
+TEST(JudgementJson, NamesTheResponsibleBlockAndItsCauses) {
+  Judgement judgement;
+  judgement.runs = 12;
+  judgement.blocks.resize(2);
+  judgement.blocks[0].name = "position";
+  judgement.blocks[1].name = "heading";
+  judgement.blocks[1].verdict.verdict = Verdict::optimistic;
+  judgement.blocks[1].verdict.mean = 1.5;
+  judgement.blocks[1].verdict.p_value = 0.0;
+  judgement.blocks[0].verdict.reason = "no data";
+  judgement.responsible.index = 1;
+  judgement.causes = {{Cause::bias, "the innovations have a mean"}};
+  const Json j = judgement_json(judgement);
+  EXPECT_EQ(j["runs"], 12);
+  EXPECT_EQ(j["responsible_block"], "heading");
+  EXPECT_EQ(j["blocks"][1].dump(),
+            R"({"name":"heading","mean":1.5,"expected":0.0,"p_value":0.0,"verdict":"optimistic"})");
+  EXPECT_TRUE(j["blocks"][0]["p_value"].is_null());
+  EXPECT_EQ(j["blocks"][0]["reason"], "no data");
+  EXPECT_EQ(j["causes"][0]["why"], "the innovations have a mean");
+  EXPECT_EQ(j["causes"][0]["cause"], to_string(Cause::bias));
+}
+
+// Mean squared errors become roots; the efficiency is bound over mean squared error, 1/4 in [1/16, 1].
+TEST(JudgementJson, AccuracyIsOfRootsAndHasABoundWhereOneIsKnown) {
+  Judgement judgement;
+  BlockAccuracy row;
+  row.of = "position";
+  row.unit = "m";
+  row.squared_error.mean = 4.0;
+  row.squared_error.lower = 1.0;
+  row.squared_error.upper = 16.0;
+  row.squared_error.count = 5;
+  row.claimed = 9.0;
+  judgement.accuracy = {row, row};
+  judgement.accuracy[1].bound = 1.0;
+  judgement.accuracy[1].at_truth = 2.25;
+  const Json j = judgement_json(judgement)["accuracy"];
+  EXPECT_EQ(j[0].dump(),
+            R"({"of":"position","unit":"m","rmse":{"value":2.0,"lower":1.0,"upper":4.0},"claimed":3.0})");
+  EXPECT_EQ(j[1]["bound"], 1.0);
+  EXPECT_EQ(j[1]["at_truth"], 1.5);
+  EXPECT_EQ(j[1]["efficiency"].dump(), R"({"value":0.25,"lower":0.0625,"upper":1.0})");
+}
+
+TEST(JudgementJson, WhatIsNotFiniteIsNullAndItsReasonBesideIt) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Judgement judgement;
+  judgement.scale_innovation = {.factor = kNaN, .lower = kNaN, .upper = kNaN, .reason = "no innovations"};
+  judgement.settle_nis.runs = 40;
+  judgement.settle_nis.detectable = {.below = 0.5, .above = kInfinity};
+  judgement.position = {.rmse = 0.25, .lower = kNaN, .upper = kNaN, .count = 1, .reason = "one run"};
+  judgement.law.second_moments.test.reason = "one component";
+  judgement.law.second_moments.test.largest_factor = kInfinity;
+  judgement.effective_steps = kNaN;
+  const Json j = judgement_json(judgement);
+  EXPECT_EQ(j["scale"]["innovation"].dump(),
+            R"({"factor":null,"lower":null,"upper":null,"reason":"no innovations"})");
+  EXPECT_EQ(j["settle"]["nis"].dump(),
+            R"({"observed_factor":1.0,"runs":40,"detectable_below":0.5,"detectable_above":null})");
+  EXPECT_EQ(j["rmse"]["position_m"].dump(), R"({"value":0.25,"lower":null,"upper":null,"reason":"one run"})");
+  EXPECT_EQ(j["second_moments"]["of"], "state");
+  EXPECT_TRUE(j["second_moments"]["largest_factor"].is_null());
+  EXPECT_EQ(j["second_moments"]["reason"], "one component");
+  EXPECT_TRUE(j["effective_steps"].is_null());
+}
+
+TEST(JudgementJson, ListsCoverageTestsAndTheLawOfTheErrors) {
+  Judgement judgement;
+  judgement.coverage[2].pooled = {.inside = 7, .total = 9};
+  judgement.tests = {{"NEES", Exactness::exact, 0.25, 0.5, "mean 2"}};
+  judgement.sensors.resize(2);
+  judgement.sensors[0].whiteness.autocorrelation = {0.5, -0.25};
+  judgement.sensors[1].whiteness.autocorrelation = {9.0};
+  judgement.law.energy_of_position = true;
+  judgement.law.shape.shape.factors = Eigen::Vector2d(0.5, 2.0);
+  const Json j = judgement_json(judgement);
+  EXPECT_EQ(j["coverage"].size(), 3U);
+  EXPECT_EQ(j["coverage"][2]["k_sigma"], 3.0);
+  EXPECT_EQ(j["coverage"][2]["inside"], 7);
+  EXPECT_EQ(j["tests"][0].dump(),
+            R"({"name":"NEES","p_value":0.25,"adjusted_p_value":0.5,"law":"exact","measured":"mean 2"})");
+  EXPECT_EQ(j["autocorrelation"].dump(), "[0.5,-0.25]") << "of the first sensor";
+  EXPECT_EQ(j["scores"]["energy_of"], "position");
+  EXPECT_EQ(j["shape"]["factors"].dump(), "[0.5,2.0]");
+}
+
+}  // namespace
+}  // namespace credence
