@@ -26,6 +26,7 @@ struct NpyMember {
   bool packed = false;
   std::uint64_t header = 0;  ///< bytes before the numbers
   std::size_t number_size = 8;
+  bool integers = false;
   std::endian order = std::endian::little;
   bool fortran_order = false;
   std::vector<std::uint8_t> held{};  ///< unpacked, if it is held in memory
@@ -67,8 +68,16 @@ class NpzFile final : public ArrayFile {
   }
 
  private:
+  static double take_number(const NpyMember& member, ByteCursor& from) {
+    if (member.integers) {
+      return member.number_size == 4 ? from.take<std::int32_t>()
+                                     : static_cast<double>(from.take<std::int64_t>());
+    }
+    return member.number_size == 4 ? from.take<float>() : from.take<double>();
+  }
+
   static void convert(const NpyMember& member, ByteCursor from, std::vector<double>& out) {
-    for (double& number : out) number = member.number_size == 4 ? from.take<float>() : from.take<double>();
+    for (double& number : out) number = take_number(member, from);
   }
 
   /// The first index of what is stored runs fastest.
@@ -79,7 +88,7 @@ class NpzFile final : public ArrayFile {
       const std::uint64_t place = column_major_place(dims, first + k);
       ByteCursor number(member.held, origin, 0, member.order);
       number.skip(member.header + place * member.number_size);
-      out[k] = member.number_size == 4 ? number.take<float>() : number.take<double>();
+      out[k] = take_number(member, number);
     }
   }
 
@@ -244,9 +253,14 @@ class NpzFile final : public ArrayFile {
     const std::string_view text = from.take_text(length);
     member.header = from.taken();
     const std::string_view type = header_value(text, "descr"), order = header_value(text, "fortran_order");
-    if (type.starts_with("'<f8'") || type.starts_with("'>f8'")) {
+    // A dimension is a whole number, which numpy stores as one.
+    member.integers = member.name.starts_with("observation") && type.size() > 4 && type[2] == 'i';
+    const char kind = member.integers ? 'i' : 'f';
+    const bool of_number =
+        type.size() > 4 && (type[1] == '<' || type[1] == '>') && type[2] == kind && type[4] == '\'';
+    if (of_number && type[3] == '8') {
       member.number_size = 8;
-    } else if (type.starts_with("'<f4'") || type.starts_with("'>f4'")) {
+    } else if (of_number && type[3] == '4') {
       member.number_size = 4;
     } else {
       start.fail(fmt::format("{} is of type {}; read are float32 and float64", member.name,
@@ -254,7 +268,9 @@ class NpzFile final : public ArrayFile {
     }
     member.order = type[1] == '>' ? std::endian::big : std::endian::little;
     member.fortran_order = order.starts_with("True");
-    ArrayShape shape{.name = "", .type = member.number_size == 8 ? "float64" : "float32", .dims = {}};
+    ArrayShape shape{.name = "",
+                     .type = fmt::format("{}{}", member.integers ? "int" : "float", 8 * member.number_size),
+                     .dims = {}};
     std::uint64_t bytes = member.number_size;
     for (std::string_view rest = header_value(text, "shape"); !rest.empty() && rest.front() != ')';) {
       const std::size_t digit = rest.find_first_of("0123456789)");

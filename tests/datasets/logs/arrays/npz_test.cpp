@@ -49,7 +49,9 @@ std::string npy_bytes(const Npy& array) {
     }
   }
   for (const double value : stored) {
-    if (array.type.ends_with('4')) {
+    if (array.type.ends_with("i8")) {
+      out.add(static_cast<std::int64_t>(value));
+    } else if (array.type.ends_with('4')) {
       out.add(static_cast<float>(value));
     } else {
       out.add(value);
@@ -217,6 +219,8 @@ TEST(Npz, ObservationSaysHowManyComponentsOneHas) {
   for (std::size_t i = 0; i < 4; ++i) S.values[5 * i] = 1.0;
   EXPECT_EQ(read(written_npz({nu, S})).runs[0].layout.sensors[0].piece, 4);
   EXPECT_EQ(read(written_npz({nu, S, {"observation_gps", {1}, {2}}})).runs[0].layout.sensors[0].piece, 2);
+  const Npy whole{"observation_gps", {1}, {2}, "<i8"};  // what numpy makes of a 2
+  EXPECT_EQ(read(written_npz({nu, S, whole})).runs[0].layout.sensors[0].piece, 2);
   for (const Npy& wrong : {Npy{"observation_gps", {1}, {3}}, Npy{"observation_gps", {1}, {0}},
                            Npy{"observation_gps", {1}, {1.5}}, Npy{"observation_gps", {1}, {NAN}},
                            Npy{"observation_gps", {2}, {2, 2}}}) {
