@@ -36,11 +36,7 @@ void LawSums::add_whitened(std::int64_t step, const Vector& error) {
 void LawSums::merge(const LawSums& later) {
   if (second_moments.dim() == 0) averaged = later.averaged;
   if (later.second_moments.dim() > 0 && takes(later.averaged, later.second_moments.dim())) {
-    if (second_moments.dim() == 0) {
-      second_moments = later.second_moments;
-    } else {
-      second_moments.merge(later.second_moments);
-    }
+    second_moments.merge(later.second_moments);
     error_means.merge(later.error_means);
   }
   for (const auto& [step, moments] : later.whitened) {

@@ -237,15 +237,16 @@ class HeaderParser {
     innovation.S = symmetric(columns.S, m, "S" + suffix);
     header_.innovations.push_back(std::move(innovation));
     sensor.dim = m;
-    sensor.piece = columns.nexts.empty() ? m : *columns.nexts.begin() - 1;
+    // A mark at the first component is refused below.
+    sensor.piece = columns.nexts.empty() ? m : std::max<Index>(1, *columns.nexts.begin() - 1);
     add_marks(sensor, columns, suffix);
   }
 
   /// What repeats in the innovation of a sensor: observations that begin at the marks, and their angles.
   static void add_marks(Sensor& sensor, const SensorColumns& columns, const std::string& suffix) {
     for (Index i = 1; i <= sensor.dim; ++i) {
-      const bool begins = i > 1 && (i - 1) % std::max<Index>(sensor.piece, 1) == 0;
-      if (columns.nexts.contains(i) != begins || sensor.dim % std::max<Index>(sensor.piece, 1) != 0) {
+      const bool begins = i > 1 && (i - 1) % sensor.piece == 0;
+      if (columns.nexts.contains(i) != begins || sensor.dim % sensor.piece != 0) {
         throw std::invalid_argument(
             fmt::format("columns innovation{}.i:next: {} components are not observations of one dimension "
                         "that begin at the marks",
