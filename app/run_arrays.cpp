@@ -5,6 +5,7 @@
 
 #include "core/nan.h"
 #include "datasets/logs/arrays/npz_writer.h"
+#include "datasets/logs/assumed_noise.h"
 
 namespace credence {
 namespace {
@@ -68,6 +69,13 @@ std::string run_arrays(const RunLayout& layout, std::span<const Step> steps) {
   innovations.take(arrays);
   const Index piece = layout.sensors.empty() ? 0 : layout.sensors.front().piece;
   if (measured > piece && piece > 0) arrays.push_back({"observation", {1}, {static_cast<double>(piece)}});
+  const Matrix R = measured > 0 ? assumed_noise(layout.sensors.front(), measured) : Matrix();
+  if (R.size() > 0) {
+    const auto m = static_cast<std::uint64_t>(R.rows());
+    arrays.push_back({"R", {m, m}, {R.data(), R.data() + R.size()}});
+  }
+  if (layout.nonlinear) arrays.push_back({"nonlinear", {1}, {1.0}});
+  if (layout.inflated) arrays.push_back({"inflated", {1}, {1.0}});
   return npz_bytes(arrays);
 }
 

@@ -36,11 +36,11 @@ namespace {
 
 using Doubles = py::array_t<double, 0>;
 
-/// Runs of one length: error, P, innovation and S of every sensor, and estimate; (runs, steps, …) with
-/// contiguous rows.
+/// Runs of one length: error, P, innovation, S and R (or none) of every sensor, and estimate; (runs, steps,
+/// …) with contiguous rows.
 struct ArrayBundle {
   std::optional<Doubles> error, P;
-  std::vector<std::pair<Doubles, Doubles>> innovations;
+  std::vector<std::tuple<Doubles, Doubles, std::optional<Doubles>>> innovations;
   std::optional<Doubles> estimate;
 };
 
@@ -76,10 +76,13 @@ class Collector {
  public:
   Collector(std::vector<std::string> states, std::vector<bool> angles,
             const std::vector<std::pair<std::string, std::vector<Index>>>& blocks,
-            const std::vector<std::tuple<std::string, Index, Index>>& sensors, bool has_truth) {
+            const std::vector<std::tuple<std::string, Index, Index>>& sensors, bool has_truth, bool nonlinear,
+            bool inflated) {
     layout_.states = std::move(states);
     layout_.angles = std::move(angles);
     layout_.has_truth = has_truth;
+    layout_.nonlinear = nonlinear;
+    layout_.inflated = inflated;
     for (const auto& [name, members] : blocks) layout_.blocks.push_back({name, Part::other, members});
     if (blocks.empty()) add_named_blocks(layout_);
     for (const auto& [name, dim, observation] : sensors) {
@@ -103,12 +106,10 @@ class Collector {
         interruptible([&](const auto& stop) { return add_arrays(arrays, threads, &stop, &calibration_); }));
   }
 
-  Told judge(const std::string& name, const std::string& source, double confidence, bool inflated,
-             bool sensitivity) {
+  Told judge(const std::string& name, const std::string& source, double confidence, bool sensitivity) {
     const py::gil_scoped_release released;
     JudgedFilter filter(name, source, std::move(evidence_),
-                        {.confidence = confidence, .sensitivity = sensitivity, .inflated = inflated},
-                        calibration_);
+                        {.confidence = confidence, .sensitivity = sensitivity}, calibration_);
     evidence_ = {};
     calibration_ = {};
     for (const auto& [run, said] : failures_said_) filter.explain_failure(run, said);
@@ -118,7 +119,7 @@ class Collector {
  private:
   void add_runs(const ArrayBundle& bundle, ArrayRuns& arrays) const {
     const Index n = std::ssize(layout_.states);
-    const Doubles& lead = bundle.error ? *bundle.error : bundle.innovations.front().first;
+    const Doubles& lead = bundle.error ? *bundle.error : std::get<0>(bundle.innovations.front());
     if (bundle.error) {
       require_rows(*bundle.error, {n});
       require_rows(*bundle.P, {n, n});
@@ -126,8 +127,10 @@ class Collector {
     if (bundle.estimate) require_rows(*bundle.estimate, {n});
     for (std::size_t s = 0; s < bundle.innovations.size(); ++s) {
       const Index m = layout_.sensors[s].dim;
-      require_rows(bundle.innovations[s].first, {m});
-      require_rows(bundle.innovations[s].second, {m, m});
+      const auto& [nu, S, R] = bundle.innovations[s];
+      require_rows(nu, {m});
+      require_rows(S, {m, m});
+      if (R) require_rows(*R, {m, m});
     }
     for (std::int64_t run = 0; run < lead.shape(0); ++run) {
       ArrayRun& added = arrays.runs.emplace_back();
@@ -137,8 +140,8 @@ class Collector {
         added.P = rows_of(*bundle.P, run);
       }
       if (bundle.estimate) added.estimate = rows_of(*bundle.estimate, run);
-      for (const auto& [nu, S] : bundle.innovations) {
-        added.innovations.push_back({rows_of(nu, run), rows_of(S, run)});
+      for (const auto& [nu, S, R] : bundle.innovations) {
+        added.innovations.push_back({rows_of(nu, run), rows_of(S, run), R ? rows_of(*R, run) : ArrayRows()});
       }
     }
   }
@@ -206,14 +209,15 @@ PYBIND11_MODULE(_credence, m) {
       .value("listed", ArrayIndexing::listed);
 
   py::class_<ArrayBundle>(m, "Bundle")
-      .def(py::init<std::optional<Doubles>, std::optional<Doubles>, std::vector<std::pair<Doubles, Doubles>>,
+      .def(py::init<std::optional<Doubles>, std::optional<Doubles>,
+                    std::vector<std::tuple<Doubles, Doubles, std::optional<Doubles>>>,
                     std::optional<Doubles>>(),
            py::arg("error"), py::arg("P"), py::arg("innovations"), py::arg("estimate") = py::none());
 
   py::class_<Collector>(m, "Collector")
       .def(py::init<std::vector<std::string>, std::vector<bool>,
                     const std::vector<std::pair<std::string, std::vector<Index>>>&,
-                    const std::vector<std::tuple<std::string, Index, Index>>&, bool>())
+                    const std::vector<std::tuple<std::string, Index, Index>>&, bool, bool, bool>())
       .def("add", &Collector::add)
       .def("judge", &Collector::judge);
 

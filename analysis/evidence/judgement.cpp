@@ -446,11 +446,11 @@ void take_back(const Word& word, ConsistencyVerdict& verdict) {
     verdict.verdict = Verdict::consistent;
 }
 
-std::vector<CauseFound> causes_of(const Evidence& e, const JudgementContext& context, const Judgement& j) {
+std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   Findings findings{.nees = j.nees, .nis = j.nis};
   take_back(j.word, findings.nees);
   take_back(j.word, findings.nis);
-  findings.inflated = context.inflated;
+  findings.inflated = e.layout.inflated;
   Moments share;
   for (std::size_t i = 0; i < j.sensors.size(); ++i) {
     add_sensor_findings(e.sensors[i], j.sensors[i], j, findings);
@@ -548,7 +548,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (e.study.runs == 1 && context.all_runs == nullptr) judge_single_run(e, j);
   j.word = word_of(e, j);
   j.tests = list_tests(e, j);
-  j.causes = causes_of(e, context, j);
+  j.causes = causes_of(e, j);
   if (context.sensitivity) judge_sensitivity(e, j);
   return j;
 }

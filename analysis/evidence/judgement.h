@@ -104,7 +104,6 @@ struct Judgement {
 struct JudgementContext {
   double confidence = 0.95;
   bool sensitivity = false;  ///< also judge without gross outliers
-  bool inflated = false;     ///< the filter inflates its covariance on purpose
   double margin = 0.1;       ///< what counts as consistent: the factor on P between 1/(1 + this) and 1 + this
   /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
   const StudyStatistics* all_runs = nullptr;

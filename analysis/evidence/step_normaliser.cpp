@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/laws/lateness.h"
@@ -136,8 +137,35 @@ void StepNormaliser::Solved::normalise(double e, double variance) {
   of.dof = 1;
 }
 
+// Of an estimate of 10 a σ of 1e-19 is none: where the error, too, is no larger than the rounding of the
+// estimate, the filter claims certainty and has it.
+bool StepNormaliser::find_certain(const Step& step) {
+  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+  certain_.clear();
+  const Index known = step.estimate.size() == step.error.size() ? step.error.size() : 0;
+  for (Index i = 0; i < known; ++i) {
+    const double rounding = kRounding * std::abs(step.estimate[i]), variance = step.P(i, i);
+    if (variance > 0.0 && variance < rounding * rounding && std::abs(step.error[i]) <= rounding) {
+      certain_.push_back(i);
+    }
+  }
+  return !certain_.empty();
+}
+
 std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& layout,
                                            const StepPlaces& places, NormalisedStep& normalised) {
+  if (!find_certain(step)) return normalise_known(step, layout, places, normalised);
+  Step known = step;
+  for (const Index i : certain_) {
+    known.error[i] = 0.0;
+    known.P.row(i).setZero();
+    known.P.col(i).setZero();
+  }
+  return normalise_known(known, layout, places, normalised);
+}
+
+std::string_view StepNormaliser::normalise_known(const Step& step, const RunLayout& layout,
+                                                 const StepPlaces& places, NormalisedStep& normalised) {
   normalised.step = step.step;
   normalised.states = step.states;
   normalised.error = step.error;
@@ -210,8 +238,13 @@ std::string_view StepNormaliser::normalise_innovations(const Step& step, const R
     if (!solved.problem.empty()) return "S of an innovation is not positive semidefinite";
     static_cast<NormalisedVector&>(value) = solved.of;
     value.nu = innovation.nu;
+    if (!solved.factorised) continue;
     const std::vector<double>& variances = layout.sensors[i].variances;
-    if (solved.factorised && !variances.empty()) value.noise_share = solved.solver.noise_share(variances);
+    if (innovation.R.size() > 0) {
+      value.noise_share = solved.solver.noise_share(innovation.S, innovation.R);
+    } else if (!variances.empty()) {
+      value.noise_share = solved.solver.noise_share(variances);
+    }
   }
   return {};
 }

@@ -50,6 +50,9 @@ class StepNormaliser {
 
   std::string_view normalise_state(const Step& step, const RunLayout& layout, const StepPlaces& places,
                                    NormalisedStep& normalised);
+  std::string_view normalise_known(const Step& step, const RunLayout& layout, const StepPlaces& places,
+                                   NormalisedStep& normalised);
+  bool find_certain(const Step& step);
   /// The pose and one landmark; without a map the position, or a state without one, unless it is large.
   static void take_moving(const Step& step, const RunLayout& layout, const StepPlaces& at,
                           NormalisedStep& normalised);
@@ -58,6 +61,7 @@ class StepNormaliser {
 
   Solved state_;
   std::vector<Solved> blocks_, innovations_;
+  std::vector<Index> certain_;  ///< states of the step that are known to the rounding of their estimate
 };
 
 }  // namespace credence

@@ -135,7 +135,6 @@ void add_judgement(StudyAnalysis& a, EvidenceCollector& collector, const EngineO
   const auto evidence = collector.take(evidence_runs(a.scenario, a.statistics.runs), options);
   if (!evidence) return;
   a.judgement = judge(*evidence, {.confidence = a.scenario.study.confidence,
-                                  .inflated = a.scenario.filter.inflation != FilterInflation::none,
                                   .margin = a.scenario.stop.consistent_within,
                                   .all_runs = &a.statistics});
   a.word = a.judgement->word;

@@ -52,6 +52,7 @@ struct RunLayout {
   /// false: the covariances between blocks are not known, so that only the NEES of each block is χ².
   bool joint_covariance = true;
   bool nonlinear = false;  ///< the filter is known to linearise at its own estimates
+  bool inflated = false;   ///< the filter is known to inflate its covariance on purpose
   /// An error is the difference of the coordinates of estimate and truth, of angles wrapped.
   bool componentwise = true;
 

@@ -16,6 +16,7 @@ namespace credence {
 struct Innovation {
   Vector nu{};
   Matrix S{};
+  Matrix R{};  ///< of the measurement, as the filter assumes it; empty: not known but for Sensor::variances
 };
 
 /// An innovation of which only νᵀS⁻¹ν is known (Sensor::nis_alone): it has this NIS and dimension.

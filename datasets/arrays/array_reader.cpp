@@ -110,6 +110,14 @@ void ArrayReader::read_innovation(std::size_t s, const InnovationRows& rows, Pla
   if (kept_.empty()) return;
   place.array = "S";
   read_covariance(rows.S.at(place.row), sensor.dim, place, out.S);
+  if (rows.R.data == nullptr) return;
+  place.array = "R";
+  read_covariance(rows.R.at(place.row), sensor.dim, place, out.R);
+  for (Index i = 0; i < out.R.rows(); ++i) {
+    const double variance = out.R(i, i);
+    const Index at = kept_[static_cast<std::size_t>(i)];
+    if (!(variance >= 0.0)) fail(place, fmt::format(", {}, {}", at, at), fmt::format("is {}", variance));
+  }
 }
 
 void ArrayReader::read(std::int64_t run, std::int64_t row, Step& step) {

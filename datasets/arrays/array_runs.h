@@ -25,8 +25,9 @@ struct ArrayRows {
 
 /// The innovations of one sensor, of dimension m.
 struct InnovationRows {
-  ArrayRows nu;  ///< m; NaN: the sensor, or this component of it, is silent
-  ArrayRows S;   ///< m×m; not read where nu is NaN
+  ArrayRows nu;   ///< m; NaN: the sensor, or this component of it, is silent
+  ArrayRows S;    ///< m×m; not read where nu is NaN
+  ArrayRows R{};  ///< m×m: of the measurement, as the filter assumes it; none: not known
 };
 
 /// One run. Row k is step k + 1.

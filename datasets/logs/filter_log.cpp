@@ -9,6 +9,7 @@
 
 #include "core/manifold/angle.h"
 #include "datasets/data_error.h"
+#include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/number_field.h"
@@ -44,6 +45,7 @@ FilterLogReader::FilterLogReader(const std::filesystem::path& file) : lines_(fil
     begin = end + 1;
   }
   fields_.resize(static_cast<std::size_t>(header_.columns));
+  noise_.resize(header_.innovations.size());
 }
 
 bool FilterLogReader::next_line(std::string_view& line) {
@@ -67,7 +69,7 @@ void FilterLogReader::read_comment(std::string_view line) {
   if (!known || step < 1.0 || step > static_cast<double>(kLargestStep) || std::floor(step) != step) {
     lines_.fail("accepted is '# failed: diverged at step N' or '# failed: not_positive_definite at step N'");
   }
-  failure_ = Failure{outcome, static_cast<std::int64_t>(step)};
+  failure_ = Failure{outcome, static_cast<std::int64_t>(step) + (from_zero_ ? 1 : 0)};
 }
 
 void FilterLogReader::parse_fields(std::string_view line) {
@@ -118,19 +120,24 @@ void FilterLogReader::check_order() {
     step_ = run_began_ ? 1 : step_ + 1;
     if (step_ > kLargestStep) lines_.fail(fmt::format("a run of more than {} rows", kLargestStep));
   } else {
-    const double step = field(header_.step, "step");
+    const double written = field(header_.step, "step");
+    if (rows_ == 0) from_zero_ = written == 0.0;
+    const double step = written + (from_zero_ ? 1.0 : 0.0);
+    if (written == 0.0 && !from_zero_) lines_.fail("step 0 in a file whose first step is not 0");
     if (!(step >= 1.0 && step <= static_cast<double>(kLargestStep)) || std::floor(step) != step) {
-      lines_.fail(fmt::format("step {}: accepted are whole numbers from 1 to {}", step, kLargestStep));
+      lines_.fail(fmt::format("step {}: accepted are whole numbers, counted from 0 or 1, to {}", written,
+                              kLargestStep));
     }
     const auto whole = static_cast<std::int64_t>(step);
     if (whole > kLargestGap + kLargestStepsPerRow * rows_) {
       lines_.fail(
-          fmt::format("step {} with {} rows before it: the steps of a run are counted from 1, and a "
+          fmt::format("step {} with {} rows before it: the steps of a run are counted from 0 or 1, and a "
                       "log has at least a row for every {} of them",
-                      whole, rows_, kLargestStepsPerRow));
+                      written, rows_, kLargestStepsPerRow));
     }
     if (!run_began_ && whole <= step_) {
-      lines_.fail(fmt::format("step {} does not increase: the row before has {}", whole, step_));
+      lines_.fail(fmt::format("step {} does not increase: the row before has {}", written,
+                              step_ - (from_zero_ ? 1 : 0)));
     }
     step_ = whole;
   }
@@ -186,7 +193,38 @@ void FilterLogReader::read_state(Step& row) const {
   }
 }
 
-void FilterLogReader::read_innovations(Step& row) const {
+void FilterLogReader::read_flag(Index column, const char* name, bool& flag) {
+  if (column < 0) return;
+  const double value = fields_[static_cast<std::size_t>(column)];
+  const bool first = rows_ == 1;
+  if (!first && (std::isnan(value) || value == (flag ? 1.0 : 0.0))) return;
+  if (!first)
+    lines_.fail(fmt::format("column {}: what it says of the filter changes; blank: as before", name));
+  if (value != 0.0 && value != 1.0) {
+    lines_.fail(
+        fmt::format("column {}: the first row says 1 for a filter that is, 0 for one that is not", name));
+  }
+  flag = value == 1.0;
+}
+
+void FilterLogReader::read_noise(std::size_t sensor, std::string_view& problem) {
+  const FilterLogHeader::Innovation& columns = header_.innovations[sensor];
+  if (columns.noise_dim == 0) return;
+  const auto blank = [&](Index column) {
+    return column < 0 || std::isnan(fields_[static_cast<std::size_t>(column)]);
+  };
+  if (std::ranges::all_of(columns.R.upper, blank) && std::ranges::all_of(columns.R.lower, blank)) return;
+  std::vector<Index> all;
+  for (Index i = 0; i < columns.noise_dim; ++i) all.push_back(i);
+  const Index missing = read_symmetric(columns.R, all, columns.noise_dim, noise_[sensor], problem);
+  if (missing >= 0) {
+    lines_.fail(fmt::format("column {} is blank where others of its matrix are not: all blank is as before",
+                            names_[static_cast<std::size_t>(missing)]));
+  }
+  if ((noise_[sensor].diagonal().array() < 0.0).any()) lines_.fail("a variance of R is negative");
+}
+
+void FilterLogReader::read_innovations(Step& row) {
   row.innovations.resize(header_.innovations.size());
   std::vector<Index> kept;
   for (std::size_t s = 0; s < header_.innovations.size(); ++s) {
@@ -203,6 +241,7 @@ void FilterLogReader::read_innovations(Step& row) const {
         kept.push_back(i);
       }
     }
+    read_noise(s, row.problem);
     Innovation& innovation = row.innovations[s];
     innovation.nu.resize(std::ssize(kept));
     for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -214,6 +253,7 @@ void FilterLogReader::read_innovations(Step& row) const {
       lines_.fail(fmt::format("column {} is blank although its innovation is there",
                               names_[static_cast<std::size_t>(missing)]));
     }
+    take_assumed_noise(noise_[s], header_.layout.sensors[s].piece, kept, innovation.R);
   }
 }
 
@@ -239,6 +279,8 @@ bool FilterLogReader::next(Step& row) {
   }
   parse_fields(line);
   check_order();
+  read_flag(header_.nonlinear, "nonlinear", header_.layout.nonlinear);
+  read_flag(header_.inflated, "inflated", header_.layout.inflated);
   row.step = step_;
   row.line = lines_.line_number();
   row.problem = {};

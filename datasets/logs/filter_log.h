@@ -49,7 +49,9 @@ class FilterLogReader {
   void read_comment(std::string_view line);
   void check_order();
   void read_state(Step& row) const;
-  void read_innovations(Step& row) const;
+  void read_innovations(Step& row);
+  void read_noise(std::size_t sensor, std::string_view& problem);
+  void read_flag(Index column, const char* name, bool& flag);
   /// Returns a column that is blank although it is needed, else −1.
   Index read_symmetric(const FilterLogHeader::Symmetric& matrix, std::span<const Index> kept, Index size,
                        Matrix& out, std::string_view& problem) const;
@@ -57,10 +59,12 @@ class FilterLogReader {
   LineReader lines_;
   FilterLogHeader header_;
   std::vector<double> fields_;      // NaN for a blank
+  std::vector<Matrix> noise_;       // R of each sensor as last said, empty before
   std::vector<std::string> names_;  // of the columns, for messages
   std::set<double> runs_;
   double run_ = 0.0, time_ = 0.0;
   std::int64_t step_ = 0;
+  bool from_zero_ = false;  ///< the steps of the file are counted from 0
   bool run_began_ = false;
   std::int64_t rows_ = 0;  ///< read so far, of all runs
   std::optional<Failure> failure_;

@@ -17,8 +17,8 @@ namespace {
 
 constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
-    "accepted are run, step, time, estimate.NAME, truth.NAME, P.i.j, innovation.i, S.i.j, nis.DIM "
-    "(docs/formats.md)";
+    "accepted are run, step, time, estimate.NAME, truth.NAME, P.i.j, innovation.i, S.i.j, R.i.j, nis.DIM, "
+    "nonlinear, inflated (docs/formats.md)";
 
 /// Columns of the entries of a matrix by (row, column), from 1.
 using Entries = std::map<std::pair<Index, Index>, Index>;
@@ -27,7 +27,7 @@ using Entries = std::map<std::pair<Index, Index>, Index>;
 struct SensorColumns {
   std::map<Index, Index> nu;      // by number, from 1
   std::set<Index> angles, nexts;  // numbers of those marked ":angle" and ":next"
-  Entries S;
+  Entries S, R;
   Index nis = -1, nis_dim = 0;  // a column of NIS alone, and the dimension of its innovation
 };
 
@@ -131,13 +131,16 @@ class HeaderParser {
     if (name == "run") return set(header_.run, column);
     if (name == "step") return set(header_.step, column);
     if (name == "time") return set(header_.time, column);
+    if (name == "nonlinear") return set(header_.nonlinear, column);
+    if (name == "inflated") return set(header_.inflated, column);
     if (name.starts_with("estimate.")) return add_state(name.substr(9), column);
     if (name.starts_with("truth.")) {
       return name.size() > 6 && insert(truth_, std::string(name.substr(6)), column);
     }
     if (name.starts_with("P.")) return add_entry(P_, name.substr(1), column) == "";
     if (name.starts_with("innovation.")) return add_innovation(name.substr(10), column);
-    if (name.starts_with("S.")) return add_innovation_covariance(name.substr(1), column);
+    if (name.starts_with("S.")) return add_covariance(&SensorColumns::S, name.substr(1), column);
+    if (name.starts_with("R.")) return add_covariance(&SensorColumns::R, name.substr(1), column);
     if (name.starts_with("nis.")) return add_nis(name.substr(3), column);
     return false;
   }
@@ -193,11 +196,11 @@ class HeaderParser {
     return insert(of->nu, *i, column);
   }
 
-  bool add_innovation_covariance(std::string_view rest, Index column) {
+  bool add_covariance(Entries SensorColumns::*matrix, std::string_view rest, Index column) {
     std::string_view name = rest;
     if (!take_index(name) || !take_index(name)) return false;
     SensorColumns* const of = sensor(name);
-    return of != nullptr && add_entry(of->S, rest, column).has_value();
+    return of != nullptr && add_entry(of->*matrix, rest, column).has_value();
   }
 
   bool add_nis(std::string_view rest, Index column) {
@@ -216,10 +219,10 @@ class HeaderParser {
     FilterLogHeader::Innovation innovation;
     sensor.nis_alone = columns.nis >= 0;
     if (sensor.nis_alone) {
-      if (m > 0 || !columns.S.empty()) {
+      if (m > 0 || !columns.S.empty() || !columns.R.empty()) {
         throw std::invalid_argument(
-            fmt::format("column nis{}.{} beside innovation{} or S{}: name one of them", suffix,
-                        columns.nis_dim, suffix, suffix));
+            fmt::format("column nis{}.{} beside innovation{}, S{} or R{}: name one of them", suffix,
+                        columns.nis_dim, suffix, suffix, suffix));
       }
       innovation.nu = {columns.nis};
       header_.innovations.push_back(std::move(innovation));
@@ -235,11 +238,18 @@ class HeaderParser {
     }
     if (m == 0) throw std::invalid_argument(fmt::format("column innovation{}.1 is missing", suffix));
     innovation.S = symmetric(columns.S, m, "S" + suffix);
-    header_.innovations.push_back(std::move(innovation));
     sensor.dim = m;
     // A mark at the first component is refused below.
     sensor.piece = columns.nexts.empty() ? m : std::max<Index>(1, *columns.nexts.begin() - 1);
     add_marks(sensor, columns, suffix);
+    if (!columns.R.empty()) {
+      for (const auto& [place, unused] : columns.R) {
+        innovation.noise_dim = std::max({innovation.noise_dim, place.first, place.second});
+      }
+      if (innovation.noise_dim != sensor.piece) innovation.noise_dim = m;
+      innovation.R = symmetric(columns.R, innovation.noise_dim, "R" + suffix);
+    }
+    header_.innovations.push_back(std::move(innovation));
   }
 
   /// What repeats in the innovation of a sensor: observations that begin at the marks, and their angles.

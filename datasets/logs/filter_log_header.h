@@ -23,12 +23,15 @@ struct FilterLogHeader {
   struct Innovation {
     std::vector<Index> nu;  ///< of Sensor::nis_alone the one of NIS, without an S
     Symmetric S;
+    Symmetric R;          ///< of all of nu, or of one observation of Sensor::piece components
+    Index noise_dim = 0;  ///< of R; 0: it is not there
   };
 
   RunLayout layout;
   Index columns = 0;
   Index run = -1, step = -1, time = -1;
-  std::vector<Index> estimate, truth;  ///< truth is empty without truth
+  Index nonlinear = -1, inflated = -1;  ///< of which the first row says what RunLayout says
+  std::vector<Index> estimate, truth;   ///< truth is empty without truth
   Symmetric P;
   std::vector<Innovation> innovations;  ///< one for each sensor
 };

@@ -74,6 +74,9 @@ class Experiment {
     layout_.sensors.front().variances = std::move(variances);
   }
 
+  /// Tells whether the filter inflates its covariance on purpose.
+  void assume_inflated(bool inflated) { layout_.inflated = inflated; }
+
   /// Runs first_run … first_run + runs − 1. `const` and safe to call from several threads.
   virtual StudyStatistics run_chunk(std::int64_t first_run, std::int64_t runs) const = 0;
 

@@ -64,10 +64,12 @@ std::optional<LinearProblem> linear_problem(const Scenario& scenario) {
 
 std::unique_ptr<Experiment> make_experiment(const Scenario& scenario) {
   require_experiment_memory(scenario);
-  if (std::optional<LinearProblem> problem = linear_problem(scenario)) {
-    return make_linear_experiment(std::move(*problem), scenario.study.steps, noise_source(scenario));
-  }
-  return world_of(scenario).experiment(scenario);
+  std::optional<LinearProblem> problem = linear_problem(scenario);
+  std::unique_ptr<Experiment> experiment =
+      problem ? make_linear_experiment(std::move(*problem), scenario.study.steps, noise_source(scenario))
+              : world_of(scenario).experiment(scenario);
+  experiment->assume_inflated(scenario.filter.inflation != FilterInflation::none);
+  return experiment;
 }
 
 std::string world_text(const Scenario& scenario) { return world_of(scenario).text(scenario); }

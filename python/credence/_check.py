@@ -7,7 +7,7 @@ from typing import Any, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import following, indices, leading, state_names
+from ._arrays import float_array, following, indices, leading, state_names
 from ._result import Result
 
 
@@ -28,14 +28,33 @@ def _observation(observation: Any, sensor: str, m: int) -> int:
     return int(piece)
 
 
-def collector(names, angles, blocks, n: int, sensors: "list[tuple[str, int, int]]", has_truth: bool):
+def _noise(R: Any, sensor: str, m: int, piece: int) -> Any:
+    """R of all components of an innovation of a sensor, where it is given for one observation of it."""
+    R = R.get(sensor) if isinstance(R, Mapping) else R
+    if piece < m and np.shape(R) == (piece, piece):
+        return np.kron(np.eye(m // piece), float_array(R, _label("R", sensor)))
+    return R
+
+
+def collector(
+    names,
+    angles,
+    blocks,
+    n: int,
+    sensors: "list[tuple[str, int, int]]",
+    has_truth: bool,
+    nonlinear: bool,
+    inflated: bool,
+):
     """Where runs with a state of n and these sensors (name, dimension, that of one observation) are added up."""
     states = state_names(names, n) if has_truth else []
     angle = np.zeros(len(states), dtype=bool)
     if angles is not None:
         angle[indices(angles, states, "angles")] = True
     of_blocks = [(name, indices(which, states, f"blocks['{name}']")) for name, which in (blocks or {}).items()]
-    return _credence.Collector(states, angle.tolist(), of_blocks, sensors, has_truth)
+    return _credence.Collector(
+        states, angle.tolist(), of_blocks, sensors, has_truth, bool(nonlinear), bool(inflated)
+    )
 
 
 def require_confidence(confidence: float) -> None:
@@ -54,7 +73,9 @@ def check(
     angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
     observation: Any = None,
+    R: Any = None,
     confidence: float = 0.95,
+    nonlinear: bool = False,
     inflated: bool = False,
     sensitivity: bool = False,
     threads: int = 0,
@@ -77,7 +98,11 @@ def check(
     blocks: name → states that are judged together, by name, number or slice, instead of those that names make.
     observation: of how many components an observation is, where an innovation holds several of one kind (as of
         landmarks), one after another: each is then followed through time on its own. A dict: for each sensor.
+    R: float64 (runs, steps, m, m), the covariance of the measurement that the filter assumes, as S; (m, m): always the
+        same; also that of one observation, where observation says so. With it the factor on R alone is told. A dict:
+        for each sensor that has one.
     confidence: of the verdict: a consistent filter is called anything else with probability 1 − confidence at most.
+    nonlinear: the filter linearises at its own estimates, as an EKF does: a cause that is named where it fits.
     inflated: the filter inflates its covariance on purpose.
     sensitivity: judge without gross outliers too.
     threads: 0 for one on each processor; the bits do not depend on it.
@@ -99,6 +124,8 @@ def check(
     covariances = {} if S is None else _by_sensor(S)
     if isinstance(observation, Mapping) and not set(observation) <= set(nus):
         raise ValueError(f"observation has the sensors {sorted(observation)}, innovation has {sorted(nus)}")
+    if R is not None and not set(_by_sensor(R)) <= set(nus):
+        raise ValueError(f"R has the sensors {sorted(_by_sensor(R))}, innovation has {sorted(nus)}")
     if set(nus) != set(covariances):
         raise ValueError(f"innovation has the sensors {sorted(nus)}, S has {sorted(covariances)}")
 
@@ -119,8 +146,11 @@ def check(
         else:
             nu_parts = following(nu, label, (m,), shape, lead)
         S_parts = following(covariances[sensor], _label("S", sensor), (m, m), shape, lead)
-        sensors.append((sensor, m, _observation(observation, sensor, m)))
-        sensor_parts.append(list(zip(nu_parts, S_parts)))
+        piece = _observation(observation, sensor, m)
+        noise = _noise(R, sensor, m, piece)
+        R_parts = [None] * len(nu_parts) if noise is None else following(noise, _label("R", sensor), (m, m), shape, lead)
+        sensors.append((sensor, m, piece))
+        sensor_parts.append(list(zip(nu_parts, S_parts, R_parts)))
 
     bundles = [
         _credence.Bundle(
@@ -131,6 +161,6 @@ def check(
         )
         for i in range(len(error_parts or sensor_parts[0]))
     ]
-    runs = collector(names, angles, blocks, n, sensors, error is not None)
+    runs = collector(names, angles, blocks, n, sensors, error is not None, nonlinear, inflated)
     runs.add(bundles, shape.indexing, threads, {})
-    return Result(runs.judge(name, "arrays", confidence, inflated, sensitivity))
+    return Result(runs.judge(name, "arrays", confidence, sensitivity))

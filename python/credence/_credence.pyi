@@ -38,7 +38,7 @@ class Told:
     def write_report(self, folder: str) -> None: ...
 
 class Bundle:
-    """Runs of one length: float64 (runs, steps, …) whose rows are contiguous; innovation and S of every sensor.
+    """Runs of one length: float64 (runs, steps, …) whose rows are contiguous; innovation, S and R of every sensor.
 
     estimate: where the error is its difference from the truth, angles wrapped.
     """
@@ -47,7 +47,7 @@ class Bundle:
         self,
         error: Optional[np.ndarray],
         P: Optional[np.ndarray],
-        innovations: Sequence[tuple[np.ndarray, np.ndarray]],
+        innovations: Sequence[tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]],
         estimate: Optional[np.ndarray] = None,
     ) -> None: ...
 
@@ -59,8 +59,10 @@ class Collector:
         states: Sequence[str],
         angles: Sequence[bool],
         blocks: Sequence[tuple[str, Sequence[int]]],
-        sensors: Sequence[tuple[str, int]],
+        sensors: Sequence[tuple[str, int, int]],
         has_truth: bool,
+        nonlinear: bool,
+        inflated: bool,
     ) -> None: ...
     def add(
         self,
@@ -69,7 +71,7 @@ class Collector:
         threads: int,
         failures: dict[int, tuple[int, str, str]],
     ) -> None: ...
-    def judge(self, name: str, source: str, confidence: float, inflated: bool, sensitivity: bool) -> Told: ...
+    def judge(self, name: str, source: str, confidence: float, sensitivity: bool) -> Told: ...
 
 class NoiseSource:
     """Standard normals as a function of (seed, group, run, step, purpose, slot)."""

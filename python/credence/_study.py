@@ -36,6 +36,7 @@ def study(
     angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
     confidence: float = 0.95,
+    nonlinear: bool = False,
     inflated: bool = False,
     batch: bool = True,
     workers: int = 1,
@@ -65,7 +66,7 @@ def study(
     noise_group: studies of one seed and group meet the same noise.
     workers: processes; world and filter must then be importable, and the script guarded by
         ``if __name__ == "__main__":``. The bits do not depend on it: the same runs are always one batch.
-    names, angles, blocks, confidence, inflated: as in ``check``.
+    names, angles, blocks, confidence, nonlinear, inflated: as in ``check``.
     noise: what makes it other than a filter believes: {"outlier_rate": 0.01, "outlier_scale": 10, "student_dof": 4,
         "measurement_correlation": 0.5, "process_correlation": 0.5, "measurement_delay": 1}, each as the key of [noise]
         in docs/scenario.md. Of what world.step and world.input draw, and of what world.measure draws.
@@ -91,7 +92,7 @@ def study(
         nonlocal collected, sensors
         if collected is None:
             sensors = [(sensor, nu.shape[-1], nu.shape[-1]) for sensor, (nu, _) in chunk.innovations.items()]
-            collected = collector(names, angles, blocks, n, sensors, True)
+            collected = collector(names, angles, blocks, n, sensors, True, nonlinear, inflated)
         late = chunk.innovations.keys() - {sensor for sensor, _, _ in sensors}
         if late:
             raise PlugError(f"filter.innovation has a sensor {sorted(late)} that the first {size} runs never show")
@@ -99,7 +100,7 @@ def study(
         for sensor, m, _ in sensors:
             shape = (*chunk.error.shape[:2], m)
             silent = np.full(shape, np.nan), np.broadcast_to(np.eye(m), (*shape, m))
-            pairs.append(chunk.innovations.get(sensor, silent))
+            pairs.append((*chunk.innovations.get(sensor, silent), None))
         bundle = _credence.Bundle(chunk.error, chunk.P, pairs, chunk.estimate)
         collected.add([bundle], _credence.Indexing.stacked, 0, chunk.failures)
 
@@ -114,4 +115,4 @@ def study(
         for first, count in bounds:
             add(play_batch(plan, first, count))
     source = f"simulated, {steps} steps, seed {seed}"
-    return Result(collected.judge(name, source, confidence, inflated, False))
+    return Result(collected.judge(name, source, confidence, False))

@@ -18,9 +18,9 @@ JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& 
   EngineOptions engine;
   engine.threads = options.threads;
   std::optional<Evidence> evidence = collect_evidence(experiment, options.runs, engine);
+  if (options.inflated) evidence.value().layout.inflated = true;
   JudgedFilter judged(options.name, fmt::format("simulated, {} steps, seed {}", options.steps, options.seed),
-                      std::move(evidence).value(),
-                      {.confidence = options.confidence, .inflated = options.inflated});
+                      std::move(evidence).value(), {.confidence = options.confidence});
   for (const RunFailure& failure : judged.evidence().study.failures) {
     if (failure.outcome != Outcome::threw || !said) continue;
     judged.explain_failure(failure.run, fmt::format("seed {}: {}", options.seed, said(failure.run)));

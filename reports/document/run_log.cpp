@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "datasets/logs/assumed_noise.h"
 #include "reports/render/atomic_file.h"
 
 namespace credence {
@@ -37,7 +38,24 @@ std::string log_header(const RunLayout& layout, const std::vector<Index>& states
                    angle ? ":angle" : "");
   }
   triangle("S", measurements);
+  triangle("R", assumed_noise(layout.sensors.front(), measurements).rows());
+  if (layout.nonlinear) text += ",nonlinear";
+  if (layout.inflated) text += ",inflated";
   return text + "\n";
+}
+
+/// What the first row says of the filter; the others leave it blank.
+void append_filter(std::string& text, const RunLayout& layout, Index measurements, bool first) {
+  const Matrix R = assumed_noise(layout.sensors.front(), measurements);
+  for (Index i = 0; i < R.rows(); ++i) {
+    for (Index j = i; j < R.rows(); ++j) {
+      text += ',';
+      if (first) fmt::format_to(std::back_inserter(text), "{}", R(i, j));
+    }
+  }
+  for (const bool is : {layout.nonlinear, layout.inflated}) {
+    if (is) text += first ? ",1" : ",";
+  }
 }
 
 /// places: for each column the component that stands there, −1 for none.
@@ -92,6 +110,7 @@ void write_run_log(const std::filesystem::path& target, const RunTrace& trace, s
     append(text, step.P, places);
     append(text, step.innovation(), measured);
     append(text, step.S(), measured);
+    append_filter(text, trace.layout, m, k == 1);
     text += '\n';
     if (text.size() < kBlockBytes) continue;
     file.write(text);

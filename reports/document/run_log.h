@@ -11,9 +11,10 @@ namespace credence {
 /// with the shortest decimals that read back as the same bits.
 ///
 /// States are named vehicle and landmark1 …, in the plane vehicle.x, vehicle.y, vehicle.heading, landmark1.x
-/// …, in the order of the filter's last state; what was not yet in the state is blank. `failure` is empty or
-/// how the run ended, "diverged at step 17". Throws OutputError when the file cannot be written; it appears
-/// whole or not at all.
+/// …, in the order of the filter's last state; what was not yet in the state is blank. The first row says
+/// what is known of the filter: R, and whether it linearises or inflates. `failure` is empty or how the run
+/// ended, "diverged at step 17". Throws OutputError when the file cannot be written; it appears whole or not
+/// at all.
 void write_run_log(const std::filesystem::path& target, const RunTrace& trace, std::size_t end,
                    const std::string& failure);
 

@@ -114,6 +114,31 @@ TEST_F(CheckCommand, HasTheTestsOfTheRunWhereLandmarksComeLate) {
   EXPECT_EQ(found.size(), expected.size());
 }
 
+// What a log says of the filter: R, that it linearises, that it inflates.
+TEST_F(CheckCommand, HasTheCausesOfTheRun) {
+  const std::string more = "landmarks = 3\n[study]\nruns = 60\nsteps = 80\n";
+  write("scale.toml", "[world]\nmodel = \"monobot\"\n" + more + "[filter]\nmeasurement_scale = 0.5\n");
+  write("inflated.toml", "[world]\nmodel = \"monobot\"\n" + more + "[filter]\ninflation = \"map\"\n");
+  write("plane.toml", "[world]\nmodel = \"planar\"\n" + more + "[filter]\nmeasurement_scale = 0.5\n");
+  for (const std::string world : {"scale", "inflated", "plane"}) {
+    for (const std::string format : {"csv", "npz"}) {
+      const std::string folder = world + format;
+      const Json run = json({"run", world + ".toml", "--log", folder, "--log-format", format, "--format",
+                             "json", "--quiet"})["battery"];
+      const Json check = json({"check", folder, "--format", "json", "--quiet"})["battery"];
+      ASSERT_FALSE(run["causes"].empty()) << world;
+      ASSERT_EQ(check["causes"].size(), run["causes"].size()) << folder;
+      for (std::size_t i = 0; i < run["causes"].size(); ++i) {
+        EXPECT_EQ(check["causes"][i]["cause"], run["causes"][i]["cause"]) << folder;
+      }
+      const Json &of_run = run["scale"]["measurement_noise"], &of_check = check["scale"]["measurement_noise"];
+      ASSERT_EQ(of_check["factor"].is_number(), of_run["factor"].is_number()) << folder;
+      if (world == "inflated") continue;  // to first order no R mends it
+      EXPECT_NEAR(of_check["factor"].get<double>(), of_run["factor"].get<double>(), 1e-9) << folder;
+    }
+  }
+}
+
 TEST_F(CheckCommand, ArraysGiveTheNumbersOfTheRunToTheLastDigit) {
   write("line.toml", kLine);
   write("plane.toml", kPlane);

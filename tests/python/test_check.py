@@ -153,6 +153,37 @@ def test_observations_in_one_innovation_are_followed_one_by_one():
         tests(both, both_S, {"gps": 1})
 
 
+def test_what_the_filter_assumes_gives_the_factor_on_R_and_causes():
+    error, P, nu, S = play()
+    half = 0.5 * S
+
+    def told(R=None, **more):
+        return credence.check(error, P, nu, S, R=R, **more).to_dict()["battery"]
+
+    def factor(R, **more):
+        return told(R, **more)["scale"]["measurement_noise"]["factor"]
+
+    assert factor(None) is None
+    always = factor([[1.0]])
+    assert always is not None and always == factor(np.ones_like(S)) == factor({"": np.eye(1)})
+    assert factor(half) != always
+    wide_nu = np.concatenate([nu, nu], axis=2)
+    wide_S = np.einsum("ij,rsk->rsij", np.eye(2), S[..., 0])
+    both = [credence.check(innovation=wide_nu, S=wide_S, R=R, observation=1) for R in ([[1.0]], np.eye(2))]
+    assert both[0].to_dict()["battery"]["scale"] == both[1].to_dict()["battery"]["scale"]
+    with pytest.raises(ValueError, match=r"R\[0, 0, 0, 0\] is -1"):
+        factor([[-1.0]])
+    with pytest.raises(ValueError, match="R has the sensors"):
+        factor({"gps": [[1.0]]})
+    with pytest.raises(ValueError, match="R has shape"):
+        factor(np.eye(3))
+    wrong = {"nonlinear": "linearis", "inflated": "inflat"}
+    for flag, word in wrong.items():
+        scale = 0.5 if flag == "nonlinear" else 2.0
+        causes = [c["cause"] for c in credence.check(error, scale * P, nu, S, **{flag: True}).to_dict()["battery"]["causes"]]
+        assert any(word in cause for cause in causes), (flag, causes)
+
+
 def test_one_run_and_innovations_alone():
     error, P, nu, S = play(runs=1, steps=400)
     assert credence.check(error[0], P[0], nu[0], S[0]).to_dict()["runs"] == 1

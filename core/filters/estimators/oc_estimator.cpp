@@ -4,6 +4,7 @@ namespace credence {
 
 void OcEstimator::started() {
   FirstLandmarkEstimator::started();
+  moves_ = false;
   turn_ = pose().head<2>();
 }
 
@@ -13,9 +14,11 @@ void OcEstimator::propagate(const Pose& before, const Motion& motion, const Cont
   noise_ = motion.G * settings().Q * motion.G.transpose();
   propagate_pose(plane_motion(Point::Zero(), moved_), noise_);
   turn_ += moved_;
+  moves_ = true;
 }
 
-void OcEstimator::linearise(const PlanarTruth&) {
+void OcEstimator::choose_motion() {
+  moves_ = false;
   // The mean of what p* − p̂_{k|k} would be for the pose and for each landmark.
   const Point turn_before = turn_ - moved_;
   Point shift = Point::Zero();
@@ -28,7 +31,10 @@ void OcEstimator::linearise(const PlanarTruth&) {
   propagate_pose(E, noise_ - E * noise_ * E.transpose());  // E Φ in the place of Φ
   set_motion_jacobian(E * F);
   turn_ -= shift;
+}
 
+void OcEstimator::linearise(const PlanarTruth&) {
+  if (moves_) choose_motion();
   set_plane_rows(pose(),
                  [this](Index offset) -> Point { return first_landmark(offset) - turn_ + pose().head<2>(); });
 }

@@ -12,7 +12,8 @@ namespace credence {
 /// its pose before at p* takes n to n + p̂_{k+1|k} − p*, and H at the landmarks l* is blind for it where
 /// l* − p̂_{k+1|k} = l̂₀ − n_{k+1}, so that l* = l̂₀ − n_k + p*. The p* of least
 /// ‖p* − p̂_{k|k}‖² + Σ ‖l* − l̂‖², over the landmarks that are seen, is the mean of p̂_{k|k} and of all
-/// l̂ − l̂₀ + n_k. The step has been predicted with p* = p̂_{k|k} when they are seen; P is corrected then.
+/// l̂ − l̂₀ + n_k. The step has been predicted with p* = p̂_{k|k} when they are seen; P is corrected then, by
+/// the first batch after a motion.
 class OcEstimator final : public FirstLandmarkEstimator {
  public:
   using FirstLandmarkEstimator::FirstLandmarkEstimator;
@@ -21,9 +22,11 @@ class OcEstimator final : public FirstLandmarkEstimator {
   void started() override;
   void propagate(const Pose& before, const Motion& motion, const Control& u,
                  const PlanarTruth& truth) override;
+  void choose_motion();
   void linearise(const PlanarTruth& truth) override;
   Point turned_about() const override { return turn_; }
 
+  bool moves_ = false;                               ///< the motion is still to be chosen
   Point turn_ = Point::Zero();                       ///< n
   Point before_ = Point::Zero();                     ///< p̂_{k|k} of the step that is predicted
   Point moved_ = Point::Zero();                      ///< p̂_{k+1|k} − p̂_{k|k}

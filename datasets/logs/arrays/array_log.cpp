@@ -9,13 +9,16 @@
 #include <optional>
 
 #include "datasets/data_error.h"
+#include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/symmetry.h"
 
 namespace credence {
 namespace {
 
-constexpr std::string_view kInnovation = "innovation", kS = "S", kObservation = "observation";
+constexpr std::string_view kInnovation = "innovation", kS = "S", kObservation = "observation", kR = "R",
+                           kNonlinear = "nonlinear", kInflated = "inflated";
+constexpr double kLargestAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
 // A step beyond this is a mistake, and would ask for gigabytes.
 constexpr std::uint64_t kMostSteps = 10'000'000, kLargestDim = 10'000;
 
@@ -194,7 +197,6 @@ class PairReader {
         matrix(i, j) = m[row * n + static_cast<std::size_t>(kept[static_cast<std::size_t>(j)])];
       }
     }
-    constexpr double kLargestAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
     if (!make_symmetric(matrix, kLargestAsymmetry)) problem = "a covariance is not symmetric";
   }
 
@@ -217,18 +219,103 @@ class PairReader {
   std::uint64_t run_ = 0, first_ = 0, count_ = 0;
 };
 
+/// "R" of the only sensor, "R_NAME" of one that has a name.
+std::string of_sensor(std::string_view array, const ArrayPair& sensor) {
+  return sensor.name.empty() ? std::string(array) : fmt::format("{}_{}", array, sensor.name);
+}
+
+const ArrayShape* find_array(const ArrayFile& file, std::string_view name) {
+  const auto found = std::ranges::find(file.arrays(), name, &ArrayShape::name);
+  return found == file.arrays().end() ? nullptr : &*found;
+}
+
+std::size_t number_of(const ArrayFile& file, const ArrayShape* array) {
+  return static_cast<std::size_t>(array - file.arrays().data());
+}
+
+bool is_single(const ArrayShape& array) {
+  return std::ranges::all_of(array.dims, [](std::uint64_t size) { return size == 1; });
+}
+
+/// Whether the array of this name says 1; false where there is none.
+bool flag(ArrayFile& file, std::string_view name) {
+  const ArrayShape* const found = find_array(file, name);
+  if (found == nullptr) return false;
+  std::vector<double> value;
+  if (is_single(*found)) file.read(number_of(file, found), 0, 1, value);
+  if (value.size() == 1 && (value.front() == 0.0 || value.front() == 1.0)) return value.front() == 1.0;
+  throw DataError(file.path(), "",
+                  fmt::format("{}: accepted is one number, 1 for a filter that is, 0 for one that is not",
+                              shape_text(*found)));
+}
+
+/// R of a sensor, step by step: as it is at each, or the same at all, of an innovation or of one observation
+/// of it; empty where the file has none.
+class NoiseReader {
+ public:
+  NoiseReader(ArrayFile& file, const ArrayPair& sensor, Index piece) : file_(file), sensor_(sensor) {
+    const ArrayShape* const found = find_array(file, of_sensor(kR, sensor));
+    if (found == nullptr) return;
+    array_ = number_of(file, found);
+    const auto of_piece = static_cast<std::uint64_t>(piece);
+    const auto constant = [&](std::uint64_t dim) {
+      return found->dims == std::vector<std::uint64_t>{dim, dim} || (dim == 1 && is_single(*found));
+    };
+    steps_ = found->dims == file.arrays()[sensor.matrices].dims && !constant(sensor.dim);
+    if (steps_) {
+      noise_.resize(static_cast<Index>(sensor.dim), static_cast<Index>(sensor.dim));
+    } else if (constant(sensor.dim) || constant(of_piece)) {
+      const Index dim = constant(sensor.dim) ? static_cast<Index>(sensor.dim) : piece;
+      noise_.resize(dim, dim);
+      load(0);
+    } else {
+      throw DataError(
+          file.path(), "",
+          fmt::format(
+              "{}: accepted are the dimensions of {}, and ({}, {}) for an R that does not "
+              "change{}",
+              shape_text(*found), shape_text(file.arrays()[sensor.matrices]), sensor.dim, sensor.dim,
+              of_piece == sensor.dim ? "" : fmt::format(", of one observation ({0}, {0})", of_piece)));
+    }
+  }
+
+  const Matrix& at(std::uint64_t run, std::uint64_t step) {
+    if (steps_) load(run * sensor_.steps + step);
+    return noise_;
+  }
+
+ private:
+  void load(std::uint64_t row) {
+    const auto size = static_cast<std::uint64_t>(noise_.size());
+    file_.read(array_, row * size, size, values_);
+    std::ranges::copy(values_, noise_.data());
+    const bool sound = (noise_.diagonal().array() >= 0.0).all() && make_symmetric(noise_, kLargestAsymmetry);
+    if (!steps_ && !sound) {
+      throw DataError(
+          file_.path(), "",
+          fmt::format("{}: is no covariance: not finite, not symmetric, or with a negative variance",
+                      of_sensor(kR, sensor_)));
+    }
+    if (!sound) noise_.setConstant(std::nan(""));
+  }
+
+  ArrayFile& file_;
+  const ArrayPair& sensor_;
+  std::size_t array_ = 0;
+  bool steps_ = false;
+  std::vector<double> values_;
+  Matrix noise_;
+};
+
 /// Of how many components an observation is, of which the innovation of a sensor may hold several: the array
 /// "observation" or "observation_NAME", if there is one.
 Index observation_dim(ArrayFile& file, const ArrayPair& sensor) {
-  const std::string name =
-      sensor.name.empty() ? std::string(kObservation) : fmt::format("{}_{}", kObservation, sensor.name);
   const auto dim = static_cast<Index>(sensor.dim);
-  const auto found = std::ranges::find(file.arrays(), name, &ArrayShape::name);
-  if (found == file.arrays().end()) return dim;
-  const bool single = std::ranges::all_of(found->dims, [](std::uint64_t size) { return size == 1; });
+  const ArrayShape* const found = find_array(file, of_sensor(kObservation, sensor));
+  if (found == nullptr) return dim;
   std::vector<double> value;
-  if (single) file.read(static_cast<std::size_t>(found - file.arrays().begin()), 0, 1, value);
-  for (Index piece = 1; single && piece <= dim; ++piece) {
+  if (is_single(*found)) file.read(number_of(file, found), 0, 1, value);
+  for (Index piece = 1; value.size() == 1 && piece <= dim; ++piece) {
     if (dim % piece == 0 && static_cast<double>(piece) == value.front()) return piece;
   }
   throw DataError(file.path(), "",
@@ -241,6 +328,8 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
   constexpr std::uint64_t kMostBlocks = 30;
   RunLayout layout;
   layout.has_truth = roles.state().has_value();
+  layout.nonlinear = flag(file, kNonlinear);
+  layout.inflated = flag(file, kInflated);
   const std::uint64_t n = roles.state() ? roles.state()->dim : 0;
   for (std::uint64_t i = 0; i < n; ++i) layout.states.push_back(fmt::format("x{}", i + 1));
   layout.angles.assign(layout.states.size(), false);
@@ -272,7 +361,8 @@ std::uint64_t column_major_place(const std::vector<std::uint64_t>& dims, std::ui
 bool is_log_array(std::string_view name) {
   return name == "error" || name == "P" || name == kInnovation || name == kS ||
          name.starts_with("innovation_") || name.starts_with("S_") || name == kObservation ||
-         name.starts_with("observation_") || nis_dimension(name).has_value();
+         name.starts_with("observation_") || name == kR || name.starts_with("R_") || name == kNonlinear ||
+         name == kInflated || nis_dimension(name).has_value();
 }
 
 void read_arrays(ArrayFile& file, LogSink& judged) {
@@ -280,7 +370,12 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
   const ArrayRoles roles(file);
   const RunLayout layout = layout_of(file, roles);
   std::vector<PairReader> sensors;
-  for (const ArrayPair& sensor : roles.sensors()) sensors.emplace_back(file, sensor);
+  std::vector<NoiseReader> noise;
+  for (const ArrayPair& sensor : roles.sensors()) {
+    const Index piece = layout.sensors[sensors.size()].piece;
+    sensors.emplace_back(file, sensor);
+    noise.emplace_back(file, sensor, piece);
+  }
   std::optional<PairReader> state;
   if (roles.state()) state.emplace(file, *roles.state());
   Step step;
@@ -299,6 +394,9 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
       for (std::size_t i = 0; i < sensors.size(); ++i) {
         Innovation& innovation = step.innovations[i];
         sensors[i].read(run, k, measured, innovation.nu, innovation.S, step.problem);
+        if (!measured.empty()) {
+          take_assumed_noise(noise[i].at(run, k), layout.sensors[i].piece, measured, innovation.R);
+        }
       }
       for (std::size_t i = 0; i < nis.size(); ++i) {
         const double value = nis[i][k];
@@ -317,7 +415,8 @@ LogContents list_arrays(const ArrayFile& file) {
   for (const ArrayShape& array : file.arrays()) {
     std::int64_t count =
         array.dims.empty() ? 0 : 1;  // rows: all dimensions but the last, of P and S the last two
-    const bool matrices = array.name == "P" || array.name == kS || array.name.starts_with("S_");
+    const bool matrices = array.name == "P" || array.name == kS || array.name.starts_with("S_") ||
+                          array.name == kR || array.name.starts_with("R_");
     const bool vectors = array.name == "error" || array.name.starts_with(kInnovation);
     const std::size_t of_row = matrices ? 2U : nis_dimension(array.name) ? 0U : 1U;
     const std::size_t inner = std::min(array.dims.size(), of_row);

@@ -69,6 +69,7 @@ class NpzFile final : public ArrayFile {
 
  private:
   static double take_number(const NpyMember& member, ByteCursor& from) {
+    if (member.number_size == 1) return from.take<std::uint8_t>();
     if (member.integers) {
       return member.number_size == 4 ? from.take<std::int32_t>()
                                      : static_cast<double>(from.take<std::int64_t>());
@@ -253,12 +254,16 @@ class NpzFile final : public ArrayFile {
     const std::string_view text = from.take_text(length);
     member.header = from.taken();
     const std::string_view type = header_value(text, "descr"), order = header_value(text, "fortran_order");
-    // A dimension is a whole number, which numpy stores as one.
-    member.integers = member.name.starts_with("observation") && type.size() > 4 && type[2] == 'i';
+    // What is said of the filter may be what numpy makes of a whole number, or of True and False.
+    const auto names = [&](std::string_view start) { return member.name.starts_with(start); };
+    const bool said = names("observation") || names("R") || names("nonlinear") || names("inflated");
+    member.integers = said && type.size() > 4 && type[2] == 'i';
     const char kind = member.integers ? 'i' : 'f';
     const bool of_number =
         type.size() > 4 && (type[1] == '<' || type[1] == '>') && type[2] == kind && type[4] == '\'';
-    if (of_number && type[3] == '8') {
+    if (said && type.starts_with("'|b1'")) {
+      member.number_size = 1;
+    } else if (of_number && type[3] == '8') {
       member.number_size = 8;
     } else if (of_number && type[3] == '4') {
       member.number_size = 4;
@@ -269,7 +274,9 @@ class NpzFile final : public ArrayFile {
     member.order = type[1] == '>' ? std::endian::big : std::endian::little;
     member.fortran_order = order.starts_with("True");
     ArrayShape shape{.name = "",
-                     .type = fmt::format("{}{}", member.integers ? "int" : "float", 8 * member.number_size),
+                     .type = member.number_size == 1 ? "bool"
+                                                     : fmt::format("{}{}", member.integers ? "int" : "float",
+                                                                   8 * member.number_size),
                      .dims = {}};
     std::uint64_t bytes = member.number_size;
     for (std::string_view rest = header_value(text, "shape"); !rest.empty() && rest.front() != ')';) {

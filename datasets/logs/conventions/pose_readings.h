@@ -24,7 +24,7 @@ struct PoseReading {
   /// Changes what is written, and the poses, into what was meant; nothing for none. False: not for this one.
   std::function<bool(PoseSample&)> change{};
 
-  /// The error and its covariance, rotations in rad whatever the chart's unit is.
+  /// The error in the chart and its covariance, scaled so that a small rotation is in rad.
   bool read(PoseSample sample, PoseError& error, PoseCovariance& P) const;
 };
 

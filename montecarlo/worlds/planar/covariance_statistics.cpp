@@ -1,6 +1,7 @@
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 
 #include "core/linear_algebra/logarithm.h"
+#include "core/nan.h"
 
 namespace credence {
 
@@ -78,6 +79,13 @@ double NeesSolver::noise_share(const std::vector<double>& variances) {
   double trace = 0.0;
   for (Index i = 0; i < m; ++i) trace += variances[static_cast<std::size_t>(i % d)] * inverse[i];
   return trace / static_cast<double>(m);
+}
+
+double NeesSolver::noise_share(const MatrixRef& S, const MatrixRef& R) {
+  const Index m = whitened_.size();
+  if (R.rows() != m || S.rows() != m) return kNaN;
+  if (R.isDiagonal(0.0)) return R.diagonal().dot(inverse_diagonal()) / static_cast<double>(m);
+  return S.llt().solve(R).trace() / static_cast<double>(m);
 }
 
 NeesValue pose_nees(const Vector& error, const Matrix& P, NeesSolver& solver) {

@@ -34,6 +34,8 @@ class NeesSolver {
 
   /// Of the last solve, of an S: tr(S⁻¹ R)/m with R of pieces of these variances.
   double noise_share(const std::vector<double>& variances);
+  /// The same with this R; NaN where it is of other components than those of non-zero variance.
+  double noise_share(const MatrixRef& S, const MatrixRef& R);
 
   /// Of the last solve, whether rounding has left every pivot of P, all of whose variances are positive.
   bool well_conditioned(const MatrixRef& P) const;

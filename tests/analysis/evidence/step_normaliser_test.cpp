@@ -78,6 +78,15 @@ TEST(StepNormaliser, HasTheNumbersOfTheMatricesByHand) {
   EXPECT_NEAR(result.innovations[0].noise_share, 13.0 / 32.0, 1e-14);
   EXPECT_EQ(result.variance, Vector(step.P.diagonal()));
 
+  // tr(S⁻¹ R)/m with S⁻¹ = [5 −2; −2 4]/16: an R of the step comes before that of the layout.
+  Matrix& R = step.innovations[0].R;
+  R = Vector{{2.0, 0.5}}.asDiagonal();
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.innovations[0].noise_share, 12.0 / 32.0, 1e-14);
+  R = Matrix{{2.0, 0.5}, {0.5, 0.5}};
+  ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.innovations[0].noise_share, 10.0 / 32.0, 1e-14);
+
   // A silent sensor and a step without states leave nothing behind.
   step = {.step = 2};
   step.innovations.resize(1);
@@ -130,6 +139,28 @@ TEST(StepNormaliser, SaysWhyAStepCannotBeUsed) {
   EXPECT_EQ(normaliser.normalise(step, layout, places, result),
             "S of an innovation is not positive semidefinite");
   EXPECT_EQ(normaliser.normalise(step_of_two_blocks(), layout, places, result), "");
+}
+
+// As in a log of a vehicle that starts certain and drives along y: in x it claims a σ of 1e-18 at a place of
+// 9.5, where neighbouring numbers are 2e-15 apart, and all of it correlated with y.
+TEST(StepNormaliser, WhatIsBelowTheRoundingOfTheEstimateIsCertain) {
+  const RunLayout layout = layout_of_two_blocks();
+  Step step{.step = 1, .states = {0, 1, 2}, .error = Vector{{0.0, 0.5, 0.0}}};
+  step.P = Vector{{1e-36, 1.0, 4.0}}.asDiagonal();
+  step.P(0, 1) = step.P(1, 0) = 1e-18;
+  StepPlaces places;
+  places.find(step.states, layout);
+  StepNormaliser normaliser;
+  NormalisedStep result;
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
+            "an error where the covariance claims certainty");
+  step.estimate = Vector{{9.5, 1.0, 1.0}};
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "");
+  EXPECT_NEAR(result.whole.value, 0.25, 1e-14);
+  EXPECT_EQ(result.whole.dof, 2);
+  step.error[0] = 1e-12;  // more than rounding
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result),
+            "an error where the covariance claims certainty");
 }
 
 TEST(StepNormaliser, LooksAtThePoseAndEachLandmarkInItsTurn) {

@@ -47,6 +47,65 @@ class FilterLog : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(FilterLog, StepsMayBeCountedFromZero) {
+  const auto rows = read(kHeader + "0,2,3,2,3,4,0,9,0,2\n1,2,3,2,3,4,0,9,0,2\n7,2,3,2,3,4,0,9,0,2\n");
+  EXPECT_THAT((std::vector{rows.at(0).step, rows.at(1).step, rows.at(2).step}), ElementsAre(1, 2, 8));
+  EXPECT_NE(error(kHeader + "0,2,3,2,3,4,0,9,0,2\n0,2,3,2,3,4,0,9,0,2\n")
+                .find("step 0 does not increase: the row before has 0"),
+            std::string::npos);
+  FilterLogReader reader(write(kHeader + "0,2,3,2,3,4,0,9,0,2\n# failed: diverged at step 1\n"));
+  Step row;
+  while (reader.next(row)) {
+  }
+  EXPECT_EQ(reader.failure().value().step, 2);
+}
+
+TEST_F(FilterLog, MayHoldTheNoiseThatTheFilterAssumes) {
+  const std::string header = "innovation.1,innovation.2,S.1.1,S.1.2,S.2.2,R.1.1,R.1.2,R.2.2\n";
+  const auto rows =
+      read(header + "1,2,5,0,5,,,\n1,2,5,0,5,2,0.5,3\n1,2,5,0,5,,,\n1,,5,,,,,\n1,2,5,0,5,4,0,4\n");
+  ASSERT_EQ(rows.size(), 5U);
+  EXPECT_EQ(rows[0].innovations[0].R.size(), 0);  // not known yet
+  EXPECT_EQ(rows[1].innovations[0].R, (Matrix{{2.0, 0.5}, {0.5, 3.0}}));
+  EXPECT_EQ(rows[2].innovations[0].R, rows[1].innovations[0].R);  // blank: as before
+  EXPECT_EQ(rows[3].innovations[0].R, Matrix::Constant(1, 1, 2.0));
+  EXPECT_EQ(rows[4].innovations[0].R, 4.0 * Matrix::Identity(2, 2));
+
+  // Of one observation: the same for each that the innovation holds.
+  const auto pieces =
+      read("innovation.gps.1,innovation.gps.2:next,S.gps.1.1,S.gps.1.2,S.gps.2.2,R.gps.1.1\n1,2,5,0,5,3\n");
+  EXPECT_EQ(pieces.at(0).innovations[0].R, 3.0 * Matrix::Identity(2, 2));
+
+  EXPECT_NE(error(header + "1,2,5,0,5,2,,3\n")
+                .find("log.csv:2: column R.1.2 is blank where others of its matrix are not"),
+            std::string::npos);
+  EXPECT_NE(error(header + "1,2,5,0,5,2,0,-3\n").find("a variance of R is negative"), std::string::npos);
+  EXPECT_NE(error("innovation.1,innovation.2,S.1.1,S.1.2,S.2.2,R.1.1\n1,2,5,0,5,3\n")
+                .find("column R.1.2 is missing"),
+            std::string::npos);
+  EXPECT_NE(error("nis.2,R.1.1\n1,1\n").find("name one of them"), std::string::npos);
+}
+
+TEST_F(FilterLog, MaySayThatTheFilterLinearisesOrInflates) {
+  const auto layout = [&](const std::string& text) {
+    FilterLogReader reader(write(text));
+    Step row;
+    reader.next(row);
+    return reader.layout();
+  };
+  const std::string header = "innovation.1,S.1.1,nonlinear,inflated\n";
+  const RunLayout both = layout(header + "1,5,1,0\n");
+  EXPECT_TRUE(both.nonlinear);
+  EXPECT_FALSE(both.inflated);
+  EXPECT_TRUE(layout(header + "1,5,0,1\n").inflated);
+  EXPECT_EQ(read(header + "1,5,1,0\n1,5,,\n1,5,1,0\n").size(), 3U);
+  EXPECT_NE(error(header + "1,5,,0\n").find("column nonlinear: the first row says 1"), std::string::npos);
+  EXPECT_NE(error(header + "1,5,0,0.5\n").find("column inflated: the first row says 1"), std::string::npos);
+  EXPECT_NE(error(header + "1,5,1,0\n1,5,0,0\n")
+                .find("log.csv:3: column nonlinear: what it says of the filter changes"),
+            std::string::npos);
+}
+
 TEST_F(FilterLog, HoldsErrorsCovariancesAndInnovations) {
   const auto rows = read(kHeader + "1,2.5,3.1,2,-3.1,4,0.5,9,0.25,2\n3,1,0,1,0,1,0,1,,\r\n");
   ASSERT_EQ(rows.size(), 2U);
@@ -175,8 +234,9 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {kHeader + "1,2.5.1,3,2,3,4,0,9,0,2\n", "'2.5.1' is not a finite number"},
       {kHeader + "1,\x01\x02,3,2,3,4,0,9,0,2\n", "'?\?' is not a finite number"},
       {kHeader + row + row, "log.csv:3: step 1 does not increase"},
-      {kHeader + "0,2,3,2,3,4,0,9,0,2\n", "step 0: accepted are whole numbers"},
-      {kHeader + "1e12,2,3,2,3,4,0,9,0,2\n", "accepted are whole numbers from 1 to 10000000"},
+      {kHeader + "1,2,3,2,3,4,0,9,0,2\n0,2,3,2,3,4,0,9,0,2\n",
+       "log.csv:3: step 0 in a file whose first step is not 0"},
+      {kHeader + "1e12,2,3,2,3,4,0,9,0,2\n", "accepted are whole numbers, counted from 0 or 1, to 10000000"},
       {kHeader + "10000000,2,3,2,3,4,0,9,0,2\n", "log.csv:2: step 10000000 with 0 rows before it"},
       {kHeader + row + "100101,2,3,2,3,4,0,9,0,2\n", "log.csv:3: step 100101 with 1 rows before it"},
       {kHeader + ",2,3,2,3,4,0,9,0,2\n", "column step is blank"},

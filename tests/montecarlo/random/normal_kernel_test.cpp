@@ -21,7 +21,7 @@ using Reference = boost::multiprecision::number<boost::multiprecision::cpp_bin_f
 
 constexpr std::array kAllSets{InstructionSet::scalar, InstructionSet::avx2, InstructionSet::avx512};
 
-std::vector<InstructionSet> supported_sets() {
+std::vector<InstructionSet> sets_with_normals() {
   std::vector<InstructionSet> sets;
   for (const InstructionSet set : kAllSets) {
     if (is_supported(set)) sets.push_back(set);
@@ -111,7 +111,7 @@ TEST(NormalKernel, philox_gives_the_known_answers) {
        {0xa4093822, 0x299f31d0},
        {0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}},
   };
-  for (const InstructionSet set : supported_sets()) {
+  for (const InstructionSet set : sets_with_normals()) {
     for (const Known& k : known) {
       const NoiseBlockKey key{.key = std::uint64_t{k.key[1]} << 32 | k.key[0],
                               .run = std::uint64_t{k.counter[3]} << 32 | k.counter[0],
@@ -126,7 +126,7 @@ TEST(NormalKernel, philox_gives_the_known_answers) {
 }
 
 TEST(NormalKernel, bits_and_normals_of_slots_do_not_depend_on_the_width) {
-  for (const InstructionSet set : supported_sets()) {
+  for (const InstructionSet set : sets_with_normals()) {
     for (const std::int64_t count : {1, 3, 4, 7, 8, 9, 16, 37}) {
       const NoiseBlockKey key{
           .key = 0x0123456789abcdef, .run = 0x1fffffffd, .word1 = 25, .purpose = 2u << 24};
@@ -148,7 +148,7 @@ TEST(NormalKernel, bits_and_normals_of_slots_do_not_depend_on_the_width) {
 
 TEST(NormalKernel, lanes_over_runs_give_the_numbers_of_each_run_and_slot) {
   constexpr std::int64_t groups = 11, slots = 3;
-  for (const InstructionSet set : supported_sets()) {
+  for (const InstructionSet set : sets_with_normals()) {
     // the runs cross a carry from word 0 to word 3
     const NoiseBlockKey key{
         .key = 0xfedcba9876543210, .run = 0x2fffffff0, .word1 = 0xfffffffa - 5, .purpose = 1u << 24};
@@ -178,7 +178,7 @@ TEST(NormalKernel, pairs_do_not_depend_on_the_width) {
   const std::vector<std::uint64_t> more = random_bits(20000);
   bits.insert(bits.end(), more.begin(), more.end());
   const std::vector<double> expected = pairs(InstructionSet::scalar, bits);
-  for (const InstructionSet set : supported_sets()) {
+  for (const InstructionSet set : sets_with_normals()) {
     const std::vector<double> got = pairs(set, bits);
     for (std::size_t i = 0; i < got.size(); ++i) {
       ASSERT_EQ(std::bit_cast<std::uint64_t>(got[i]), std::bit_cast<std::uint64_t>(expected[i]))

@@ -12,6 +12,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "core/filters/ekf_slam.h"
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 

@@ -232,6 +232,46 @@ TEST(Npz, ObservationSaysHowManyComponentsOneHas) {
   }
 }
 
+TEST(Npz, MaySayWhatTheFilterAssumes) {
+  const auto log = arrays();  // of an innovation of one component
+  const Npy nu{"innovation", {2, 3, 2}, std::vector<double>(12, 1.0)};
+  Npy S{"S", {2, 3, 2, 2}, std::vector<double>(24, 0.0)}, R{"R", {2, 3, 2, 2}, {}};
+  for (std::size_t i = 0; i < 24; ++i) S.values[i] = i % 4 == 0 || i % 4 == 3 ? 9.0 : 0.0;
+  for (std::size_t i = 0; i < 24; ++i)
+    R.values.push_back(i % 4 == 0 || i % 4 == 3 ? 1.0 + double(i / 4) : 0.0);
+  const auto noise = [&](const std::vector<Npy>& more, std::size_t run, std::size_t step) {
+    std::vector<Npy> all{nu, S};
+    all.insert(all.end(), more.begin(), more.end());
+    return read(written_npz(all)).runs.at(run).steps.at(step).innovations.at(0).R;
+  };
+  EXPECT_EQ(noise({}, 0, 0).size(), 0);
+  EXPECT_EQ(noise({R}, 0, 0), Matrix::Identity(2, 2));
+  EXPECT_EQ(noise({R}, 1, 2), 6.0 * Matrix::Identity(2, 2));
+  EXPECT_EQ(noise({{"R", {2, 2}, {4, 1, 1, 3}}}, 1, 2), (Matrix{{4.0, 1.0}, {1.0, 3.0}}));
+  EXPECT_EQ(noise({{"R", {1, 1}, {4}}, {"observation", {1}, {1}}}, 1, 2), 4.0 * Matrix::Identity(2, 2));
+  EXPECT_EQ(noise({{"R", {2, 2}, {4, 0, 0, 3}, "<i8"}}, 0, 1), (Matrix{{4.0, 0.0}, {0.0, 3.0}}));
+  const auto fails_with = [&](const Npy& array, const std::string& message) {
+    EXPECT_THAT(
+        [&] {
+          read(written_npz({nu, S, array}));
+        },
+        ::testing::ThrowsMessage<DataError>(HasSubstr(message)));
+  };
+  fails_with({"R", {2}, {1, 1}}, "R (2): accepted are the dimensions of S (2, 3, 2, 2), and (2, 2)");
+  fails_with({"R", {2, 2}, {1, 0, 0, -1}}, "R: is no covariance");
+  fails_with({"R", {2, 2}, {1, 0.5, 0, 1}}, "R: is no covariance");
+  fails_with({"R", {2, 2}, {1, 0, 0, NAN}}, "R: is no covariance");
+
+  EXPECT_FALSE(read(written_npz(log)).runs.at(0).layout.nonlinear);
+  const Npy yes{"nonlinear", {}, {1}}, no{"inflated", {1}, {0}};
+  const RunLayout layout = read(written_npz({nu, S, yes, no})).runs.at(0).layout;
+  EXPECT_TRUE(layout.nonlinear);
+  EXPECT_FALSE(layout.inflated);
+  EXPECT_TRUE(read(written_npz({nu, S, {"inflated", {1}, {1}, "<i8"}})).runs.at(0).layout.inflated);
+  fails_with({"inflated", {1}, {2}}, "inflated (1): accepted is one number");
+  fails_with({"nonlinear", {2}, {1, 1}}, "nonlinear (2): accepted is one number");
+}
+
 TEST(Npz, ErrorsNameTheArray) {
   const auto fails_with = [](const std::string& bytes, const std::string& message) {
     EXPECT_THAT([&] { read(bytes); }, ::testing::ThrowsMessage<DataError>(HasSubstr(message)));

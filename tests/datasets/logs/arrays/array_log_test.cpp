@@ -1,0 +1,261 @@
+#include "datasets/logs/arrays/array_log.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "datasets/data_error.h"
+#include "tests/datasets/logs/recorded_sink.h"
+
+namespace credence {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::RecordedSink;
+
+/// Arrays in memory; whoever reads beyond them fails the test.
+class ArraysInMemory final : public ArrayFile {
+ public:
+  ArraysInMemory& add(const std::string& name, std::vector<std::uint64_t> dims,
+                      std::vector<double> values = {}) {
+    arrays_.push_back({name, "float64", std::move(dims)});
+    values_.push_back(std::move(values));
+    return *this;
+  }
+  const std::filesystem::path& path() const override { return path_; }
+  const std::vector<ArrayShape>& arrays() const override { return arrays_; }
+  void read(std::size_t i, std::uint64_t first, std::uint64_t count, std::vector<double>& out) override {
+    const std::vector<double>& from = values_.at(i);
+    ASSERT_LE(first + count, from.size()) << arrays_[i].name;
+    out.assign(from.begin() + static_cast<std::ptrdiff_t>(first),
+               from.begin() + static_cast<std::ptrdiff_t>(first + count));
+  }
+
+ private:
+  std::filesystem::path path_ = "runs.npz";
+  std::vector<ArrayShape> arrays_;
+  std::vector<std::vector<double>> values_;
+};
+
+RecordedSink read_in_memory(ArraysInMemory file) {
+  RecordedSink sink;
+  read_arrays(file, sink);
+  return sink;
+}
+
+void expect_array_error(const ArraysInMemory& file, const std::string& problem) {
+  EXPECT_THAT([&] { read_in_memory(file); }, ::testing::ThrowsMessage<DataError>(HasSubstr(problem)));
+}
+
+const double kArrayNaN = std::numeric_limits<double>::quiet_NaN();
+
+TEST(ArrayLog, rows_of_every_run_hold_their_errors_covariances_and_innovations) {
+  std::vector<double> error, P, nu, S;
+  for (int k = 0; k < 6; ++k) {  // 2 runs of 3 steps
+    error.insert(error.end(), {1.0 * k, -1.0 * k});
+    P.insert(P.end(), {1.0 + k, 0.5, 0.5, 2.0 + k});
+    nu.push_back(0.25 * k);
+    S.push_back(10.0 + k);
+  }
+  const RecordedSink sink = read_in_memory(ArraysInMemory()
+                                               .add("S_gps", {2, 3}, S)
+                                               .add("P", {2, 3, 2, 2}, P)
+                                               .add("weather", {7}, {})
+                                               .add("innovation_gps", {2, 3}, nu)
+                                               .add("error", {2, 3, 2}, error));
+  ASSERT_EQ(sink.runs.size(), 2U);
+  EXPECT_THAT(sink.runs[0].layout.states, ElementsAre("x1", "x2"));
+  EXPECT_TRUE(sink.runs[0].layout.has_truth);
+  EXPECT_EQ(sink.runs[0].layout.sensors, (std::vector<Sensor>{{.name = "gps", .dim = 1, .piece = 1}}));
+  for (int k = 0; k < 6; ++k) {
+    const Step& step = sink.runs[static_cast<std::size_t>(k / 3)].steps.at(static_cast<std::size_t>(k % 3));
+    EXPECT_EQ(step.step, k % 3 + 1);
+    EXPECT_EQ(step.line, k + 1);
+    EXPECT_EQ(step.error, Eigen::Vector2d(k, -k));
+    EXPECT_EQ(step.P, (Matrix(2, 2) << 1 + k, 0.5, 0.5, 2 + k).finished());
+    EXPECT_EQ(step.innovations.at(0).nu, Vector::Constant(1, 0.25 * k));
+    EXPECT_EQ(step.innovations[0].S, Matrix::Constant(1, 1, 10.0 + k));
+    EXPECT_EQ(step.problem, "");
+  }
+}
+
+TEST(ArrayLog, one_run_may_do_without_the_dimension_of_runs) {
+  const RecordedSink sink =
+      read_in_memory(ArraysInMemory().add("error", {3, 1}, {1, 2, 3}).add("P", {3, 1, 1}, {4, 5, 6}));
+  ASSERT_EQ(sink.runs.size(), 1U);
+  EXPECT_EQ(sink.runs[0].steps.at(2).P(0, 0), 6.0);
+}
+
+TEST(ArrayLog, what_is_not_a_number_is_not_there) {
+  const RecordedSink sink = read_in_memory(
+      ArraysInMemory()
+          .add("error", {1, 2, 3}, {1, kArrayNaN, 3, kArrayNaN, kArrayNaN, kArrayNaN})
+          .add("P", {1, 2, 3, 3},
+               {1, kArrayNaN, 7, kArrayNaN, kArrayNaN, kArrayNaN, 7, kArrayNaN, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0})
+          .add("innovation", {1, 2, 2}, {kArrayNaN, 5, kArrayNaN, kArrayNaN})
+          .add("S", {1, 2, 2, 2}, {kArrayNaN, kArrayNaN, kArrayNaN, 6, 0, 0, 0, 0}));
+  const std::vector<Step>& steps = sink.runs.at(0).steps;
+  EXPECT_THAT(steps.at(0).states, ElementsAre(0, 2));
+  EXPECT_EQ(steps[0].error, Eigen::Vector2d(1, 3));
+  EXPECT_EQ(steps[0].P, (Matrix(2, 2) << 1, 7, 7, 9).finished());
+  EXPECT_EQ(steps[0].innovations.at(0).nu, Vector::Constant(1, 5.0));
+  EXPECT_EQ(steps[0].innovations[0].S, Matrix::Constant(1, 1, 6.0));
+  EXPECT_EQ(steps[0].problem, "");
+  EXPECT_TRUE(steps.at(1).states.empty());
+  EXPECT_EQ(steps[1].innovations.at(0).nu.size(), 0);
+}
+
+TEST(ArrayLog, an_asymmetric_covariance_is_a_problem_of_its_row_alone) {
+  const RecordedSink sink =
+      read_in_memory(ArraysInMemory()
+                         .add("error", {3, 2}, std::vector<double>(6, 1.0))
+                         .add("P", {3, 2, 2}, {4, 1, 1, 4, 4, 1, 1.001, 4, 4, 1, 1.00001, 4}));
+  const std::vector<Step>& steps = sink.runs.at(0).steps;
+  EXPECT_EQ(steps.at(0).problem, "");
+  EXPECT_EQ(steps.at(1).problem, "a covariance is not symmetric");
+  EXPECT_EQ(steps.at(2).problem, "") << "as float rounds";
+}
+
+// More numbers than are read at once, 2^17.
+TEST(ArrayLog, long_runs_are_read_in_pieces) {
+  constexpr std::uint64_t kRunsOfPieces = 2, kStepsOfPieces = 40'000;
+  std::vector<double> error, P;
+  for (std::uint64_t k = 0; k < kRunsOfPieces * kStepsOfPieces; ++k) {
+    const auto value = static_cast<double>(k);
+    error.insert(error.end(), {value, -value});
+    P.insert(P.end(), {value + 1.0, 0.0, 0.0, value + 2.0});
+  }
+  const RecordedSink sink = read_in_memory(ArraysInMemory()
+                                               .add("error", {kRunsOfPieces, kStepsOfPieces, 2}, error)
+                                               .add("P", {kRunsOfPieces, kStepsOfPieces, 2, 2}, P));
+  std::size_t wrong = 0, k = 0;
+  for (const RecordedSink::Run& run : sink.runs) {
+    for (const Step& step : run.steps) {
+      const auto value = static_cast<double>(k++);
+      wrong += step.error != Eigen::Vector2d(value, -value) || step.P(1, 1) != value + 2.0 ? 1U : 0U;
+    }
+  }
+  EXPECT_EQ(k, kRunsOfPieces * kStepsOfPieces);
+  EXPECT_EQ(wrong, 0U);
+}
+
+TEST(ArrayLog, nis_alone_has_the_dimension_of_its_name) {
+  const RecordedSink sink = read_in_memory(ArraysInMemory()
+                                               .add("nis_2", {2, 2}, {8, kArrayNaN, -1, 0})
+                                               .add("nis_left_gps_3", {2, 2}, {3, 3, 3, 12}));
+  EXPECT_FALSE(sink.runs.at(0).layout.has_truth);
+  EXPECT_EQ(sink.runs[0].layout.sensors,
+            (std::vector<Sensor>{{.name = "", .dim = 2, .piece = 2, .nis_alone = true},
+                                 {.name = "left_gps", .dim = 3, .piece = 3, .nis_alone = true}}));
+  EXPECT_NEAR(sink.runs[0].steps.at(0).innovations.at(0).nu.squaredNorm(), 8.0, 1e-12);
+  EXPECT_EQ(sink.runs[0].steps.at(1).innovations.at(0).nu.size(), 0) << "silent";
+  EXPECT_EQ(sink.runs[1].steps.at(0).problem, "a NIS is negative");
+  EXPECT_EQ(sink.runs[1].steps.at(1).problem, "");
+  EXPECT_EQ(sink.runs[1].steps[1].innovations.at(0).nu.size(), 2) << "0 is a NIS";
+  EXPECT_NEAR(sink.runs[1].steps[1].innovations.at(1).nu.squaredNorm(), 12.0, 1e-12);
+}
+
+TEST(ArrayLog, an_innovation_may_hold_several_observations) {
+  const auto sensor = [](const std::vector<std::uint64_t>& dims, std::vector<double> value) {
+    return read_in_memory(ArraysInMemory()
+                              .add("innovation_map", {1, 1, 6}, std::vector<double>(6, 1.0))
+                              .add("S_map", {1, 1, 6, 6}, std::vector<double>(36, 1.0))
+                              .add("observation_map", dims, std::move(value)))
+        .runs.at(0)
+        .layout.sensors.at(0);
+  };
+  EXPECT_EQ(sensor({}, {2}).piece, 2);
+  EXPECT_EQ(sensor({1, 1}, {6}).piece, 6);
+  for (const double value : {0.0, 4.0, 7.0, 1.5, -2.0, kArrayNaN})
+    EXPECT_THROW(sensor({}, {value}), DataError) << value;
+  EXPECT_THROW(sensor({2}, {2, 2}), DataError);
+  EXPECT_THROW(sensor({0}, {}), DataError);
+}
+
+TEST(ArrayLog, arrays_that_do_not_belong_together_are_named_with_their_shapes) {
+  const auto arrays = [] { return ArraysInMemory(); };
+  expect_array_error(arrays(),
+                     "runs.npz: holds nothing to judge: error with P, or innovation with S, or nis_DIM; "
+                     "its arrays are none");
+  expect_array_error(arrays().add("x", {2, 3}), "its arrays are x (2, 3)");
+  expect_array_error(arrays().add("error", {2, 3}), "array P is missing beside error");
+  expect_array_error(arrays().add("P", {2, 3, 2, 2}), "array error is missing beside P");
+  expect_array_error(arrays().add("innovation_a", {3, 2}).add("S", {3, 2, 2}),
+                     "array S_a is missing beside innovation_a");
+  using Dims = std::vector<std::uint64_t>;
+  for (const auto& [error, P] : std::vector<std::pair<Dims, Dims>>{{{2, 3, 2}, {2, 3, 2, 3}},
+                                                                   {{2, 3, 2}, {2, 3, 3, 3}},
+                                                                   {{2, 3, 2}, {2, 4, 2, 2}},
+                                                                   {{2, 3, 2}, {3, 3, 2, 2}},
+                                                                   {{2, 3, 2}, {2, 3, 2}},
+                                                                   {{2, 3, 2}, {3, 2, 2}},
+                                                                   {{6}, {6}},
+                                                                   {{}, {}},
+                                                                   {{1, 2, 3, 2}, {1, 2, 3, 2, 2}}}) {
+    expect_array_error(arrays().add("error", error).add("P", P), "accepted are (runs, steps, n)");
+  }
+  expect_array_error(arrays().add("error", {2, 0, 2}).add("P", {2, 0, 2, 2}), "1 to 10000000 steps");
+  expect_array_error(arrays().add("error", {2, 3, 0}).add("P", {2, 3, 0, 0}), "1 to 10000 components");
+  expect_array_error(arrays().add("error", {1, 10'000'001, 1}).add("P", {1, 10'000'001, 1, 1}),
+                     "1 to 10000000 steps");
+  expect_array_error(arrays().add("error", {1, 1, 10'001}).add("P", {1, 1, 10'001, 10'001}),
+                     "1 to 10000 components");
+  const auto state = arrays().add("error", {2, 3}).add("P", {2, 3});
+  expect_array_error(ArraysInMemory(state).add("innovation", {2, 4}).add("S", {2, 4}),
+                     "innovation (2, 4) and error (2, 3): other runs or steps");
+  expect_array_error(ArraysInMemory(state).add("nis_1", {1, 3}),
+                     "nis_1 (1, 3) and error (2, 3): other runs or steps");
+  for (const Dims& dims : {Dims{}, Dims{1, 2, 3}, Dims{2, 0}, Dims{0}, Dims{1, 10'000'001}}) {
+    expect_array_error(arrays().add("nis_2", dims), "accepted are (runs, steps) or (steps)");
+  }
+  expect_array_error(arrays().add("nis_0", {3}), "of innovations of 1 to 10000 components");
+  expect_array_error(arrays().add("nis_gps_10001", {3}), "of innovations of 1 to 10000 components");
+}
+
+TEST(ArrayLog, names_are_told_from_others) {
+  for (const char* name : {"error", "P", "innovation", "S", "innovation_a", "S_a_b", "nis_3", "nis_gps_3",
+                           "observation", "observation_a"}) {
+    EXPECT_TRUE(is_log_array(name)) << name;
+  }
+  for (const char* name : {"", "errors", "p", "innovations", "Sx", "nis", "nis_", "nis_gps", "nis_2x",
+                           "nis_-1", "nis_gps_99999999999999999999", "truth"}) {
+    EXPECT_FALSE(is_log_array(name)) << name;
+  }
+}
+
+// Of every place of a box: the first index runs fastest in the one order, the last in the other.
+TEST(ArrayLog, places_of_the_two_orders_are_those_of_the_same_indices) {
+  const std::vector<std::uint64_t> dims = {3, 1, 4, 5};
+  std::uint64_t k = 0;
+  for (std::uint64_t a = 0; a < 3; ++a) {
+    for (std::uint64_t c = 0; c < 4; ++c) {
+      for (std::uint64_t d = 0; d < 5; ++d) EXPECT_EQ(column_major_place(dims, k++), a + 3 * c + 12 * d);
+    }
+  }
+  EXPECT_EQ(column_major_place({}, 0), 0U);
+  EXPECT_EQ(column_major_place({7}, 6), 6U);
+}
+
+TEST(ArrayLog, a_list_counts_rows_without_the_dimensions_of_one) {
+  const LogContents contents = list_arrays(ArraysInMemory()
+                                               .add("error", {2, 3, 4})
+                                               .add("P", {2, 3, 4, 4})
+                                               .add("innovation_a", {2, 3, 1})
+                                               .add("S_a", {2, 3, 1, 1})
+                                               .add("nis_b_2", {2, 3})
+                                               .add("other", {})
+                                               .add("zero", {0, 5}));
+  const char* const uses[] = {"error", "covariance", "innovations", "covariance", "NIS alone", "", ""};
+  ASSERT_EQ(contents.topics.size(), 7U);
+  for (std::size_t i = 0; i < 7; ++i) {
+    EXPECT_EQ(contents.topics[i].use, uses[i]);
+    EXPECT_EQ(contents.topics[i].count, i < 5 ? 6 : 0) << contents.topics[i].name;
+    EXPECT_EQ(contents.topics[i].covariance, i == 1 || i == 3);
+  }
+  EXPECT_EQ(contents.topics[0].type, "float64 (2, 3, 4)");
+  EXPECT_EQ(contents.topics[5].type, "float64");
+}
+
+}  // namespace
+}  // namespace credence

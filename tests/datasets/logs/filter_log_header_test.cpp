@@ -1,0 +1,163 @@
+#include "datasets/logs/filter_log_header.h"
+
+#include <gmock/gmock.h>
+
+#include <stdexcept>
+
+namespace credence {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+void expect_header_error(const std::string& line, const std::string& problem) {
+  EXPECT_THAT([&] { parse_filter_log_header(line); },
+              ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr(problem)));
+}
+
+TEST(FilterLogHeaderLine, columns_are_found_in_any_order) {
+  const FilterLogHeader h = parse_filter_log_header(
+      "P.2.2,truth.b.y,S.odo.1.1,estimate.x:angle,step,P.1.1,estimate.b.y,innovation.odo.1,time,truth.x,P.1."
+      "2,run");
+  EXPECT_EQ(h.columns, 12);
+  EXPECT_EQ(h.run, 11);
+  EXPECT_EQ(h.step, 4);
+  EXPECT_EQ(h.time, 8);
+  EXPECT_THAT(h.layout.states, ElementsAre("x", "b.y"));
+  EXPECT_THAT(h.layout.angles, ElementsAre(true, false));
+  EXPECT_THAT(h.estimate, ElementsAre(3, 6));
+  EXPECT_THAT(h.truth, ElementsAre(9, 1)) << "in the order of the estimates";
+  EXPECT_THAT(h.P.upper, ElementsAre(5, 10, 0));
+  EXPECT_THAT(h.P.lower, ElementsAre(-1, -1, -1));
+  EXPECT_EQ(h.layout.sensors, (std::vector<Sensor>{{.name = "odo", .dim = 1, .piece = 1}}));
+  EXPECT_THAT(h.innovations.at(0).nu, ElementsAre(7));
+  EXPECT_THAT(h.innovations[0].S.upper, ElementsAre(2));
+  EXPECT_TRUE(h.layout.has_truth);
+}
+
+TEST(FilterLogHeaderLine, what_is_not_there_has_no_column) {
+  const FilterLogHeader h = parse_filter_log_header("innovation.1,S.1.1,estimate.x");
+  EXPECT_EQ(h.run, -1);
+  EXPECT_EQ(h.step, -1);
+  EXPECT_EQ(h.time, -1);
+  EXPECT_THAT(h.truth, IsEmpty());
+  EXPECT_FALSE(h.layout.has_truth);
+  EXPECT_THAT(h.P.upper, IsEmpty());
+  EXPECT_EQ(h.layout.sensors.at(0).name, "");
+}
+
+TEST(FilterLogHeaderLine, a_matrix_may_be_either_triangle_or_both) {
+  const std::string states = "estimate.x,estimate.y,truth.x,truth.y,";
+  const auto P = [&](const std::string& columns) { return parse_filter_log_header(states + columns).P; };
+  EXPECT_THAT(P("P.1.1,P.1.2,P.2.2").upper, ElementsAre(4, 5, 6));
+  EXPECT_THAT(P("P.1.1,P.2.1,P.2.2").upper, ElementsAre(4, 5, 6));
+  EXPECT_THAT(P("P.1.1,P.2.1,P.2.2").lower, ElementsAre(-1, -1, -1));
+  EXPECT_THAT(P("P.1.1,P.1.2,P.2.1,P.2.2").upper, ElementsAre(4, 5, 7));
+  EXPECT_THAT(P("P.1.1,P.1.2,P.2.1,P.2.2").lower, ElementsAre(-1, 6, -1));
+}
+
+TEST(FilterLogHeaderLine, names_may_stand_in_quotes_between_blanks_behind_a_byte_order_mark) {
+  const FilterLogHeader h =
+      parse_filter_log_header("\xEF\xBB\xBF\"step\", \"estimate.x\"\t, truth.x ,\tP.1.1");
+  EXPECT_EQ(h.step, 0);
+  EXPECT_THAT(h.estimate, ElementsAre(1));
+  EXPECT_THAT(h.truth, ElementsAre(2));
+  EXPECT_THAT(h.P.upper, ElementsAre(3));
+}
+
+TEST(FilterLogHeaderLine, sensors_stand_in_the_order_of_their_first_column) {
+  const FilterLogHeader h = parse_filter_log_header(
+      "S.b.1.1,nis.a.3,innovation.b.1:angle,innovation.c.d.2,innovation.c.d.1,S.c.d.1.1,S.c.d.2.1,S.c.d.2.2");
+  EXPECT_EQ(h.layout.sensors, (std::vector<Sensor>{{.name = "b", .dim = 1, .piece = 1, .angles = {true}},
+                                                   {.name = "a", .dim = 3, .piece = 3, .nis_alone = true},
+                                                   {.name = "c.d", .dim = 2, .piece = 2}}));
+  EXPECT_THAT(h.innovations.at(1).nu, ElementsAre(1));
+  EXPECT_THAT(h.innovations.at(2).nu, ElementsAre(4, 3));
+}
+
+TEST(FilterLogHeaderLine, angles_of_one_observation_repeat_in_every_further_one) {
+  std::string line = "innovation.1,innovation.2:angle,innovation.3:next,innovation.4:angle";
+  for (int i = 1; i <= 4; ++i) {
+    for (int j = i; j <= 4; ++j) line += ",S." + std::to_string(i) + "." + std::to_string(j);
+  }
+  const Sensor sensor = parse_filter_log_header(line).layout.sensors.at(0);
+  EXPECT_EQ(sensor.piece, 2);
+  EXPECT_THAT(sensor.angles, ElementsAre(false, true));
+  line.replace(line.find("innovation.4:angle"), 18, "innovation.4");
+  expect_header_error(line, "column innovation.4: an angle in one observation and not in another");
+}
+
+TEST(FilterLogHeaderLine, columns_that_cannot_be_meant_are_named) {
+  expect_header_error("", "unknown column ''");
+  expect_header_error("step,,time", "unknown column ''");
+  expect_header_error("step,", "unknown column ''");
+  for (const char* name : {"Step",
+                           "estimate.",
+                           "estimate.:angle",
+                           "estimate",
+                           "truth.",
+                           "P.1",
+                           "P.a.b",
+                           "P.0.1",
+                           "P.1.2001",
+                           "P.1.1.1",
+                           "P.x.1.1",
+                           "innovation",
+                           "innovation.",
+                           "innovation.x",
+                           "innovation.0",
+                           "innovation..1",
+                           "innovationx.1",
+                           "S.1",
+                           "S..1.1",
+                           "nis",
+                           "nis.x",
+                           "nis.0",
+                           "nis.-1",
+                           "nis.1.5x",
+                           "P.1.99999999999999999999",
+                           "innovation.1:next:other"}) {
+    expect_header_error(std::string("innovation.1,S.1.1,") + name, std::string("unknown column '") + name);
+  }
+  expect_header_error("estimate.x,estimate.x:angle,truth.x,P.1.1", "column estimate.x is there twice");
+  for (const char* twice : {"step,step", "run,run", "time,time", "truth.x,truth.x", "P.1.1,P.1.1",
+                            "innovation.1,innovation.1", "S.1.1,S.01.1", "nis.2,nis.3"}) {
+    expect_header_error(twice, "there twice");
+  }
+}
+
+TEST(FilterLogHeaderLine, columns_that_are_missing_are_named) {
+  expect_header_error("estimate.x,estimate.y,truth.y,P.1.1,P.1.2,P.2.2", "column truth.x is missing");
+  expect_header_error("truth.y,estimate.x,truth.x,P.1.1", "column estimate.y is missing");
+  expect_header_error("truth.y", "column estimate.y is missing");
+  expect_header_error("estimate.x,estimate.y,truth.x,truth.y,P.1.1,P.2.2", "column P.1.2 is missing");
+  expect_header_error("estimate.x,P.2.2,innovation.1,S.1.1", "column P.2.2 lies outside its 1×1 matrix");
+  expect_header_error("estimate.x,P.1.1,P.2.1,innovation.1,S.1.1",
+                      "column P.2.1 lies outside its 1×1 matrix");
+  expect_header_error("S.gps.1.1", "column innovation.gps.1 is missing");
+  expect_header_error("innovation.2,S.1.1,S.1.2,S.2.2", "column innovation.1 is missing");
+  expect_header_error("innovation.gps.1,S.gps.2.2", "column S.gps.2.2 lies outside its 1×1 matrix");
+  expect_header_error("nis.gps.2,innovation.gps.1", "column nis.gps.2 beside innovation.gps, S.gps or R.gps");
+  expect_header_error("nis.2,S.1.1", "name one of them");
+  for (const char* line : {"step", "run,step,time", "estimate.x", "estimate.x,P.1.1"}) {
+    expect_header_error(line, "nothing to judge");
+  }
+}
+
+TEST(FilterLogHeaderLine, marks_at_the_wrong_places_are_refused) {
+  const std::string S3 = ",S.1.1,S.1.2,S.1.3,S.2.2,S.2.3,S.3.3";
+  for (const char* innovations :
+       {"innovation.1:next,innovation.2:next,innovation.3:next",
+        "innovation.1,innovation.2,innovation.3:next", "innovation.1,innovation.2:next,innovation.3",
+        "innovation.1:next,innovation.2,innovation.3"}) {
+    expect_header_error(innovations + S3, "columns innovation.i:next: 3 components are not observations");
+  }
+  EXPECT_EQ(parse_filter_log_header("innovation.1,innovation.2:next,innovation.3:next" + S3)
+                .layout.sensors[0]
+                .piece,
+            1);
+}
+
+}  // namespace
+}  // namespace credence

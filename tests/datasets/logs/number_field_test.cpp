@@ -1,0 +1,44 @@
+#include "datasets/logs/number_field.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace credence {
+namespace {
+
+TEST(NumberField, a_number_is_read_as_the_nearest_double) {
+  EXPECT_EQ(parse_finite("0.1"), 0.1);
+  EXPECT_EQ(parse_finite("-1e3"), -1000.0);
+  EXPECT_EQ(parse_finite("5."), 5.0);
+  EXPECT_EQ(parse_finite(".5"), 0.5);
+  EXPECT_EQ(parse_finite("1.7976931348623157e308"), std::numeric_limits<double>::max());
+  EXPECT_EQ(parse_finite("5e-324"), std::numeric_limits<double>::denorm_min());
+  EXPECT_EQ(parse_finite("007"), 7.0);
+}
+
+TEST(NumberField, anything_else_is_none) {
+  for (const char* field : {"", " ", "nan", "-nan", "inf", "-inf", "infinity", "1e309", "1 ", " 1", "1,5",
+                            "1e", "0x10", "--1", "1.2.3", "one", "-", ".", "1d3"}) {
+    EXPECT_FALSE(parse_finite(field).has_value()) << field;
+  }
+  EXPECT_FALSE(parse_finite(std::string_view("1\0", 2)).has_value());
+  EXPECT_EQ(parse_finite(std::string_view("12", 1)), 1.0) << "not beyond its end";
+}
+
+TEST(NumberField, what_is_shown_is_short_and_without_control_characters) {
+  EXPECT_EQ(shown_field("plain text ~"), "plain text ~");
+  EXPECT_EQ(shown_field(std::string_view("a\0\n\x1b\x7f\xff", 6)), "a?\?\?\?\?");
+  EXPECT_EQ(shown_field(std::string(1000, 'x')), std::string(24, 'x'));
+  EXPECT_EQ(shown_field(""), "");
+}
+
+TEST(NumberField, blanks_are_trimmed_at_the_ends_alone) {
+  EXPECT_EQ(trim_blanks(" \t a b\t "), "a b");
+  EXPECT_EQ(trim_blanks("a"), "a");
+  EXPECT_EQ(trim_blanks(" \t"), "");
+  EXPECT_EQ(trim_blanks(""), "");
+}
+
+}  // namespace
+}  // namespace credence
