@@ -125,9 +125,17 @@ ChiSquareBounds scale_confidence_sequence(std::span<const Moments> per_step,
   const double limit = -std::log(1.0 - confidence);
   const auto excess = [&](double log_scale) { return log_e(sums, std::exp(log_scale), white) - limit; };
   const double centre = std::log(sums.total_sum / sums.total_dof);
-  // A factor that fits every step lies between the smallest and the largest one; e^±5 around the mean is
-  // ample.
-  const double best = boost::math::tools::brent_find_minima(excess, centre - 5.0, centre + 5.0, 20).first;
+  double best = boost::math::tools::brent_find_minima(excess, centre - 5.0, centre + 5.0, 20).first;
+  if (excess(best) > 0.0) {  // a step far from the others: each is fitted best by its own factor
+    double least = centre - 5.0, largest = centre + 5.0;
+    for (std::size_t k = 0; k < per_step.size(); ++k) {
+      const double sum = static_cast<double>(per_step[k].count) * per_step[k].mean;
+      if (!(sum > 0.0 && total_dof_per_step[k] > 0.0)) continue;
+      least = std::min(least, std::log(sum / total_dof_per_step[k]));
+      largest = std::max(largest, std::log(sum / total_dof_per_step[k]));
+    }
+    best = boost::math::tools::brent_find_minima(excess, least, largest, 40).first;
+  }
   if (excess(best) > 0.0) return {kNaN, kNaN};
   const auto solve = [&](double inside, double outside) {
     std::uintmax_t iterations = 100;

@@ -6,6 +6,7 @@
 namespace credence {
 
 std::optional<Matrix> sample_correlation(const VectorMoments& values) {
+  if (values.count < 2) return std::nullopt;
   const Vector deviation = values.scatter.diagonal().cwiseSqrt();
   if (!values.scatter.allFinite() || !(deviation.minCoeff() > 0.0)) return std::nullopt;
   const Vector scale = deviation.cwiseInverse();

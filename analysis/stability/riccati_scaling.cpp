@@ -11,16 +11,32 @@ namespace {
 constexpr int kMaxSweeps = 20;
 constexpr double kLargestExponent = 120.0;
 
-/// Size of what drives state i (falls with d_i) and of what it drives (grows with d_i).
+/// What drives state i and what it drives: couplings to others, which its scale changes by a factor, and its
+/// own entries, which it changes by the square of that.
 struct Balance {
-  double row = 0.0, column = 0.0;
+  double row = 0.0, row_own = 0.0, column = 0.0, column_own = 0.0;
+
+  /// log2 of their ratio once the state is scaled by 2^e; falls with e.
+  double after(double e) const {
+    return std::log2(row * std::exp2(-e) + row_own * std::exp2(-2.0 * e)) -
+           std::log2(column * std::exp2(e) + column_own * std::exp2(2.0 * e));
+  }
 };
 
 Balance balance_of(const Matrix& F, const Matrix& Q, const Matrix& Gamma, Index i) {
   Balance balance;
-  balance.row = F.row(i).lpNorm<1>() - std::abs(F(i, i)) + Q.col(i).lpNorm<1>();
-  balance.column = F.col(i).lpNorm<1>() - std::abs(F(i, i)) + Gamma.col(i).lpNorm<1>();
+  balance.row_own = std::abs(Q(i, i));
+  balance.column_own = std::abs(Gamma(i, i));
+  balance.row = F.row(i).lpNorm<1>() - std::abs(F(i, i)) + Q.col(i).lpNorm<1>() - balance.row_own;
+  balance.column = F.col(i).lpNorm<1>() - std::abs(F(i, i)) + Gamma.col(i).lpNorm<1>() - balance.column_own;
   return balance;
+}
+
+/// The exponent that balances: its ratio falls by 2 to 4 a unit, so a quarter of it never goes too far.
+double wanted_exponent(const Balance& balance) {
+  double e = 0.0;
+  for (int i = 0; i < 20; ++i) e += 0.25 * balance.after(e);
+  return std::round(e);
 }
 
 void rescale(Matrix& F, Matrix& Q, Matrix& Gamma, Index i, double factor) {
@@ -48,8 +64,8 @@ Vector balancing_scales(Matrix F, Matrix Q, Matrix Gamma) {
     bool changed = false;
     for (Index i = 0; i < n; ++i) {
       const Balance balance = balance_of(F, Q, Gamma, i);
-      if (!(balance.row > 0.0 && balance.column > 0.0)) continue;
-      const double wanted = std::round(0.5 * std::log2(balance.row / balance.column));
+      if (!(balance.row + balance.row_own > 0.0 && balance.column + balance.column_own > 0.0)) continue;
+      const double wanted = wanted_exponent(balance);
       const double step =
           std::clamp(exponents[i] + wanted, -kLargestExponent, kLargestExponent) - exponents[i];
       if (std::abs(step) < 2.0) continue;  // within a factor of four is balanced

@@ -10,9 +10,15 @@
 namespace credence {
 namespace {
 
-constexpr double kSettled = 1e-14;  // of the largest element, at which rounding moves it
+constexpr double kSettled = 1e-14;  // at which rounding moves it
 
+/// Of a covariance every element by itself: a large variance that nobody sees hides no small state.
 bool has_settled(const Matrix& now, const Matrix& before) {
+  const Vector deviation = now.diagonal().cwiseMax(0.0).cwiseSqrt();
+  return ((now - before).array().abs() <= kSettled * (deviation * deviation.transpose()).array()).all();
+}
+
+bool derivative_has_settled(const Matrix& now, const Matrix& before) {
   return (now - before).cwiseAbs().maxCoeff() <= kSettled * now.cwiseAbs().maxCoeff();
 }
 
@@ -50,7 +56,7 @@ InnovationSensitivities::InnovationSensitivities(const LinearModel& model,
     bool still = has_settled(P, before);
     for (std::size_t i = 0; i < P_dot.size(); ++i) {
       P_dot[i] = predict(P_dot[i], derivatives[i].Q);
-      still = still && has_settled(P_dot[i], before_dot[i]);
+      still = still && derivative_has_settled(P_dot[i], before_dot[i]);
     }
     if (still) return;
   }
@@ -120,7 +126,7 @@ Matrix InnovationSensitivities::expected_information(Index steps) const {
             now.closed * moved.block(i * n, j * n, n, n) * now.closed.transpose();
       }
     }
-    const bool still = k + 1 >= std::ssize(steps_) && has_settled(next, moved);
+    const bool still = k + 1 >= std::ssize(steps_) && derivative_has_settled(next, moved);
     moved = std::move(next);
     if (still) return information + static_cast<double>(steps - k - 1) * increment;
   }

@@ -18,7 +18,7 @@ class Search {
  public:
   Search(const ScoreModel& model, const Vector& start, const SearchBox& box, const std::vector<bool>& free,
          const Vector& scale)
-      : model_(model), best_{.phi = start}, scale_(scale) {
+      : model_(model), best_{.phi = start}, box_(box), scale_(scale) {
     if ((start.array() < box.lower.array()).any() || (start.array() > box.upper.array()).any()) {
       throw std::invalid_argument("the search begins outside its bounds");
     }
@@ -76,7 +76,10 @@ class Search {
 
   double evaluate(const std::vector<double>& x, std::vector<double>& gradient) {
     Vector phi = best_.phi;
-    for (std::size_t i = 0; i < free_.size(); ++i) phi[free_[i]] = x[i] * scale_[free_[i]];
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      const Index c = free_[i];
+      phi[c] = std::clamp(x[i] * scale_[c], box_.lower[c], box_.upper[c]);  // rounding may leave the box
+    }
     const UnitScores scores = model_.scores(phi, !gradient.empty());
     ++best_.evaluations;
     if (!scores.ok) {
@@ -96,6 +99,7 @@ class Search {
 
   const ScoreModel& model_;
   Maximum best_;
+  const SearchBox& box_;
   const Vector& scale_;
   std::vector<Index> free_;
   std::vector<double> lower_, upper_;

@@ -98,8 +98,7 @@ ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estim
     return !there.ok || there.value < estimate.value - drop;
   };
   /// The nearest value that way at which the profile has fallen.
-  const auto limit = [&](double end) {
-    const double side = end > estimate.phi[coordinate] ? 1.0 : -1.0;
+  const auto limit = [&](double side, double end) {
     double inside = estimate.phi[coordinate], step = kStep, outside = inside;
     while (true) {
       if (side * inside >= side * end) return side * std::numeric_limits<double>::infinity();
@@ -114,7 +113,7 @@ ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estim
     }
     return 0.5 * (inside + outside);
   };
-  return {limit(box.lower[coordinate]), limit(box.upper[coordinate])};
+  return {limit(-1.0, box.lower[coordinate]), limit(1.0, box.upper[coordinate])};
 }
 
 }  // namespace credence

@@ -29,17 +29,17 @@ TuningForecast forecast_tuning(const ScoreModel& model, const Vector& start, dou
     for (auto& parameter : forecast.parameters) parameter.identifiable = true;
     return forecast;
   }
-  // Greedy: each time the one whose own share of its information is the largest.
+  // Greedy: each time the one that adds the most information of its own.
   std::vector<Index> chosen;
   while (true) {
     Index best = -1;
-    double best_share = kDependent;
+    double most = 0.0;
     for (Index i = 0; i < I.rows(); ++i) {
       if (!(I(i, i) > 0.0) || forecast.parameters[static_cast<std::size_t>(i)].identifiable) continue;
       const double share = own_share(I, chosen, i);
-      if (share <= best_share) continue;
+      if (share <= kDependent || share * I(i, i) <= most) continue;
       best = i;
-      best_share = share;
+      most = share * I(i, i);
     }
     if (best < 0) break;
     forecast.parameters[static_cast<std::size_t>(best)].identifiable = true;

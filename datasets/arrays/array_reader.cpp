@@ -76,6 +76,7 @@ void ArrayReader::read_state(const ArrayRun& run, Place place, Step& step) {
   }
   step.states = kept_;
   step.error.resize(std::ssize(kept_));
+  step.estimate.resize(0);
   step.P.resize(0, 0);
   if (kept_.empty()) return;
   const double* const error = run.error.at(place.row);
@@ -110,6 +111,7 @@ void ArrayReader::read_innovation(std::size_t s, const InnovationRows& rows, Pla
   if (kept_.empty()) return;
   place.array = "S";
   read_covariance(rows.S.at(place.row), sensor.dim, place, out.S);
+  out.R.resize(0, 0);
   if (rows.R.data == nullptr) return;
   place.array = "R";
   read_covariance(rows.R.at(place.row), sensor.dim, place, out.R);

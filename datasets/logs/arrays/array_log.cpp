@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "datasets/data_error.h"
@@ -65,6 +66,7 @@ class ArrayRoles {
         nis_.push_back(nis_of(array, *dim));
       }
     }
+    require_different_names();
     if (!state_ && sensors_.empty() && nis_.empty()) {
       fail(fmt::format(
           "holds nothing to judge: error with P, or innovation with S, or nis_DIM; its arrays are {}",
@@ -89,6 +91,21 @@ class ArrayRoles {
   std::uint64_t steps() const { return steps_; }
 
  private:
+  /// Of two arrays with the innovations of one sensor nobody could tell which is meant.
+  void require_different_names() const {
+    std::map<std::string, std::size_t> arrays;
+    const auto add = [&](const std::string& sensor, std::size_t array) {
+      const auto [other, is_new] = arrays.emplace(sensor, array);
+      if (is_new) return;
+      fail(
+          fmt::format("{} and {} are both of {}: name one of them, or give each a name of its own",
+                      file_.arrays()[other->second].name, file_.arrays()[array].name,
+                      sensor.empty() ? "the sensor without a name" : fmt::format("the sensor '{}'", sensor)));
+    };
+    for (const ArrayPair& sensor : sensors_) add(sensor.name, sensor.vectors);
+    for (const NisArray& sensor : nis_) add(sensor.name, sensor.values);
+  }
+
   std::optional<std::size_t> find(std::string_view name) const {
     const auto found = std::ranges::find(file_.arrays(), name, &ArrayShape::name);
     if (found == file_.arrays().end()) return std::nullopt;
@@ -131,17 +148,18 @@ class ArrayRoles {
       result.steps = one.dims[rank - 2];
       result.dim = one.dims[rank - 1];
     }
-    if (result.steps == 0 || result.steps > kMostSteps || result.dim == 0 || result.dim > kLargestDim) {
-      fail(fmt::format("{}: accepted are 1 to {} steps and 1 to {} components", shape_text(one), kMostSteps,
-                       kLargestDim));
+    if (result.runs == 0 || result.steps == 0 || result.steps > kMostSteps || result.dim == 0 ||
+        result.dim > kLargestDim) {
+      fail(fmt::format("{}: accepted are one or more runs, 1 to {} steps and 1 to {} components",
+                       shape_text(one), kMostSteps, kLargestDim));
     }
     return result;
   }
 
   NisArray nis_of(const ArrayShape& array, std::uint64_t dim) const {
     const std::size_t rank = array.dims.size();
-    if (dim == 0 || dim > kLargestDim || (rank != 1 && rank != 2) || array.dims.back() == 0 ||
-        array.dims.back() > kMostSteps) {
+    if (dim == 0 || dim > kLargestDim || std::ranges::count(array.dims, 0U) > 0 || (rank != 1 && rank != 2) ||
+        array.dims.back() == 0 || array.dims.back() > kMostSteps) {
       fail(fmt::format(
           "{}: accepted are (runs, steps) or (steps), of at most {} steps, of innovations of 1 to {} "
           "components",

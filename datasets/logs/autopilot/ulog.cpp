@@ -152,8 +152,9 @@ class UlogReader {
   }
 
   /// Bytes of a type that another field may have; `position` of who asks.
-  std::uint64_t size_of(const ByteCursor& body, const std::string& type, int depth) const {
+  std::uint64_t size_of(const ByteCursor& body, const std::string& type, int depth) {
     if (const std::uint64_t size = plain_size(type); size > 0) return size;
+    if (const auto known = sizes_.find(type); known != sizes_.end()) return known->second;
     const auto found = formats_.find(type);
     if (found == formats_.end() || depth > kDeepest) {
       body.fail(fmt::format("a format '{}' that nobody described: corrupted", type));
@@ -163,6 +164,7 @@ class UlogReader {
       total += field.count * size_of(body, field.type, depth + 1);
       if (total > kLargestMessage) body.fail(fmt::format("a format '{}' beyond 64 KB: corrupted", type));
     }
+    sizes_.emplace(type, total);
     return total;
   }
 
@@ -193,6 +195,7 @@ class UlogReader {
   BinaryFile file_;
   const UlogVisitor& visitor_;
   std::map<std::string, std::vector<UlogField>> formats_;
+  std::map<std::string, std::uint64_t> sizes_;   ///< of formats, as far as anybody has asked
   std::map<std::uint16_t, std::size_t> topics_;  ///< by the number that messages carry
   std::size_t count_ = 0;
   std::vector<std::uint64_t> offsets_;  ///< where data were appended to a log that was closed

@@ -116,7 +116,9 @@ std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
             schema_text("std_msgs/Header header\ngeometry_msgs/Pose pose\n", false));
   std::uint32_t number = 0;
   for (const LoggedPose& pose : poses) {
-    const std::int64_t time_ns = std::llround(1e9 * pose.time_s);
+    const double whole_s = std::floor(pose.time_s);  // a time since 1970 in ns is beyond 2^53
+    const std::int64_t time_ns =
+        static_cast<std::int64_t>(whole_s) * 1'000'000'000 + std::llround(1e9 * (pose.time_s - whole_s));
     CdrWriter estimate, truth;
     estimate.header(time_ns);
     estimate.pose(pose.estimate);

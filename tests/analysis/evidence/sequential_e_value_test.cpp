@@ -164,5 +164,16 @@ TEST(ScaleConfidenceSequence, SaysWhatItCannotTell) {
   EXPECT_THROW(scale_confidence_sequence({}, dofs, false, 0.95), std::invalid_argument);
 }
 
+TEST(ScaleConfidenceSequence, FindsAFactorFarFromTheMean) {
+  // One run, one outlier: a factor of 1e5 and more is not refuted.
+  std::vector<Moments> steps(20'000, Moments{.count = 1, .mean = 3.0});
+  steps[7].mean = 1e6;
+  const std::vector<double> dofs(steps.size(), 3.0);
+  const ChiSquareBounds scale = scale_confidence_sequence(steps, dofs, false, 0.95);
+  EXPECT_GT(scale.lower, 1e4);
+  EXPECT_LT(scale.lower, 1e5);
+  EXPECT_EQ(scale.upper, HUGE_VAL);
+}
+
 }  // namespace
 }  // namespace credence

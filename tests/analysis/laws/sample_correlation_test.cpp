@@ -64,5 +64,7 @@ TEST(LogDeterminant, IsThatOfAPositiveDefiniteMatrixOnly) {
   EXPECT_TRUE(std::isnan(log_determinant(R)));
 }
 
+TEST(SampleCorrelation, OfNothingIsNotThere) { EXPECT_FALSE(sample_correlation(VectorMoments{})); }
+
 }  // namespace
 }  // namespace credence

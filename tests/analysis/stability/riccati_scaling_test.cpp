@@ -110,5 +110,11 @@ TEST(RiccatiScaling, StaysWithinTheRangeOfDouble) {
   EXPECT_GT(scaled.P0(0, 0), 0.0);
 }
 
+TEST(RiccatiScaling, SizesWhatNoNoiseDrivesByItsStart) {
+  const RiccatiProblem constant = testing::scalar_problem(1, 1, 0);
+  const ScaledRiccati scaled = scale_riccati(constant, Matrix::Constant(1, 1, std::exp2(20.0)));
+  EXPECT_EQ(scaled.d[0], std::exp2(5.0));  // row 2^(20 − 2 e) = column 2^(2 e)
+}
+
 }  // namespace
 }  // namespace credence

@@ -478,5 +478,19 @@ TEST(RiccatiInput, BadInputIsNamed) {
   EXPECT_THAT(message_of(two, Matrix::Identity(2, 2)), ::testing::HasSubstr("Qt is not symmetric"));
 }
 
+TEST(RiccatiHostile, TwoStatesApartKeepTheirOwnDigits) {
+  for (const double unit : {1e4, 1e8}) {
+    for (const double q : {1e-4, 1e-8}) {
+      const RiccatiProblem problem{Vector{{0.5, 1.0}}.asDiagonal(), Matrix::Identity(2, 2),
+                                   Vector{{unit, q / unit}}.asDiagonal(),
+                                   Vector{{unit, 1.0 / unit}}.asDiagonal()};
+      const RiccatiSolution solution = solve_riccati(problem, problem.Qt);
+      EXPECT_EQ(solution.kind, RiccatiKind::stabilising);
+      // p² = q (p + 1).
+      EXPECT_NEAR(solution.P(1, 1) * unit / (0.5 * (q + std::sqrt(q * q + 4.0 * q))), 1.0, 1e-10);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace credence

@@ -95,5 +95,17 @@ TEST(InnovationSensitivities, SayWhereSIsNotPositiveDefinite) {
   EXPECT_TRUE(InnovationSensitivities(local_level(0.0, 1.0), {}, 5).ok());
 }
 
+TEST(InnovationSensitivities, SettleInEveryState) {
+  // A local level beside a constant of variance 1e10 that nobody sees.
+  LinearModel model = testing::local_level(1e-8, 1e-6);
+  model.F = model.G = Matrix::Identity(2, 2);
+  model.H = Matrix{{0.0, 1.0}};
+  model.Q = Vector{{0.0, 1e-8}}.asDiagonal();
+  model.P0 = Vector{{1e10, 1.0}}.asDiagonal();
+  model.layout.vehicle = 2;
+  const InnovationSensitivities both(model, {}, 50), alone(testing::local_level(1e-8, 1e-6), {}, 50);
+  EXPECT_NEAR(both.step(49).log_determinant, alone.step(49).log_determinant, 1e-9);
+}
+
 }  // namespace
 }  // namespace credence

@@ -85,5 +85,17 @@ TEST(Maximise, RefusesAStartOutsideItsBounds) {
   EXPECT_EQ(score.evaluations(), 0);
 }
 
+TEST(Maximise, NeverLeavesItsBoundsByRounding) {
+  const double end = std::log(1e6);
+  const SearchBox box{Vector::Constant(2, -end), Vector::Constant(2, end)};
+  for (int i = 1; i < 200; ++i) {
+    const Vector scale = Vector::Constant(2, 1.0 / std::sqrt(3.7 * i));
+    const QuadraticScore score(Vector{{20.0, -20.0}}, 3.7 * i * Matrix::Identity(2, 2));
+    const Maximum found = maximise(score, Vector::Zero(2), box, {true, true}, scale);
+    EXPECT_LE(found.phi[0], end) << i;
+    EXPECT_GE(found.phi[1], -end) << i;
+  }
+}
+
 }  // namespace
 }  // namespace credence

@@ -105,5 +105,12 @@ TEST(ProfileLimits, AreInfiniteWhereTheBoxEndsFirst) {
   EXPECT_NEAR(of(1).upper, 2.0, 1e-3);
 }
 
+TEST(ProfileLimits, ATopOnTheUpperBoundHasNoUpperLimit) {
+  const QuadraticScore score(Vector{{5.0, 0.0}}, Matrix::Identity(2, 2));
+  const SearchBox box{Vector::Constant(2, -3.0), Vector::Constant(2, 3.0)};
+  const ScoreEstimate e = estimate_score(score, Vector::Zero(2), box, {true, true}, Vector::Ones(2));
+  EXPECT_EQ(profile_limits(score, e, box, {true, true}, Vector::Ones(2), 0, 1.0).upper, HUGE_VAL);
+}
+
 }  // namespace
 }  // namespace credence

@@ -86,5 +86,16 @@ TEST(TuningForecast, WithoutInformationHoldsNothing) {
   EXPECT_TRUE(std::isnan(forecast.parameters[0].relative_error));
 }
 
+TEST(TuningForecast, HoldsTheOneOfLessInformation) {
+  // The same direction of two units: 1 and 100 times the slope.
+  for (const Vector& slope : {Vector{{0.01, 1.0}}, Vector{{1.0, 0.01}}}) {
+    const QuadraticScore score(Vector::Zero(2), slope * slope.transpose());
+    const TuningForecast forecast = forecast_tuning(score, Vector::Zero(2), 1.0);
+    for (Index i = 0; i < 2; ++i) {
+      EXPECT_EQ(forecast.parameters[static_cast<std::size_t>(i)].identifiable, slope[i] == 1.0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace credence

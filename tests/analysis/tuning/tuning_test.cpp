@@ -156,5 +156,13 @@ TEST(Tuning, WarnsOfARidge) {
   EXPECT_EQ(std::abs(tuning.correlation(0, 1)) >= kRidgeCorrelation, !tuning.notes.empty());
 }
 
+TEST(Tuning, AStartFarFromTheTruthIsNoError) {
+  const auto runs = testing::simulate(testing::local_level(0.1, 1.0), 20, 200, 6);
+  for (const auto& [q, r] : {std::pair{1e-9, 1e-9}, {1e-9, 1.0}}) {
+    const LinearScore score({testing::local_level(q, r), parse_free_noise("diag(Q),diag(R)")}, runs);
+    EXPECT_NO_THROW(tune(score, score.noise().start())) << q << ", " << r;
+  }
+}
+
 }  // namespace
 }  // namespace credence

@@ -257,5 +257,18 @@ TEST(ArrayLog, a_list_counts_rows_without_the_dimensions_of_one) {
   EXPECT_EQ(contents.topics[5].type, "float64");
 }
 
+TEST(ArrayLog, two_arrays_of_one_sensor_are_refused) {
+  expect_array_error(ArraysInMemory().add("nis_2", {2, 3}).add("nis_3", {2, 3}),
+                     "nis_2 and nis_3 are both of the sensor without a name");
+  expect_array_error(
+      ArraysInMemory().add("innovation_gps", {2, 3}).add("S_gps", {2, 3}).add("nis_gps_1", {2, 3}),
+      "innovation_gps and nis_gps_1 are both of the sensor 'gps'");
+}
+
+TEST(ArrayLog, no_runs_are_refused) {
+  expect_array_error(ArraysInMemory().add("error", {0, 5, 2}).add("P", {0, 5, 2, 2}), "one or more runs");
+  expect_array_error(ArraysInMemory().add("nis_2", {0, 5}), "accepted are");
+}
+
 }  // namespace
 }  // namespace credence

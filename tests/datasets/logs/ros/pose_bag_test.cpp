@@ -151,6 +151,7 @@ TEST(PoseBag, times_are_rounded_to_a_nanosecond) {
   };
   EXPECT_EQ(logged(0.0), 0U);
   EXPECT_EQ(logged(0.3), 300'000'000U);
+  EXPECT_EQ(logged(1.7e9 + 0.25), 1'700'000'000'250'000'000U);
   EXPECT_EQ(logged(1.9999999996), 2'000'000'000U);
   EXPECT_EQ(logged(2.0000000004), 2'000'000'000U);
 }

@@ -8,7 +8,6 @@ namespace credence {
 namespace {
 
 const std::vector<Point> kPlaces = {{1.0, 2.0}, {-3.0, 4.0}, {5.0, -6.0}};
-constexpr double kPi = std::numbers::pi;
 
 TEST(TrueState, is_the_pose_and_the_landmarks_in_their_order) {
   const std::vector<int> order = {2, 0};
@@ -19,8 +18,8 @@ TEST(TrueState, is_the_pose_and_the_landmarks_in_their_order) {
 // Errors (0.1, −0.2), 0.02 rad over the wrap, and (0.3, 0.4) of landmark 2; variances 0.01, 0.04, 1e-4, 1.
 TEST(StateError, is_the_estimate_less_the_truth_with_the_heading_wrapped) {
   const std::vector<int> order = {2};
-  const Pose pose(7.0, 8.0, kPi - 0.01);
-  const Vector x = Vector{{7.1, 7.8, -kPi + 0.01, 5.3, -5.6}};
+  const Pose pose(7.0, 8.0, std::numbers::pi - 0.01);
+  const Vector x = Vector{{7.1, 7.8, -std::numbers::pi + 0.01, 5.3, -5.6}};
   const Matrix P = Vector{{0.01, 0.04, 1e-4, 1.0, 1.0}}.asDiagonal();
   StateError error;
   ASSERT_EQ(error.compute(pose, kPlaces, x, P, order), Outcome::ok);
