@@ -26,7 +26,7 @@ using testing::IsEmpty;
 
 constexpr const char* kCharts[] = {"left", "componentwise", "right", "componentwise_left"};
 
-Scenario load(const std::string& model, const std::vector<std::string>& overrides) {
+Scenario load_charted(const std::string& model, const std::vector<std::string>& overrides) {
   return load_scenario_text("[world]\nmodel = \"" + model + "\"\n", "t.toml", overrides);
 }
 
@@ -65,7 +65,7 @@ typename Model::Group somewhere(const Model& model) {
 
 template <class Model>
 void expect_jacobians(const std::string& world, const std::string& aiding) {
-  const Model model(load(world, {"world.aiding=" + aiding, "world.aiding_interval=1"}));
+  const Model model(load_charted(world, {"world.aiding=" + aiding, "world.aiding_interval=1"}));
   const auto x = somewhere(model);
   const NoiseSource source(1, 0);
   NoiseDraw draw(source, 0, 1, NoisePurpose::process), other(source, 0, 1, NoisePurpose::measurement);
@@ -90,8 +90,9 @@ TEST(ChartedWorlds, JacobiansAreThoseOfTheModel) {
 
 /// Q against the covariance of the motion by readings and biases that are off by a little, one at a time.
 TEST(ChartedWorlds, ProcessNoiseIsThatOfReadingsAndBiases) {
-  const Scenario s = load("inertial", {"noise.gyro_density=0.02", "noise.accelerometer_density=0.3",
-                                       "noise.gyro_bias_walk=0.5", "noise.accelerometer_bias_walk=0.4"});
+  const Scenario s =
+      load_charted("inertial", {"noise.gyro_density=0.02", "noise.accelerometer_density=0.3",
+                                "noise.gyro_bias_walk=0.5", "noise.accelerometer_bias_walk=0.4"});
   const InertialModel model(s);
   const auto x = somewhere(model);
   InertialModel::Input u;
@@ -120,8 +121,9 @@ TEST(ChartedWorlds, ProcessNoiseIsThatOfReadingsAndBiases) {
 
 /// The truth obeys the equations of the filter: without noise and with the right start there is no error.
 TEST(ChartedWorlds, TruthAndFilterHaveOneModel) {
-  const Scenario inertial = load("inertial", {"noise.gyro_density=0", "noise.accelerometer_density=0",
-                                              "noise.gyro_bias_walk=0", "noise.accelerometer_bias_walk=0"});
+  const Scenario inertial =
+      load_charted("inertial", {"noise.gyro_density=0", "noise.accelerometer_density=0",
+                                "noise.gyro_bias_walk=0", "noise.accelerometer_bias_walk=0"});
   const InertialModel model(inertial);
   const NoiseSource source(1, 0);
   auto x = somewhere(model), estimate = x;
@@ -134,7 +136,7 @@ TEST(ChartedWorlds, TruthAndFilterHaveOneModel) {
 }
 
 TEST(ChartedWorlds, TheVehicleFliesItsCircle) {
-  const Scenario s = load("inertial", {});
+  const Scenario s = load_charted("inertial", {});
   const InertialModel model(s);
   const NoiseSource source(1, 0);
   auto x = model.start();
@@ -164,7 +166,8 @@ TEST(ChartedWorlds, AreConsistentWhereTheyAreNearlyLinear) {
       std::vector<std::string> overrides = inertial ? space : plane;
       overrides.insert(overrides.end(),
                        {std::string("world.aiding=") + aiding, std::string("filter.chart=") + kCharts[i]});
-      const auto experiment = make_experiment(load(inertial ? "inertial" : "localisation", overrides));
+      const auto experiment =
+          make_experiment(load_charted(inertial ? "inertial" : "localisation", overrides));
       const StudyStatistics statistics = run(*experiment, kRuns, 1);
       const double n = inertial ? 15.0 : 3.0;
       for (const std::size_t k : {0U, 29U, 59U}) {
@@ -181,8 +184,8 @@ TEST(ChartedWorlds, AreConsistentWhereTheyAreNearlyLinear) {
 TEST(ChartedWorlds, GiveTheSameBitsWithAnyThreads) {
   for (const char* model : {"localisation", "inertial"}) {
     const auto experiment =
-        make_experiment(load(model, {"study.steps=30", "world.aiding_interval=10", "world.aiding=landmarks",
-                                     "noise.detection_probability=0.5"}));
+        make_experiment(load_charted(model, {"study.steps=30", "world.aiding_interval=10",
+                                             "world.aiding=landmarks", "noise.detection_probability=0.5"}));
     EXPECT_EQ(run(*experiment, 150, 1), run(*experiment, 150, 3));
     EXPECT_THAT(plug_problems(*experiment), IsEmpty());
   }
@@ -190,8 +193,8 @@ TEST(ChartedWorlds, GiveTheSameBitsWithAnyThreads) {
 
 TEST(ChartedWorlds, MeasurementsAreMissedOneByOne) {
   const auto experiment = make_experiment(
-      load("localisation", {"study.steps=1", "world.aiding_interval=1", "world.aiding=landmarks",
-                            "world.known_landmarks=4", "noise.detection_probability=0.25"}));
+      load_charted("localisation", {"study.steps=1", "world.aiding_interval=1", "world.aiding=landmarks",
+                                    "world.known_landmarks=4", "noise.detection_probability=0.25"}));
   const StudyStatistics statistics = run(*experiment, 1000, 1);
   // 4000 landmarks, each seen with 1/4: standard deviation √(4000·3/16), of two numbers each.
   EXPECT_NEAR(static_cast<double>(statistics.steps[0].nis_dof), 2000.0, 5.0 * 2.0 * std::sqrt(750.0));
@@ -258,7 +261,7 @@ TEST(ChartedWorlds, AnInertialUnitByLandmarksNeedsTheInvariantFilter) {
 
 std::string refusal(const std::string& model, const std::vector<std::string>& overrides) {
   try {
-    load(model, overrides);
+    load_charted(model, overrides);
   } catch (const ScenarioError& error) {
     return error.what();
   }
@@ -273,15 +276,15 @@ TEST(ChartedWorlds, KeysBelongToTheirAiding) {
       refusal("localisation", {"world.known_landmarks=5"}),
       HasSubstr("accepted only with world.model = \"localisation\" and world.aiding = \"landmarks\""));
   EXPECT_THAT(refusal("localisation", {"filter.chart=middle"}), HasSubstr("componentwise_left"));
-  const Scenario s = load("inertial", {"filter.chart=left", "noise.gyro_density=0.01"});
+  const Scenario s = load_charted("inertial", {"filter.chart=left", "noise.gyro_density=0.01"});
   EXPECT_EQ(load_scenario_text(canonical_toml(s), "t.toml"), s);
 }
 
 // The classical drift of a filter that integrates mean rates: Ω θ²/2 (1 − sin(Ω dt)/(Ω dt)), up to θ⁴.
 TEST(Inertial, ConingDriftsAsTheTextbookSays) {
   const InertialModel model(
-      load("inertial", {"world.coning_angle_deg=1", "world.coning_frequency=10", "world.attitude=fixed",
-                        "noise.gyro_density=0", "noise.gyro_bias_walk=0"}));
+      load_charted("inertial", {"world.coning_angle_deg=1", "world.coning_frequency=10",
+                                "world.attitude=fixed", "noise.gyro_density=0", "noise.gyro_bias_walk=0"}));
   const NoiseSource source(1, 0);
   InertialModel::Group x = model.start();
   SO3 integrated = x.first().rotation();
@@ -301,10 +304,10 @@ TEST(Inertial, ConingDriftsAsTheTextbookSays) {
 
 // Bias-free and without noise: the filter's velocity by the attitude as it is, less that of the truth.
 TEST(Inertial, ScullingDriftsAsTheTextbookSays) {
-  const InertialModel model(
-      load("inertial", {"world.coning_angle_deg=1", "world.coning_frequency=10", "world.attitude=fixed",
-                        "world.sculling_acceleration=5", "noise.gyro_density=0", "noise.gyro_bias_walk=0",
-                        "noise.accelerometer_density=0", "noise.accelerometer_bias_walk=0"}));
+  const InertialModel model(load_charted(
+      "inertial", {"world.coning_angle_deg=1", "world.coning_frequency=10", "world.attitude=fixed",
+                   "world.sculling_acceleration=5", "noise.gyro_density=0", "noise.gyro_bias_walk=0",
+                   "noise.accelerometer_density=0", "noise.accelerometer_bias_walk=0"}));
   const NoiseSource source(1, 0);
   InertialModel::Group x = model.start();
   Eigen::Vector3d off = Eigen::Vector3d::Zero();
@@ -324,7 +327,7 @@ TEST(Inertial, ScullingDriftsAsTheTextbookSays) {
   EXPECT_NEAR(off.x() / kSteps, turned, 0.001 * size);
   EXPECT_NEAR(off.z() / kSteps, 0.0, 0.02 * size);
   // Shaken on the spot: after whole turns it is where it would be without.
-  const InertialModel still(load("inertial", {"world.coning_angle_deg=1", "world.attitude=fixed"}));
+  const InertialModel still(load_charted("inertial", {"world.coning_angle_deg=1", "world.attitude=fixed"}));
   InertialModel::Group y = still.start();
   for (std::int64_t k = 1; k <= kSteps; ++k) {
     NoiseDraw process(source, 0, k, NoisePurpose::process);
