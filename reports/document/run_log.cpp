@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
 
-/// The columns of these states of the layout and of this many measurements.
-std::string log_header(const RunLayout& layout, const std::vector<Index>& states, Index measurements) {
+/// The columns of these states of the layout, of this many measurements and of what is known of their R.
+std::string log_header(const RunLayout& layout, const std::vector<Index>& states, Index measurements,
+                       const Matrix& R) {
   std::string text = "step";
   const auto out = std::back_inserter(text);
   for (const Index state : states) {
@@ -38,15 +39,14 @@ std::string log_header(const RunLayout& layout, const std::vector<Index>& states
                    angle ? ":angle" : "");
   }
   triangle("S", measurements);
-  triangle("R", assumed_noise(layout.sensors.front(), measurements).rows());
+  triangle("R", R.rows());
   if (layout.nonlinear) text += ",nonlinear";
   if (layout.inflated) text += ",inflated";
   return text + "\n";
 }
 
 /// What the first row says of the filter; the others leave it blank.
-void append_filter(std::string& text, const RunLayout& layout, Index measurements, bool first) {
-  const Matrix R = assumed_noise(layout.sensors.front(), measurements);
+void append_filter(std::string& text, const RunLayout& layout, const Matrix& R, bool first) {
   for (Index i = 0; i < R.rows(); ++i) {
     for (Index j = i; j < R.rows(); ++j) {
       text += ',';
@@ -96,7 +96,8 @@ void write_run_log(const std::filesystem::path& target, const RunTrace& trace, s
   Index m = 0;
   for (std::size_t k = 1; k < end; ++k) m = std::max(m, trace.steps[k].innovation().size());
   AtomicFile file(target);
-  std::string text = log_header(trace.layout, states, m);
+  const Matrix R = assumed_noise(trace.layout.sensors.front(), m);
+  std::string text = log_header(trace.layout, states, m, R);
   std::vector<Index> places, measured(static_cast<std::size_t>(m));
   for (std::size_t k = 1; k < end; ++k) {
     const TraceStep& step = trace.steps[k];
@@ -110,7 +111,7 @@ void write_run_log(const std::filesystem::path& target, const RunTrace& trace, s
     append(text, step.P, places);
     append(text, step.innovation(), measured);
     append(text, step.S(), measured);
-    append_filter(text, trace.layout, m, k == 1);
+    append_filter(text, trace.layout, R, k == 1);
     text += '\n';
     if (text.size() < kBlockBytes) continue;
     file.write(text);

@@ -51,6 +51,12 @@ std::optional<std::uint64_t> nis_dimension(std::string_view name) {
   return dim;
 }
 
+std::optional<std::size_t> find_array(const ArrayFile& file, std::string_view name) {
+  const auto found = std::ranges::find(file.arrays(), name, &ArrayShape::name);
+  if (found == file.arrays().end()) return std::nullopt;
+  return static_cast<std::size_t>(found - file.arrays().begin());
+}
+
 /// Finds the arrays that are to be judged.
 class ArrayRoles {
  public:
@@ -106,11 +112,7 @@ class ArrayRoles {
     for (const NisArray& sensor : nis_) add(sensor.name, sensor.values);
   }
 
-  std::optional<std::size_t> find(std::string_view name) const {
-    const auto found = std::ranges::find(file_.arrays(), name, &ArrayShape::name);
-    if (found == file_.arrays().end()) return std::nullopt;
-    return static_cast<std::size_t>(found - file_.arrays().begin());
-  }
+  std::optional<std::size_t> find(std::string_view name) const { return find_array(file_, name); }
 
   std::string shapes() const {
     std::string text;
@@ -188,21 +190,50 @@ class ArrayRoles {
   std::uint64_t runs_ = 0, steps_ = 0;
 };
 
+/// Reads the rows of an array, one for each step of each run, some at a time.
+class RowReader {
+ public:
+  /// `size`: the numbers in a row.
+  RowReader(ArrayFile& file, std::size_t array, std::uint64_t steps, std::uint64_t size)
+      : file_(file), array_(array), steps_(steps), size_(size) {}
+
+  const double* row(std::uint64_t run, std::uint64_t step) {
+    if (run != run_ || step < first_ || step >= first_ + count_) load(run, step);
+    return values_.data() + (step - first_) * size_;
+  }
+
+ private:
+  void load(std::uint64_t run, std::uint64_t step) {
+    constexpr std::uint64_t kNumbersAtOnce = std::uint64_t{1} << 17;
+    run_ = run;
+    first_ = step;
+    count_ = std::min(steps_ - step, std::max<std::uint64_t>(1, kNumbersAtOnce / size_));
+    file_.read(array_, (run * steps_ + step) * size_, count_ * size_, values_);
+  }
+
+  ArrayFile& file_;
+  std::size_t array_;
+  std::uint64_t steps_, size_;
+  std::vector<double> values_;
+  std::uint64_t run_ = 0, first_ = 0, count_ = 0;
+};
+
 /// Reads one step after another of a pair of arrays.
 class PairReader {
  public:
-  PairReader(ArrayFile& file, const ArrayPair& pair) : file_(file), pair_(pair) {}
+  PairReader(ArrayFile& file, const ArrayPair& pair)
+      : vectors_(file, pair.vectors, pair.steps, pair.dim),
+        matrices_(file, pair.matrices, pair.steps, pair.dim * pair.dim),
+        dim_(static_cast<std::size_t>(pair.dim)) {}
 
   /// Writes the components that are not NaN, and their covariance. `problem` is set for one that is not
   /// symmetric.
   void read(std::uint64_t run, std::uint64_t step, std::vector<Index>& kept, Vector& vector, Matrix& matrix,
             std::string_view& problem) {
-    load(run, step);
-    const auto n = static_cast<std::size_t>(pair_.dim);
-    const double* const v = vectors_.data() + (step - first_) * n;
-    const double* const m = matrices_.data() + (step - first_) * n * n;
+    const double* const v = vectors_.row(run, step);
+    const double* const m = matrices_.row(run, step);
     kept.clear();
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < dim_; ++i) {
       if (!std::isnan(v[i])) kept.push_back(static_cast<Index>(i));
     }
     const Index size = std::ssize(kept);
@@ -212,29 +243,15 @@ class PairReader {
       const auto row = static_cast<std::size_t>(kept[static_cast<std::size_t>(i)]);
       vector[i] = v[row];
       for (Index j = 0; j < size; ++j) {
-        matrix(i, j) = m[row * n + static_cast<std::size_t>(kept[static_cast<std::size_t>(j)])];
+        matrix(i, j) = m[row * dim_ + static_cast<std::size_t>(kept[static_cast<std::size_t>(j)])];
       }
     }
     if (!make_symmetric(matrix, kLargestAsymmetry)) problem = "a covariance is not symmetric";
   }
 
  private:
-  void load(std::uint64_t run, std::uint64_t step) {
-    constexpr std::uint64_t kNumbersAtOnce = std::uint64_t{1} << 17;
-    if (run == run_ && step >= first_ && step < first_ + count_) return;
-    run_ = run;
-    first_ = step;
-    count_ =
-        std::min(pair_.steps - step, std::max<std::uint64_t>(1, kNumbersAtOnce / (pair_.dim * pair_.dim)));
-    const std::uint64_t row = run * pair_.steps + step;
-    file_.read(pair_.vectors, row * pair_.dim, count_ * pair_.dim, vectors_);
-    file_.read(pair_.matrices, row * pair_.dim * pair_.dim, count_ * pair_.dim * pair_.dim, matrices_);
-  }
-
-  ArrayFile& file_;
-  const ArrayPair& pair_;
-  std::vector<double> vectors_, matrices_;
-  std::uint64_t run_ = 0, first_ = 0, count_ = 0;
+  RowReader vectors_, matrices_;
+  std::size_t dim_;
 };
 
 /// "R" of the only sensor, "R_NAME" of one that has a name.
@@ -242,86 +259,78 @@ std::string of_sensor(std::string_view array, const ArrayPair& sensor) {
   return sensor.name.empty() ? std::string(array) : fmt::format("{}_{}", array, sensor.name);
 }
 
-const ArrayShape* find_array(const ArrayFile& file, std::string_view name) {
-  const auto found = std::ranges::find(file.arrays(), name, &ArrayShape::name);
-  return found == file.arrays().end() ? nullptr : &*found;
-}
-
-std::size_t number_of(const ArrayFile& file, const ArrayShape* array) {
-  return static_cast<std::size_t>(array - file.arrays().data());
-}
-
 bool is_single(const ArrayShape& array) {
   return std::ranges::all_of(array.dims, [](std::uint64_t size) { return size == 1; });
 }
 
+/// The only number of an array; nothing where it has more.
+std::optional<double> single_number(ArrayFile& file, std::size_t array) {
+  if (!is_single(file.arrays()[array])) return std::nullopt;
+  std::vector<double> value;
+  file.read(array, 0, 1, value);
+  return value.front();
+}
+
 /// Whether the array of this name says 1; false where there is none.
 bool flag(ArrayFile& file, std::string_view name) {
-  const ArrayShape* const found = find_array(file, name);
-  if (found == nullptr) return false;
-  std::vector<double> value;
-  if (is_single(*found)) file.read(number_of(file, found), 0, 1, value);
-  if (value.size() == 1 && (value.front() == 0.0 || value.front() == 1.0)) return value.front() == 1.0;
+  const auto array = find_array(file, name);
+  if (!array) return false;
+  const std::optional<double> value = single_number(file, *array);
+  if (value == 0.0 || value == 1.0) return value == 1.0;
   throw DataError(file.path(), "",
                   fmt::format("{}: accepted is one number, 1 for a filter that is, 0 for one that is not",
-                              shape_text(*found)));
+                              shape_text(file.arrays()[*array])));
 }
 
 /// R of a sensor, step by step: as it is at each, or the same at all, of an innovation or of one observation
 /// of it; empty where the file has none.
 class NoiseReader {
  public:
-  NoiseReader(ArrayFile& file, const ArrayPair& sensor, Index piece) : file_(file), sensor_(sensor) {
-    const ArrayShape* const found = find_array(file, of_sensor(kR, sensor));
-    if (found == nullptr) return;
-    array_ = number_of(file, found);
+  NoiseReader(ArrayFile& file, const ArrayPair& sensor, Index piece) {
+    const auto array = find_array(file, of_sensor(kR, sensor));
+    if (!array) return;
+    const ArrayShape& R = file.arrays()[*array];
+    const ArrayShape& S = file.arrays()[sensor.matrices];
     const auto of_piece = static_cast<std::uint64_t>(piece);
     const auto constant = [&](std::uint64_t dim) {
-      return found->dims == std::vector<std::uint64_t>{dim, dim} || (dim == 1 && is_single(*found));
+      return R.dims == std::vector<std::uint64_t>{dim, dim} || (dim == 1 && is_single(R));
     };
-    steps_ = found->dims == file.arrays()[sensor.matrices].dims && !constant(sensor.dim);
-    if (steps_) {
-      noise_.resize(static_cast<Index>(sensor.dim), static_cast<Index>(sensor.dim));
-    } else if (constant(sensor.dim) || constant(of_piece)) {
-      const Index dim = constant(sensor.dim) ? static_cast<Index>(sensor.dim) : piece;
-      noise_.resize(dim, dim);
-      load(0);
-    } else {
+    if (constant(sensor.dim) || constant(of_piece)) {
+      const std::uint64_t dim = constant(sensor.dim) ? sensor.dim : of_piece;
+      RowReader once(file, *array, 1, dim * dim);
+      if (take(once.row(0, 0), dim)) return;
+      throw DataError(
+          file.path(), "",
+          fmt::format("{}: is no covariance: not finite, not symmetric, or with a negative variance",
+                      R.name));
+    }
+    if (R.dims != S.dims) {
       throw DataError(
           file.path(), "",
           fmt::format(
-              "{}: accepted are the dimensions of {}, and ({}, {}) for an R that does not "
-              "change{}",
-              shape_text(*found), shape_text(file.arrays()[sensor.matrices]), sensor.dim, sensor.dim,
+              "{}: accepted are the dimensions of {}, and ({}, {}) for an R that does not change{}",
+              shape_text(R), shape_text(S), sensor.dim, sensor.dim,
               of_piece == sensor.dim ? "" : fmt::format(", of one observation ({0}, {0})", of_piece)));
     }
+    steps_.emplace(file, *array, sensor.steps, sensor.dim * sensor.dim);
+    dim_ = sensor.dim;
   }
 
+  /// NaN where it is no covariance.
   const Matrix& at(std::uint64_t run, std::uint64_t step) {
-    if (steps_) load(run * sensor_.steps + step);
+    if (steps_ && !take(steps_->row(run, step), dim_)) noise_.setConstant(std::nan(""));
     return noise_;
   }
 
  private:
-  void load(std::uint64_t row) {
-    const auto size = static_cast<std::uint64_t>(noise_.size());
-    file_.read(array_, row * size, size, values_);
-    std::ranges::copy(values_, noise_.data());
-    const bool sound = (noise_.diagonal().array() >= 0.0).all() && make_symmetric(noise_, kLargestAsymmetry);
-    if (!steps_ && !sound) {
-      throw DataError(
-          file_.path(), "",
-          fmt::format("{}: is no covariance: not finite, not symmetric, or with a negative variance",
-                      of_sensor(kR, sensor_)));
-    }
-    if (!sound) noise_.setConstant(std::nan(""));
+  bool take(const double* numbers, std::uint64_t dim) {
+    const auto m = static_cast<Index>(dim);
+    noise_ = Eigen::Map<const Matrix>(numbers, m, m);
+    return (noise_.diagonal().array() >= 0.0).all() && make_symmetric(noise_, kLargestAsymmetry);
   }
 
-  ArrayFile& file_;
-  const ArrayPair& sensor_;
-  std::size_t array_ = 0;
-  bool steps_ = false;
-  std::vector<double> values_;
+  std::optional<RowReader> steps_;
+  std::uint64_t dim_ = 0;
   Matrix noise_;
 };
 
@@ -329,17 +338,16 @@ class NoiseReader {
 /// "observation" or "observation_NAME", if there is one.
 Index observation_dim(ArrayFile& file, const ArrayPair& sensor) {
   const auto dim = static_cast<Index>(sensor.dim);
-  const ArrayShape* const found = find_array(file, of_sensor(kObservation, sensor));
-  if (found == nullptr) return dim;
-  std::vector<double> value;
-  if (is_single(*found)) file.read(number_of(file, found), 0, 1, value);
-  for (Index piece = 1; value.size() == 1 && piece <= dim; ++piece) {
-    if (dim % piece == 0 && static_cast<double>(piece) == value.front()) return piece;
+  const auto array = find_array(file, of_sensor(kObservation, sensor));
+  if (!array) return dim;
+  const std::optional<double> value = single_number(file, *array);
+  for (Index piece = 1; piece <= dim; ++piece) {
+    if (dim % piece == 0 && value == static_cast<double>(piece)) return piece;
   }
   throw DataError(file.path(), "",
                   fmt::format("{}: accepted is one number, the dimension of an observation, that divides the "
                               "{} components of the innovation",
-                              shape_text(*found), dim));
+                              shape_text(file.arrays()[*array]), dim));
 }
 
 RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
