@@ -6,14 +6,12 @@
 #include <random>
 #include <vector>
 
+#include "tests/analysis/laws/moments_of.h"
+
 namespace credence {
 namespace {
 
-VectorMoments moments_of(const std::vector<Vector>& values) {
-  VectorMoments moments;
-  for (const Vector& u : values) moments.add(u);
-  return moments;
-}
+using testing::moments_of;
 
 TEST(SampleCorrelation, IsThatOfTheDefinition) {
   // Of (1, 2, 6) and (10, 40, 10): −30/√(14 · 600).

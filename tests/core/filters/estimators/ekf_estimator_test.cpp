@@ -36,16 +36,11 @@ TEST(EkfEstimator, corrects_by_the_jacobians_of_every_sensor) {
   for (const LandmarkSensorKind sensor : kEkfSensors) {
     EstimatorTour tour(sensor);
     EkfEstimator filter(tour.settings);
-    tour.warm(filter);
-    filter.predict(tour.drive(), tour.truth());
-    const Vector x = filter.state();
-    const Matrix P = whole_covariance(filter);
-    const auto sights = tour.see({1, 3, 4});
-    const auto offsets = offsets_of(filter, sights);
+    const BeforeUpdate before(tour, filter, {1, 3, 4});
+    const auto& [x, P, sights, offsets] = before;
     const UpdateResult result = filter.update(sights, tour.truth());
 
-    const Vector nu =
-        textbook_innovation(tour.settings, stacked(sights), textbook_measurement(tour.settings, x, offsets));
+    const Vector nu = before.innovation(tour.settings);
     const TextbookCorrection expected(P, textbook_jacobian(tour.settings, x, offsets), nu,
                                       textbook_noise(tour.settings, 6));
     EXPECT_TRUE(result.ok);
@@ -64,16 +59,14 @@ TEST(EkfEstimator, places_a_landmark_with_all_its_correlations) {
   for (const LandmarkSensorKind sensor : kEkfSensors) {
     EstimatorTour tour(sensor);
     EkfEstimator filter(tour.settings);
-    tour.warm(filter);
-    filter.predict(tour.drive(), tour.truth());
-    const Vector x = filter.state();
-    const Matrix P = whole_covariance(filter);
-    const auto sights = tour.see({2});
-    const UpdateResult result = filter.update(sights, tour.truth());
+    const BeforeUpdate before(tour, filter, {2});
+    const Vector& x = before.x;
+    const Matrix& P = before.P;
+    const UpdateResult result = filter.update(before.sights, tour.truth());
     EXPECT_EQ(result.initialised, 1);
     EXPECT_EQ(result.dof, 0);
 
-    const Vector pose = x.head<3>(), z = sights.front().z;
+    const Vector pose = x.head<3>(), z = before.sights.front().z;
     const auto of_pose = [&](const Vector& at) { return textbook_place(tour.settings, at, z); };
     const auto of_z = [&](const Vector& at) { return textbook_place(tour.settings, pose, at); };
     const Matrix J_r = numerical_jacobian(of_pose, pose), J_z = numerical_jacobian(of_z, z);

@@ -2,6 +2,7 @@
 
 #include <random>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -150,6 +151,16 @@ inline std::vector<Index> offsets_of(const SlamEstimator& filter, const Estimato
   return offsets;
 }
 
+/// The sights of landmarks that a filter has, and the others.
+inline std::pair<EstimatorTour::Sights, EstimatorTour::Sights> known_and_fresh(
+    const SlamEstimator& filter, const EstimatorTour::Sights& sights) {
+  std::pair<EstimatorTour::Sights, EstimatorTour::Sights> parts;
+  for (const auto& sight : sights) {
+    (filter.offset_of(sight.landmark) >= 0 ? parts.first : parts.second).push_back(sight);
+  }
+  return parts;
+}
+
 inline Vector stacked(const EstimatorTour::Sights& sights) {
   Vector z(2 * std::ssize(sights));
   for (Index i = 0; 2 * i < z.size(); ++i) z.segment<2>(2 * i) = sights[static_cast<std::size_t>(i)].z;
@@ -169,6 +180,38 @@ struct TextbookCorrection {
     nis = nu.dot(S.llt().solve(nu));
   }
 };
+
+/// A warm filter after a motion, and the sights that come next.
+struct BeforeUpdate {
+  Vector x;
+  Matrix P;
+  EstimatorTour::Sights sights;
+  std::vector<Index> offsets;  ///< −1 of landmarks that the filter has not
+
+  BeforeUpdate(EstimatorTour& tour, SlamEstimator& filter, std::initializer_list<int> numbers) {
+    tour.warm(filter);
+    filter.predict(tour.drive(), tour.truth());
+    x = filter.state();
+    P = whole_covariance(filter);
+    sights = tour.see(numbers);
+    offsets = offsets_of(filter, sights);
+  }
+
+  Vector innovation(const EstimatorSettings& settings) const {
+    return textbook_innovation(settings, stacked(sights), textbook_measurement(settings, x, offsets));
+  }
+};
+
+/// Corrects x and P by sights of landmarks that are there, with the Jacobian at another point.
+inline void textbook_correct(const EstimatorSettings& settings, const EstimatorTour::Sights& sights,
+                             std::span<const Index> offsets, const Vector& point, Vector& x, Matrix& P) {
+  const Vector nu =
+      textbook_innovation(settings, stacked(sights), textbook_measurement(settings, x, offsets));
+  const TextbookCorrection corrected(P, textbook_jacobian(settings, point, offsets), nu,
+                                     textbook_noise(settings, nu.size()));
+  x += corrected.delta;
+  P = corrected.P;
+}
 
 /// diag(F, I) P diag(F, I)ᵀ + diag(Q_r, 0).
 inline Matrix textbook_prediction(const Matrix& P, const Matrix& F, const Matrix& Q_r) {
@@ -217,6 +260,21 @@ inline Matrix textbook_augmented(const Matrix& P, const Matrix& J_r, const Matri
   Matrix augmented = T * P * T.transpose();
   augmented.bottomRightCorner<2, 2>() += J_z * R * J_z.transpose();
   return augmented;
+}
+
+/// Adds the landmark of a sight to x and P, its Jacobian that of a turn about another point; where it stands.
+inline Point textbook_start(const EstimatorSettings& settings, const Eigen::Vector2d& seen, const Point& turn,
+                            Vector& x, Matrix& P) {
+  const Vector pose = x.head<3>(), z = seen;
+  const Point l = textbook_place(settings, pose, z);
+  Matrix J_r = Matrix::Identity(2, 3);
+  J_r.col(2) = quarter_turn(l - turn);
+  const Matrix J_z =
+      numerical_jacobian([&](const Vector& at) { return textbook_place(settings, pose, at); }, z);
+  P = textbook_augmented(P, J_r, J_z, settings.R);
+  x.conservativeResize(x.size() + 2);
+  x.tail<2>() = l;
+  return l;
 }
 
 }  // namespace credence

@@ -53,30 +53,15 @@ TEST(FejEstimator, is_the_textbook_filter_at_the_first_estimates) {
       x.head<3>() = tour.settings.model.move(x.head<3>(), read).pose;
       filter.predict(read, tour.truth());
       const auto sights = tour.see(std::span(numbers).first(k < 3 ? 2 : 4));
-      EstimatorTour::Sights known, fresh;
-      for (const auto& o : sights) (filter.offset_of(o.landmark) >= 0 ? known : fresh).push_back(o);
+      const auto [known, fresh] = known_and_fresh(filter, sights);
       const auto offsets = offsets_of(filter, known);
       ASSERT_TRUE(filter.update(sights, tour.truth()).ok);
 
       if (!known.empty()) {
-        const Vector nu = textbook_innovation(tour.settings, stacked(known),
-                                              textbook_measurement(tour.settings, x, offsets));
-        const TextbookCorrection corrected(P, textbook_jacobian(tour.settings, first.point(), offsets), nu,
-                                           textbook_noise(tour.settings, nu.size()));
-        x += corrected.delta;
-        P = corrected.P;
+        textbook_correct(tour.settings, known, offsets, first.point(), x, P);
       }
       for (const auto& o : fresh) {
-        const Vector pose = x.head<3>(), z = o.z;
-        const Point l = textbook_place(tour.settings, pose, z);
-        first.place(l);
-        Matrix J_r = Matrix::Identity(2, 3);
-        J_r.col(2) = quarter_turn(l - first.pose().head<2>());
-        const Matrix J_z =
-            numerical_jacobian([&](const Vector& at) { return textbook_place(tour.settings, pose, at); }, z);
-        P = textbook_augmented(P, J_r, J_z, tour.settings.R);
-        x.conservativeResize(x.size() + 2);
-        x.tail<2>() = l;
+        first.place(textbook_start(tour.settings, o.z, first.pose().head<2>(), x, P));
       }
       ASSERT_EQ(filter.size(), x.size());
       EXPECT_LT((filter.state() - x).norm(), 1e-7) << k;

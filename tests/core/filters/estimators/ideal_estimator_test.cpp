@@ -40,16 +40,11 @@ TEST(IdealEstimator, corrects_by_the_jacobians_at_the_truth) {
        {LandmarkSensorKind::relative_position, LandmarkSensorKind::range_bearing}) {
     EstimatorTour tour(sensor);
     IdealEstimator filter(tour.settings);
-    tour.warm(filter);
-    filter.predict(tour.drive(), tour.truth());
-    const Vector x = filter.state();
-    const Matrix P = whole_covariance(filter);
-    const auto sights = tour.see({4, 0});
-    const auto offsets = offsets_of(filter, sights);
+    const BeforeUpdate before(tour, filter, {4, 0});
+    const auto& [x, P, sights, offsets] = before;
     filter.update(sights, tour.truth());
 
-    const Vector nu =
-        textbook_innovation(tour.settings, stacked(sights), textbook_measurement(tour.settings, x, offsets));
+    const Vector nu = before.innovation(tour.settings);
     const Matrix H = textbook_jacobian(tour.settings, ideal_true_state(tour, filter), offsets);
     const TextbookCorrection expected(P, H, nu, textbook_noise(tour.settings, 4));
     EXPECT_LT((filter.state() - x - expected.delta).norm(), 1e-9);

@@ -73,12 +73,11 @@ TEST(InvariantEstimator, corrects_in_the_group_and_moves_its_covariance_as_asked
     for (const InvariantReset reset : kInvariantResets) {
       EstimatorTour tour(sensor);
       InvariantEstimator filter(tour.settings, reset);
-      tour.warm(filter);
-      filter.predict(tour.drive(), tour.truth());
-      const Vector x = filter.state();
-      const Matrix P = whole_covariance(filter);
-      const auto sights = tour.see({4, 3});
-      const auto offsets = offsets_of(filter, sights);
+      const BeforeUpdate before(tour, filter, {4, 3});
+      const Vector& x = before.x;
+      const Matrix& P = before.P;
+      const auto& sights = before.sights;
+      const auto& offsets = before.offsets;
       ASSERT_TRUE(filter.update(sights, tour.truth()).ok);
 
       const Vector z = textbook_measurement(tour.settings, x, offsets);

@@ -58,8 +58,7 @@ TEST(OcEstimator, linearises_at_the_nearest_points_that_keep_the_turn) {
     const Control read = tour.drive();
     filter.predict(read, tour.truth());
     const auto sights = tour.see(std::span(numbers).first(k < 3 ? 2 : 4));
-    EstimatorTour::Sights known, fresh;
-    for (const auto& o : sights) (filter.offset_of(o.landmark) >= 0 ? known : fresh).push_back(o);
+    const auto [known, fresh] = known_and_fresh(filter, sights);
     const auto offsets = offsets_of(filter, known);
     ASSERT_TRUE(filter.update(sights, tour.truth()).ok);
 
@@ -75,24 +74,10 @@ TEST(OcEstimator, linearises_at_the_nearest_points_that_keep_the_turn) {
     if (!known.empty()) {
       Vector at(x.size());
       at << now, points.map(now.head<2>());
-      const Vector nu =
-          textbook_innovation(tour.settings, stacked(known), textbook_measurement(tour.settings, x, offsets));
-      const TextbookCorrection corrected(P, textbook_jacobian(tour.settings, at, offsets), nu,
-                                         textbook_noise(tour.settings, nu.size()));
-      x += corrected.delta;
-      P = corrected.P;
+      textbook_correct(tour.settings, known, offsets, at, x, P);
     }
     for (const auto& o : fresh) {
-      const Vector pose = x.head<3>(), z = o.z;
-      const Point l = textbook_place(tour.settings, pose, z);
-      points.place(l);
-      Matrix J_r = Matrix::Identity(2, 3);
-      J_r.col(2) = quarter_turn(l - points.turn());
-      const Matrix J_z =
-          numerical_jacobian([&](const Vector& v) { return textbook_place(tour.settings, pose, v); }, z);
-      P = textbook_augmented(P, J_r, J_z, tour.settings.R);
-      x.conservativeResize(x.size() + 2);
-      x.tail<2>() = l;
+      points.place(textbook_start(tour.settings, o.z, points.turn(), x, P));
     }
     EXPECT_LT((filter.state() - x).norm(), 1e-7) << k;
     EXPECT_LT((whole_covariance(filter) - P).norm(), 1e-9) << k;

@@ -5,45 +5,18 @@
 
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/byte_writer.h"
-#include "tests/temporary_folder.h"
+#include "tests/datasets/logs/ros/scanned_file.h"
 
 namespace credence {
 namespace {
 
 using testing::ByteWriter;
 using ::testing::HasSubstr;
+using testing::ScannedFile;
 
 const std::string kMcapStart("\x89MCAP0\r\n", 8);
 
-/// What a scan of an MCAP hands over.
-struct ScannedMcap {
-  struct Message {
-    std::size_t topic;
-    double time_s;
-    std::string bytes;
-  };
-  std::vector<RosTopic> topics;
-  std::vector<Message> messages;
-  std::int64_t bytes = 0;
-};
-
-ScannedMcap scanned_mcap(const std::string& bytes) {
-  const TemporaryFolder folder;
-  ScannedMcap seen;
-  scan_mcap(folder.write("log.mcap", bytes),
-            {.topic =
-                 [&](std::size_t i, const RosTopic& topic) {
-                   EXPECT_EQ(i, seen.topics.size());
-                   seen.topics.push_back(topic);
-                 },
-             .message =
-                 [&](std::size_t i, double time_s, ByteCursor message) {
-                   EXPECT_LT(i, seen.topics.size());
-                   seen.messages.push_back({i, time_s, std::string(message.take_text(message.left()))});
-                 },
-             .advance = [&](std::int64_t count) { seen.bytes += count; }});
-  return seen;
-}
+ScannedFile scanned_mcap(const std::string& bytes) { return testing::scanned(scan_mcap, "log.mcap", bytes); }
 
 std::string mcap_record(int opcode, const std::string& body) {
   return ByteWriter()
@@ -105,7 +78,7 @@ void expect_mcap_fails(const std::string& bytes, const std::string& problem) {
 }
 
 TEST(Mcap, messages_come_in_their_order_with_topic_time_and_bytes) {
-  const ScannedMcap seen = scanned_mcap(
+  const ScannedFile seen = scanned_mcap(
       mcap_of(mcap_schema(7, "nav_msgs/msg/Odometry") + mcap_channel(300, 7, "/odom", "cdr") +
               mcap_channel(2, 0, "/raw", "json") + mcap_message(2, 1'500'000'000, "later") +
               mcap_message(300, 1'250'000'000, std::string("a\0b", 3)) + mcap_message(2, 0, "")));
@@ -137,7 +110,7 @@ TEST(Mcap, types_are_named_without_the_msg_of_ros_2) {
 
 TEST(Mcap, a_channel_that_is_announced_again_is_one_topic) {
   const std::string channel = mcap_channel(1, 0, "/t", "ros1");
-  const ScannedMcap seen =
+  const ScannedFile seen =
       scanned_mcap(mcap_of(channel + mcap_message(1, 0, "a") + channel + mcap_message(1, 0, "b")));
   ASSERT_EQ(seen.topics.size(), 1U);
   EXPECT_EQ(seen.topics[0].encoding, RosTopic::Encoding::ros1);
@@ -148,7 +121,7 @@ TEST(Mcap, what_is_not_known_is_passed_over_and_nothing_is_read_behind_the_end) 
   const std::string file = kMcapStart + mcap_record(0x01, "header") +
                            mcap_record(0x09, std::string(3 << 20, 'x')) + mcap_record(0x80, "of a user") +
                            mcap_channel(1, 0, "/t", "cdr") + mcap_message(1, 0, "a") + kMcapEnd;
-  const ScannedMcap seen = scanned_mcap(file + mcap_message(1, 0, "b") + "no record");
+  const ScannedFile seen = scanned_mcap(file + mcap_message(1, 0, "b") + "no record");
   EXPECT_EQ(seen.messages.size(), 1U);
   EXPECT_EQ(seen.bytes, std::ssize(file) - 8) << "all but the magic";
   // A footer ends it as well.
@@ -158,7 +131,7 @@ TEST(Mcap, what_is_not_known_is_passed_over_and_nothing_is_read_behind_the_end) 
 TEST(Mcap, a_chunk_holds_what_its_records_hold) {
   const std::string records = mcap_channel(1, 0, "/t", "cdr") + mcap_message(1, 2'000'000'000, "in");
   for (const std::uint32_t checksum : {0U, crc32_of(records)}) {  // 0: there is none
-    const ScannedMcap seen =
+    const ScannedFile seen =
         scanned_mcap(mcap_of(mcap_chunk(records, "", checksum, records.size()) + mcap_message(1, 0, "out")));
     ASSERT_EQ(seen.messages.size(), 2U);
     EXPECT_EQ(seen.messages[0].bytes, "in");

@@ -4,44 +4,19 @@
 
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/byte_writer.h"
-#include "tests/temporary_folder.h"
+#include "tests/datasets/logs/ros/scanned_file.h"
 
 namespace credence {
 namespace {
 
 using testing::ByteWriter;
 using ::testing::HasSubstr;
+using testing::ScannedFile;
 
 const std::string kBagStart = "#ROSBAG V2.0\n";
 
-/// What a scan of a bag hands over.
-struct ScannedBag {
-  struct Message {
-    std::size_t topic;
-    double time_s;
-    std::string bytes;
-  };
-  std::vector<RosTopic> topics;
-  std::vector<Message> messages;
-  std::int64_t bytes = 0;
-};
-
-ScannedBag scanned_bag(const std::string& bytes) {
-  const TemporaryFolder folder;
-  ScannedBag seen;
-  scan_ros1_bag(folder.write("log.bag", bytes),
-                {.topic =
-                     [&](std::size_t i, const RosTopic& topic) {
-                       EXPECT_EQ(i, seen.topics.size());
-                       seen.topics.push_back(topic);
-                     },
-                 .message =
-                     [&](std::size_t i, double time_s, ByteCursor message) {
-                       EXPECT_LT(i, seen.topics.size());
-                       seen.messages.push_back({i, time_s, std::string(message.take_text(message.left()))});
-                     },
-                 .advance = [&](std::int64_t count) { seen.bytes += count; }});
-  return seen;
+ScannedFile scanned_bag(const std::string& bytes) {
+  return testing::scanned(scan_ros1_bag, "log.bag", bytes);
 }
 
 std::string bag_sized(const std::string& text) {
@@ -96,7 +71,7 @@ TEST(Ros1Bag, messages_come_in_their_order_with_topic_time_and_bytes) {
   const std::string bag = kBagStart + bag_header() + bag_chunk(records, "none", records.size()) +
                           bag_connection(0, "/tf", "tf/tfMessage") +
                           bag_message(0, 4'000'000'000U, 500'000'000, std::string("\0b", 2));
-  const ScannedBag seen = scanned_bag(bag);
+  const ScannedFile seen = scanned_bag(bag);
   ASSERT_EQ(seen.topics.size(), 2U);
   EXPECT_EQ(seen.topics[0].name, "/odom");
   EXPECT_EQ(seen.topics[0].type, "nav_msgs/Odometry");
@@ -114,7 +89,7 @@ TEST(Ros1Bag, messages_come_in_their_order_with_topic_time_and_bytes) {
 
 TEST(Ros1Bag, connections_of_the_index_are_not_announced_again) {
   const std::string connection = bag_connection(0, "/t", "a/B");
-  const ScannedBag seen = scanned_bag(kBagStart + connection + bag_message(0, 1, 0, "x") + connection);
+  const ScannedFile seen = scanned_bag(kBagStart + connection + bag_message(0, 1, 0, "x") + connection);
   EXPECT_EQ(seen.topics.size(), 1U);
 }
 
@@ -128,7 +103,7 @@ TEST(Ros1Bag, records_of_the_index_are_passed_over_in_the_file_and_in_chunks) {
 }
 
 TEST(Ros1Bag, a_value_may_hold_an_equals_sign_and_the_order_of_fields_is_free) {
-  const ScannedBag seen =
+  const ScannedFile seen =
       scanned_bag(kBagStart + bag_record(bag_field("topic", "/a=b") + bag_field("conn", bag_number(7U)) +
                                              bag_operation(7),
                                          bag_field("type", "x/Y=Z")));

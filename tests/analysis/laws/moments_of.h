@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "analysis/laws/consistency_vector_moments.h"
+
+namespace credence::testing {
+
+inline VectorMoments moments_of(const std::vector<Vector>& values) {
+  VectorMoments moments;
+  for (const Vector& u : values) moments.add(u);
+  return moments;
+}
+
+}  // namespace credence::testing
