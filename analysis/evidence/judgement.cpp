@@ -357,7 +357,7 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
         fmt::format("largest {:.3g} of {} steps", pair.correlation.largest, pair.correlation.values)));
   }
   const GaussianityJudgement& g = law.gaussianity;
-  tests.push_back(reasoned_test(kHeavyTails, Exactness::approximate,
+  tests.push_back(reasoned_test(kHeavyTails, Exactness::conservative,
                                 std::isnan(g.tail_p_value) ? "fewer than ten runs" : "", g.tail_p_value,
                                 fmt::format("NEES p = {:.3g}, NIS p = {:.3g}, NIS far out p = {:.3g}",
                                             g.nees_tail_p_value, g.nis_tail_p_value, g.far_nis_p_value)));

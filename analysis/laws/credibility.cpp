@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <vector>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/require.h"
@@ -74,8 +75,15 @@ CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<con
   const Index n = errors[0].size();
   if (runs <= n || runs < 2) return no_index(runs, "not more runs than states: their covariance is singular");
 
+  std::vector<Vector> normalised(errors.begin(), errors.end());
   Matrix sample = Matrix::Zero(n, n);
-  for (const Vector& e : errors) sample += e * e.transpose();
+  Eigen::LLT<Matrix> factor;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (i == 0 || covariances.size() > 1) factor.compute(covariances[i]);
+    if (factor.info() != Eigen::Success) return no_index(runs, "a covariance is not positive definite");
+    factor.matrixL().solveInPlace(normalised[i]);
+    sample += normalised[i] * normalised[i].transpose();
+  }
   sample /= static_cast<double>(runs);
   const Eigen::LLT<Matrix> sample_factor(sample);
   if (!sample.allFinite() || sample_factor.info() != Eigen::Success) {
@@ -84,13 +92,8 @@ CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<con
 
   double sum = 0.0;
   double absolute_sum = 0.0;
-  Eigen::LLT<Matrix> factor;
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    if (i == 0 || covariances.size() > 1) factor.compute(covariances[i]);
-    if (factor.info() != Eigen::Success) return no_index(runs, "a covariance is not positive definite");
-    const double claimed = errors[i].dot(factor.solve(errors[i]));
-    const double actual = errors[i].dot(sample_factor.solve(errors[i]));
-    const double log_ratio = std::log(claimed / actual);
+  for (const Vector& u : normalised) {
+    const double log_ratio = std::log(u.squaredNorm() / u.dot(sample_factor.solve(u)));
     if (!std::isfinite(log_ratio)) return no_index(runs, "an error is zero or a covariance not finite");
     sum += log_ratio;
     absolute_sum += std::abs(log_ratio);

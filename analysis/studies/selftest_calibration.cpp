@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,9 +26,9 @@ StudyShare share_of_true(const std::vector<char>& hits) {
   return share_of(std::count(hits.begin(), hits.end(), 1), static_cast<std::int64_t>(hits.size()));
 }
 
-void calibrate_tests(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
-  const SyntheticFilter filter({});
-  const NoiseSource noise(options.seed, SelftestNoise::kTests);
+/// Every test of the battery on these filters, which are exact; `of` ends the names of the rows.
+void calibrate_battery(std::span<const SyntheticFilter> filters, const char* of, const NoiseSource& noise,
+                       const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
   const auto studies = static_cast<std::size_t>(options.studies);
   std::vector<std::vector<TestResult>> all(studies);
   std::vector<char> sum_alarm(studies), band_alarm(studies);
@@ -36,7 +37,7 @@ void calibrate_tests(const SelftestOptions& options, SelftestWorkers& workers, S
       [&](std::int64_t i) {
         CalibrationRecorder recorder;
         const Evidence evidence =
-            synthetic_evidence(filter, noise, i, SyntheticFilter::kRuns, SyntheticFilter::kSteps, &recorder);
+            synthetic_evidence(filters, noise, i, SyntheticFilter::kRuns, SyntheticFilter::kSteps, &recorder);
         const auto at = static_cast<std::size_t>(i);
         const Judgement judgement = judge(evidence, {.confidence = 1.0 - kSelftestPowerLevel});
         all[at] = shipped_tests(evidence, judgement, judge_calibration(recorder, 1.0 - kSelftestPowerLevel));
@@ -52,13 +53,24 @@ void calibrate_tests(const SelftestOptions& options, SelftestWorkers& workers, S
       const auto alarms = std::count_if(all.begin(), all.end(), [&](const std::vector<TestResult>& r) {
         return is_alarm(r[test].p_value, level);
       });
-      result.calibration.push_back(
-          {all.front()[test].name, all.front()[test].exactness, level, share_of(alarms, options.studies)});
+      result.calibration.push_back({all.front()[test].name + of, all.front()[test].exactness, level,
+                                    share_of(alarms, options.studies)});
     }
   }
+  if (filters.size() > 1) return;
   result.naive = {
       {"NEES summed over time as chi square", "NEES", kSelftestPowerLevel, share_of_true(sum_alarm)},
       {"any step outside its pointwise band", "NIS", kSelftestPowerLevel, share_of_true(band_alarm)}};
+}
+
+void calibrate_tests(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
+  const SyntheticFilter one({});
+  calibrate_battery({&one, 1}, "", NoiseSource(options.seed, SelftestNoise::kTests), options, workers,
+                    result);
+  // As with missed measurements: every other run has a Q of its own and misses every third measurement.
+  const SyntheticFilter two[] = {one, SyntheticFilter({.noise_ratio = 1.0, .every_third_missing = true})};
+  calibrate_battery(two, ", P differs between runs", NoiseSource(options.seed, SelftestNoise::kMixed),
+                    options, workers, result);
 }
 
 /// The word in studies of other sizes and kinds; the largest cost most and are fewer.
@@ -217,7 +229,7 @@ void calibrate_single_runs(const SelftestOptions& options, SelftestWorkers& work
 }  // namespace
 
 std::int64_t calibration_work(const SelftestOptions& options) {
-  return 4 * options.studies + word_studies(options) + single_run_blocks(options);
+  return 5 * options.studies + word_studies(options) + single_run_blocks(options);
 }
 
 void calibrate(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {

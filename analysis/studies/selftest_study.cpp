@@ -63,20 +63,24 @@ void show(const SyntheticFilter& filter, const SyntheticFilter::Sample& sample, 
 
 }  // namespace
 
-Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t first_block,
-                            int runs, int steps, CalibrationRecorder* calibration) {
-  const RunLayout layout = layout_of(filter);
+Evidence synthetic_evidence(std::span<const SyntheticFilter> filters, const NoiseSource& noise,
+                            std::int64_t first_block, int runs, int steps, CalibrationRecorder* calibration) {
+  const RunLayout layout = layout_of(filters.front());
   EvidenceRecorder recorder(layout);
   Step step;
   step.innovations.resize(layout.sensors.size());
   for (Index i = 0; i < std::ssize(layout.states); ++i) step.states.push_back(i);
   for (int first = 0; first < runs; first += SyntheticFilter::kRuns) {
-    const auto samples = filter.simulate(noise, first_block + first / SyntheticFilter::kRuns);
+    std::vector<std::vector<SyntheticFilter::Sample>> samples;
+    for (const SyntheticFilter& filter : filters) {
+      samples.push_back(filter.simulate(noise, first_block + first / SyntheticFilter::kRuns));
+    }
     for (int run = 0; run < std::min(SyntheticFilter::kRuns, runs - first); ++run) {
+      const std::size_t of = static_cast<std::size_t>(first + run) % filters.size();
       recorder.begin_run();
       if (calibration != nullptr) calibration->begin_run(layout, "");
       for (int k = 0; k < steps; ++k) {
-        show(filter, samples[static_cast<std::size_t>(k)], k, run, step);
+        show(filters[of], samples[of][static_cast<std::size_t>(k)], k, run, step);
         recorder.add(step);
         if (calibration != nullptr) calibration->add(step);
       }
@@ -86,6 +90,11 @@ Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& no
   for (Evidence& chunk : recorder.take_chunks()) all.merge(std::move(chunk));
   all.merge(recorder.take());
   return all;
+}
+
+Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t first_block,
+                            int runs, int steps, CalibrationRecorder* calibration) {
+  return synthetic_evidence({&filter, 1}, noise, first_block, runs, steps, calibration);
 }
 
 void add_samples(const SyntheticFilter& filter, std::span<const SyntheticFilter::Sample> samples,

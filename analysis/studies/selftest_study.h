@@ -9,9 +9,15 @@
 
 namespace credence {
 
-/// The evidence of the first `runs` runs from block `first_block` on, collected as of any other filter. A
-/// filter with one dof too many claims a state of variance one that has no error; one that logs what passed
-/// its gate logs nothing else. calibration: is shown the same rows.
+/// The evidence of the first `runs` runs from block `first_block` on, collected as of any other filter; run i
+/// is of filter i modulo their number, so that P differs between runs if there are several. A filter with one
+/// dof too many claims a state of variance one that has no error; one that logs what passed its gate logs
+/// nothing else. The filters must have the same defect and assume the same R. calibration: is shown the same
+/// rows.
+Evidence synthetic_evidence(std::span<const SyntheticFilter> filters, const NoiseSource& noise,
+                            std::int64_t first_block, int runs, int steps = SyntheticFilter::kSteps,
+                            CalibrationRecorder* calibration = nullptr);
+/// Of one filter.
 Evidence synthetic_evidence(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t first_block,
                             int runs, int steps = SyntheticFilter::kSteps,
                             CalibrationRecorder* calibration = nullptr);

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -70,6 +72,39 @@ TEST(Credibility, CalibratedAndItsExpectedValuesAreRight) {
     EXPECT_NEAR(inclination.mean, index.expected_inclination, 5.0 * error) << runs;
     EXPECT_NEAR(noncredibility.mean / index.noncredibility_floor, 1.0, 0.1) << runs;
   }
+}
+
+// As of a filter with missed measurements: half of the runs claim, and have, 25 times the variance of the
+// others.
+TEST(Credibility, CalibratedWherePDiffersBetweenRuns) {
+  constexpr int kStudies = 2000;
+  constexpr int kRuns = 60;
+  const Matrix often = some_covariance();
+  const Matrix seldom = Vector{{5.0, 1.0, 2.0}}.asDiagonal() * often * Vector{{5.0, 1.0, 2.0}}.asDiagonal();
+  std::vector<Matrix> covariances(kRuns, often);
+  std::fill(covariances.begin() + kRuns / 2, covariances.end(), seldom);
+  std::mt19937_64 generator(6);
+  int at_5 = 0;
+  int optimistic_at_5 = 0;
+  Moments inclination, noncredibility;
+  CredibilityIndex index;
+  for (int study = 0; study < kStudies; ++study) {
+    std::vector<Vector> errors = gaussian_errors(often, kRuns / 2, generator);
+    std::ranges::move(gaussian_errors(seldom, kRuns / 2, generator), std::back_inserter(errors));
+    index = credibility_index(errors, covariances, 0.95);
+    at_5 += index.p_value <= 0.05;
+    inclination.add(index.inclination);
+    noncredibility.add(index.noncredibility);
+    for (Vector& e : errors) e *= std::sqrt(1.3);
+    const CredibilityIndex wrong = credibility_index(errors, covariances, 0.95);
+    optimistic_at_5 += wrong.p_value <= 0.05 && wrong.lower > 0.0;
+  }
+  EXPECT_NEAR(at_5 / 2000.0, 0.05, 5.0 * test::binomial_standard_error(0.05, kStudies));
+  EXPECT_NEAR(inclination.mean, index.expected_inclination,
+              5.0 * std::sqrt(inclination.variance() / kStudies));
+  EXPECT_NEAR(noncredibility.mean / index.noncredibility_floor, 1.0, 0.1);
+  // ln 1.3 of a standard deviation of √(2/180) on both sides: power Φ(0.262/0.1054 − 1.96) = 0.70.
+  EXPECT_NEAR(optimistic_at_5 / 2000.0, 0.70, 5.0 * test::binomial_standard_error(0.70, kStudies));
 }
 
 TEST(Credibility, FindsAnOptimisticFilter) {
