@@ -51,7 +51,7 @@ struct GateFound {
   double p_value = 0.0;   ///< of χ² cut off there (Anderson-Darling): it fits
 };
 
-/// What the battery found; what was not tested stays empty.
+/// What the tests found; what was not tested stays empty.
 struct Findings {
   ConsistencyVerdict nees, nis;
   /// Best of the innovations after the first fifth of the steps, so that a wrong start does not colour them.

@@ -26,8 +26,8 @@ StudyShare share_of_true(const std::vector<char>& hits) {
   return share_of(std::count(hits.begin(), hits.end(), 1), static_cast<std::int64_t>(hits.size()));
 }
 
-/// Every test of the battery on these filters, which are exact; `of` ends the names of the rows.
-void calibrate_battery(std::span<const SyntheticFilter> filters, const char* of, const NoiseSource& noise,
+/// Every shipped test on these filters, which are exact; `of` ends the names of the rows.
+void calibrate_shipped(std::span<const SyntheticFilter> filters, const char* of, const NoiseSource& noise,
                        const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
   const auto studies = static_cast<std::size_t>(options.studies);
   std::vector<std::vector<TestResult>> all(studies);
@@ -65,11 +65,11 @@ void calibrate_battery(std::span<const SyntheticFilter> filters, const char* of,
 
 void calibrate_tests(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result) {
   const SyntheticFilter one({});
-  calibrate_battery({&one, 1}, "", NoiseSource(options.seed, SelftestNoise::kTests), options, workers,
+  calibrate_shipped({&one, 1}, "", NoiseSource(options.seed, SelftestNoise::kTests), options, workers,
                     result);
   // As with missed measurements: every other run has a Q of its own and misses every third measurement.
   const SyntheticFilter two[] = {one, SyntheticFilter({.noise_ratio = 1.0, .every_third_missing = true})};
-  calibrate_battery(two, ", P differs between runs", NoiseSource(options.seed, SelftestNoise::kMixed),
+  calibrate_shipped(two, ", P differs between runs", NoiseSource(options.seed, SelftestNoise::kMixed),
                     options, workers, result);
 }
 

@@ -51,9 +51,9 @@ Json rmse_json(const RmseInterval& rmse) {
   return j;
 }
 
-Json blocks_json(const Judgement& battery) {
+Json blocks_json(const Judgement& judgement) {
   Json blocks = Json::array();
-  for (const BlockVerdict& block : battery.blocks) {
+  for (const BlockVerdict& block : judgement.blocks) {
     Json j = {{"name", block.name},
               {"mean", json_number(block.verdict.mean)},
               {"expected", json_number(block.verdict.expected)},
@@ -65,10 +65,10 @@ Json blocks_json(const Judgement& battery) {
   return blocks;
 }
 
-Json coverage_json(const Judgement& battery) {
+Json coverage_json(const Judgement& judgement) {
   Json coverage = Json::array();
-  for (std::size_t i = 0; i < battery.coverage.size(); ++i) {
-    const CoverageVerdict& c = battery.coverage[i];
+  for (std::size_t i = 0; i < judgement.coverage.size(); ++i) {
+    const CoverageVerdict& c = judgement.coverage[i];
     coverage.push_back({{"k_sigma", CoverageSums::kSigmas[i]},
                         {"inside", c.pooled.inside},
                         {"total", c.pooled.total},
