@@ -6,13 +6,16 @@
 
 #include "core/linear_algebra/cholesky.h"
 #include "core/stop_point.h"
+#include "datasets/logs/run_fingerprints.h"
 
 namespace credence {
 namespace {
 
 class InnovationSink final : public LogSink {
  public:
+  void begin_file(const std::filesystem::path& file) { fingerprints_.begin_file(file); }
   void begin_run(const RunLayout& layout) override {
+    fingerprints_.begin_run();
     of_layout_.clear();
     nis_alone_.clear();
     for (const Sensor& sensor : layout.sensors) {
@@ -30,6 +33,7 @@ class InnovationSink final : public LogSink {
 
   void add(const Step& step) override {
     stop_point();
+    fingerprints_.add(step);
     if (!step.problem.empty()) return;
     for (std::size_t s = 0; s < std::min(step.innovations.size(), of_layout_.size()); ++s) {
       const std::size_t sensor = of_layout_[s];
@@ -47,8 +51,9 @@ class InnovationSink final : public LogSink {
   void unmatched(std::int64_t) override {}
   void advance(std::int64_t) override {}
 
-  /// Without empty runs and silent sensors.
+  /// Without empty runs and silent sensors. Throws DataError for a run that is there twice.
   std::vector<SensorRecord> take() {
+    fingerprints_.require_distinct();
     for (std::size_t i = 0; i < records_.size(); ++i) {
       std::vector<RecordedInnovations>& runs = records_[i].runs;
       std::erase_if(runs, [](const RecordedInnovations& run) { return run.nis.empty(); });
@@ -73,6 +78,7 @@ class InnovationSink final : public LogSink {
     record.log_determinant += 2.0 * llt.matrixLLT().diagonal().array().log().sum();
   }
 
+  RunFingerprints fingerprints_;
   std::vector<SensorRecord> records_;
   std::vector<Index> dims_;             ///< of each record; 0 before its first innovation
   std::vector<std::size_t> of_layout_;  ///< record of each sensor of the run
@@ -84,7 +90,10 @@ class InnovationSink final : public LogSink {
 std::vector<SensorRecord> read_innovations(std::span<const std::filesystem::path> files,
                                            const LogFileReader& read) {
   InnovationSink sink;
-  for (const std::filesystem::path& file : files) read(file, sink);
+  for (const std::filesystem::path& file : files) {
+    sink.begin_file(file);
+    read(file, sink);
+  }
   return sink.take();
 }
 

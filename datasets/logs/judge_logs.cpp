@@ -15,6 +15,7 @@
 #include "core/stop_point.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/reading_fit.h"
+#include "datasets/logs/run_fingerprints.h"
 #include "montecarlo/engine/engine.h"
 
 namespace credence {
@@ -28,6 +29,7 @@ struct Group {
   std::vector<LogRemark> remarks;
   std::vector<LogPoses> poses;
   CalibrationRecorder calibration;
+  RunFingerprints fingerprints;
   std::int64_t unmatched = 0, unexplained = 0;
   std::size_t files = 0;
   std::exception_ptr error;
@@ -60,12 +62,14 @@ class GroupSink final : public LogSink {
   void begin_file(const std::filesystem::path& file) {
     file_ = file;
     steps_ = runs_ = 0;
+    group_.fingerprints.begin_file(file);
   }
   std::int64_t steps() const { return steps_; }
 
   void begin_run(const RunLayout& layout) override {
     sums_.begin_file(file_, layout);
     sums_.begin_run();
+    group_.fingerprints.begin_run();
     const std::string name = file_.stem().string();
     group_.calibration.begin_run(layout, runs_++ == 0 ? name : fmt::format("{}:{}", name, runs_));
   }
@@ -73,6 +77,7 @@ class GroupSink final : public LogSink {
     stop_point();
     ++steps_;
     sums_.add(step);
+    group_.fingerprints.add(step);
     group_.calibration.add(step, std::exchange(travelled_m_, kNaN));
   }
   void travelled(double distance_m) override { travelled_m_ = distance_m; }
@@ -160,6 +165,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
                           const LogJudgeOptions& options) {
   ByteCount bytes(options);
   LogJudgeResult result;
+  RunFingerprints fingerprints;
   std::mutex mutex;
   std::condition_variable turn;
   std::int64_t merged = 0;       // groups
@@ -181,12 +187,14 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     std::ranges::move(group.remarks, std::back_inserter(result.remarks));
     std::ranges::move(group.poses, std::back_inserter(result.poses));
     result.calibration.append(group.calibration);
+    fingerprints.append(std::move(group.fingerprints));
     result.unmatched_rows += group.unmatched;
     unexplained += group.unexplained;
     result.files += static_cast<std::int64_t>(group.files);
     ++merged;
     turn.notify_all();
   });
+  fingerprints.require_distinct();
   result.complete = merged == groups;
   leave_out_chance(result, unexplained);
   return result;

@@ -49,7 +49,7 @@ struct LogJudgeResult {
 ///
 /// Files are taken 64 at a time, and runs are added up 64 at a time, in their order: logs of one run each
 /// give the bits of a study of our own (kChunkRuns), whatever the number of threads. Throws the error of the
-/// first bad file in order.
+/// first bad file in order; and DataError for a run that is there twice (run_fingerprints.h).
 LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const LogFileReader& read,
                           const LogJudgeOptions& options);
 

@@ -1,0 +1,128 @@
+#include "datasets/logs/run_fingerprints.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <random>
+#include <string>
+
+#include "datasets/data_error.h"
+#include "datasets/logs/judge_logs.h"
+
+namespace credence {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const std::filesystem::path kA = "a.csv", kB = "b.npz";
+
+/// Rows of an error of two states and an innovation of one, of this seed; the first row is everybody's.
+std::vector<Step> rows(unsigned seed, int count) {
+  std::mt19937_64 bits(seed);
+  std::normal_distribution<double> normal;
+  std::vector<Step> steps;
+  for (int k = 1; k <= count; ++k) {
+    Step step{.step = k};
+    step.error = Vector::NullaryExpr(2, [&] { return k == 1 ? 0.25 : normal(bits); });
+    step.innovations.push_back({Vector::Constant(1, k == 1 ? 0.5 : normal(bits)), Matrix::Identity(1, 1)});
+    steps.push_back(std::move(step));
+  }
+  return steps;
+}
+
+void add(RunFingerprints& prints, const std::vector<Step>& steps) {
+  prints.begin_run();
+  for (const Step& step : steps) prints.add(step);
+}
+
+RunFingerprints of_file(const std::filesystem::path& file, const std::vector<std::vector<Step>>& runs) {
+  RunFingerprints prints;
+  prints.begin_file(file);
+  for (const std::vector<Step>& run : runs) add(prints, run);
+  return prints;
+}
+
+/// What is said of the runs of two files; "" where they are distinct.
+std::string complaint_of(const std::vector<std::vector<Step>>& a, const std::vector<std::vector<Step>>& b) {
+  RunFingerprints prints = of_file(kA, a);
+  prints.append(of_file(kB, b));
+  try {
+    prints.require_distinct();
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(RunFingerprints, KnowARunAgain) {
+  EXPECT_THAT(complaint_of({rows(1, 40)}, {rows(1, 40)}),
+              AllOf(HasSubstr("b.npz: it has"), HasSubstr("as a.csv:")));
+  EXPECT_THAT(complaint_of({rows(1, 40), rows(2, 40)}, {rows(3, 40), rows(2, 40)}),
+              AllOf(HasSubstr("b.npz: run 2 of it has"), HasSubstr("as run 2 of a.csv:")));
+  EXPECT_THAT(complaint_of({rows(1, 40), rows(1, 40)}, {}), HasSubstr("a.csv: run 2 of it has"));
+}
+
+// Whichever of the two was cut off.
+TEST(RunFingerprints, KnowACopyThatWasCutOff) {
+  EXPECT_THAT(complaint_of({rows(1, 1000)}, {rows(1, 30)}), HasSubstr("first 16 rows"));
+  EXPECT_THAT(complaint_of({rows(1, 30)}, {rows(1, 1000)}), HasSubstr("first 16 rows"));
+  EXPECT_THAT(complaint_of({rows(2, 9), rows(1, 30)}, {rows(3, 7), rows(1, 1000)}),
+              HasSubstr("as run 2 of a.csv"));
+}
+
+TEST(RunFingerprints, TheOrderOfTheColumnsDoesNotMatter) {
+  std::vector<Step> turned = rows(1, 40);
+  for (Step& step : turned) step.error.reverseInPlace();
+  EXPECT_NE(complaint_of({rows(1, 40)}, {turned}), "");
+}
+
+// Runs that start the same, as worlds without process noise do until something is measured.
+TEST(RunFingerprints, LeaveRunsAloneThatStartTheSame) {
+  EXPECT_EQ(complaint_of({rows(1, 40)}, {rows(2, 40), rows(3, 40)}), "");
+  std::vector<Step> branched = rows(1, 15), other = rows(2, 40);
+  branched.insert(branched.end(), other.begin() + 15, other.end());
+  EXPECT_EQ(complaint_of({rows(1, 40)}, {branched}), "");
+}
+
+// A few coarse numbers agree by chance, and zeros say nothing.
+TEST(RunFingerprints, LeaveRunsAloneOfTooFewNumbers) {
+  EXPECT_EQ(complaint_of({rows(1, 5)}, {rows(1, 5)}), "");  // 12 numbers in the first four rows
+  std::vector<Step> silent = rows(1, 40);
+  for (Step& step : silent) {
+    step.error.setZero();
+    step.innovations.clear();
+  }
+  EXPECT_EQ(complaint_of({silent}, {silent}), "");
+}
+
+// Of many files, in parallel: the first one that was there before, whoever reads first.
+TEST(RunFingerprints, OfManyFilesTheFirstCopyIsNamedForAnyNumberOfThreads) {
+  constexpr unsigned kFiles = 300;
+  std::vector<std::filesystem::path> files;
+  for (unsigned i = 0; i < kFiles; ++i) files.emplace_back(std::to_string(i));
+  const auto read = [](const std::filesystem::path& file, LogSink& sink) {
+    const auto seed = static_cast<unsigned>(std::stoul(file.string()));
+    RunLayout layout{.states = {"a", "b"}, .angles = {false, false}};
+    layout.sensors.push_back({.name = "", .dim = 1, .piece = 1});
+    sink.begin_run(layout);
+    for (Step& step : rows(seed == 290 ? 7 : seed == 130 ? 100 : seed, 20)) {
+      step.states = {0, 1};
+      step.P = Matrix::Identity(2, 2);
+      sink.add(step);
+    }
+  };
+  for (const int threads : {1, 4}) {
+    LogJudgeOptions options;
+    options.threads = threads;
+    try {
+      judge_logs(files, read, options);
+      ADD_FAILURE() << threads << " threads: the copies were counted";
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("130: it has"), HasSubstr("as 100:"))) << threads;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace credence
