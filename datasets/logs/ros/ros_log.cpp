@@ -29,7 +29,7 @@ namespace {
 /// A topic and how often it spoke.
 struct TopicSeen {
   RosTopic topic;
-  std::int64_t count = 0;
+  std::int64_t publishers = 0, count = 0;
   double first_s = 0.0, last_s = 0.0;
 
   const RosPoseType* poses() const {
@@ -38,6 +38,33 @@ struct TopicSeen {
   bool can_be_estimate() const {
     return poses() != nullptr && poses()->covariance && poses()->has_orientation && !poses()->geodetic;
   }
+};
+
+/// The topics of a file. Containers announce one for each of its publishers (connections, channels): those of
+/// one name and type are one topic.
+class TopicsSeen {
+ public:
+  void announce(std::size_t number, const RosTopic& topic) {
+    const auto same = std::ranges::find(all_, topic, &TopicSeen::topic);
+    const auto place = static_cast<std::size_t>(same - all_.begin());
+    if (same == all_.end()) all_.push_back({topic});
+    ++all_[place].publishers;
+    places_.resize(std::max(places_.size(), number + 1));
+    places_[number] = place;
+  }
+  /// The topic of a message, which is counted.
+  TopicSeen& spoke(std::size_t number, double time_s) {
+    TopicSeen& seen = all_[places_[number]];
+    if (seen.count++ == 0) seen.first_s = time_s;
+    seen.last_s = time_s;
+    return seen;
+  }
+  std::size_t place(std::size_t number) const { return places_[number]; }
+  const std::vector<TopicSeen>& all() const { return all_; }
+
+ private:
+  std::vector<TopicSeen> all_;
+  std::vector<std::size_t> places_;  ///< of what was announced, by its number
 };
 
 /// "/odom (nav_msgs/Odometry, 3952 messages), …" of those that fit; "none" where none does.
@@ -185,32 +212,30 @@ class RosLog {
     if (!options_.truth_topic.empty() && !options_.truth.empty()) {
       throw std::invalid_argument("--truth and --truth-topic: name one of them");
     }
-    const RosVisitor visitor{.topic = [&](std::size_t, const RosTopic& topic) { topics_.push_back({topic}); },
-                             .message =
-                                 [&](std::size_t i, double time_s, const ByteCursor& message) {
-                                   TopicSeen& seen = topics_[i];
-                                   if (seen.count++ == 0) seen.first_s = time_s;
-                                   seen.last_s = time_s;
-                                   if (seen.topic.name != truth_choice_.name || seen.poses() == nullptr)
-                                     return;
-                                   truth_stream_.read(seen, time_s, message,
-                                                      [&](const RosPose& pose, std::int64_t number) {
-                                                        truth_.add(*seen.poses(), pose, number);
-                                                      });
-                                 },
-                             .advance = [&](std::int64_t bytes) { sink_.advance(bytes); }};
+    const RosVisitor visitor{
+        .topic = [&](std::size_t i, const RosTopic& topic) { topics_.announce(i, topic); },
+        .message =
+            [&](std::size_t i, double time_s, const ByteCursor& message) {
+              const TopicSeen& seen = topics_.spoke(i, time_s);
+              if (seen.topic.name != truth_choice_.name || seen.poses() == nullptr) return;
+              truth_stream_.read(seen, time_s, message, [&](const RosPose& pose, std::int64_t number) {
+                truth_.add(*seen.poses(), pose, number);
+              });
+            },
+        .advance = [&](std::int64_t bytes) { sink_.advance(bytes); }};
     whole_ = read_part(
-        options_, sink_, [&] { scan_(file_, visitor); }, [&] { return !topics_.empty(); });
+        options_, sink_, [&] { scan_(file_, visitor); }, [&] { return !topics_.all().empty(); });
   }
 
   void choose_estimate() {
     const auto fits = [&](const TopicSeen& seen) {
       return seen.can_be_estimate() && seen.topic.name != truth_choice_.name;
     };
-    const std::string all = listed(topics_, fits);
+    const std::vector<TopicSeen>& topics = topics_.all();
+    const std::string all = listed(topics, fits);
     std::vector<std::size_t> candidates;
-    for (std::size_t i = 0; i < topics_.size(); ++i) {
-      if (fits(topics_[i]) && (options_.topic.empty() || topics_[i].topic.name == options_.topic)) {
+    for (std::size_t i = 0; i < topics.size(); ++i) {
+      if (fits(topics[i]) && (options_.topic.empty() || topics[i].topic.name == options_.topic)) {
         candidates.push_back(i);
       }
     }
@@ -227,16 +252,16 @@ class RosLog {
       throw DataError(file_, "",
                       fmt::format("holds no poses with covariance (nav_msgs/Odometry or "
                                   "geometry_msgs/PoseWithCovarianceStamped); its topics are: {}",
-                                  listed(topics_, [](const TopicSeen&) { return true; })));
+                                  listed(topics, [](const TopicSeen&) { return true; })));
     }
     throw std::invalid_argument(fmt::format(
         "{}: several topics hold poses with covariance; name one by --topic: {}", file_.string(), all));
   }
 
-  const TopicSeen& estimate() const { return topics_[estimate_]; }
+  const TopicSeen& estimate() const { return topics_.all()[estimate_]; }
 
   std::string could_be_truth() const {
-    return listed(topics_,
+    return listed(topics_.all(),
                   [&](const TopicSeen& seen) { return seen.poses() != nullptr && &seen != &estimate(); });
   }
 
@@ -253,6 +278,11 @@ class RosLog {
           options_.truth_topic, truth_choice_.name, fmt::join(truth_stream_.children(), ", ")));
     }
     truth_stream_.tell(sink_);
+    for (const TopicSeen& seen : topics_.all()) {
+      // Every broadcaster of transforms has one of its own.
+      const bool transforms = seen.poses() != nullptr && seen.poses()->several;
+      if (seen.topic.name == truth_choice_.name && !transforms) tell_publishers(seen);
+    }
     if (!truth.covariances.empty()) {
       sink_.remark(fmt::format("{}: the truth has a covariance of its own, which is added to P.",
                                options_.truth_topic));
@@ -267,7 +297,7 @@ class RosLog {
     const RosVisitor visitor{.topic = [](std::size_t, const RosTopic&) {},
                              .message =
                                  [&](std::size_t i, double time_s, const ByteCursor& message) {
-                                   if (i != estimate_) return;
+                                   if (topics_.place(i) != estimate_) return;
                                    stream.read(estimate(), time_s, message, take);
                                  },
                              .advance = [](std::int64_t) {}};
@@ -370,9 +400,16 @@ class RosLog {
     tell(stream, sentinels, without);
   }
 
+  void tell_publishers(const TopicSeen& seen) {
+    if (seen.publishers < 2) return;
+    sink_.remark(fmt::format("{}: {} publishers (connections) wrote to this topic: read as one series.",
+                             seen.topic.name, seen.publishers));
+  }
+
   void tell(const PoseStream& stream, const CovarianceSentinels& sentinels, std::int64_t without) {
     const std::string& name = estimate().topic.name;
     stream.tell(sink_);
+    tell_publishers(estimate());
     for (std::string& sentence : sentinels.remarks(name)) sink_.remark(std::move(sentence));
     if (sentinels.planar() && chart().axes.orientation != OrientationError::planar) {
       sink_.remark(fmt::format(
@@ -421,7 +458,7 @@ class RosLog {
   TrajectoryMatching matching_;
   bool to_point_ = false;  ///< the truth is a point on the body, beside its frame
   TopicChoice truth_choice_;
-  std::vector<TopicSeen> topics_;
+  TopicsSeen topics_;
   std::size_t estimate_ = 0;
   bool whole_ = true;  ///< the first pass came to the end of the file
   PoseStream truth_stream_{options_.truth_topic, truth_choice_.child_frame};
@@ -429,17 +466,14 @@ class RosLog {
 };
 
 LogContents list_topics(const std::filesystem::path& file, const RosScan& scan) {
-  std::vector<TopicSeen> topics;
-  const RosVisitor visitor{.topic = [&](std::size_t, const RosTopic& topic) { topics.push_back({topic}); },
-                           .message =
-                               [&](std::size_t i, double time_s, const ByteCursor&) {
-                                 if (topics[i].count++ == 0) topics[i].first_s = time_s;
-                                 topics[i].last_s = time_s;
-                               },
-                           .advance = [](std::int64_t) {}};
+  TopicsSeen topics;
+  const RosVisitor visitor{
+      .topic = [&](std::size_t i, const RosTopic& topic) { topics.announce(i, topic); },
+      .message = [&](std::size_t i, double time_s, const ByteCursor&) { topics.spoke(i, time_s); },
+      .advance = [](std::int64_t) {}};
   scan(file, visitor);
   LogContents contents;
-  for (const TopicSeen& seen : topics) {
+  for (const TopicSeen& seen : topics.all()) {
     contents.topics.push_back({.name = seen.topic.name,
                                .type = seen.topic.type,
                                .count = seen.count,

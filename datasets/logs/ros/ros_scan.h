@@ -16,10 +16,13 @@ struct RosTopic {
   std::string name;
   std::string type;  ///< "nav_msgs/Odometry", without the "msg" that ROS 2 puts between
   enum class Encoding { ros1, cdr, other } encoding = Encoding::other;
+
+  bool operator==(const RosTopic&) const = default;
 };
 
 struct RosVisitor {
-  /// Topics are counted from 0 in the order in which they come; one may be announced again.
+  /// Topics are counted from 0 in the order in which they come; a topic is announced once for each of its
+  /// publishers, where the file tells them apart.
   std::function<void(std::size_t topic, const RosTopic&)> topic;
   std::function<void(std::size_t topic, double time_s, const ByteCursor& message)> message;
   std::function<void(std::int64_t bytes)> advance;

@@ -131,6 +131,40 @@ TEST(RosLog, TheSamePosesComeOutOfEveryContainerPackedInEveryWay) {
   expect_the_run(sink, "db3");
 }
 
+// A node that was started again, or two nodes: containers know each as a connection of its own.
+TEST(RosLog, APublisherMoreIsNoTopicMore) {
+  const auto two_each = [](Kind kind) {
+    BagContent content = bag(kind);
+    content.topics.push_back(content.topics[0]);
+    content.topics.push_back(content.topics[1]);
+    for (std::size_t i = content.messages.size() / 2; i < content.messages.size(); ++i) {
+      if (content.messages[i].topic < 2) content.messages[i].topic += 3;
+    }
+    return content;
+  };
+  const TemporaryFolder folder;
+  testing::write_ros2_sqlite(folder / "log.db3", two_each(Kind::cdr));
+  const std::pair<LogFormat, std::filesystem::path> logs[] = {
+      {mcap_format(), folder.write("log.mcap", testing::mcap_bytes(two_each(Kind::cdr), Packing::none))},
+      {ros1_bag_format(),
+       folder.write("log.bag", testing::ros1_bag_bytes(two_each(Kind::ros1), Packing::lz4))},
+      {ros2_sqlite_format(), folder / "log.db3"}};
+  for (const auto& [format, file] : logs) {
+    for (const char* topic : {"", "/odom"}) {
+      LogReadOptions options = with_truth();
+      options.topic = topic;
+      RecordedSink sink;
+      format.read(file, options, sink);
+      expect_the_run(sink, std::string(format.name));
+      EXPECT_THAT(sink.remarks, ::testing::Contains(HasSubstr("/odom: 2 publishers"))) << format.name;
+      EXPECT_THAT(sink.remarks, ::testing::Contains(HasSubstr("/truth: 2 publishers"))) << format.name;
+    }
+    const LogContents contents = format.list(file);
+    ASSERT_EQ(contents.topics.size(), 3U) << format.name;
+    EXPECT_EQ(contents.topics[0].count, 12) << format.name;
+  }
+}
+
 TEST(RosLog, ListsTopicsTypesCountsAndRates) {
   const TemporaryFolder folder;
   const auto file = folder.write("log.mcap", testing::mcap_bytes(bag(Kind::cdr), Packing::lz4));
