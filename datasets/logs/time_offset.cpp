@@ -59,6 +59,7 @@ class OffsetErrors {
     weights_.resize(samples_.size());
     TrajectoryMatching shifted = matching_;
     shifted.time_offset_s = tau;
+    shifted.truth_time = TruthTime::interpolated;  // e(τ) jumps between nearest ones, and stands still
     const TruthComparison comparison(truth_, shifted, axes_, joint_covariance_, alignment(shifted, stride));
     Step step;
     for (std::size_t i = 0; i < samples_.size(); i += stride) {
@@ -108,6 +109,24 @@ double least_cost(OffsetErrors& errors, std::size_t samples) {
   return boost::math::tools::brent_find_minima([&](double tau) { return errors.cost(tau, 1); },
                                                (best - 1) * kStep, (best + 1) * kStep, kBits)
       .first;
+}
+
+/// Why no time can be found in a truth of these times: most moments between two of them have one within the
+/// limit on one side alone, so that nothing is compared there. "" where there is no such reason.
+std::string too_coarse(const Trajectory& truth, double limit_s) {
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < truth.time_s.size(); ++i) gaps.push_back(truth.time_s[i] - truth.time_s[i - 1]);
+  if (gaps.empty()) return "the truth has one row";
+  const auto middle = gaps.begin() + std::ssize(gaps) / 2;
+  std::ranges::nth_element(gaps, middle);
+  // Of a gap g the moments with both ends within the limit L are 2 L − g; half of it, as cost() asks for.
+  if (*middle <= 4.0 / 3.0 * limit_s) return "";
+  constexpr double kRoom = 1.5;
+  return fmt::format(
+      "the truth has a row every {:.3g} s, of which one before and one behind an estimate must be within "
+      "--max-time-difference {:g} s; with --max-time-difference {:.2g} the truth is interpolated between "
+      "them",
+      *middle, limit_s, kRoom * *middle);
 }
 
 /// q_k of the rows in order, whose mean is zero at τ̂; empty where nothing moves.
@@ -163,6 +182,8 @@ TimeOffset find_time_offset(std::span<const OffsetSample> samples, const Traject
   constexpr std::size_t kStretches = 10;
   constexpr double kShortestStretch = 10.0;  // in correlation times
   TimeOffset offset{.confidence = confidence, .estimated = true};
+  offset.reason = too_coarse(truth, matching.max_time_difference_s);
+  if (!offset.reason.empty()) return offset;
   OffsetErrors errors(samples, truth, matching, axes, joint_covariance);
   offset.value_s = least_cost(errors, samples.size());
   if (std::isnan(offset.value_s)) {

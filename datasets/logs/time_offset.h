@@ -23,8 +23,9 @@ struct OffsetSample {
 /// The interval rests neither on P being right nor on errors that are independent in time. With
 /// v_k = −de_k/dτ the influence of a row on τ̂ is q_k = v_kᵀ P_k⁻¹ e_k / mean(vᵀ P⁻¹ v), whose averages over
 /// ten equal stretches of the log are nearly independent (batch means): τ̂ ± t(9) s/√10. There is none, with
-/// the reason, where a stretch is shorter than ten correlation times of q, as in test_single_run, and where
-/// nothing moves enough.
+/// the reason, where a stretch is shorter than ten correlation times of q, as in test_single_run, where
+/// nothing moves enough, and where the rows of the truth are further apart than 4/3 of the largest time
+/// difference. Between its rows the truth is interpolated, also where the nearest is judged.
 ///
 /// Not told from a time by these errors: a constant error along the motion of a body that moves at one speed,
 /// as a wrong lever arm makes it.

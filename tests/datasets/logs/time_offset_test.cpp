@@ -91,6 +91,24 @@ TEST(TimeOffset, AnAlignedTruthIsAlignedAtEveryTime) {
   EXPECT_NEAR(offset.value_s, -0.2, 0.02);
 }
 
+// Of a truth at 10 Hz, within 20 ms of which an estimate lies by chance alone.
+TEST(TimeOffset, ATruthTooCoarseForTheLimitIsSaidWithTheLimitThatHelps) {
+  const OffsetLog log = offset_log(5, 400, 0.037, 0.0);
+  TrajectoryMatching matching = kMatching;
+  matching.max_time_difference_s = 0.02;
+  const TimeOffset none = found_in(log, matching);
+  EXPECT_THAT(none.reason,
+              ::testing::AllOf(HasSubstr("a row every 0.1 s"), HasSubstr("--max-time-difference 0.15")));
+  EXPECT_TRUE(std::isnan(none.value_s));
+  matching.max_time_difference_s = 0.15;
+  for (const TruthTime time : {TruthTime::interpolated, TruthTime::nearest}) {
+    matching.truth_time = time;
+    const TimeOffset found = found_in(log, matching);
+    EXPECT_EQ(found.reason, "");
+    EXPECT_NEAR(found.value_s, 0.037, 0.02);
+  }
+}
+
 TEST(TimeOffset, WhatCannotBeToldHasAReason) {
   OffsetLog still = offset_log(1, 200, 0.0, 0.0);
   for (SpatialPose& pose : still.truth.poses) pose = course(0.0);
