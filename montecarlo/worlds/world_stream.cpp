@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -15,9 +14,10 @@ namespace {
 /// Of worlds whose experiment shows a measurement as one vector, and where nothing is steered.
 WorldStream stream_of(std::shared_ptr<const Experiment> experiment) {
   WorldStream stream{.states = experiment->layout().states, .measurements = {}, .visit = {}};
-  Index most = 0;
-  experiment->visit(0, [&](const TraceStep& now) { most = std::max(most, now.z.size()); });
-  for (Index i = 1; i <= most; ++i) stream.measurements.push_back(std::to_string(i));
+  // Not of a run: it may be one in which nothing is measured.
+  for (const Sensor& sensor : experiment->layout().sensors) {
+    for (Index i = 1; i <= sensor.dim; ++i) stream.measurements.push_back(std::to_string(i));
+  }
   stream.visit = [experiment = std::move(experiment)](std::int64_t run, const RowVisitor& take) {
     experiment->visit(run, [&](const TraceStep& now) {
       StreamRow row{.truth = now.truth};
