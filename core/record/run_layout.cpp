@@ -1,15 +1,30 @@
 #include "core/record/run_layout.h"
 
 #include <algorithm>
+#include <string_view>
+#include <utility>
 
 namespace credence {
 namespace {
 
 std::string block_of(const std::string& state) { return state.substr(0, state.find('.')); }
 
-bool is_pose(const RunLayout& layout, const std::vector<Index>& states) {
-  return states.size() == 3 && states[1] == states[0] + 1 && states[2] == states[0] + 2 &&
-         layout.angles[static_cast<std::size_t>(states[2])];
+bool is_angle(const RunLayout& layout, Index state) { return layout.angles[static_cast<std::size_t>(state)]; }
+
+/// "x" of "vehicle.x".
+std::string_view within_block(const RunLayout& layout, Index state) {
+  const std::string& name = layout.states[static_cast<std::size_t>(state)];
+  return std::string_view(name).substr(name.find('.') + 1);
+}
+
+/// Puts x before y, by their names, and an angle last; else as they stand.
+void order_in_plane(const RunLayout& layout, std::vector<Index>& states) {
+  const auto angles =
+      std::stable_partition(states.begin(), states.end(), [&](Index i) { return !is_angle(layout, i); });
+  if (angles - states.begin() == 2 && within_block(layout, states[0]) == "y" &&
+      within_block(layout, states[1]) == "x") {
+    std::swap(states[0], states[1]);
+  }
 }
 
 Block* find(RunLayout& layout, const std::string& name) {
@@ -40,14 +55,18 @@ void leave_single_landmarks(std::vector<Block>& blocks) {
 void name_parts(RunLayout& layout) {
   Block* const vehicle = find(layout, "vehicle");
   if (vehicle == nullptr) return;
+  const bool planar = vehicle->states.size() == 3 && std::ranges::count_if(vehicle->states, [&](Index i) {
+                                                       return is_angle(layout, i);
+                                                     }) == 1;
+  if (!planar && vehicle->states.size() != 1) return;
+  if (planar) order_in_plane(layout, vehicle->states);
   const std::vector<Index> pose = vehicle->states;
-  const bool planar = is_pose(layout, pose);
-  if (!planar && pose.size() != 1) return;
   vehicle->part = planar ? Part::pose : Part::position;
   Block map{"all landmarks", Part::map, {}};
   for (Block& block : layout.blocks) {
     if (!block.name.starts_with("landmark") || block.states.size() != (planar ? 2U : 1U)) continue;
     block.part = Part::landmark;
+    if (planar) order_in_plane(layout, block.states);
     map.states.insert(map.states.end(), block.states.begin(), block.states.end());
   }
   if (planar && find(layout, "position") == nullptr && find(layout, "heading") == nullptr) {

@@ -21,7 +21,7 @@ inline constexpr Index kSingleLandmarks = 50;
 struct Block {
   std::string name;
   Part part = Part::other;
-  std::vector<Index> states;  ///< of the layout, ascending
+  std::vector<Index> states;  ///< of the layout; ascending, but in the plane x, y and heading
 
   bool operator==(const Block&) const = default;
 };
@@ -60,8 +60,9 @@ struct RunLayout {
 };
 
 /// Writes the blocks of states that are named "block.state": one for each name before the dot. A block
-/// "vehicle" of x, y and an angle is a pose and gives a block of its position and of its heading too; blocks
-/// "landmark…" of one dimension are the map, of which the first kSingleLandmarks have a block of their own.
+/// "vehicle" of x, y and an angle, wherever these stand, is a pose and gives a block of its position and of
+/// its heading too; blocks "landmark…" of one dimension are the map, of which the first kSingleLandmarks have
+/// a block of their own.
 void add_named_blocks(RunLayout& layout);
 
 }  // namespace credence

@@ -39,6 +39,23 @@ TEST(NamedBlocks, AVehicleInThePlaneHasAPlaceAHeadingAndAMap) {
   EXPECT_EQ(layout.landmark_dim, 2);
 }
 
+// Whoever judges a pose finds x, y and heading in its block, however the columns stand in the file.
+TEST(NamedBlocks, APoseIsKnownInAnyOrder) {
+  const RunLayout layout =
+      named({"vehicle.heading", "landmark1.y", "vehicle.y", "bias", "landmark1.x", "vehicle.x"});
+  EXPECT_THAT(names(layout),
+              ElementsAre("vehicle", "landmark1", "bias", "position", "heading", "all landmarks"));
+  EXPECT_EQ(layout.blocks[0].part, Part::pose);
+  EXPECT_THAT(layout.blocks[0].states, ElementsAre(5, 2, 0));
+  EXPECT_THAT(layout.blocks[1].states, ElementsAre(4, 1));
+  EXPECT_THAT(layout.blocks[3].states, ElementsAre(5, 2));
+  EXPECT_THAT(layout.blocks[4].states, ElementsAre(0));
+  EXPECT_THAT(layout.blocks[5].states, ElementsAre(1, 4));
+  EXPECT_THAT(named({"vehicle.north", "vehicle.heading", "vehicle.east"}).blocks[0].states,
+              ElementsAre(0, 2, 1));
+  EXPECT_EQ(named({"vehicle.x", "vehicle.y", "vehicle.z"}).blocks[0].part, Part::other);
+}
+
 // As run judges them (slam_layout), whichever was seen first.
 TEST(NamedBlocks, OfManyLandmarksTheFirstByNumberStandAlone) {
   constexpr int kLandmarks = 120;

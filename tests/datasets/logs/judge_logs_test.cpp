@@ -8,6 +8,8 @@
 
 #include "analysis/calibration/calibration.h"
 #include "analysis/evidence/judgement.h"
+#include "datasets/logs/filter_log.h"
+#include "tests/temporary_folder.h"
 
 namespace credence {
 namespace {
@@ -143,6 +145,65 @@ TEST(JudgeLogs, AnyMixtureOfFilesIsJudged) {
     accused += is_inconsistent(judge(result.evidence).word.verdict) ? 1 : 0;
   }
   EXPECT_LT(accused, 9);
+}
+
+/// Runs of a vehicle and a landmark in the plane as CSV, their columns in this order.
+std::string planar_log(const std::vector<std::string>& states) {
+  const std::map<std::string, double> starts = {{"vehicle.x", 1.0},
+                                                {"vehicle.y", 2.0},
+                                                {"vehicle.heading", 0.5},
+                                                {"landmark1.x", 5.0},
+                                                {"landmark1.y", 7.0}};
+  std::string text = "run,step", rows;
+  for (const std::string& state : states) {
+    text += fmt::format(",estimate.{}{},truth.{}", state, state == "vehicle.heading" ? ":angle" : "", state);
+  }
+  for (std::size_t i = 1; i <= states.size(); ++i) {
+    for (std::size_t j = i; j <= states.size(); ++j) text += fmt::format(",P.{}.{}", i, j);
+  }
+  std::mt19937_64 bits(3);
+  std::normal_distribution<double> normal;
+  for (int row = 0; row < 400; ++row) {
+    const int run = row / 40, step = row % 40 + 1;
+    std::map<std::string, double> error;
+    for (const auto& [state, unused] : starts) error[state] = 0.1 * normal(bits);
+    rows += fmt::format("{},{}", run, step);
+    for (const std::string& state : states) {
+      const double truth = starts.at(state) + (state.starts_with("vehicle") ? 0.05 * step : 0.0);
+      rows += fmt::format(",{},{}", truth + error.at(state), truth);
+    }
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      for (std::size_t j = i; j < states.size(); ++j) rows += i == j ? ",0.01" : ",0";
+    }
+    rows += "\n";
+  }
+  return text + "\n" + rows;
+}
+
+// The order of the columns is the writer's affair: the pose is known, and what is concluded from it is the
+// same.
+TEST(JudgeLogs, APoseIsJudgedInWhateverOrderItsStatesStand) {
+  const TemporaryFolder folder;
+  const auto judged = [&](const std::vector<std::string>& states) {
+    const std::vector<std::filesystem::path> files = {folder.write("log.csv", planar_log(states))};
+    return judge_logs(
+               files,
+               [](const std::filesystem::path& file, LogSink& sink) { own_format().read(file, {}, sink); },
+               {})
+        .evidence;
+  };
+  const Evidence usual = judged({"vehicle.x", "vehicle.y", "vehicle.heading", "landmark1.x", "landmark1.y"});
+  const Evidence turned = judged({"landmark1.y", "vehicle.heading", "vehicle.y", "landmark1.x", "vehicle.x"});
+  for (const char* block : {"vehicle", "position", "heading", "landmark1", "all landmarks"}) {
+    const auto of = [&](const Evidence& e) { return std::ranges::find(e.blocks, block, &BlockSums::name); };
+    ASSERT_NE(of(turned), turned.blocks.end()) << block;
+    EXPECT_EQ(of(turned)->part, of(usual)->part) << block;
+    EXPECT_EQ(of(turned)->squared_error.count, of(usual)->squared_error.count) << block;
+    EXPECT_NEAR(of(turned)->squared_error.mean, of(usual)->squared_error.mean, 1e-12) << block;
+  }
+  ASSERT_GT(usual.lateness.count, 0);
+  ASSERT_EQ(turned.lateness.count, usual.lateness.count);
+  EXPECT_LT((turned.lateness.mean - usual.lateness.mean).norm(), 1e-9 * usual.lateness.mean.norm());
 }
 
 }  // namespace
