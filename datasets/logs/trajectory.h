@@ -52,7 +52,7 @@ struct PoseErrorAxes {
   bool operator==(const PoseErrorAxes&) const = default;
 };
 
-using PoseCovariance = Eigen::Matrix<double, 6, 6>;  ///< position, then orientation; m, rad
+using PoseCovariance = Eigen::Matrix<double, 6, 6>;  ///< position, then orientation; m, rad unless told
 
 /// Poses in order of time.
 struct Trajectory {

@@ -7,7 +7,7 @@
 
 namespace credence {
 
-using PoseError = Eigen::Matrix<double, 6, 1>;  ///< position, then orientation; m, rad
+using PoseError = Eigen::Matrix<double, 6, 1>;  ///< position, then orientation; m, RotationUnit
 
 /// ROS: position in the world, rotation about the fixed axes.
 inline constexpr PoseErrorAxes kFixedAxes{.orientation = OrientationError::world};
@@ -18,7 +18,8 @@ Eigen::Vector3d rotation_log(const Eigen::Quaterniond& R);
 /// Roll, pitch and yaw (rad) of R = Rz(yaw) Ry(pitch) Rx(roll).
 Eigen::Vector3d roll_pitch_yaw(const Eigen::Quaterniond& R);
 
-/// x̂ ⊟ x of two poses: position, then orientation, in these axes; planar: as rpy.
+/// x̂ ⊟ x of two poses: position (m), then orientation in the unit of these axes, rad where that is vector;
+/// planar: as rpy. Of a quaternion part the one with w ≥ 0.
 PoseError pose_error(const SpatialPose& estimate, const SpatialPose& truth, PoseErrorAxes axes);
 
 /// D of pose_error(x̂, x ⊕ δ) = pose_error(x̂, x) + D δ to first order in δ, x ⊕ δ = x Exp(δ) on SE(3).

@@ -24,7 +24,9 @@ struct PoseReading {
   /// Changes what is written, and the poses, into what was meant; nothing for none. False: not for this one.
   std::function<bool(PoseSample&)> change{};
 
-  /// The error in the chart and its covariance, scaled so that a small rotation is in rad.
+  /// The error in the chart and its covariance. Of charts of half angles (RotationUnit) the rotation's rows
+  /// are times 2, so that those of all charts are rad to first order: of half_vector the rotation vector e,
+  /// of quaternion_part (g2o) 2 sin(|e|/2) e/|e|.
   bool read(PoseSample sample, PoseError& error, PoseCovariance& P) const;
 };
 

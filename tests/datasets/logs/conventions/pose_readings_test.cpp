@@ -104,6 +104,22 @@ TEST(PoseReadings, TheTruthIsLookedUpOneSpacingAway) {
   EXPECT_FALSE(reading_that("too early", ros, moving).read(sample, error, P));
 }
 
+// A turn of 1 rad: g2o writes the vector part of its quaternion, Ceres half of its vector.
+TEST(PoseReadings, HalfAnglesAreReadAsRadiansToFirstOrder) {
+  PoseSample sample;
+  sample.estimate.orientation = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitY());
+  sample.written = PoseCovariance::Identity();
+  for (const auto& [name, rotation] :
+       {std::pair("g2o", 2.0 * std::sin(0.5)), {"ceres", 1.0}, {"gtsam", 1.0}}) {
+    const PoseReading reading{"", "", pose_chart_named(name)};
+    PoseError error;
+    PoseCovariance P;
+    ASSERT_TRUE(reading.read(sample, error, P));
+    EXPECT_NEAR(error[4], rotation, 1e-15) << name;
+    EXPECT_EQ(P(4, 4), name == std::string("gtsam") ? 1.0 : 4.0) << name;
+  }
+}
+
 TEST(PoseReadings, TryEveryOtherChartOnce) {
   for (const PoseChart& declared : pose_charts()) {
     std::vector<std::pair<PoseErrorAxes, bool>> tried;
