@@ -85,37 +85,82 @@ bool factor(const PanelTrapezoid& trapezoid) {
   return true;
 }
 
+/// What the pass over the lower triangle works on.
+struct Downdate {
+  double* P;
+  std::int64_t rows, stride;
+  const double* W;
+  std::int64_t panel_stride, columns;
+
+  double* tile(std::int64_t i, std::int64_t j) const { return P + j * stride + i; }
+  const double* panel(std::int64_t row) const { return W + row / kPanelRows * panel_stride; }
+};
+
+/// Tiles of whole panels and columns, from row i on of the columns from j on; returns the first row from
+/// `end` on.
+inline std::int64_t downdate_tiles(const Downdate& d, std::int64_t i, std::int64_t end, std::int64_t j) {
+  const double *left = d.panel(i), *right = d.panel(j) + j % kPanelRows;
+  for (double* tile = d.tile(i, j); i < end; i += kPanelRows, tile += kPanelRows, left += d.panel_stride) {
+    Pack::D sum[kTile];
+#pragma GCC unroll 8
+    for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(tile + c * d.stride);
+    take_products(sum, left, right, d.columns);
+#pragma GCC unroll 8
+    for (int c = 0; c < kTile; ++c) Pack::store(tile + c * d.stride, sum[c]);
+  }
+  return i;
+}
+
+/// The same for two columns of W, those of one landmark: there is a register for each of its numbers on the
+/// right, which are loaded once, so that little is left to do beside reading and writing P.
+inline std::int64_t downdate_tiles_by_two(const Downdate& d, std::int64_t i, std::int64_t end,
+                                          std::int64_t j) {
+  const double *left = d.panel(i), *right = d.panel(j) + j % kPanelRows;
+  Pack::D b[2][kTile];
+#pragma GCC unroll 8
+  for (int c = 0; c < kTile; ++c) {
+    b[0][c] = Pack::broadcast(right[c]);
+    b[1][c] = Pack::broadcast(right[kPanelRows + c]);
+  }
+  for (double* tile = d.tile(i, j); i < end; i += kPanelRows, tile += kPanelRows, left += d.panel_stride) {
+    const Pack::D x = Pack::load(left), y = Pack::load(left + kPanelRows);
+#pragma GCC unroll 8
+    for (int c = 0; c < kTile; ++c) {
+      double* column = tile + c * d.stride;
+      Pack::store(column, Pack::fnma(y, b[1][c], Pack::fnma(x, b[0][c], Pack::load(column))));
+    }
+  }
+  return i;
+}
+
+/// A tile at the end, which has fewer rows or columns.
+inline void downdate_edge(const Downdate& d, std::int64_t i, std::int64_t j) {
+  double* tile = d.tile(i, j);
+  const std::int64_t height = d.rows - i < kPanelRows ? d.rows - i : kPanelRows;
+  const std::int64_t width = d.rows - j < kTile ? d.rows - j : kTile;
+  double edge[kTile][kPanelRows] = {};
+  for (std::int64_t c = 0; c < width; ++c) {
+    for (std::int64_t r = 0; r < height; ++r) edge[c][r] = tile[c * d.stride + r];
+  }
+  Pack::D sum[kTile];
+  for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(edge[c]);
+  take_products(sum, d.panel(i), d.panel(j) + j % kPanelRows, d.columns);
+  for (int c = 0; c < kTile; ++c) Pack::store(edge[c], sum[c]);
+  for (std::int64_t c = 0; c < width; ++c) {
+    for (std::int64_t r = 0; r < height; ++r) tile[c * d.stride + r] = edge[c][r];
+  }
+}
+
 void downdate(double* P, std::int64_t rows, std::int64_t stride, const double* W, std::int64_t panel_stride,
               std::int64_t columns) {
+  const Downdate d{P, rows, stride, W, panel_stride, columns};
   for (std::int64_t j = 0; j < rows; j += kTile) {
-    const double* right = W + j / kPanelRows * panel_stride + j % kPanelRows;
-    const std::int64_t width = rows - j < kTile ? rows - j : kTile;
-    for (std::int64_t i = j / kPanelRows * kPanelRows; i < rows; i += kPanelRows) {
-      double* tile = P + j * stride + i;
-      const double* left = W + i / kPanelRows * panel_stride;
-      if (width == kTile && rows - i >= kPanelRows) {
-        Pack::D sum[kTile];
-#pragma GCC unroll 8
-        for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(tile + c * stride);
-        take_products(sum, left, right, columns);
-#pragma GCC unroll 8
-        for (int c = 0; c < kTile; ++c) Pack::store(tile + c * stride, sum[c]);
-        continue;
-      }
-      // At the end there are fewer rows or columns than in a tile.
-      const std::int64_t height = rows - i < kPanelRows ? rows - i : kPanelRows;
-      double edge[kTile][kPanelRows] = {};
-      for (std::int64_t c = 0; c < width; ++c) {
-        for (std::int64_t r = 0; r < height; ++r) edge[c][r] = tile[c * stride + r];
-      }
-      Pack::D sum[kTile];
-      for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(edge[c]);
-      take_products(sum, left, right, columns);
-      for (int c = 0; c < kTile; ++c) Pack::store(edge[c], sum[c]);
-      for (std::int64_t c = 0; c < width; ++c) {
-        for (std::int64_t r = 0; r < height; ++r) tile[c * stride + r] = edge[c][r];
-      }
-    }
+    // What fills up the last panel is zero in W, and in P belongs to the next column above its diagonal.
+    const bool filled = stride == rows && j >= kPanelRows && j + kTile < rows;
+    const std::int64_t end = j + kTile > rows ? 0 : filled ? rows : rows / kPanelRows * kPanelRows;
+    std::int64_t i = j / kPanelRows * kPanelRows;
+    i = columns == 2 ? downdate_tiles_by_two(d, i, end, j) : downdate_tiles(d, i, end, j);
+    for (; i < rows; i += kPanelRows) downdate_edge(d, i, j);
   }
 }
 

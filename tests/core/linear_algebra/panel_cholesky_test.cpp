@@ -72,28 +72,30 @@ TEST(PanelCholesky, is_the_factorisation_at_every_size) {
 }
 
 TEST(PanelCholesky, no_bit_depends_on_the_instruction_set) {
-  const Index m = 29, n = 45;
-  const Matrix S = lower_of_positive(m), Y = random_matrix(n, m, 5), prior = lower_of_positive(n);
-  const Vector nu = random_matrix(m, 1, 7);
-  PanelCholesky expected(InstructionSet::scalar);
-  ASSERT_TRUE(expected.compute(S, Y, nu));
-  Matrix P_expected = prior;
-  expected.downdate(P_expected);
-  Matrix columns_expected = prior;
-  expected.downdate_columns(columns_expected.leftCols(21));
-  for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
-    if (!is_supported(set)) continue;
-    PanelCholesky factor(set);
-    ASSERT_TRUE(factor.compute(S, Y, nu));
-    EXPECT_EQ(factor.L(), expected.L()) << instruction_set_name(set);
-    EXPECT_EQ(factor.W(), expected.W());
-    EXPECT_EQ(factor.whitened(), expected.whitened());
-    Matrix P = prior;
-    factor.downdate(P);
-    EXPECT_EQ(P, P_expected);
-    P = prior;
-    factor.downdate_columns(P.leftCols(21));
-    EXPECT_EQ(P, columns_expected);
+  const Index n = 45;
+  for (const Index m : {1, 2, 29}) {
+    const Matrix S = lower_of_positive(m), Y = random_matrix(n, m, 5), prior = lower_of_positive(n);
+    const Vector nu = random_matrix(m, 1, 7);
+    PanelCholesky expected(InstructionSet::scalar);
+    ASSERT_TRUE(expected.compute(S, Y, nu));
+    Matrix P_expected = prior;
+    expected.downdate(P_expected);
+    Matrix columns_expected = prior;
+    expected.downdate_columns(columns_expected.leftCols(21));
+    for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
+      if (!is_supported(set)) continue;
+      PanelCholesky factor(set);
+      ASSERT_TRUE(factor.compute(S, Y, nu));
+      EXPECT_EQ(factor.L(), expected.L()) << instruction_set_name(set);
+      EXPECT_EQ(factor.W(), expected.W());
+      EXPECT_EQ(factor.whitened(), expected.whitened());
+      Matrix P = prior;
+      factor.downdate(P);
+      EXPECT_EQ(P, P_expected);
+      P = prior;
+      factor.downdate_columns(P.leftCols(21));
+      EXPECT_EQ(P, columns_expected);
+    }
   }
 }
 
