@@ -20,6 +20,7 @@ struct LaneMatrix {
 
   double* at(std::int64_t i, std::int64_t j) const { return data + (j * rows + i) * kPlanarLanes; }
   D load(std::int64_t i, std::int64_t j) const { return Pack::load(at(i, j)); }
+  D diagonal(std::int64_t i) const { return load(i, i); }
   void store(std::int64_t i, std::int64_t j, D value) const { Pack::store(at(i, j), value); }
   /// Of a symmetric matrix of which the lower triangle is there.
   D symmetric(std::int64_t i, std::int64_t j) const { return i >= j ? load(i, j) : load(j, i); }
@@ -89,7 +90,8 @@ inline void factor_block(const Source& source, const LaneMatrix& A, std::int64_t
 #pragma GCC unroll 8
   for (int r = 0; r < R; ++r) {
 #pragma GCC unroll 8
-    for (int c = 0; c <= r; ++c) sum[r][c] = source.load(i + r, i + c);
+    for (int c = 0; c < r; ++c) sum[r][c] = source.load(i + r, i + c);
+    sum[r][r] = source.diagonal(i + r);
   }
   for (std::int64_t k = 0; k < i; ++k) {
     D a[R];
@@ -116,10 +118,10 @@ inline void factor_block(const Source& source, const LaneMatrix& A, std::int64_t
 }
 
 /// The first `columns` (even) rows of `source` are a symmetric matrix; those of A become its Cholesky factor
-/// L with the inverse of its diagonal, and the rows below those of `source` times L⁻ᵀ. Source may be A.
-template <class Source>
-inline D factor(const Source& source, const LaneMatrix& A, std::int64_t columns) {
-  constexpr int R = Pack::kLanes == 8 ? 4 : 2;
+/// L with the inverse of its diagonal, and the rows below those of `below` times L⁻ᵀ. Both may be A.
+template <class Source, class Below>
+inline D factor(const Source& source, const Below& below, const LaneMatrix& A, std::int64_t columns) {
+  constexpr int R = Pack::kLanes > 1 ? 4 : 2;
   D check = Pack::broadcast(0.0);
   std::int64_t i = 0;
   for (; i + R <= columns; i += R) {
@@ -130,8 +132,8 @@ inline D factor(const Source& source, const LaneMatrix& A, std::int64_t columns)
     solve_rows<2>(source, A, i, i);
     factor_block<2>(source, A, i, check);
   }
-  for (i = columns; i + 4 <= A.rows; i += 4) solve_rows<4>(source, A, i, columns);
-  for (; i < A.rows; ++i) solve_rows<1>(source, A, i, columns);
+  for (i = columns; i + 4 <= A.rows; i += 4) solve_rows<4>(below, A, i, columns);
+  for (; i < A.rows; ++i) solve_rows<1>(below, A, i, columns);
   return check;
 }
 
@@ -288,7 +290,7 @@ void innovate_lanes(const PlanarLanesData& d) {
         A.store(i, i, Pack::add(A.load(i, i), load_lanes(d.R + lane, i)));
       }
     }
-    Pack::store(d.check + lane, factor(A, A, m));
+    Pack::store(d.check + lane, factor(A, A, A, m));
     D nis = zero;
     for (std::int64_t j = 0; j < m; ++j) {
       const D y = A.load(last, j);
@@ -393,24 +395,30 @@ void share_noise_lanes(const PlanarLanesData& d) {
   });
 }
 
-/// P with another diagonal, and below it the error and the first three unit vectors.
+/// P with another diagonal.
 struct NeesSource {
   LaneMatrix P;
-  const double* diagonal;
+  const double* of_diagonal;
+
+  D load(std::int64_t i, std::int64_t j) const { return P.load(i, j); }
+  D diagonal(std::int64_t i) const { return load_lanes(of_diagonal, i); }
+};
+
+/// What stands below it: the error and the first three unit vectors.
+struct NeesBelow {
   const double* error;
+  std::int64_t first;  ///< row
 
   D load(std::int64_t i, std::int64_t j) const {
-    if (i == j) return load_lanes(diagonal, j);
-    if (i > P.rows) return Pack::broadcast(i - P.rows - 1 == j ? 1.0 : 0.0);
-    return i == P.rows ? load_lanes(error, j) : P.load(i, j);
+    return i == first ? load_lanes(error, j) : Pack::broadcast(i - first - 1 == j ? 1.0 : 0.0);
   }
 };
 
 void nees_lanes(const PlanarLanesNees& d) {
   for_packs([&](int lane) {
     const LaneMatrix L{d.L + lane, d.padded + d.below};
-    const NeesSource source{{const_cast<double*>(d.P) + lane, d.padded}, d.diagonal + lane, d.error + lane};
-    Pack::store(d.check + lane, factor(source, L, d.padded));
+    const NeesSource source{{const_cast<double*>(d.P) + lane, d.padded}, d.diagonal + lane};
+    Pack::store(d.check + lane, factor(source, NeesBelow{d.error + lane, d.padded}, L, d.padded));
     D nees = Pack::broadcast(0.0);
     for (std::int64_t j = 0; j < d.padded; ++j) {
       const D y = L.load(d.padded, j);
