@@ -27,6 +27,15 @@ void pack_panel(const MatrixRef& M, Index p, Index columns, double* to) {
   }
 }
 
+/// Its first `rows` entries, eight or what is left of a vector.
+void store_panel(const Panel& x, Index rows, double* to) {
+  if (rows >= kPanelRows) {
+    Eigen::Map<Panel>{to} = x;
+  } else {
+    std::copy_n(x.data(), rows, to);
+  }
+}
+
 }  // namespace
 
 /// Room for S and `rows_below` rows; the columns that fill up the last panel of S are those of the identity.
@@ -139,9 +148,8 @@ void PanelCholesky::sums(Vector& squares, Vector& product) const {
       square += W.col(k).cwiseAbs2();
       sum += whitened_[k] * W.col(k);
     }
-    const Index count = std::min<Index>(kPanelRows, rows_ - row);
-    squares.segment(row, count) = square.head(count);
-    product.segment(row, count) = sum.head(count);
+    store_panel(square, rows_ - row, squares.data() + row);
+    store_panel(sum, rows_ - row, product.data() + row);
   }
 }
 

@@ -58,7 +58,8 @@ class PanelCholesky {
             .inverse = inverse_.data(),
             .triangle = triangle_,
             .panels = panels_,
-            .first = first};
+            .first = first,
+            .columns = columns_};
   }
 
   const PanelKernel* kernel_;

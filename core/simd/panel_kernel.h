@@ -33,6 +33,7 @@ struct PanelTrapezoid {
   std::int64_t triangle;  ///< T
   std::int64_t panels;    ///< in all
   std::int64_t first;     ///< panel to begin with; those before are done
+  std::int64_t columns;   ///< of the 8 T, those that do not fill up the last block
 };
 
 /// The functions of one instruction set.

@@ -24,20 +24,29 @@ __attribute__((always_inline)) inline void take_products(Pack::D (&sum)[kTile], 
   }
 }
 
-/// A block times L⁻ᵀ, with the block of L on the diagonal and the inverses of its diagonal.
-inline void solve_block(double* block, const double* L, const double* inverse) {
-  Pack::D x[kPanelRows];
+/// The first kColumns columns of a block times L⁻ᵀ, with the block of L on the diagonal and the inverses of
+/// its diagonal.
+template <int kColumns>
+inline void solve_columns(double* block, const double* L, const double* inverse) {
+  Pack::D x[kColumns];
 #pragma GCC unroll 8
-  for (int j = 0; j < kPanelRows; ++j) x[j] = Pack::load(block + kPanelRows * j);
+  for (int j = 0; j < kColumns; ++j) x[j] = Pack::load(block + kPanelRows * j);
 #pragma GCC unroll 8
-  for (int j = 0; j < kPanelRows; ++j) {
+  for (int j = 0; j < kColumns; ++j) {
     x[j] = Pack::mul(x[j], Pack::broadcast(inverse[j]));
     Pack::store(block + kPanelRows * j, x[j]);
 #pragma GCC unroll 8
-    for (int c = j + 1; c < kPanelRows; ++c) {
+    for (int c = j + 1; c < kColumns; ++c) {
       x[c] = Pack::fnma(x[j], Pack::broadcast(L[kPanelRows * j + c]), x[c]);
     }
   }
+}
+
+/// The same for `columns` and perhaps some that fill up the block, which stay zero.
+inline void solve_block(double* block, const double* L, const double* inverse, std::int64_t columns) {
+  if (columns <= 2) return solve_columns<2>(block, L, inverse);
+  if (columns <= 4) return solve_columns<4>(block, L, inverse);
+  solve_columns<kPanelRows>(block, L, inverse);
 }
 
 /// A block on the diagonal becomes its factor; false if that does not exist.
@@ -66,7 +75,7 @@ bool factor(const PanelTrapezoid& trapezoid) {
     for (std::int64_t q = 0; q < t.triangle && q <= p; ++q) {
       const double* diagonal = t.data + panel_offset(q, t.triangle);
       double* block = rows + kBlock * q;
-      for (int c = 0; c < kPanelRows; c += kTile) {
+      for (int c = 0; c < kPanelRows && q > 0; c += kTile) {
         Pack::D sum[kTile];
 #pragma GCC unroll 8
         for (int j = 0; j < kTile; ++j) sum[j] = Pack::load(block + kPanelRows * (c + j));
@@ -76,7 +85,7 @@ bool factor(const PanelTrapezoid& trapezoid) {
       }
       double* inverse = t.inverse + kPanelRows * q;
       if (q < p) {
-        solve_block(block, diagonal + kBlock * q, inverse);
+        solve_block(block, diagonal + kBlock * q, inverse, t.columns - kPanelRows * q);
       } else if (!factor_block(block, inverse)) {
         return false;
       }
