@@ -125,8 +125,10 @@ Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const
     now.nis_dof = system_.steps[k].innovation_whitening.rows();
     take(now);
   }
-  return system_.steps.size() < static_cast<std::size_t>(steps_) ? Outcome::not_positive_definite
-                                                                 : Outcome::ok;
+  const Index good_steps = std::ssize(system_.steps);
+  if (good_steps == steps_) return Outcome::ok;
+  take(shown_at(good_steps + 1, Outcome::not_positive_definite, now));
+  return Outcome::not_positive_definite;
 }
 
 std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index steps, NoiseSource source) {

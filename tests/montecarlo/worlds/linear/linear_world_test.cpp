@@ -182,6 +182,25 @@ TEST(LinearWorld, APThatIsNotFiniteEndsTheRun) {
   EXPECT_LT(statistics.failures.front().step, 515);  // 4^512 is beyond 1.8e308
 }
 
+// As every world: a run ends with the step at which it failed, which has no numbers.
+TEST(LinearWorld, ARunThatFailsShowsWhere) {
+  const char* text =
+      "[world]\nmodel = \"linear\"\nF = [[2]]\nH = [[0]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n"
+      "[study]\nsteps = 1200\n";
+  for (const char* detection : {"1", "0.9"}) {
+    const auto experiment =
+        make_experiment(linear_scenario(text, {std::string("noise.detection_probability=") + detection}));
+    const StudyStatistics chunk = experiment->run_chunk(0, 1);
+    ASSERT_EQ(chunk.failures.size(), 1U) << detection;
+    const RunTrace trace = experiment->trace(0);
+    EXPECT_EQ(trace.outcome, Outcome::not_positive_definite);
+    EXPECT_EQ(trace.steps.back().step, chunk.failures[0].step);
+    EXPECT_EQ(trace.steps.back().outcome, Outcome::not_positive_definite);
+    EXPECT_EQ(trace.steps.back().nees_dof, 0);
+    EXPECT_EQ(trace.steps[trace.steps.size() - 2].outcome, Outcome::ok);
+  }
+}
+
 TEST(LinearWorld, SweepsNumbersAndNoMatrices) {
   const auto plan = [](const std::string& sweep) {
     return plan_sweep(read_scenario_text(kSystem + "[sweep]\n" + sweep, "s.toml"));
