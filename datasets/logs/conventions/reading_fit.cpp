@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/effective_sample.h"
@@ -37,10 +38,25 @@ struct PartNees {
     normalised.push_back(nees / dof());
   }
 
-  /// Of the largest row, by Bonferroni's bound over the rows.
+  /// Of the mean, two-sided: by stretches, or where these are too short for the correlation in time as of so
+  /// many independent rows, χ²(dof rows) / (dof rows). NaN with fewer than kFewestForReading of those.
+  double p_value_of_mean() const {
+    constexpr double kConfidence = 0.99;  // of an interval that nobody looks at
+    const TimeAverageTest stretches = test_single_run(normalised, kConfidence);
+    if (!std::isnan(stretches.p_value)) return stretches.p_value;
+    const double mean =
+        std::accumulate(normalised.begin(), normalised.end(), 0.0) / static_cast<double>(normalised.size());
+    const EffectiveSample rows = effective_sample(std::vector<std::span<const double>>{normalised}, mean);
+    if (!(rows.size >= static_cast<double>(kFewestForReading))) return kNaN;
+    return two_sided_p_value(mean * dof() * rows.size, dof() * rows.size);
+  }
+
+  /// Of the largest row, two-sided: some row is as large only by Bonferroni's bound over the rows, and all
+  /// are as small no more often than one is.
   double p_value_of_largest() const {
-    return static_cast<double>(normalised.size()) *
-           chi_square_survival(dof() * *std::ranges::max_element(normalised), dof());
+    const double largest = dof() * *std::ranges::max_element(normalised);
+    const double rows = static_cast<double>(normalised.size());
+    return 2.0 * std::min(rows * chi_square_survival(largest, dof()), chi_square_cdf(largest, dof()));
   }
 };
 
@@ -53,7 +69,6 @@ std::string misfit_text(const ReadingFit& fit, Index dim) {
 
 ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
                        const ReadingRow& read) {
-  constexpr double kConfidence = 0.99;  // of an interval that nobody looks at
   ReadingFit fit;
   std::vector<PartNees> series;
   std::vector<Index> all(static_cast<std::size_t>(dim));
@@ -76,7 +91,8 @@ ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vecto
   const double tests = 2.0 * static_cast<double>(series.size());
   fit.p_value = 1.0;
   for (const PartNees& part : series) {
-    const double mean = test_single_run(part.normalised, kConfidence).p_value;
+    const double mean = part.p_value_of_mean();
+    if (std::isnan(mean)) fit.all_tested = false;
     if (!std::isnan(mean)) fit.p_value = std::min(fit.p_value, tests * mean);
     fit.p_value = std::min(fit.p_value, tests * part.p_value_of_largest());
   }

@@ -14,11 +14,12 @@ struct ReadingFit {
   static constexpr double kLevel = 0.01;
 
   double nees = 0.0;     ///< mean, of `dim` expected
-  double p_value = 1.0;  ///< of the worst part, times the number of parts; NaN: nothing could be tested
+  double p_value = 1.0;  ///< of the worst part, times the number of tests, of those that could be made
   double log_likelihood =
-      0.0;  ///< mean of log N(e; 0, P) without its constant; −∞: a P that is no covariance
+      0.0;                 ///< mean of log N(e; 0, P) without its constant; −∞: a P that is no covariance
+  bool all_tested = true;  ///< every test could be made; what was not tested has not passed
 
-  bool fits() const { return p_value >= kLevel; }
+  bool fits() const { return all_tested && p_value >= kLevel; }
   bool misfits() const { return p_value < kLevel; }
 };
 
@@ -31,11 +32,11 @@ std::string misfit_text(const ReadingFit& fit, Index dim);
 /// Writes the error and covariance of row i in this reading; false where it cannot be read so.
 using ReadingRow = std::function<bool(std::size_t i, Vector& error, Matrix& P)>;
 
-/// Tests the NEES of the whole, of `parts` and of every component: its mean by test_single_run, which decides
-/// nothing where rows are correlated for long, and the largest row by Bonferroni's bound over the rows, which
-/// holds for every dependence. All are joined by Bonferroni's bound. Rows are in order of time; parts hold
-/// components. A row that cannot be read, or whose P is not positive definite, ends it: the reading is not
-/// possible.
+/// Tests the NEES ε of the whole, of `parts` and of every component: its mean, by test_single_run or by the
+/// χ² of the effective rows, which cannot be made with fewer than kFewestForReading of these (all_tested),
+/// and the largest row, which holds for every dependence: P(max ε > x) ≤ rows · P(χ² > x), P(max ε ≤ x) ≤
+/// P(χ² ≤ x). All are joined by Bonferroni's bound. Rows are in order of time; parts hold components. A row
+/// that cannot be read, or whose P is not positive definite, ends it: the reading is not possible.
 ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
                        const ReadingRow& read);
 

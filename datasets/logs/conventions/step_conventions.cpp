@@ -44,9 +44,10 @@ std::vector<StepReading> step_readings(const RunLayout& layout) {
     list.push_back({fmt::format("the error is in degrees in {}, P in radians", what),
                     scaled(states, 1.0 / kRadiansPerDegree)});
   };
-  for (std::size_t i = 0; i < layout.states.size(); ++i) {
+  for (std::size_t i = 0; i < layout.angles.size(); ++i) {
+    if (!layout.angles[i]) continue;
+    angles.push_back(static_cast<Index>(i));
     add_degrees(layout.states[i], {static_cast<Index>(i)});
-    if (i < layout.angles.size() && layout.angles[i]) angles.push_back(static_cast<Index>(i));
   }
   if (angles.size() > 1) add_degrees("all angles", angles);
   return list;

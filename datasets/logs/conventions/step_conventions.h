@@ -9,8 +9,8 @@
 namespace credence {
 
 /// Hands everything on, and looks whether errors that do not fit their covariance would fit with a mistake of
-/// units undone: standard deviations for variances, an information matrix, degrees among radians in one state
-/// or in all angles.
+/// units undone: standard deviations for variances, an information matrix, degrees among radians in one angle
+/// or in all of them.
 ///
 /// For logs of any states; poses are looked at by ConventionCheck. Keeps at most 4096 of the steps at which
 /// all states are there, evenly spread; looks at nothing with more than 12 states.

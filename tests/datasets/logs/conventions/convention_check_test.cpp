@@ -306,5 +306,22 @@ TEST(ReadingFit, OfErrorsWithTheirCovarianceAndWithAnother) {
   EXPECT_TRUE(fit(-1.0, 1.0).misfits());
 }
 
+// One error for all rows: no test of the mean can be made, and all rows are as small no more often than one
+// is.
+TEST(ReadingFit, WhatCouldNotBeTestedHasNotPassed) {
+  const auto fit = [](double variance) {
+    return fit_reading(1000, 1, {}, [&](std::size_t i, Vector& e, Matrix& P) {
+      e = Vector::Constant(1, 1.0 + 1e-4 * static_cast<double>(i));
+      P = Matrix::Constant(1, 1, variance);
+      return true;
+    });
+  };
+  EXPECT_FALSE(fit(1.0).all_tested);
+  EXPECT_FALSE(fit(1.0).fits());
+  EXPECT_FALSE(fit(1.0).misfits());
+  EXPECT_TRUE(fit(1e-2).misfits());
+  EXPECT_TRUE(fit(1e8).misfits());
+}
+
 }  // namespace
 }  // namespace credence

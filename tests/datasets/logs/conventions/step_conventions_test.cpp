@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include <cmath>
 #include <functional>
 #include <random>
 
@@ -71,6 +72,33 @@ TEST(StepConventions, NothingIsSaidOfWhatFitsNorOfWhatNoMistakeExplains) {
   EXPECT_THAT(said(
                   7, [](Step& s) { s.P = s.P.inverse().eval(); }, 29),
               IsEmpty());  // too few rows
+}
+
+// Errors that are correlated for long pass no test of their mean, in whatever unit.
+TEST(StepConventions, WhatCannotBeTestedIsNotProposed) {
+  for (std::uint64_t seed = 40; seed < 50; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    Vector white = Vector::NullaryExpr(3, [&] { return normal(random); });
+    const auto too_small = [&](Step& s) {
+      constexpr double kCorrelation = 0.998;
+      const Vector fresh = Vector::NullaryExpr(3, [&] { return normal(random); });
+      white = kCorrelation * white + std::sqrt(1.0 - kCorrelation * kCorrelation) * fresh;
+      s.error = s.P.llt().matrixL() * white;
+      s.P *= 0.02;
+    };
+    EXPECT_THAT(said(seed, too_small), IsEmpty()) << seed;
+  }
+}
+
+TEST(StepConventions, DegreesAreOfAngles) {
+  EXPECT_THAT(said(8, [](Step& s) { s.error[0] /= kRadiansPerDegree; }), IsEmpty());
+  EXPECT_THAT(said(9,
+                   [](Step& s) {
+                     s.P.row(1) /= kRadiansPerDegree;
+                     s.P.col(1) /= kRadiansPerDegree;
+                   }),
+              IsEmpty());
 }
 
 TEST(StepConventions, OfManyFilesAHintThatChanceExplainsIsLeftOut) {
