@@ -503,7 +503,8 @@ Word word_of(const Evidence& e, const Judgement& j) {
   if (j.sensors.size() > 1) {
     const double each = parts[1].weight / static_cast<double>(j.sensors.size());
     parts.erase(parts.begin() + 1);
-    for (const SensorJudgement& s : j.sensors) parts.push_back({"NIS of " + s.name, &s.nis, each});
+    for (const SensorJudgement& s : j.sensors)
+      parts.push_back({"NIS of " + s.name, &s.nis, each, false, true});
   }
   ConsistencyVerdict directions;
   const SecondMomentJudgement& second = j.law.second_moments;

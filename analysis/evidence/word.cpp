@@ -66,7 +66,7 @@ std::string when_text(const ConsistencyVerdict& v, Verdict direction) {
 std::vector<WordPart> word_parts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
                                  std::span<const BlockVerdict> blocks) {
   constexpr double kNees = 0.4, kNis = 0.2, kBlocks = 0.4;
-  std::vector<WordPart> parts = {{"NEES", &nees, kNees}, {"NIS", &nis, kNis}};
+  std::vector<WordPart> parts = {{"NEES", &nees, kNees}, {"NIS", &nis, kNis, false, true}};
   for (const BlockVerdict& block : blocks) {
     parts.push_back({block.name, &block.verdict, kBlocks / static_cast<double>(blocks.size()), true});
   }
@@ -83,14 +83,17 @@ Word join_verdicts(std::span<const WordPart> parts, double confidence) {
   }
   const JointTests joint = join_tests(families);
   const double alpha = 1.0 - confidence;
-  Word word{.verdict = direction_of(joint.optimistic(alpha), joint.pessimistic(alpha)),
+  const Verdict verdict = direction_of(joint.optimistic(alpha), joint.pessimistic(alpha));
+  Word word{.verdict = verdict,
             .p_value = joint.p_value,
             .says = says_of(parts, joint, alpha),
+            .of_S_alone = is_inconsistent(verdict),
             .joined = {}};
   bool undecided = std::isnan(joint.p_value);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const double up = joint.adjusted[i][0], down = joint.adjusted[i][1];
     const ConsistencyVerdict& v = *parts[i].verdict;
+    if (!parts[i].of_innovations && (up <= alpha || down <= alpha)) word.of_S_alone = false;
     const bool no_data = std::isnan(up);
     const bool open = v.verdict == Verdict::undecided;
     undecided = undecided || (open && v.count > 0 && !parts[i].says_where);

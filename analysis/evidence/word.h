@@ -15,6 +15,7 @@ struct WordPart {
   const ConsistencyVerdict* verdict{};  ///< its p-values alone
   double weight = 1.0;                  ///< its share of the level
   bool says_where = false;              ///< a part of the state, which is named before the whole
+  bool of_innovations = false;          ///< it judges S, all others P
 };
 
 /// One verdict among those that are joined.
@@ -29,6 +30,7 @@ struct Word {
   Verdict verdict = Verdict::undecided;
   double p_value = 0.0;  ///< the word is not `consistent` iff it is at most 1 − confidence; NaN without data
   std::string says;      ///< what and when: "optimistic in heading from step 40 on"
+  bool of_S_alone = false;  ///< innovations reject, and nothing that judges P does
   std::vector<JoinedVerdict> joined;
 };
 

@@ -81,6 +81,9 @@ std::string names_of(const std::vector<const StudyAnalysis*>& studies) {
 std::string single_answer(const StudyAnalysis& a) {
   switch (overall_verdict(a)) {
     case Verdict::pessimistic:
+      if (!a.stop && a.word.of_S_alone) {
+        return fmt::format("The innovation covariance S is larger than the innovations: {}", fault_clause(a));
+      }
       return fmt::format("This covariance is larger than the errors{}: {}",
                          is_inflated(a) ? ", as inflation makes it" : "", fault_clause(a));
     case Verdict::not_gaussian:

@@ -51,6 +51,14 @@ TEST(Word, HoldsItsLevelByTheWeightsOfItsParts) {
   EXPECT_EQ(word_of(says(1.0, 1.0), says(0.02, 1.0), {}, 0.95).verdict, Verdict::consistent);
 }
 
+TEST(Word, TellsWhetherItIsOfSAlone) {
+  EXPECT_TRUE(word_of(says(1.0, 1.0), says(1.0, 1e-6), {}, 0.95).of_S_alone);
+  EXPECT_FALSE(word_of(says(1.0, 1e-6), says(1.0, 1e-6), {}, 0.95).of_S_alone);
+  EXPECT_FALSE(word_of(says(1.0, 1.0), says(1.0, 1.0), {}, 0.95).of_S_alone);
+  const std::vector<BlockVerdict> blocks = {{"map", says(1.0, 1e-12)}};
+  EXPECT_FALSE(word_of(says(1.0, 1.0), says(1.0, 1e-6), blocks, 0.95).of_S_alone);
+}
+
 TEST(Word, WithoutTruthNisHasTheWholeLevel) {
   const Word word = word_of(no_data(), says(1.0, 0.04), {}, 0.95);
   EXPECT_EQ(word.verdict, Verdict::pessimistic);

@@ -57,6 +57,14 @@ TEST(StudyDocument, SaysTheSameOnATerminalOnThePageAndAsData) {
   EXPECT_THAT(folder.read("index.html"), HasSubstr(answer));
 }
 
+TEST(StudyDocument, NamesWhatIsTooLarge) {
+  ReportedStudy study = with_verdict(monobot_study("loop"), Verdict::pessimistic);
+  EXPECT_THAT(study_document({study}).answer.text, HasSubstr("This covariance is larger than the errors"));
+  study.analysis.word.of_S_alone = true;
+  EXPECT_THAT(study_document({study}).answer.text,
+              HasSubstr("The innovation covariance S is larger than the innovations"));
+}
+
 TEST(StudyDocument, HasEveryStepAndEveryStepOfItsRunBesideThePage) {
   const TemporaryFolder folder;
   write_document(study_document({monobot_study("my loop")}), folder.path(), {});
