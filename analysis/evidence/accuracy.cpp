@@ -24,7 +24,7 @@ std::optional<std::string_view> unit_of(const Block& block, const RunLayout& lay
 }  // namespace
 
 MeanInterval efficiency(double bound, MeanInterval squared) {
-  if (squared.count == 0 || !(squared.mean > 0.0)) return {};
+  if (std::isnan(bound) || squared.count == 0 || !(squared.mean > 0.0)) return {};
   const double relative = squared.standard_error / squared.mean;
   std::swap(squared.lower, squared.upper);
   for (double* value : {&squared.mean, &squared.lower, &squared.upper}) *value = bound / *value;
@@ -32,9 +32,7 @@ MeanInterval efficiency(double bound, MeanInterval squared) {
   return squared;
 }
 
-MeanInterval BlockAccuracy::efficiency() const {
-  return std::isnan(bound) ? MeanInterval{} : credence::efficiency(bound, squared_error);
-}
+MeanInterval BlockAccuracy::efficiency() const { return credence::efficiency(bound, squared_error); }
 
 std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confidence) {
   std::vector<BlockAccuracy> all;

@@ -29,7 +29,8 @@ struct BlockAccuracy {
   MeanInterval efficiency() const;
 };
 
-/// A bound over the mean of squared errors; of count 0 where there is no error to be judged.
+/// A bound over the mean of squared errors; of count 0 where there is no error to be judged, or no bound
+/// (NaN).
 MeanInterval efficiency(double bound, MeanInterval squared);
 
 /// Of each block but poses, whose units differ, and single landmarks; averaged over the steps.

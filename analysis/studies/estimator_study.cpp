@@ -19,6 +19,7 @@
 #include "montecarlo/engine/byte_stream.h"
 #include "montecarlo/engine/shared_tasks.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/posterior_bound.h"
 #include "montecarlo/worlds/registry.h"
 
 namespace credence {
@@ -368,7 +369,8 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
   for (std::int64_t w = 0; w < setting.windows; ++w) {
     study.window_ends.push_back(static_cast<double>(setting.window_end(w)));
   }
-  study.bound = setting.contest->bound();
+  study.has_vehicle = setting.contest->has_vehicle();
+  study.bound = no_bound_reason(scenario).empty() ? setting.contest->bound() : VehicleBound{kNaN, kNaN};
   study.map_stride = setting.contest->map_stride();
   study.note = setting.contest->note();
   for (std::size_t e = 0; e < kept.size(); ++e) summarise(setting, study.bound, kept[e], study.rows[e]);

@@ -47,7 +47,7 @@ struct EstimatorRow {
   std::array<MeanInterval, kEstimatorBlocks> nees{};
   std::array<Band, kEstimatorBlocks> bands{};  ///< quantiles over the runs
   MeanInterval heading_rmse_rad, position_rmse_m;
-  /// The bound's mean squared error over that of the estimator; 0 where the bound is.
+  /// The bound's mean squared error over that of the estimator; 0 where the bound is, of count 0 without one.
   MeanInterval heading_efficiency, position_efficiency;
   double claimed_heading_rad = 0.0, claimed_position_m = 0.0;  ///< the RMSE that P claims
   std::vector<double> pose_nees;  ///< mean over the runs, of each window of steps
@@ -71,11 +71,12 @@ struct EstimatorStudy {
   std::vector<EstimatorRow> rows;
   std::vector<PairedDifference> paired;
   std::vector<double> window_ends;  ///< last step of each window of pose_nees
-  VehicleBound bound;
-  Index map_stride = 1;   ///< the map is judged at every so many steps
-  std::string note;       ///< of the world
-  std::int64_t runs = 0;  ///< asked for
-  bool complete = true;   ///< false: interrupted; the rows mean nothing
+  VehicleBound bound;               ///< NaN: not known
+  bool has_vehicle = true;          ///< false: heading is nothing, position all states, each in its unit
+  Index map_stride = 1;             ///< the map is judged at every so many steps
+  std::string note;                 ///< of the world
+  std::int64_t runs = 0;            ///< asked for
+  bool complete = true;             ///< false: interrupted; the rows mean nothing
 };
 
 struct EstimatorStudyOptions {

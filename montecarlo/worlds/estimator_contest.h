@@ -87,7 +87,10 @@ class EstimatorContest {
   /// unknowns() columns; rank deficient by the same number as the whole.
   virtual EstimatorProfile profile(std::string_view name, const TakeRow& take_row) const = 0;
   virtual Index unknowns() const = 0;
+  /// For measurements that arrive in time and noise that is white and Gaussian; NaN: not known.
   virtual VehicleBound bound() const = 0;
+  /// false: the states are no vehicle's, but any; position is then all of them, each in its unit.
+  virtual bool has_vehicle() const { return true; }
   /// What a reader of the table must know of this world.
   virtual std::string note() const = 0;
 };

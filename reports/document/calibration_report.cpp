@@ -311,7 +311,7 @@ Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<
           {"part_factors", std::move(parts)},
           {"held_out_nees_over_dof",
            {{"with_factor", held_out_json(c.with_factor)},
-            {"with_part_factors", held_out_json(c.with_part_factors)}}},
+            {"with_part_factors", c.parts.empty() ? Json(nullptr) : held_out_json(c.with_part_factors)}}},
           {"conformal",
            {{"factor", json_number(c.conformal.factor)},
             {"runs", c.conformal.runs},

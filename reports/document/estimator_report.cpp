@@ -6,7 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
+#include "montecarlo/worlds/posterior_bound.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/figures/estimator_figures.h"
 #include "reports/render/interval_text.h"
@@ -91,23 +93,43 @@ Json blocks_json(const EstimatorRow& row,
   return json;
 }
 
-Json row_json(const EstimatorRow& row) {
+/// The part that is judged first, and its squared error with its unit.
+std::string_view judged(const EstimatorStudy& study) { return study.has_vehicle ? "pose" : "state"; }
+std::string_view squared_error(const EstimatorStudy& study) {
+  return study.has_vehicle ? "squared position error, m²" : "squared error of the state";
+}
+
+/// A number of headings and metres, or of the state in the units of its own.
+Json accuracy_json(const EstimatorStudy& study, double heading_rad, double position) {
+  const bool vehicle = study.has_vehicle;
+  return {{"heading_rad", vehicle ? json_number(heading_rad) : Json(nullptr)},
+          {"position_m", vehicle ? json_number(position) : Json(nullptr)},
+          {"state", vehicle ? Json(nullptr) : json_number(position)}};
+}
+
+Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
   using enum EstimatorBlock;
   Json json{{"estimator", row.name}, {"chart", row.profile.chart}};
   json["nees"] =
       blocks_json(row, {{"pose", pose}, {"heading", heading}, {"position", position}, {"map", map}});
   json["nees_other_chart"] = blocks_json(row, {{"pose", plane_pose}, {"position", chart_position}});
-  const auto rmse = [](const MeanInterval& r) { return r.count == 0 ? Json(nullptr) : json_number(r.mean); };
-  json["rmse"] = {{"heading_rad", rmse(row.heading_rmse_rad)},
-                  {"position_m", rmse(row.position_rmse_m)},
-                  {"heading_interval_rad",
-                   {json_number(row.heading_rmse_rad.lower), json_number(row.heading_rmse_rad.upper)}},
-                  {"position_interval_m",
-                   {json_number(row.position_rmse_m.lower), json_number(row.position_rmse_m.upper)}}};
+  const auto rmse = [](const MeanInterval& r) { return r.count == 0 ? kNaN : r.mean; };
+  const MeanInterval none{}, &position_rmse = row.position_rmse_m, &efficiency = row.position_efficiency;
+  const auto of_vehicle = [&](const MeanInterval& r) -> const MeanInterval& {
+    return study.has_vehicle ? r : none;
+  };
+  const auto of_state = [&](const MeanInterval& r) -> const MeanInterval& {
+    return study.has_vehicle ? none : r;
+  };
+  const auto ends = [](const MeanInterval& r) { return Json{json_number(r.lower), json_number(r.upper)}; };
+  json["rmse"] = accuracy_json(study, rmse(row.heading_rmse_rad), rmse(position_rmse));
+  json["rmse"]["heading_interval_rad"] = ends(row.heading_rmse_rad);
+  json["rmse"]["position_interval_m"] = ends(of_vehicle(position_rmse));
+  json["rmse"]["state_interval"] = ends(of_state(position_rmse));
   json["efficiency"] = {{"heading", nees_interval_json(row.heading_efficiency)},
-                        {"position", nees_interval_json(row.position_efficiency)}};
-  json["claimed_rmse"] = {{"heading_rad", json_number(row.claimed_heading_rad)},
-                          {"position_m", json_number(row.claimed_position_m)}};
+                        {"position", nees_interval_json(of_vehicle(efficiency))},
+                        {"state", nees_interval_json(of_state(efficiency))}};
+  json["claimed_rmse"] = accuracy_json(study, row.claimed_heading_rad, row.claimed_position_m);
   json["unobservable"] = row.unobservable;
   json["rank_gap"] = json_number(row.rank_gap);
   json["seconds_per_step"] = json_number(row.profile.seconds_per_step);
@@ -125,10 +147,12 @@ Json row_json(const EstimatorRow& row) {
   return json;
 }
 
-Json paired_json(const PairedDifference& paired) {
+Json paired_json(const EstimatorStudy& study, const PairedDifference& paired) {
   return {{"first", paired.first},
           {"second", paired.second},
-          {"of", paired.of_position ? "position_error_squared_m2" : "nees.pose"},
+          {"of", !paired.of_position ? "nees.pose"
+                 : study.has_vehicle ? "position_error_squared_m2"
+                                     : "state_error_squared"},
           {"difference", paired.difference.count == 0 ? Json(nullptr) : json_number(paired.difference.mean)},
           {"lower", json_number(paired.difference.lower)},
           {"upper", json_number(paired.difference.upper)},
@@ -138,45 +162,64 @@ Json paired_json(const PairedDifference& paired) {
 }
 
 std::string runs_text(const EstimatorStudy& study) {
-  return fmt::format("{} runs of {} steps, the same odometry and measurements for all.", study.runs,
-                     study.scenario.study.steps);
+  return fmt::format("{} runs of {} steps, the same {} and measurements for all.", study.runs,
+                     study.scenario.study.steps, study.has_vehicle ? "odometry" : "process noise");
 }
 
 ReportTable estimator_table(const EstimatorStudy& study) {
   using enum EstimatorBlock;
   constexpr ColumnAlign words = ColumnAlign::words;
   ReportTable table{.title = fmt::format("Estimators in {}", study.scenario.name),
-                    .columns = {{"estimator", words},
-                                {"NEES of heading", words},
-                                {"of position", words},
-                                {"of pose", words},
-                                {"of the map", words},
-                                {"RMSE heading °"},
-                                {"position m"},
-                                {"unobservable"},
-                                {"time a step", words},
-                                {"failed runs"}},
+                    .columns = {{"estimator", words}},
                     .rows = {},
                     .notes = {}};
+  const auto add_columns = [&](std::initializer_list<TableColumn> columns) {
+    table.columns.insert(table.columns.end(), columns);
+  };
+  if (study.has_vehicle) {
+    add_columns({{"NEES of heading", words},
+                 {"of position", words},
+                 {"of pose", words},
+                 {"of the map", words},
+                 {"RMSE heading °"},
+                 {"position m"}});
+  } else {
+    add_columns({{"NEES", words}, {"RMSE"}});
+  }
+  add_columns({{"unobservable"}, {"time a step", words}, {"failed runs"}});
   for (const EstimatorRow& row : study.rows) {
-    table.add({row.name, nees_cell(nees_of(row, heading)), nees_cell(nees_of(row, position)),
-               nees_cell(nees_of(row, pose)), nees_cell(nees_of(row, map)),
-               rmse_cell(row.heading_rmse_rad, kDegrees), rmse_cell(row.position_rmse_m, 1.0),
-               row.unobservable, duration_text(row.profile.seconds_per_step, 2), failed_cell(row)});
+    std::vector<TableCell> cells = {row.name};
+    if (study.has_vehicle) {
+      for (const EstimatorBlock block : {heading, position, pose, map}) {
+        cells.push_back(nees_cell(nees_of(row, block)));
+      }
+      cells.push_back(rmse_cell(row.heading_rmse_rad, kDegrees));
+    } else {
+      cells.push_back(nees_cell(nees_of(row, pose)));
+    }
+    cells.push_back(rmse_cell(row.position_rmse_m, 1.0));
+    cells.emplace_back(row.unobservable);
+    cells.emplace_back(duration_text(row.profile.seconds_per_step, 2));
+    cells.push_back(failed_cell(row));
+    table.add(std::move(cells));
   }
   table.notes = {
       fmt::format(
           "{} NEES over dof, averaged over all steps of a run; mean over the runs with its {:g} % interval. "
           "1 is consistent, above is optimistic.",
           runs_text(study), 100.0 * study.scenario.study.confidence),
-      fmt::format(
-          "Pose and map: the error in the chart of the filter's own P. Position: x̂ − x, P transported to "
-          "first order at the estimate. The map at every {}th step.",
-          study.map_stride),
       "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open in run 0. "
       "time "
       "a step: predict and update, without statistics.",
       study.note};
+  if (study.has_vehicle) {
+    table.notes.insert(
+        table.notes.begin() + 1,
+        fmt::format(
+            "Pose and map: the error in the chart of the filter's own P. Position: x̂ − x, P transported to "
+            "first order at the estimate. The map at every {}th step.",
+            study.map_stride));
+  }
   for (const EstimatorRow& row : study.rows) {
     if (row.profile.chart == "plane") continue;
     table.notes.push_back(fmt::format(
@@ -192,23 +235,38 @@ ReportTable estimator_table(const EstimatorStudy& study) {
 ReportTable estimator_bound_table(const EstimatorStudy& study) {
   constexpr ColumnAlign words = ColumnAlign::words;
   ReportTable table{.title = "Errors beside the posterior Cramér-Rao bound",
-                    .columns = {{"estimator", words},
-                                {"efficiency in heading", words},
-                                {"in position", words},
-                                {"P claims: heading °"},
-                                {"position m"}},
+                    .columns = {{"estimator", words}},
                     .rows = {},
                     .notes = {}};
+  if (study.has_vehicle) {
+    table.columns.insert(
+        table.columns.end(),
+        {{"efficiency in heading", words}, {"in position", words}, {"P claims: heading °"}, {"position m"}});
+  } else {
+    table.columns.insert(table.columns.end(), {{"efficiency", words}, {"P claims"}});
+  }
   for (const EstimatorRow& row : study.rows) {
     if (row.runs == 0) continue;
-    table.add({row.name, with_interval(row.heading_efficiency), with_interval(row.position_efficiency),
-               TableCell(kDegrees * row.claimed_heading_rad, 3), TableCell(row.claimed_position_m, 3)});
+    std::vector<TableCell> cells = {row.name};
+    if (study.has_vehicle) cells.emplace_back(with_interval(row.heading_efficiency));
+    cells.emplace_back(with_interval(row.position_efficiency));
+    if (study.has_vehicle) cells.emplace_back(kDegrees * row.claimed_heading_rad, 3);
+    cells.emplace_back(row.claimed_position_m, 3);
+    table.add(std::move(cells));
   }
+  const VehicleBound& bound = study.bound;
+  if (std::isnan(bound.position_squared)) {
+    const std::string reason = no_bound_reason(study.scenario);
+    table.notes = {"No bound: " + (reason.empty() ? "the filter that knows the noise fails" : reason) + "."};
+    return table;
+  }
+  const std::string position = number_text(std::sqrt(bound.position_squared), 3);
   table.notes = {fmt::format(
-      "No estimator without bias has an RMSE below {} ° and {} m ([Tichavsky 1998]: Jacobians along the true "
-      "path). Efficiency: the bound over the mean squared error, with the interval of the latter.",
-      number_text(kDegrees * std::sqrt(study.bound.heading_squared), 3),
-      number_text(std::sqrt(study.bound.position_squared), 3))};
+      "No estimator without bias has an RMSE below {} ([Tichavsky 1998]: Jacobians along the true path). "
+      "Efficiency: the bound over the mean squared error, with the interval of the latter.",
+      study.has_vehicle ? fmt::format("{} ° and {} m",
+                                      number_text(kDegrees * std::sqrt(bound.heading_squared), 3), position)
+                        : position)};
   return table;
 }
 
@@ -224,10 +282,14 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
       consistent += (consistent.empty() ? "" : ", ") + row.name;
     }
   }
+  if (std::ranges::all_of(study.rows, [](const EstimatorRow& row) { return row.runs == 0; })) {
+    return {CellTone::alarm, "No run of any estimator ends well"};
+  }
   if (optimistic.empty())
-    return {CellTone::good, "Nothing says that the pose of any is optimistic: " + consistent};
+    return {CellTone::good,
+            fmt::format("Nothing says that the {} of any is optimistic: {}", judged(study), consistent)};
   return {CellTone::caution,
-          fmt::format("Optimistic in the pose: {}. {}", optimistic,
+          fmt::format("Optimistic in the {}: {}. {}", judged(study), optimistic,
                       consistent.empty() ? "None is not" : "Nothing is seen against " + consistent)};
 }
 
@@ -248,7 +310,8 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
     const MeanInterval& d = paired.difference;
     const double sign = turned ? -1.0 : 1.0;
     table.add({turned ? paired.second : paired.first,
-               paired.of_position ? "squared position error, m²" : "pose NEES over dof",
+               paired.of_position ? std::string(squared_error(study))
+                                  : fmt::format("{} NEES over dof", judged(study)),
                d.count == 0
                    ? std::string("–")
                    : interval_text(sign * d.mean, turned ? -d.upper : d.lower, turned ? -d.lower : d.upper),
@@ -275,14 +338,14 @@ std::string estimator_json(const EstimatorStudy& study) {
   json["complete"] = study.complete;
   json["map_every_steps"] = study.map_stride;
   json["quantile_levels"] = json_numbers({kBandLevels.begin(), kBandLevels.end()});
-  json["bound"] = {{"heading_rad", json_number(std::sqrt(study.bound.heading_squared))},
-                   {"position_m", json_number(std::sqrt(study.bound.position_squared))}};
+  json["bound"] =
+      accuracy_json(study, std::sqrt(study.bound.heading_squared), std::sqrt(study.bound.position_squared));
   json["window_ends"] = json_numbers(study.window_ends);
   json["rows"] = Json::array();
-  for (const EstimatorRow& row : study.rows) json["rows"].push_back(row_json(row));
+  for (const EstimatorRow& row : study.rows) json["rows"].push_back(row_json(study, row));
   json["paired"] = Json::array();
-  for (const PairedDifference& paired : study.paired) json["paired"].push_back(paired_json(paired));
-  json["null_reason"] = "no run that ended well, or no finite bound";
+  for (const PairedDifference& paired : study.paired) json["paired"].push_back(paired_json(study, paired));
+  json["null_reason"] = "no run that ended well, no finite bound, or a world without such states";
   return json.dump(1);
 }
 

@@ -27,9 +27,13 @@ double finite_lower(const MeanInterval& interval) {
   return std::isfinite(interval.lower) ? interval.lower : interval.mean;
 }
 
+std::string nees_label(const EstimatorStudy& study) {
+  return study.has_vehicle ? "pose NEES over dof" : "NEES over dof";
+}
+
 /// NEES with its interval against a number of each estimator.
 Panel against(const EstimatorStudy& study, Panel panel, double (*abscissa)(const EstimatorRow&)) {
-  panel.y_label = "pose NEES over dof";
+  panel.y_label = nees_label(study);
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
   for (std::size_t i = 0; i < study.rows.size(); ++i) {
     const EstimatorRow& row = study.rows[i];
@@ -42,7 +46,7 @@ Panel against(const EstimatorStudy& study, Panel panel, double (*abscissa)(const
 }
 
 Panel over_time(const EstimatorStudy& study) {
-  Panel panel{.title = "Over time", .x_label = "step", .y_label = "pose NEES over dof", .log_y = true};
+  Panel panel{.title = "Over time", .x_label = "step", .y_label = nees_label(study), .log_y = true};
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
   for (std::size_t i = 0; i < study.rows.size(); ++i) {
     if (!has_runs(study.rows[i])) continue;
@@ -56,7 +60,7 @@ Panel over_time(const EstimatorStudy& study) {
 Panel over_runs(const EstimatorStudy& study) {
   Panel panel{.title = "Over the runs",
               .x_label = "estimator",
-              .y_label = "pose NEES over dof of a run",
+              .y_label = nees_label(study) + " of a run",
               .x_range = AxisRange{0.0, static_cast<double>(study.rows.size()) + 1.0},
               .log_y = true};
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
@@ -81,16 +85,18 @@ std::vector<Figure> estimator_figures(const EstimatorStudy& study) {
   Figure figure{
       .name = "estimators",
       .caption = fmt::format(
-          "NEES of the pose over its dof, in the chart of each estimator's own P. Above: its mean over the "
+          "NEES of the {} over its dof, in the chart of each estimator's own P. Above: its mean over the "
           "runs with its {:g} % interval, against accuracy and against cost; left and low is better, on "
           "the line is consistent. Below: the mean over the runs, in windows of steps; and median, "
           "quartiles (thick) and the middle 90 % (thin) of the averages of single runs.",
-          100.0 * study.scenario.study.confidence),
+          study.has_vehicle ? "pose" : "state", 100.0 * study.scenario.study.confidence),
       .rows = 2,
       .cols = 2};
-  figure.panels.push_back(against(study,
-                                  {.title = "Consistency and accuracy", .x_label = "RMSE of position (m)"},
-                                  [](const EstimatorRow& row) { return row.position_rmse_m.mean; }));
+  figure.panels.push_back(
+      against(study,
+              {.title = "Consistency and accuracy",
+               .x_label = study.has_vehicle ? "RMSE of position (m)" : "RMSE of the state"},
+              [](const EstimatorRow& row) { return row.position_rmse_m.mean; }));
   figure.panels.push_back(
       against(study, {.title = "Consistency and cost", .x_label = "time per step (µs)"},
               [](const EstimatorRow& row) { return 1e6 * row.profile.seconds_per_step; }));

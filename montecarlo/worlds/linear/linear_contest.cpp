@@ -1,10 +1,16 @@
 #include "montecarlo/worlds/linear/linear_contest.h"
 
-#include "core/filters/linear_filter.h"
+#include <algorithm>
+
+#include "core/nan.h"
+#include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/best_time.h"
 #include "montecarlo/worlds/linear/linear_estimator_experiment.h"
+#include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/linear/linear_keys.h"
+#include "montecarlo/worlds/linear/linear_world.h"
+#include "montecarlo/worlds/posterior_bound.h"
 
 namespace credence {
 namespace {
@@ -34,17 +40,31 @@ class LinearContest final : public EstimatorContest {
 
   Index unknowns() const override { return truth_.front().state_dim(); }
 
-  /// P of the Kalman filter that knows the noise, whose error reaches the bound.
+  /// P of the Kalman filter that knows the noise and which measurements are missed, whose error reaches the
+  /// bound; of runs that miss different ones their mean.
   VehicleBound bound() const override {
+    LinearProblem knowing = linear_world_problem(scenario_);
+    knowing.assumed = knowing.truth;
+    knowing.assumed_later = knowing.truth_later;
+    knowing.rule = {};
+    const std::int64_t runs =
+        knowing.detection_probability < 1.0 ? std::min(kBoundRuns, scenario_.study.runs) : 1;
+    const auto filter = make_linear_experiment(std::move(knowing), steps(), noise_source(scenario_));
     double sum = 0.0;
-    for (const LinearFilterStep& step : linear_filter_steps(truth_, {}, steps())) sum += step.P.trace();
-    return {.heading_squared = 0.0, .position_squared = sum / static_cast<double>(steps())};
+    for (std::int64_t r = 0; r < runs; ++r) {
+      const Outcome outcome = filter->visit(r, [&](const TraceStep& shown) {
+        if (shown.step > 0) sum += shown.P.trace();
+      });
+      if (outcome != Outcome::ok) return {.heading_squared = kNaN, .position_squared = kNaN};
+    }
+    return {.heading_squared = kNaN, .position_squared = sum / static_cast<double>(runs * steps())};
   }
 
+  bool has_vehicle() const override { return false; }
   std::string note() const override {
-    return "Pose: the whole state. Position m: the root of the summed squared errors of all states, each in "
-           "its unit. The bound is that of filters, which a smoother passes. Time a step: a run with the "
-           "gains at hand.";
+    return "NEES: of the whole state. RMSE: the root of the summed squared errors of all states, each in its "
+           "unit. The bound is that of filters, which a smoother passes. Time a step: a run with the gains "
+           "at hand.";
   }
 
  private:
@@ -54,6 +74,7 @@ class LinearContest final : public EstimatorContest {
         bool heard = true;
         experiments[e]->visit(run, [&](const TraceStep& shown) {
           if (shown.step == 0 || !heard) return;
+          if (shown.outcome != Outcome::ok) return listener.failed(e, shown.step, shown.outcome);
           EstimatorStep step;
           step[EstimatorBlock::pose] = {shown.nees, shown.nees_dof};
           step.position_squared = shown.error.squaredNorm();

@@ -134,6 +134,46 @@ TEST(EstimatorStudy, ALinearWorldHasItsEstimators) {
   EXPECT_THROW(study_estimators(plain, {.estimators = {"own-gain"}}), std::invalid_argument);
 }
 
+// Runs end where P grows beyond all numbers, with and without missed measurements.
+TEST(EstimatorStudy, ALinearFilterThatFailsIsNamed) {
+  const char* text =
+      "[world]\nmodel = \"linear\"\nF = [[2]]\nH = [[0]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n"
+      "[study]\nruns = 5\nsteps = 1200\n";
+  for (const char* detection : {"1", "0.9"}) {
+    const std::vector<std::string> missed = {std::string("noise.detection_probability=") + detection};
+    const EstimatorStudy study =
+        study_estimators(load_scenario_text(text, "s.toml", missed), {.estimators = {"kalman"}});
+    const EstimatorRow& row = study.rows.front();
+    EXPECT_EQ(row.runs, 0) << detection;
+    ASSERT_EQ(row.failures.size(), 5U) << detection;
+    EXPECT_EQ(row.failures[0].outcome, Outcome::not_positive_definite);
+    EXPECT_GT(row.failures[0].step, 500);
+    EXPECT_TRUE(std::isnan(study.bound.position_squared));
+  }
+}
+
+// The bound is that of filters which miss what they miss, and of noise that has one.
+TEST(EstimatorStudy, TheBoundOfALinearWorldMissesMeasurementsToo) {
+  const auto study = [](const std::string& noise) {
+    const char* text =
+        "[world]\nmodel = \"linear\"\nF = [[0.9]]\nH = [[1]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n"
+        "[study]\nruns = 64\nsteps = 50\n";
+    return study_estimators(load_scenario_text(text, "s.toml", {&noise, 1}), {.estimators = {"kalman"}});
+  };
+  const EstimatorStudy all = study("noise.detection_probability=1");
+  const EstimatorStudy missed = study("noise.detection_probability=0.3");
+  // The Kalman filter of the same runs.
+  for (const EstimatorStudy* s : {&all, &missed}) {
+    const double claimed = s->rows[0].claimed_position_m;
+    EXPECT_NEAR(s->bound.position_squared, claimed * claimed, 1e-9 * claimed * claimed);
+    EXPECT_FALSE(s->has_vehicle);
+  }
+  EXPECT_GT(missed.bound.position_squared, 1.5 * all.bound.position_squared);
+  const EstimatorStudy late = study("noise.measurement_delay=2");
+  EXPECT_TRUE(std::isnan(late.bound.position_squared));
+  EXPECT_EQ(late.rows[0].position_efficiency.count, 0);
+}
+
 TEST(EstimatorStudy, ThreadsChangeNoBit) {
   const Scenario s = load("huang_ring", {"study.runs=18", "study.steps=60"});
   const EstimatorStudy one = study_estimators(s, {.threads = 1}), three = study_estimators(s, {.threads = 3});

@@ -1,0 +1,65 @@
+#include "reports/document/estimator_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "montecarlo/scenario/scenario_io.h"
+#include "reports/render/text_page.h"
+#include "tests/paths.h"
+
+namespace credence {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+EstimatorStudy study_of(const char* name) {
+  const std::vector<std::string> small = {"study.runs=6", "study.steps=20"};
+  return study_estimators(load_scenario(source_folder() / "scenarios" / (std::string(name) + ".toml"), small),
+                          {});
+}
+
+// Any states have neither headings nor metres.
+TEST(EstimatorDocument, OfALinearWorldSpeaksOfTheState) {
+  const EstimatorStudy study = study_of("linear_estimators");
+  const Document document = estimator_document(study);
+  const std::string text = text_page(document);
+  for (const char* word : {"heading", "position", "pose", "odometry", "°", "m²"}) {
+    EXPECT_THAT(text, Not(HasSubstr(word)));
+  }
+  EXPECT_THAT(text, HasSubstr("the state of any"));
+  const auto j = nlohmann::json::parse(estimator_json(study));
+  EXPECT_TRUE(j["bound"]["heading_rad"].is_null());
+  EXPECT_TRUE(j["bound"]["position_m"].is_null());
+  EXPECT_GT(j["bound"]["state"], 0.0);
+  const auto& row = j["rows"][0];
+  for (const char* part : {"rmse", "claimed_rmse"}) {
+    EXPECT_TRUE(row[part]["heading_rad"].is_null()) << part;
+    EXPECT_TRUE(row[part]["position_m"].is_null()) << part;
+    EXPECT_GT(row[part]["state"], 0.0) << part;
+  }
+  EXPECT_GT(row["efficiency"]["state"]["mean"], 0.0);
+  EXPECT_TRUE(row["efficiency"]["position"]["mean"].is_null());
+}
+
+TEST(EstimatorDocument, WhereNoRunEndsWellNothingIsGood) {
+  EstimatorStudy study = study_of("linear_estimators");
+  for (EstimatorRow& row : study.rows) row.runs = 0;
+  EXPECT_EQ(estimator_document(study).answer.text, "No run of any estimator ends well");
+}
+
+TEST(EstimatorDocument, OfAVehicleSpeaksOfHeadingAndMetres) {
+  const EstimatorStudy study = study_of("huang_ring");
+  const std::string text = text_page(estimator_document(study));
+  for (const char* word : {"NEES of heading", "RMSE heading °", "position m", "the pose of any"}) {
+    EXPECT_THAT(text, HasSubstr(word));
+  }
+  const auto j = nlohmann::json::parse(estimator_json(study));
+  EXPECT_GT(j["rows"][0]["rmse"]["position_m"], 0.0);
+  EXPECT_TRUE(j["rows"][0]["rmse"]["state"].is_null());
+}
+
+}  // namespace
+}  // namespace credence
