@@ -12,6 +12,12 @@ bool is_regular(const Eigen::LLT<Matrix>& llt, const Matrix& A, double tolerance
   return (pivots > tolerance * A.diagonal().array()).all();
 }
 
+/// A of states that all have a variance, each in units of its standard deviation.
+Matrix unit_diagonal(const Matrix& A) {
+  const Vector scale = A.diagonal().cwiseSqrt().cwiseInverse();
+  return scale.asDiagonal() * A * scale.asDiagonal();
+}
+
 /// Over states that all have a variance.
 Matrix whitening_of_states(const Matrix& A, double tolerance) {
   const Index n = A.rows();
@@ -19,7 +25,7 @@ Matrix whitening_of_states(const Matrix& A, double tolerance) {
   const Eigen::LLT<Matrix> llt(A);
   if (is_regular(llt, A, tolerance)) return llt.matrixL().solve(Matrix::Identity(n, n));
   const Vector scale = A.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scale.asDiagonal() * A * scale.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(unit_diagonal(A));
   const double least = tolerance * std::max(0.0, eigen.eigenvalues().maxCoeff());
   const Index rank = (eigen.eigenvalues().array() > least).count();
   // Eigenvalues ascend: the last `rank` are kept.
@@ -34,6 +40,19 @@ Matrix psd_root(const Matrix& A) {
   if (llt.info() == Eigen::Success) return llt.matrixL();
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(A);
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+bool is_psd(const Matrix& A, double tolerance) {
+  if (!A.allFinite() || (A.diagonal().array() < 0.0).any()) return false;
+  const std::vector<Index> states = states_with_variance(A, Vector::Zero(A.rows()));
+  for (Index i = 0; i < A.rows(); ++i) {
+    if (A(i, i) == 0.0 && !A.row(i).isZero(0.0)) return false;
+  }
+  if (states.empty()) return true;
+  const Matrix kept = A(states, states);
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(unit_diagonal(kept), Eigen::EigenvaluesOnly);
+  return eigen.info() == Eigen::Success &&
+         eigen.eigenvalues().minCoeff() >= -tolerance * eigen.eigenvalues().maxCoeff();
 }
 
 std::vector<Index> states_with_variance(MatrixRef A, VectorRef before) {

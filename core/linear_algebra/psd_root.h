@@ -10,6 +10,11 @@ namespace credence {
 /// eigenvectors (negative eigenvalues, which are rounding, count as zero).
 Matrix psd_root(const Matrix& A);
 
+/// Whether a symmetric A has no negative eigenvalue, once scaled to unit diagonal, but those below
+/// `tolerance` times the largest, which are rounding; a state without variance has no covariances either, and
+/// all is finite.
+bool is_psd(const Matrix& A, double tolerance = 1e-13);
+
 /// The states of a covariance after a measurement that have a variance: A_ii > 1e-28 times the variance
 /// before it, the square of what rounding leaves of a state that a measurement without noise has made
 /// certain.

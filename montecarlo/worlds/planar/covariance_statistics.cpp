@@ -1,5 +1,7 @@
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 
+#include <cmath>
+
 #include "core/linear_algebra/logarithm.h"
 #include "core/nan.h"
 
@@ -16,7 +18,8 @@ bool NeesSolver::factor(const VectorRef& error, const MatrixRef& P) {
     return true;
   }
   llt_.compute(P);
-  if (llt_.info() != Eigen::Success) return false;
+  // Eigen takes a pivot that is no number for a good one.
+  if (llt_.info() != Eigen::Success || !llt_.matrixLLT().diagonal().allFinite()) return false;
   whitened_ = error;
   llt_.matrixL().solveInPlace(whitened_);
   return true;
@@ -35,7 +38,9 @@ NeesValue NeesSolver::solve(const VectorRef& error, const MatrixRef& P) {
     const Vector kept_error = error(kept_);
     if (!factor(kept_error, P_kept_)) return {};
   }
-  return {whitened_.squaredNorm(), whitened_.size()};
+  const double value = whitened_.squaredNorm();
+  if (std::isnan(value)) return {};
+  return {value, whitened_.size()};
 }
 
 double NeesSolver::log_determinant() const {
@@ -90,9 +95,11 @@ double NeesSolver::noise_share(const MatrixRef& S, const MatrixRef& R) {
 
 NeesValue pose_nees(const Vector& error, const Matrix& P, NeesSolver& solver) {
   const Eigen::LLT<Eigen::Matrix3d> llt(P.topLeftCorner<3, 3>());
-  if (llt.info() != Eigen::Success) return solver.solve(error.head<3>(), P.topLeftCorner<3, 3>());
   const Eigen::Vector3d whitened = llt.matrixL().solve(error.head<3>());
-  return {whitened.squaredNorm(), 3};
+  const double value = whitened.squaredNorm();
+  if (llt.info() != Eigen::Success || !std::isfinite(value))
+    return solver.solve(error.head<3>(), P.topLeftCorner<3, 3>());
+  return {value, 3};
 }
 
 PlanarTraces planar_traces(const Matrix& P) {

@@ -8,7 +8,6 @@ namespace credence {
 
 NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P) {
   constexpr double kLeastPivot = 1e-12;  // of a squared pivot, relative to its variance
-  if (!P.diagonal().allFinite() || (P.diagonal().array() < 0.0).any()) return {0.0, -1};
   if ((P.diagonal().array() > 0.0).all()) {
     const NeesValue nees = solver_.solve(error, P);
     bool beyond_rounding = nees.dof >= 0;
@@ -18,6 +17,7 @@ NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P) {
     if (beyond_rounding) return nees;
   }
   const Matrix full = P.selfadjointView<Eigen::Lower>();
+  if (!is_psd(full, kLeastPivot) || !error.allFinite()) return {0.0, -1};
   const Matrix whitening = psd_whitening(full, kLeastPivot);
   return {(whitening * error).squaredNorm(), whitening.rows()};
 }

@@ -47,6 +47,22 @@ TEST(PsdWhitening, RoundingIsNoRank) {
   }
 }
 
+TEST(IsPsd, TakesRoundingForNothingAndAllElseForIndefinite) {
+  const auto correlated = [](double covariance) {
+    return Matrix((Matrix(2, 2) << 1e-6, covariance, covariance, 1e6).finished());
+  };
+  EXPECT_TRUE(is_psd(correlated(0.5)));
+  EXPECT_TRUE(is_psd(correlated(1.0)));
+  EXPECT_TRUE(is_psd(correlated(1.0 + 1e-15)));
+  EXPECT_FALSE(is_psd(correlated(1.0 + 1e-11)));
+  EXPECT_TRUE(is_psd(correlated(1.0 + 1e-11), 1e-10));
+  EXPECT_FALSE(is_psd(correlated(std::nan(""))));
+  EXPECT_FALSE(is_psd(-correlated(0.5)));
+  EXPECT_FALSE(is_psd((Matrix(2, 2) << 0, 1, 1, 1).finished()));
+  EXPECT_TRUE(is_psd((Matrix(2, 2) << 0, 0, 0, 1).finished()));
+  EXPECT_TRUE(is_psd(Matrix(0, 0)));
+}
+
 TEST(PsdWhitening, StatesWithoutVarianceAreLeftOut) {
   Matrix A = Matrix::Zero(3, 3);
   A(0, 0) = 4.0;

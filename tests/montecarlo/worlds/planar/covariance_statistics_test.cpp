@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/linear_algebra/decompositions.h"
+#include "core/nan.h"
 
 namespace credence {
 namespace {
@@ -107,6 +108,19 @@ TEST(NeesSolver, knows_no_value_of_what_is_no_covariance) {
     Matrix indefinite = j.P;
     indefinite(2, 1) = indefinite(1, 2) = 2.0 * std::sqrt(j.P(1, 1) * j.P(2, 2));
     EXPECT_EQ(solver.solve(j.e, indefinite).dof, -1);
+    for (const double value : {kNaN, std::numeric_limits<double>::infinity()}) {
+      Matrix infinite = j.P;
+      infinite(2, 2) = value;
+      EXPECT_EQ(solver.solve(j.e, infinite).dof, -1) << n << " states, a variance of " << value;
+      infinite = j.P;
+      infinite(2, 1) = infinite(1, 2) = value;
+      EXPECT_EQ(solver.solve(j.e, infinite).dof, -1) << n << " states, a covariance of " << value;
+      EXPECT_EQ(pose_nees(j.e, infinite, solver).dof, -1) << n << " states, a covariance of " << value;
+    }
+    Vector e = j.e;
+    e[1] = kNaN;
+    EXPECT_EQ(solver.solve(e, j.P).dof, -1);
+    EXPECT_EQ(pose_nees(e, j.P, solver).dof, -1);
     EXPECT_EQ(solver.solve(j.e, j.P).dof, n) << "the next one is as if there had been none before";
   }
 }

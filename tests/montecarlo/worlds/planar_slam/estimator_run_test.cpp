@@ -1,0 +1,42 @@
+#include "montecarlo/worlds/planar_slam/estimator_run.h"
+
+#include <gtest/gtest.h>
+
+#include "core/nan.h"
+
+namespace credence {
+namespace {
+
+Matrix correlated(double correlation) {
+  Matrix P = Matrix::Identity(3, 3);
+  P(1, 0) = P(0, 1) = correlation;
+  return P;
+}
+
+TEST(SingularNees, CountsTheDirectionsOfNonZeroVariance) {
+  SingularNees solver;
+  const Vector e = Vector::Ones(3);
+  EXPECT_DOUBLE_EQ(solver.solve(e, correlated(1.0)).value, 2.0);
+  EXPECT_EQ(solver.solve(e, correlated(1.0)).dof, 2);
+  EXPECT_EQ(solver.solve(e, correlated(1.0 + 1e-15)).dof, 2) << "rounding";
+  EXPECT_EQ(solver.solve(e, Matrix::Zero(3, 3)).dof, 0);
+}
+
+TEST(SingularNees, KnowsNoValueOfWhatIsNoCovariance) {
+  SingularNees solver;
+  const Vector e = Vector::Ones(3);
+  EXPECT_EQ(solver.solve(e, correlated(2.0)).dof, -1);
+  EXPECT_EQ(solver.solve(e, correlated(1.0 + 1e-9)).dof, -1);
+  EXPECT_EQ(solver.solve(e, correlated(kNaN)).dof, -1);
+  Matrix certain = correlated(0.5);
+  certain(0, 0) = 0.0;
+  EXPECT_EQ(solver.solve(e, certain).dof, -1) << "a covariance with a state that is known";
+  Matrix negative = correlated(0.5);
+  negative(2, 2) = -1.0;
+  EXPECT_EQ(solver.solve(e, negative).dof, -1);
+  EXPECT_EQ(solver.solve(Vector::Constant(3, kNaN), correlated(1.0)).dof, -1);
+  EXPECT_EQ(solver.solve(e, correlated(0.5)).dof, 3) << "the next one is as if there had been none before";
+}
+
+}  // namespace
+}  // namespace credence
