@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "core/linear_algebra/cholesky.h"
@@ -83,6 +84,12 @@ Matrix steady_state_gain(const LinearModel& assumed) {
 
 RtsSmoother::RtsSmoother(const LinearModel& assumed, std::span<const LinearFilterStep> steps)
     : F_(assumed.F), C_(steps.size()), P_(steps.size() + 1) {
+  const auto failed = std::ranges::find(steps, false, &LinearFilterStep::ok);
+  if (failed != steps.end()) {
+    throw std::invalid_argument(
+        fmt::format("a smoother needs an S that is positive definite at every step: that of step {} is not",
+                    failed - steps.begin() + 1));
+  }
   P_.back() = steps.empty() ? assumed.P0 : steps.back().P;
   for (std::size_t k = steps.size(); k-- > 0;) {
     const Matrix& P = k == 0 ? assumed.P0 : steps[k - 1].P;

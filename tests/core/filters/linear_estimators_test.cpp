@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <random>
 #include <stdexcept>
+#include <string>
 
 namespace credence {
 namespace {
@@ -88,6 +89,23 @@ TEST(LinearEstimators, TheSmootherStandsASingularCovariance) {
     if (k > 0) {
       EXPECT_LE(smoother.covariance(k).trace(), steps[k - 1].P.trace() * (1.0 + 1e-12));
     }
+  }
+}
+
+// Of a step that failed there is no P to smooth.
+TEST(LinearEstimators, TheSmootherNamesAStepThatFailed) {
+  LinearModel model = regular_model();
+  model.Q.setZero();
+  model.R.setZero();
+  model.P0.setZero();
+  const auto steps = linear_filter_steps(model, {}, 10);
+  ASSERT_FALSE(steps.back().ok);
+  try {
+    const RtsSmoother smoother(model, steps);
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "a smoother needs an S that is positive definite at every step: that of step 1 is not");
   }
 }
 
