@@ -1,5 +1,6 @@
 #include "montecarlo/lanes/linear_kernel_units.h"
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -26,11 +27,14 @@ double first_nonzero(const Matrix& matrix) {
   return 1.0;
 }
 
-/// Divides by the last entry c after the change of units; returns c².
+/// Divides by the last entry c after the change of units; returns c². One whose square, or what it
+/// multiplies, would leave the range of a double stays as it is: its products with errors in these units do
+/// not.
 double scale_whitening(double unit, Matrix& whitening) {
   whitening *= unit;
   const double last = whitening.size() == 0 ? 0.0 : whitening(whitening.rows() - 1, whitening.cols() - 1);
-  if (last == 0.0) return 1.0;
+  constexpr double kLargest = 1e100;
+  if (!(std::abs(last) < kLargest && std::abs(last) > 1.0 / kLargest)) return 1.0;
   whitening /= last;
   return last * last;
 }

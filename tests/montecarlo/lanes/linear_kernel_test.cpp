@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/filters/linear_filter.h"
@@ -291,6 +292,24 @@ TEST(LinearKernel, units_do_not_change_what_is_measured) {
     EXPECT_NEAR(nees[k].m2, trace_nees[k].m2, 1e-12 * trace_nees[k].m2);
     EXPECT_NEAR(nis[k].mean, trace_nis[k].mean, 1e-12 * trace_nis[k].mean);
     EXPECT_NEAR(nis[k].m2, trace_nis[k].m2, 1e-12 * trace_nis[k].m2);
+  }
+}
+
+// Noise of a few times 1e-155 beside one of 0.3, or beside one of 1e155: their squares are in no double's
+// range.
+TEST(LinearKernel, noises_may_be_as_far_apart_as_doubles_are) {
+  for (const auto& [Q, R, P0] : {std::tuple(1e-310, 0.1, 1.0), std::tuple(1e-200, 1e200, 1.0),
+                                 std::tuple(1e-310, 0.1, 1e-310), std::tuple(0.1, 1e-310, 0.1)}) {
+    const LinearModel model = monobot_model(1, 0, Q, R, P0);
+    const LinearErrorSystem system = error_system(model, model, Inflation::none, 3);
+    const LinearRunTrace trace = trace_linear(system, NoiseSource(1, 1), 0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double nees = (system.steps[k].error_whitening * trace.errors[k]).squaredNorm();
+      const double nis = (system.steps[k].innovation_whitening * trace.innovations[k]).squaredNorm();
+      ASSERT_TRUE(std::isfinite(nees) && std::isfinite(nis)) << Q << " " << R << " " << P0;
+      EXPECT_NEAR(trace.nees[k], nees, 1e-9 * nees) << Q << " " << R << " " << P0 << " step " << k;
+      EXPECT_NEAR(trace.nis[k], nis, 1e-9 * nis) << Q << " " << R << " " << P0 << " step " << k;
+    }
   }
 }
 
