@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <utility>
+#include <vector>
 
 #include "montecarlo/scenario/scenario_resolve.h"
 #include "montecarlo/scenario/scenario_schema.h"
@@ -173,20 +174,51 @@ std::string_view line_text(std::string_view text, std::size_t line) {
   return text.substr(0, text.find_first_of("\r\n"));
 }
 
-/// Each dot of a key is a table in a table, and toml++ as well as its destructors call themselves for each:
-/// keys of tens of thousands of dots end in a stack overflow.
-bool nests_too_deep(std::string_view text) {
-  constexpr int kMostDots = 1000;
-  int dots = 0;
-  for (const char c : text) {
-    if (c == '.' && ++dots > kMostDots) return true;
-    if (std::string_view("=[]{},\n").find(c) != std::string_view::npos) dots = 0;
+/// Passes over what is quoted at `at`, or over a comment.
+std::size_t behind_quotes(std::string_view text, std::size_t at) {
+  const char mark = text[at];
+  if (mark == '#') return std::min(text.find('\n', at), text.size());
+  const std::string three(3, mark);
+  const bool lines = text.substr(at).starts_with(three);
+  const std::string_view end = std::string_view(three).substr(0, lines ? 3 : 1);
+  for (std::size_t i = at + end.size(); i < text.size(); ++i) {
+    if (text.substr(i).starts_with(end)) return i + end.size();
+    if (text[i] == '\n' && !lines) return i;
+    if (text[i] == '\\' && mark == '"') ++i;
   }
-  return false;
+  return text.size();
+}
+
+/// The first line with a key of more than 1000 dots, together with those of the keys that it stands in; 0:
+/// none. Each dot is a table in a table, and toml++ as well as its destructors call themselves for each: keys
+/// of tens of thousands of dots end in a stack overflow.
+std::size_t line_nested_too_deep(std::string_view text) {
+  constexpr std::size_t kMostDots = 1000;
+  std::size_t line = 1, dots = 0;
+  std::vector<std::size_t> outer{0};  // dots of what the open brackets are the value of
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (c == '"' || c == '\'' || c == '#') {
+      const std::size_t end = behind_quotes(text, i);
+      line += static_cast<std::size_t>(std::ranges::count(text.substr(i, end - i), '\n'));
+      i = end;
+      continue;
+    }
+    if (c == '.' && outer.back() + ++dots > kMostDots) return line;
+    if (c == '[' || c == '{') outer.push_back(outer.back() + dots);
+    if ((c == ']' || c == '}') && outer.size() > 1) outer.pop_back();
+    if (std::string_view("[]{},\n").find(c) != std::string_view::npos) dots = 0;
+    line += c == '\n' ? 1U : 0U;
+    ++i;
+  }
+  return 0;
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
-  if (nests_too_deep(text)) throw ScenarioError(fmt::format("{}: has a key of more than 1000 dots", file));
+  if (const std::size_t line = line_nested_too_deep(text); line > 0) {
+    throw ScenarioError(fmt::format("{}:{}: {}: has a key of more than 1000 dots", file, line,
+                                    shown_text(line_text(text, line))));
+  }
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {
@@ -199,7 +231,7 @@ toml::table parse_toml(std::string_view text, const std::string& file) {
 
 /// A TOML value, or else the text itself as a string.
 SettingValue override_value(const std::string& text) {
-  if (text.find_first_of("\r\n") == std::string::npos && !nests_too_deep(text)) {
+  if (text.find_first_of("\r\n") == std::string::npos && line_nested_too_deep(text) == 0) {
     try {
       const toml::table table = toml::parse("value = " + text);
       if (table.size() == 1) return setting_value(*table.get("value"));

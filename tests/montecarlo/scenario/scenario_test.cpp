@@ -482,6 +482,19 @@ TEST(Scenario, KeysOfManyDotsAreRefused) {
     EXPECT_THAT(message(head + text), HasSubstr("more than 1000 dots"));
   }
   EXPECT_NO_THROW(load_scenario_text(head + "# " + std::string(500, '.') + "\n", "x.toml"));
+  std::string quoted = "\"=\"";
+  for (int i = 0; i < 40'000; ++i) quoted += i % 2 == 0 ? ".'#=\"'" : ".\"\\\"=\"";
+  EXPECT_THAT(message(head + quoted + " = 1\n"), HasSubstr("x.toml:3: \"=\".'#=\"'"));
+  EXPECT_THAT(message(head + quoted + " = 1\n"), HasSubstr("more than 1000 dots"));
+  // 300 tables in one another, each by a key of 900 dots.
+  std::string nested = "1";
+  for (int i = 0; i < 300; ++i) nested = "[0, {" + dots.substr(0, 1801) + " = " + nested + "}]";
+  EXPECT_THAT(message(head + "x = " + nested + "\n"), HasSubstr("more than 1000 dots"));
+  // Dots of texts and comments are none of keys.
+  const std::string many(2000, '.');
+  EXPECT_THAT(message(head + "x = \"" + many + "\" # " + many + "\n"), HasSubstr("unknown key"));
+  const std::string lines = "x = [\"\"\"\n'" + many + "\"\"\", '''" + many + "''']\n";
+  EXPECT_THAT(message(head + lines), HasSubstr("unknown key"));
   EXPECT_THROW(
       load_scenario_text(head, "x.toml", std::vector<std::string>{"noise.process_variance={" + dots + "=1}"}),
       ScenarioError);
