@@ -58,11 +58,12 @@ struct TypeName {
   std::string_view operator()(const NestedArray&) const { return "the array"; }
 };
 
+/// The whole text.
 struct ScalarText {
   std::string operator()(bool value) const { return value ? "true" : "false"; }
   std::string operator()(std::int64_t value) const { return fmt::format("{}", value); }
   std::string operator()(double value) const { return real_text(value); }
-  std::string operator()(const std::string& value) const { return shortened(quoted_text(value)); }
+  std::string operator()(const std::string& value) const { return quoted_text(value); }
   std::string operator()(const OtherValue& value) const { return value.type; }
 };
 
@@ -77,14 +78,16 @@ std::string list_text(const Elements& elements, std::size_t longest, Text text_o
   return text + "]";
 }
 
-std::string array_text(const SettingValue& value, std::size_t longest) {
-  const auto scalar_text = [](const ScalarValue& scalar) { return value_text(scalar); };
+std::string array_text(const SettingValue& value, std::size_t longest,
+                       std::string (*scalar_text)(const ScalarValue&)) {
   if (const auto* flat = std::get_if<std::vector<ScalarValue>>(&value)) {
     return list_text(*flat, longest, scalar_text);
   }
   return list_text(std::get<NestedArray>(value), longest,
                    [&](const std::vector<ScalarValue>& row) { return list_text(row, longest, scalar_text); });
 }
+
+std::string whole_text(const ScalarValue& value) { return std::visit(ScalarText{}, value); }
 
 }  // namespace
 
@@ -100,16 +103,16 @@ std::string shown_text(std::string_view text, std::size_t longest) {
   return shortened(escaped(text, ""), longest);
 }
 
-std::string value_text(const ScalarValue& value) { return std::visit(ScalarText{}, value); }
+std::string value_text(const ScalarValue& value) { return shortened(whole_text(value)); }
 
 std::string value_text(const SettingValue& value) {
   if (const auto* scalar = std::get_if<ScalarValue>(&value)) return value_text(*scalar);
-  return shortened(array_text(value, kLongestText));
+  return shortened(array_text(value, kLongestText, value_text));
 }
 
 std::string full_text(const SettingValue& value) {
-  if (const auto* scalar = std::get_if<ScalarValue>(&value)) return value_text(*scalar);
-  return array_text(value, std::string::npos);
+  if (const auto* scalar = std::get_if<ScalarValue>(&value)) return whole_text(*scalar);
+  return array_text(value, std::string::npos, whole_text);
 }
 
 std::string_view type_text(const SettingValue& value) { return std::visit(TypeName{}, value); }

@@ -86,6 +86,18 @@ TEST(LinearWorld, ItsCanonicalTextLoadsTheSame) {
             noise_group(linear_scenario(kSystem, {"world.F=[[1, 0], [0, 1]]"})));
 }
 
+// Of messages a long text is cut, of what says which configuration it is none.
+TEST(LinearWorld, ItsIdentityDependsOnWholeNames) {
+  const std::string stem(80, 'a');
+  const auto named = [&](const std::string& last) {
+    return linear_scenario(kSystem + "states = [\"" + stem + last + "\", \"b\"]\n");
+  };
+  EXPECT_NE(configuration_id(named("1")), configuration_id(named("2")));
+  Scenario again = linear_scenario(canonical_toml(named("1")));
+  again.name = named("1").name;
+  EXPECT_EQ(again, named("1"));
+}
+
 TEST(LinearWorld, NamesMakeBlocks) {
   const RunLayout layout =
       linear_problem(linear_scenario(kSystem + "states = [\"tank.level\", \"leak\"]\n")).value().scene.layout;
