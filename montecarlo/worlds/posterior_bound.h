@@ -54,6 +54,10 @@ std::string no_bound_reason(const Scenario& scenario);
 inline constexpr const char* kBoundOfDifferences =
     "the bound is that of differences, in which this filter's errors are not";
 
+/// The reason of measurements part of which is exact: R has no inverse, and what they tell no information
+/// matrix.
+inline constexpr const char* kBoundOfNoisyMeasurements = "the bound is that of measurements that have noise";
+
 /// Gathers the curves of a layout.
 class BoundRecorder {
  public:

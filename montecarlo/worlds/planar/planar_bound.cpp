@@ -115,6 +115,7 @@ constexpr double kMostWork = 4e9;
 PosteriorBound planar_bound(const Scenario& scenario) {
   const PlanarWorld world = make_planar_world(scenario);
   const PlanarNoise noise = PlanarNoise::of(scenario);
+  if ((noise.measurement_std.array() == 0.0).any()) return {.reason = kBoundOfNoisyMeasurements};
   const NoiseSource source = noise_source(scenario);
   const Index landmarks = world.states();
   const auto n = static_cast<double>(3 + 2 * landmarks);

@@ -23,7 +23,7 @@ PosteriorBound odometry_bound(const OdometryWorld& world) {
   for (std::size_t k = 1; k <= world.plane.controls.size(); ++k) {
     stop_point();
     filter.predict(world.plane.controls[k - 1], world.truth(k));
-    filter.update(world.in_view[k], world.truth(k));
+    if (!filter.update(world.in_view[k], world.truth(k)).ok) return {.reason = kBoundOfNoisyMeasurements};
     variances.setConstant(kNaN);
     variances.head<3>() = filter.covariance().diagonal().head<3>();
     for (const int landmark : filter.landmarks()) {

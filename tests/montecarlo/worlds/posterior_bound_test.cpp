@@ -208,6 +208,10 @@ TEST(PosteriorBound, ThatIsNotThereHasAReason) {
   EXPECT_THAT(bound_of("planar_slam", {"noise.outlier_rate=0.05"}).reason, HasSubstr("Gaussian"));
   EXPECT_THAT(bound_of("spatial_slam", {"noise.measurement_delay=2"}).reason, HasSubstr("in time"));
   EXPECT_THAT(bound_of("pendulum", {"noise.angular_acceleration_density=0"}).reason, HasSubstr("singular"));
+  EXPECT_THAT(bound_of("planar", {"noise.range_std=0"}).reason, HasSubstr("that have noise"));
+  EXPECT_THAT(bound_of("planar", {"noise.bearing_std_deg=0"}).reason, HasSubstr("that have noise"));
+  EXPECT_THAT(bound_of("planar_slam", {"world.landmark_sensor=range_bearing", "noise.range_std=0"}).reason,
+              HasSubstr("that have noise"));
   EXPECT_THAT(bound_of("planar", {"world.landmarks=2000"}).reason, HasSubstr("too many"));
   EXPECT_THAT(bound_of("planar_slam", {"filter.estimator=invariant"}).reason, HasSubstr("differences"));
   EXPECT_THAT(bound_of("spatial_slam", {"filter.estimator=invariant"}).reason, HasSubstr("differences"));
