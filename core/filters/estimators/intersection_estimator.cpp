@@ -40,6 +40,12 @@ double relative_trace(const Square& A, const Square& B) {
   return sum;
 }
 
+/// Whether the best ω makes the variances of B smaller; where none does, ω = 1 or 0 leaves them as they are.
+template <class Square>
+bool improves(const Square& A, const Square& B) {
+  return relative_trace(A, B) < relative_trace(B, B);
+}
+
 /// The ω in (0, 1) where a convex cost is least, to 1e-3, by golden sections.
 template <class Cost>
 double least(Cost cost) {
@@ -102,13 +108,23 @@ bool IntersectionEstimator::correct(UpdateResult& result) {
     if (llt.info() != Eigen::Success || llt_l.info() != Eigen::Success || !S_r.allFinite()) return false;
     const PoseMatrix B_r = sight.vehicle(omega);
     const Eigen::Matrix2d B_l = sight.landmark(omega_l);
-    const Eigen::Matrix<double, 3, 2> K_r = llt.solve(sight.H_r * B_r).transpose();
-    const Eigen::Matrix2d K_l = llt_l.solve(sight.H_l * B_l).transpose();
+    Eigen::Matrix<double, 3, 2> K_r = llt.solve(sight.H_r * B_r).transpose();
+    Eigen::Matrix2d K_l = llt_l.solve(sight.H_l * B_l).transpose();
+    PoseMatrix P_r_after = corrected(B_r, sight.H_r, S_r);
+    Eigen::Matrix2d P_l_after = corrected(B_l, sight.H_l, S_l);
+    if (!improves(P_r_after, P_r)) {
+      K_r.setZero();
+      P_r_after = P_r;
+    }
+    if (!improves(P_l_after, P_l)) {
+      K_l.setZero();
+      P_l_after = P_l;
+    }
     x().head<3>() += K_r * innovation;
     x()[2] = wrap_angle(x()[2]);
     x().segment<2>(offset) += K_l * innovation;
-    P().topLeftCorner<3, 3>() = corrected(B_r, sight.H_r, S_r);
-    P().block<2, 2>(offset, offset) = corrected(B_l, sight.H_l, S_l);
+    P().topLeftCorner<3, 3>() = P_r_after;
+    P().block<2, 2>(offset, offset) = P_l_after;
     independent_.setZero();
 
     const Eigen::Matrix2d root = llt.matrixL();

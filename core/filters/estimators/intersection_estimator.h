@@ -11,8 +11,9 @@ namespace credence {
 /// something, depends on no landmark. Whatever the correlation of vehicle and landmark,
 /// diag(D/ω + I, P_l/(1 − ω)) bounds their joint covariance for every ω in (0, 1); one Kalman correction of
 /// it by the sight of that landmark gives the bounds P_r⁺ and P_l⁺. Each takes the ω that makes its own
-/// variances smallest, as sum of their ratios to those before. Landmarks of a batch come one after the other,
-/// each linearised at the estimates that it finds. A bound, not the Kalman filter, where the world is linear.
+/// variances smallest, as sum of their ratios to those before, and stays as it is where none does. Landmarks
+/// of a batch come one after the other, each linearised at the estimates that it finds. A bound, not the
+/// Kalman filter, where the world is linear.
 class IntersectionEstimator final : public EkfEstimator {
  public:
   using EkfEstimator::EkfEstimator;
