@@ -6,10 +6,10 @@
 
 namespace credence {
 
-/// Schmidt's consider filter ([Schmidt 1966]): an EKF that estimates a landmark at its first
-/// `active_sights` sights, and from then on only considers it. Its place and variance stay what they are; its
-/// correlations with all that is estimated go on, so that the pose is not made more certain than the map
-/// allows. Where P_aa is of what is estimated and P_cc of what is considered,
+/// Schmidt's consider filter ([Schmidt 1966]): an EKF that places a landmark at its first
+/// sight, estimates it at `active_sights` more, and from the next on only considers it. Its place and
+/// variance stay what they are; its correlations with all that is estimated go on, so that the pose is not
+/// made more certain than the map allows. Where P_aa is of what is estimated and P_cc of what is considered,
 ///
 ///   K = [P_aa, P_ac] Hᵀ S⁻¹ with zeros for c,   P_aa ← P_aa − K_a S K_aᵀ,   P_ac ← P_ac − K_a H P_c,   P_cc
 ///   ← P_cc.
