@@ -71,7 +71,7 @@ Document filter_document(const Tuning& tuning) {
   document.json = [tuning] {
     Json j = tuning_json(tuning);
     j["notes"] = tuning.notes;
-    return j.dump(1);
+    return text_of_json(j);
   };
   document.show_apart({tune_forecast_table(tuning.forecast),
                        tuned_noise_table("filter", "filter as a black box, common random numbers", tuning),

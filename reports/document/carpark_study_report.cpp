@@ -264,7 +264,7 @@ std::string carpark_study_json(const CarparkStudy& study) {
   j["variants"] = std::move(runs);
   j["long_horizon"] = std::move(horizon);
   j["null_reason"] = "null: the number is not finite";
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 }  // namespace

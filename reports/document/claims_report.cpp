@@ -85,10 +85,9 @@ std::string claims_json(const std::vector<Claim>& claims) {
                     {"long_run", c.long_run.empty() ? Json(nullptr) : Json(c.long_run)},
                     {"verdict", to_string(c.verdict)}});
   }
-  return Json{{"schema", kSchema},
-              {"claims", std::move(list)},
-              {"null_reason", "long_run: nothing changes beyond the paper's 100 steps"}}
-      .dump(1);
+  return text_of_json({{"schema", kSchema},
+                       {"claims", std::move(list)},
+                       {"null_reason", "long_run: nothing changes beyond the paper's 100 steps"}});
 }
 
 }  // namespace

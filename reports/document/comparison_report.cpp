@@ -169,7 +169,7 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
     }
     all.push_back(std::move(j));
   }
-  return Json{{"schema", kSchema}, {"confidence", confidence}, {"studies", std::move(all)}}.dump(1);
+  return text_of_json({{"schema", kSchema}, {"confidence", confidence}, {"studies", std::move(all)}});
 }
 
 bool is_untrusted(const ComparedStudy& study) {

@@ -180,7 +180,7 @@ std::string estimator_map_json(const EstimatorMap& map) {
     json["points"].push_back(std::move(point));
   }
   json["null_reason"] = "no estimator stays consistent, or no run ended well";
-  return json.dump(1);
+  return text_of_json(json);
 }
 
 }  // namespace

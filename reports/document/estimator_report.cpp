@@ -346,7 +346,7 @@ std::string estimator_json(const EstimatorStudy& study) {
   json["paired"] = Json::array();
   for (const PairedDifference& paired : study.paired) json["paired"].push_back(paired_json(study, paired));
   json["null_reason"] = "no run that ended well, no finite bound, or a world without such states";
-  return json.dump(1);
+  return text_of_json(json);
 }
 
 Document estimator_document(const EstimatorStudy& study) {

@@ -53,7 +53,7 @@ std::string contents_json(std::span<const ListedLog> logs) {
   j["schema"] = kSchema;
   j["logs"] = std::move(all);
   j["null_reason"] = "null: a rate needs two messages with times";
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 }  // namespace

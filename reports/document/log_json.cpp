@@ -174,7 +174,7 @@ std::string log_json(const CheckedLogs& logs) {
   j["battery"] = judgement_json(a);
   j["outcomes"] = log_outcomes_json(logs);
   j["null_reason"] = "null: no row contributes to this number, or a log cannot know it";
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 }  // namespace credence

@@ -136,7 +136,7 @@ std::string log_tune_json(const std::string& name, const std::vector<InnovationT
   j["log_score"] = one ? j["sensors"][0]["log_score"] : Json(nullptr);
   j["held_out"] = one ? j["sensors"][0]["held_out"] : Json(nullptr);
   j["notes"] = log_tune_sentences(sensors);
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ std::string plan_json(const SweepPlan& sweep, const std::vector<StudyPlan>& plan
   j["cost"] = cost_json(job_cost(plans, sweep.points.size()));
   if (sweep.points.size() == 1) {
     j.update(study_plan_json(plans.front()));
-    return j.dump(1);
+    return text_of_json(j);
   }
   const SweepCost cost = sweep_cost(plans, sweep.points.size());
   j["sweep"] = {{"configurations", cost.configurations},
@@ -115,7 +115,7 @@ std::string plan_json(const SweepPlan& sweep, const std::vector<StudyPlan>& plan
                 {"seconds_in_scenario", json_number(cost.scenario_seconds)}};
   j["configurations"] = Json::array();
   for (const StudyPlan& plan : plans) j["configurations"].push_back(study_plan_json(plan));
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 ReportTable plan_table(const StudyPlan& plan) {

@@ -214,7 +214,7 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
   j["paper_condition_holds"] = own.inflation_rank <= a.truth.observability.decision.rank;
   j["filters"] = Json::array();
   for (const PlanarFollowed& f : a.followed) j["filters"].push_back(followed_json(f));
-  return j.dump(2);
+  return text_of_json(j, 2);
 }
 
 Document planar_stability_document(const Scenario& scenario, const PlanarStability& a) {

@@ -111,8 +111,8 @@ std::string planar_stability_table_json(const SweepPlan& plan, std::span<const P
     j["swept"] = swept_json(plan, plan.points[i]);
     configurations.push_back(std::move(j));
   }
-  return Json{{"schema", kSchema}, {"name", plan.name}, {"configurations", std::move(configurations)}}.dump(
-      1);
+  return text_of_json(
+      {{"schema", kSchema}, {"name", plan.name}, {"configurations", std::move(configurations)}});
 }
 
 }  // namespace

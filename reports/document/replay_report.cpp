@@ -334,7 +334,7 @@ std::string replay_json(std::span<const ReportedReplay> replays, const ReplayJud
   }
   j["judgement"] = judgement_json(judgement);
   j["null_reason"] = "null: no value contributes to this number, or the reason beside it";
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 // ---- Figures

@@ -141,7 +141,7 @@ std::string replay_tune_json(const ReplayTuning& t) {
   j["left_out_by_gate"] = t.left_out_by_gate;
   j["held_out"] = left_out_json(t);
   j["notes"] = replay_tune_sentences(t);
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 }  // namespace

@@ -296,7 +296,7 @@ std::string selftest_json(const SelftestResult& result) {
     row["caught"] = share_json(saving.caught);
     j["stop_by_verdict"].push_back(std::move(row));
   }
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 }  // namespace

@@ -341,7 +341,7 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
   j["initial_covariance"] = initial;
   j["long_horizon"] = long_horizon_json(a.long_horizon);
   j["notes"] = notes(a);
-  return j.dump(2);
+  return text_of_json(j, 2);
 }
 
 }  // namespace

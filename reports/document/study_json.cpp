@@ -110,10 +110,10 @@ Json study_json(const StudyAnalysis& a) {
 }
 
 std::string studies_json(const std::vector<ReportedStudy>& reported) {
-  if (reported.size() == 1) return study_json(reported.front().analysis).dump(1);
+  if (reported.size() == 1) return text_of_json(study_json(reported.front().analysis));
   Json studies = Json::array();
   for (const ReportedStudy& each : reported) studies.push_back(study_json(each.analysis));
-  return Json{{"schema", kSchema}, {"studies", std::move(studies)}}.dump(1);
+  return text_of_json({{"schema", kSchema}, {"studies", std::move(studies)}});
 }
 
 }  // namespace credence

@@ -189,7 +189,7 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   document["skipped_impossible"] = plan.skipped;
   if (!sweep.rank_map.empty()) {
     document["rank_map"] = rank_map_json(sweep.rank_map, confidence_of(sweep));
-    return document.dump(1);
+    return text_of_json(document);
   }
   Json configurations = Json::array();
   for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
@@ -199,7 +199,7 @@ std::string sweep_json(const SweepAnalysis& sweep) {
     configurations.push_back(std::move(j));
   }
   document["configurations"] = std::move(configurations);
-  return document.dump(1);
+  return text_of_json(document);
 }
 
 }  // namespace

@@ -300,7 +300,7 @@ std::string timing_json(const TimingResult& result) {
   for (const ThreadScaling& scaling : result.scaling) {
     j["threads"].push_back({{"threads", scaling.threads}, {"runs_per_second", rate(scaling.run)}});
   }
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 }  // namespace

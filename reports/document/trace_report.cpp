@@ -83,7 +83,7 @@ std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
   }
   j["steps"] = std::move(steps);
   j["null_reason"] = "null: not a finite number";
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {

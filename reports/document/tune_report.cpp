@@ -138,7 +138,7 @@ std::string tune_json(const ScenarioTuning& t) {
   j["ridge"] = nis_ridge_json(t);
   j["held_out"] = fresh_noise_json(t);
   j["notes"] = tune_sentences(t);
-  return j.dump(1);
+  return text_of_json(j);
 }
 
 }  // namespace

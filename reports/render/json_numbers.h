@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "core/types.h"
@@ -20,6 +21,12 @@ inline Json json_numbers(const std::vector<double>& values) {
   Json array = Json::array();
   for (const double value : values) array.push_back(json_number(value));
   return array;
+}
+
+/// A document as text. Names of files, columns and sensors are other people's bytes: what is no UTF-8 becomes
+/// U+FFFD.
+inline std::string text_of_json(const Json& document, int indent = 1) {
+  return document.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
 /// Rows of numbers.
