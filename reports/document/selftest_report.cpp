@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
+#include "core/nan.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
@@ -203,33 +205,36 @@ Panel rate_panel(const SelftestResult& result, double nominal) {
   return panel;
 }
 
+/// The tests of the first filter; those of one with other sensors may be others.
 Figure power_figure(const SelftestResult& result) {
-  const std::size_t filters = result.wrong_filters.size();
-  const std::size_t tests = filters == 0 ? 0 : result.wrong_filters.front().power.size();
-  FigureData x, y;
+  const std::vector<WrongFilterResult>& filters = result.wrong_filters;
+  const std::vector<PowerRow> tests = filters.empty() ? std::vector<PowerRow>() : filters.front().power;
+  FigureData x = index_axis(std::ssize(tests)), y = index_axis(std::ssize(filters));
   std::vector<FigureText> names;
-  for (const WrongFilterResult& filter : result.wrong_filters) names.emplace_back(filter.name);
-  Matrix cells(static_cast<Index>(filters), static_cast<Index>(tests));
-  for (std::size_t test = 0; test < tests; ++test) x.push_back(static_cast<double>(test + 1));
-  for (std::size_t filter = 0; filter < filters; ++filter) {
-    y.push_back(static_cast<double>(filter + 1));
-    for (std::size_t test = 0; test < tests; ++test) {
-      cells(static_cast<Index>(filter), static_cast<Index>(test)) =
-          100.0 * result.wrong_filters[filter].power[test].measured.interval.value;
+  Matrix cells = Matrix::Constant(std::ssize(filters), std::ssize(tests), kNaN);
+  for (Index filter = 0; filter < cells.rows(); ++filter) {
+    const WrongFilterResult& wrong = filters[static_cast<std::size_t>(filter)];
+    names.emplace_back(wrong.name);
+    for (Index test = 0; test < cells.cols(); ++test) {
+      const auto row =
+          std::ranges::find(wrong.power, tests[static_cast<std::size_t>(test)].test, &PowerRow::test);
+      if (row != wrong.power.end()) cells(filter, test) = 100.0 * row->measured.interval.value;
     }
   }
-  Figure figure{.name = "power",
-                .caption =
-                    "Which test sees which wrong filter: share of studies rejected at 5 %. Tests are "
-                    "numbered as in the table of false alarms.",
-                .panels = {}};
+  Figure figure{
+      .name = "power",
+      .caption =
+          "Which test sees which wrong filter: share of studies rejected at 5 %. Tests are "
+          "numbered as in the table of false alarms; grey: not made of this filter, which has sensors of "
+          "its own.",
+      .panels = {}};
   Panel panel{.title = "Power",
               .x_label = "number of the test",
               .y_label = "",
               .y_names = names,
               .colour_label = "rejected (%)",
               .colour_range = AxisRange{0.0, 100.0}};
-  panel.series.push_back(heat_series(x, y, cells));
+  panel.series.push_back(heat_series(std::move(x), std::move(y), std::move(cells)));
   figure.panels = {panel};
   return figure;
 }
