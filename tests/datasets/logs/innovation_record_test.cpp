@@ -1,10 +1,13 @@
 #include "datasets/logs/innovation_record.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <array>
 #include <cmath>
+#include <string>
 
+#include "datasets/data_error.h"
 #include "datasets/logs/log_format.h"
 #include "tests/temporary_folder.h"
 
@@ -28,6 +31,22 @@ TEST(InnovationRecord, IsWhitenedRunByRun) {
   EXPECT_EQ(record.runs[2].nis, std::vector<double>{1.0});
   EXPECT_EQ(record.runs[2].dof, 1.0);
   EXPECT_NEAR(record.log_determinant, std::log(4.0 * 9.0 * 0.25), 1e-12);
+}
+
+// A copy says nothing about the noise that the log does not.
+TEST(InnovationRecord, ARunThatIsThereTwiceIsRefused) {
+  const TemporaryFolder folder;
+  std::string text = "innovation.1,S.1.1\n";
+  for (int i = 1; i <= 40; ++i) text += fmt::format("{},1\n", std::sin(i));
+  const std::array files = {folder.write("a.csv", text), folder.write("b.csv", text)};
+  try {
+    read_innovations(files, [](const std::filesystem::path& file, LogSink& sink) {
+      log_format_of(file).read(file, {}, sink);
+    });
+    ADD_FAILURE();
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("b.csv: it has, in its first 32 rows"));
+  }
 }
 
 TEST(InnovationRecord, NisAloneIsLeftOutAndCounted) {
