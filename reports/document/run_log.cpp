@@ -96,7 +96,8 @@ void write_run_log(const std::filesystem::path& target, const RunTrace& trace, s
   Index m = 0;
   for (std::size_t k = 1; k < end; ++k) m = std::max(m, trace.steps[k].innovation().size());
   AtomicFile file(target);
-  const Matrix R = assumed_noise(trace.layout.sensors.front(), m);
+  // Of a run that measured nothing there is no sensor for it to belong to.
+  const Matrix R = m > 0 ? assumed_noise(trace.layout.sensors.front(), m) : Matrix();
   std::string text = log_header(trace.layout, states, m, R);
   std::vector<Index> places, measured(static_cast<std::size_t>(m));
   for (std::size_t k = 1; k < end; ++k) {

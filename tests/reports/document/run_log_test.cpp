@@ -53,6 +53,17 @@ RunTrace three_states() {
   return trace;
 }
 
+// R without an innovation would be a column that check refuses.
+TEST(RunLog, ARunThatMeasuredNothingSaysNothingOfR) {
+  RunTrace trace = three_states();
+  trace.layout.sensors.front().variances = {0.5};
+  trace.steps = {step_of({0}), step_of({0})};
+  for (TraceStep& step : trace.steps) measure(step, Vector(0));
+  EXPECT_EQ(log_of(trace, 2, ""), "step,estimate.vehicle,truth.vehicle,P.1.1\n1,0.5,0,0\n");
+  measure(trace.steps.back(), Vector::Ones(1));
+  EXPECT_NE(log_of(trace, 2, "").find(",innovation.1,S.1.1,R.1.1\n"), std::string::npos);
+}
+
 // Which landmark comes first is not its number's affair: a state is found by its number, not by its place.
 TEST(RunLog, EveryStateStandsInItsColumnWhateverTheOrderItCameIn) {
   RunTrace trace = three_states();
