@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
 
+#include "analysis/evidence/evidence.h"
 #include "analysis/laws/tail_weight.h"
 
 namespace credence {
@@ -49,20 +51,6 @@ void find_wide_angle(const Findings& findings, std::vector<CauseFound>& found) {
                                100.0 * wide / static_cast<double>(angles.total))});
 }
 
-void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
-  if (!findings.far_tail || findings.far_tail->total == 0) return;
-  const CoverageCount& tail = *findings.far_tail;
-  const double outside = static_cast<double>(tail.total - tail.inside);
-  const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
-  const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
-  const bool body_fits = !findings.fit || findings.fit->kolmogorov < kSmallDistance;
-  if (many && body_fits) {
-    found.push_back(
-        {Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
-                                      outside, tail.total, findings.far_tail_probability, expected)});
-  }
-}
-
 // Relative excess of the mean over the steps first … last − 1; 0 without data.
 double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
   double sum = 0.0;
@@ -74,6 +62,54 @@ double excess_of_steps(const ConsistencyVerdict& verdict, std::size_t first, std
     dof += step.total_dof;
   }
   return dof > 0.0 ? sum / dof - 1.0 : 0.0;
+}
+
+bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
+  for (std::size_t k = first; k < last; ++k) {
+    const StepTest& step = verdict.steps[k];
+    if (step.mean < step.simultaneous_lower || step.mean > step.simultaneous_upper) return true;
+  }
+  return false;
+}
+
+// Whether single steps among the first fifth fail, and the excess there has all but gone in the second half.
+bool dies_out(const ConsistencyVerdict& verdict) {
+  const std::size_t steps = verdict.steps.size();
+  const std::size_t first = std::max<std::size_t>(1, steps / 5);
+  constexpr double kAllButGone = 0.25;
+  return is_inconsistent(verdict.verdict) && steps >= 5 && any_step_outside(verdict, 0, first) &&
+         std::abs(excess_of_steps(verdict, steps / 2, steps)) <
+             kAllButGone * std::abs(excess_of_steps(verdict, 0, first));
+}
+
+// P(X ≥ count) of a binomial law.
+double binomial_upper_tail(std::int64_t count, std::int64_t trials, double probability) {
+  if (count <= 0) return 1.0;
+  const boost::math::binomial law(static_cast<double>(trials), probability);
+  return cdf(complement(law, static_cast<double>(count - 1)));
+}
+
+// Outliers come at any time: those that gather in the first fifth, where the excess of NIS goes with them and
+// the second half has no more than chance makes, are the start.
+bool outliers_are_the_start(const Findings& findings) {
+  const auto& [all, early, early_share, late] = findings.gross_outliers;
+  const double level = cause_level(findings);
+  return dies_out(findings.nis) && binomial_upper_tail(early, all, early_share) <= level &&
+         binomial_upper_tail(late.total - late.inside, late.total, kGrossOutlier) > level;
+}
+
+void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!findings.far_tail || findings.far_tail->total == 0 || outliers_are_the_start(findings)) return;
+  const CoverageCount& tail = *findings.far_tail;
+  const double outside = static_cast<double>(tail.total - tail.inside);
+  const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
+  const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
+  const bool body_fits = !findings.fit || findings.fit->kolmogorov < kSmallDistance;
+  if (many && body_fits) {
+    found.push_back(
+        {Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
+                                      outside, tail.total, findings.far_tail_probability, expected)});
+  }
 }
 
 // Size and colour of the innovations: all that a wrong noise can change in them.
@@ -216,24 +252,6 @@ void find_inflation(const Findings& findings, std::vector<CauseFound>& found) {
                    findings.nees.mean, findings.nees.expected, findings.nis.mean, findings.nis.expected)});
 }
 
-bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std::size_t last) {
-  for (std::size_t k = first; k < last; ++k) {
-    const StepTest& step = verdict.steps[k];
-    if (step.mean < step.simultaneous_lower || step.mean > step.simultaneous_upper) return true;
-  }
-  return false;
-}
-
-// Whether single steps among the first fifth fail, and the excess there has all but gone in the second half.
-bool dies_out(const ConsistencyVerdict& verdict) {
-  const std::size_t steps = verdict.steps.size();
-  const std::size_t first = std::max<std::size_t>(1, steps / 5);
-  constexpr double kAllButGone = 0.25;
-  return is_inconsistent(verdict.verdict) && steps >= 5 && any_step_outside(verdict, 0, first) &&
-         std::abs(excess_of_steps(verdict, steps / 2, steps)) <
-             kAllButGone * std::abs(excess_of_steps(verdict, 0, first));
-}
-
 // The span of one direction that lies in the first fifth, where the other one rejects later; none: first = 0.
 StepSpan start_of(const ConsistencyVerdict& verdict) {
   const auto first = std::max<std::int64_t>(1, std::ssize(verdict.steps) / 5);
@@ -259,11 +277,28 @@ void find_start_beside_the_rest(const Findings& findings, std::vector<CauseFound
                    verdict.step_of(span.last), low ? "optimistic" : "pessimistic")});
 }
 
-void find_initial_covariance(const Findings& findings, std::vector<CauseFound>& found) {
+// The first innovation is that of P0 alone. Where it fits and those after it do not, the first corrections
+// have made P too small, as Jacobians at an uncertain start do.
+bool first_innovation_fits(const ConsistencyVerdict& nis) {
+  const auto first = std::ranges::find_if(nis.steps, [](const StepTest& step) { return step.count > 0; });
+  return first != nis.steps.end() && first->mean >= first->simultaneous_lower &&
+         first->mean <= first->simultaneous_upper;
+}
+
+void find_start(const Findings& findings, std::vector<CauseFound>& found) {
   const bool by_nis = dies_out(findings.nis);
   const bool by_nees = dies_out(findings.nees) && !is_inconsistent(findings.nis.verdict);
   if (!by_nis && !by_nees) return find_start_beside_the_rest(findings, found);
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;
+  const bool of_linearisation = by_nis && findings.nonlinear && verdict.verdict == Verdict::optimistic &&
+                                first_innovation_fits(findings.nis);
+  if (of_linearisation) {
+    found.push_back({Cause::nonlinear_start,
+                     fmt::format("NIS is optimistic in the first steps only, most at step {}, and the first "
+                                 "innovation, which is that of P0 alone, fits",
+                                 verdict.step_of(verdict.worst_step + 1))});
+    return;
+  }
   found.push_back({Cause::initial_covariance,
                    fmt::format("{} is {} in the first steps only, most at step {}", by_nis ? "NIS" : "NEES",
                                to_string(verdict.verdict), verdict.step_of(verdict.worst_step + 1))});
@@ -389,6 +424,7 @@ void find_scale(const Findings& findings, std::vector<CauseFound>& found) {
 void find_linearisation(const Findings& findings, std::vector<CauseFound>& found) {
   if (!findings.nonlinear || findings.nees.verdict != Verdict::optimistic) return;
   if (findings.nis.verdict != Verdict::consistent) return;
+  if (findings.whiteness && !findings.whiteness->reason.empty()) return;  // nor is their size all that tells
   found.push_back(
       {Cause::linearisation,
        fmt::format("mean NEES is {:.3g} of {:.3g} while the innovations are as they should be (mean NIS "
@@ -414,6 +450,8 @@ std::string_view to_string(Cause cause) {
       return "a bias of the sensor or of the model";
     case Cause::initial_covariance:
       return "the initial covariance";
+    case Cause::nonlinear_start:
+      return "the linearisation at a start that is so uncertain";
     case Cause::process_noise_too_small:
       return "process noise Q assumed too small";
     case Cause::process_noise_too_large:
@@ -470,9 +508,10 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   // A wrong P leaves some correlation too: weak ones name the noise only if nothing else is found.
   constexpr double kStrong = 0.1;
   if (found.empty()) find_coloured_noise(findings, kStrong, found);
-  if (found.empty()) find_initial_covariance(findings, found);
+  if (found.empty()) find_start(findings, found);
   const bool another =
-      is_mixed(findings) && found.size() == 1 && found.front().cause == Cause::initial_covariance;
+      is_mixed(findings) && found.size() == 1 &&
+      (found.front().cause == Cause::initial_covariance || found.front().cause == Cause::nonlinear_start);
   if (is_inconsistent(findings.nis.verdict) && (found.empty() || another)) {
     find_gain(findings, innovation_shape(findings), found);
   }

@@ -26,6 +26,7 @@ enum class Cause {
   late_measurements,   ///< the estimate lags behind the truth by a time
   bias,                ///< the innovations have a mean, or the errors
   initial_covariance,  ///< only the first steps are inconsistent
+  nonlinear_start,     ///< only they are, but for the very first: P0 is right, the linearisation there is not
   process_noise_too_small,
   process_noise_too_large,
   measurement_noise_too_small,
@@ -70,6 +71,13 @@ struct Findings {
   /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
   std::optional<CoverageCount> far_tail = {};
   double far_tail_probability = 0.9999;
+  /// Gross outliers (kGrossOutlier) among the innovations, and where they are in time.
+  struct GrossOutliers {
+    std::int64_t all = 0, early = 0;  ///< of these in the first fifth of the steps
+    double early_share = 0.0;         ///< of all innovations in that fifth
+    CoverageCount late = {};          ///< innovations of the second half: those that are none
+  };
+  GrossOutliers gross_outliers = {};
   std::optional<ResponsibleBlock> block = {};
   std::optional<ErrorCorrelationTest> error_correlation = {};  ///< of the last step
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped

@@ -62,6 +62,26 @@ CoverageCount count_ties(std::vector<double> values) {
 /// Where the first fifth of a run ends: what comes before may be coloured by a wrong start.
 std::size_t settled_from(std::size_t steps) { return steps / 5; }
 
+/// Every so many steps a sensor speaks: the greatest common divisor of the steps between its innovations, as
+/// a sensor that is slower than the filter has successive ones too. count_at(k): its components at step k.
+template <class Count>
+std::size_t interval_of_sensor(std::size_t first, std::size_t steps, Count count_at) {
+  std::size_t interval = 0, last = steps;
+  for (std::size_t k = first; k < steps && interval != 1; ++k) {
+    if (count_at(k) == 0) continue;
+    if (last < steps) interval = std::gcd(interval, k - last);
+    last = k;
+  }
+  return std::max<std::size_t>(1, interval);
+}
+
+/// The first step not before `first` at which it has one.
+template <class Count>
+std::size_t first_of_sensor(std::size_t first, std::size_t steps, Count count_at) {
+  while (first < steps && count_at(first) == 0) ++first;
+  return first;
+}
+
 }  // namespace
 
 void EvidenceRecorder::begin_file(const std::filesystem::path& file, const RunLayout& layout) {
@@ -381,8 +401,10 @@ void EvidenceRecorder::close_innovations(const RunInnovations& run, std::size_t 
     nis.push_back(value);
   }
   sums.ties.merge(count_ties(std::move(nis)));
-  const std::size_t steps = run.begins.size(), first = settled_from(steps);
   const auto count_at = [&](std::size_t k) { return run.at(k).size(); };
+  const std::size_t steps = run.begins.size();
+  const std::size_t first = first_of_sensor(settled_from(steps), steps, count_at);
+  const std::size_t interval = interval_of_sensor(first, steps, count_at);
   const auto d = static_cast<std::size_t>(sums.varies ? 1 : sums.lags.dim());
   double level = 0.0;
   if (layout_.sensors[sensor].nis_alone && first < steps) {
@@ -393,7 +415,7 @@ void EvidenceRecorder::close_innovations(const RunInnovations& run, std::size_t 
   Moments scalar_mean;
   sums.scalar_lags.begin_run();
   Vector value(1);
-  for (std::size_t k = first; k < steps; ++k) {
+  for (std::size_t k = first; k < steps; k += interval) {
     const std::size_t count = count_at(k);
     most = std::max(most, count / d);
     if (count == 0) {
@@ -414,7 +436,7 @@ void EvidenceRecorder::close_innovations(const RunInnovations& run, std::size_t 
   double pieces = 0.0;
   for (std::size_t j = 0; j < most; ++j) {
     sums.lags.begin_run();
-    for (std::size_t k = first; k < steps; ++k) {
+    for (std::size_t k = first; k < steps; k += interval) {
       if (j >= count_at(k) / d) {
         sums.lags.add_missing();
         continue;

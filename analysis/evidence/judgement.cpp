@@ -446,6 +446,26 @@ void take_back(const Word& word, ConsistencyVerdict& verdict) {
     verdict.verdict = Verdict::consistent;
 }
 
+Findings::GrossOutliers gross_outliers_of(const Evidence& e) {
+  Findings::GrossOutliers gross;
+  std::int64_t early = 0, all = 0;
+  const std::size_t steps = e.study.steps.size();
+  for (std::size_t k = 0; k < steps; ++k) {
+    const std::int64_t values = e.study.steps[k][Quantity::nis].count;
+    const std::int64_t clean = k < e.clean_nis.size() ? e.clean_nis[k].value.count : 0;
+    all += values;
+    gross.all += values - clean;
+    if (k < steps / 5) {
+      early += values;
+      gross.early += values - clean;
+    } else if (k >= steps / 2) {
+      gross.late.merge({.inside = clean, .total = values});
+    }
+  }
+  gross.early_share = all > 0 ? static_cast<double>(early) / static_cast<double>(all) : 0.0;
+  return gross;
+}
+
 std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   Findings findings{.nees = j.nees, .nis = j.nis};
   take_back(j.word, findings.nees);
@@ -458,6 +478,7 @@ std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
     share.merge(e.sensors[i].measurement_share);
   }
   findings.far_tail_probability = SensorSums::kFarTail;
+  findings.gross_outliers = gross_outliers_of(e);
   findings.narrow_angles = e.narrow_angles;
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
   findings.block = j.responsible;

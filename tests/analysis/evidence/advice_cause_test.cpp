@@ -125,6 +125,53 @@ TEST(CauseRules, InflationIsNamedWhereItMakesPTooLarge) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
 }
 
+// Outliers come at any time: forty in the first eight steps of forty, and none when NIS is right later, do
+// not.
+TEST(CauseRules, OutliersThatGatherAtTheStartAreTheStart) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(6, 8.0, 1.0), true);
+  findings.far_tail = CoverageCount{.inside = 3960, .total = 4000};
+  const CoverageCount clean{.inside = 2000, .total = 2000};
+  findings.gross_outliers = {.all = 40, .early = 40, .early_share = 0.2, .late = clean};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.gross_outliers = {.all = 40, .early = 8, .early_share = 0.2, .late = clean};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.gross_outliers = {
+      .all = 44, .early = 40, .early_share = 0.2, .late = {.inside = 1996, .total = 2000}};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.gross_outliers = {
+      .all = 3, .early = 3, .early_share = 0.2, .late = clean};  // 0.008: chance, for all causes
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  // NIS that stays too large is no start.
+  findings.nis = verdict_of_means(start_and_rest(6, 8.0, 3.0), true);
+  findings.gross_outliers = {.all = 40, .early = 40, .early_share = 0.2, .late = clean};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+}
+
+// P0 alone makes the first innovation; what only later ones show, the first corrections of a nonlinear filter
+// did.
+TEST(CauseRules, AFirstInnovationThatFitsClearsTheInitialCovarianceOfANonlinearFilter) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means = start_and_rest(6, 3.0, 1.0);
+  means[0] = 1.1;
+  findings.nis = verdict_of_means(means, true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::nonlinear_start});
+  means[0] = 3.0;
+  findings.nis = verdict_of_means(means, true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+// Innovations of the right size whose whiteness could not be tested are not known to be as they should be.
+TEST(CauseRules, LinearisationIsNotNamedWhereWhitenessCouldNotBeTested) {
+  Findings findings = findings_of(2.0, 1.0);
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.whiteness = WhitenessTest{.reason = "no two successive values"};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
 TEST(CauseRules, AWrongStartAndAWrongNoiseAreBothNamed) {
   Findings findings = findings_of(1.0, 1.0);
   findings.nis = verdict_of_means(start_and_rest(3, 0.2, 1.5), true);

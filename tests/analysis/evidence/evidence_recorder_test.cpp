@@ -79,6 +79,38 @@ Judgement innovations_in_steps(double resolution) {
   return judge(recorder.take());
 }
 
+/// Correlated innovations, one every so many steps, of which some are missed.
+WhitenessTest whiteness_of_a_sensor_every(int interval) {
+  RunLayout layout{.sensors = {{.name = "s", .dim = 1, .piece = 1}}};
+  layout.has_truth = false;
+  EvidenceRecorder recorder(layout);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < 10; ++run) {
+    recorder.begin_run();
+    double nu = normal(random);
+    for (int k = 1; k <= 200 * interval; ++k) {
+      Step step;
+      step.step = k;
+      step.innovations = {{Vector(0), Matrix(0, 0)}};
+      if (k % interval == 0) {
+        nu = 0.5 * nu + std::sqrt(0.75) * normal(random);
+        if (k / interval % 7 != 0) step.innovations = {{Vector::Constant(1, nu), Matrix::Identity(1, 1)}};
+      }
+      recorder.add(step);
+    }
+  }
+  return judge(recorder.take()).sensors.at(0).whiteness;
+}
+
+TEST(EvidenceRecorder, ASensorThatIsSlowerThanTheFilterHasSuccessiveInnovationsToo) {
+  const WhitenessTest each = whiteness_of_a_sensor_every(1), tenth = whiteness_of_a_sensor_every(10);
+  EXPECT_EQ(tenth.reason, "");
+  EXPECT_EQ(tenth.autocorrelation, each.autocorrelation);
+  EXPECT_EQ(tenth.p_value, each.p_value);
+  EXPECT_NEAR(tenth.autocorrelation.at(0), 0.5, 0.15);  // five standard errors of 1,200 pairs
+}
+
 TEST(EvidenceRecorder, TheLawOfRoundedInnovationsIsNotTested) {
   const GoodnessOfFit rounded = innovations_in_steps(0.05).sensors.at(0).fit;
   EXPECT_TRUE(rounded.reason.starts_with("not tested")) << rounded.reason;
