@@ -46,8 +46,10 @@ std::vector<std::filesystem::path> logs_in(const std::filesystem::path& director
 }
 
 /// The step as its log holds it: the error is the difference of what is written, and of P and S the lower
-/// triangle is.
-Step as_logged(const RunLayout& layout, const TraceStep& trace) {
+/// triangle is. In a chart of its own the estimate is written as the truth plus the error there, whose P it
+/// is.
+Step as_logged(const RunLayout& layout, TraceStep& trace) {
+  if (!layout.componentwise) trace.estimate = trace.truth + trace.error;
   Step step = trace;
   step.error = trace.estimate - trace.truth;
   for (Index i = 0; i < step.error.size(); ++i) {
@@ -115,7 +117,7 @@ StudyStatistics LoggedExperiment::play(std::int64_t first_run, std::int64_t runs
     const bool failed = failure != statistics.failures.end() && failure->run == run;
     const std::size_t end =
         failed ? static_cast<std::size_t>(failure->step) : std::numeric_limits<std::size_t>::max();
-    const RunTrace trace = inner_.trace(run);
+    RunTrace trace = inner_.trace(run);
     std::vector<Step> logged;
     std::vector<LoggedPose> poses;
     for (std::size_t k = 1; k < std::min(end, trace.steps.size()); ++k) {

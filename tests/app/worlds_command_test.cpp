@@ -93,6 +93,27 @@ TEST_F(WorldsCommand, WorldsOnGroupsRunSweepAndLog) {
   }
 }
 
+// P of the invariant filters is that of an error in SE(2), and so must be what a log writes beside it.
+TEST_F(WorldsCommand, LogsOfInvariantEstimatorsHoldTheErrorOfTheirP) {
+  for (const char* estimator : {"ekf", "invariant", "invariant-left", "ukf-manifold"}) {
+    const std::string logs = std::string("logs of ") + estimator;
+    const std::string chosen = std::string("filter.estimator=") + estimator;
+    const auto of_run = [&](std::vector<std::string> more) {
+      std::vector<std::string> all{
+          "run",   scenario("ukfm_slam2d"),     "--runs", "40",  "--set", "study.steps=60",
+          "--set", "initial.position_std=0.01", "--set",  chosen};
+      all.insert(all.end(), more.begin(), more.end());
+      return all;
+    };
+    ASSERT_EQ(run(of_run({"--log", logs})).code, 0) << estimator;
+    const Json judged = json({"check", logs, "--format", "json"}), own = json(of_run({"--format", "json"}));
+    const double nees = own["nees"]["mean"].get<double>();
+    EXPECT_NEAR(judged["nees"]["mean"].get<double>(), nees, 1e-6 * nees) << estimator;
+    EXPECT_EQ(judged["nees"]["dof"], own["nees"]["dof"]) << estimator;
+    EXPECT_EQ(judged["verdict"], own["verdict"]) << estimator;
+  }
+}
+
 TEST_F(WorldsCommand, ReportsShowNothingOfLandmarks) {
   for (const char* name : {"linear", "tracking", "tracking_radar"}) {
     ASSERT_EQ(run({"run", scenario(name), "--runs", "64", "--set", "study.steps=20", "--out", name}).code, 0);
