@@ -20,15 +20,26 @@ std::string factor_text(const ScaleAdvice& scale) {
                      number_text(scale.upper, 3));
 }
 
+/// Two digits of a share in percent, without an exponent.
+std::string percent_text(double share) {
+  const double percent = 100.0 * share;
+  return percent < 99.5 ? fmt::format("{:.2g}", percent) : number_text(percent, 2);
+}
+
+/// By how much the truth is more than what is claimed, or the claim more than the truth: 1.25 and 0.8 are
+/// both off by a quarter.
+double off_by(double factor) { return std::max(factor, 1.0 / factor) - 1.0; }
+
 void advise_settling(const char* what, const char* matrix, const SettlingRuns& settle,
                      std::vector<std::string>& sentences) {
   if (settle.runs == 0) return;
   sentences.push_back(fmt::format(
-      "{0}: these runs would have shown {1} too small by {2:.2g} % or too large by {3:.2g} %; that it is off "
-      "by "
-      "the {4:.2g} % seen would take {5} runs to show with a power of {6:g} %.",
-      what, matrix, 100.0 * (settle.detectable.above - 1.0), 100.0 * (1.0 / settle.detectable.below - 1.0),
-      100.0 * std::abs(settle.observed_factor - 1.0), settle.runs, 100.0 * kSettlingPower));
+      "{0}: these runs would have shown {1} too small by {2} % or too large by {3} %; that it is too {4} by "
+      "the "
+      "{5} % seen would take {6} runs to show with a power of {7:g} %.",
+      what, matrix, percent_text(off_by(settle.detectable.above)),
+      percent_text(off_by(settle.detectable.below)), settle.observed_factor > 1.0 ? "small" : "large",
+      percent_text(off_by(settle.observed_factor)), settle.runs, 100.0 * kSettlingPower));
 }
 
 std::string titled(const char* what, const SensorJudgement& sensor) {
@@ -152,11 +163,14 @@ std::string stop_sentence(const StudyAnalysis& a) {
                        number_text(stop.mean_nees.mean, 4), number_text(stop.mean_nees.lower, 4),
                        number_text(stop.mean_nees.upper, 4));
   }
-  return fmt::format(
-      "Stopped by {} {}: {}, however often one looked (p = {}); P times a factor from {} to {} "
-      "agrees with what was seen.",
-      stop.reason == "verdict" ? "verdict" : "the last look", runs, to_string(stop.verdict),
-      number_text(stop.p_value, 3), number_text(stop.scale.lower, 3), number_text(stop.scale.upper, 3));
+  const std::string factors =
+      std::isnan(stop.scale.lower)
+          ? "no single factor on P agrees with what was seen at all steps"
+          : fmt::format("P times a factor from {} to {} agrees with what was seen",
+                        number_text(stop.scale.lower, 3), number_text(stop.scale.upper, 3));
+  return fmt::format("Stopped by {} {}: {}, however often one looked (p = {}); {}.",
+                     stop.reason == "verdict" ? "verdict" : "the last look", runs, to_string(stop.verdict),
+                     number_text(stop.p_value, 3), factors);
 }
 
 std::string exact_sentence(const StudyAnalysis& a) {
@@ -190,8 +204,8 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   const ShapeJudgement& shape = b.law.shape;
   // Proved of Gaussian errors only.
   if (shape.proved_within <= 1.0 && b.word.verdict == Verdict::consistent) {
-    sentences.push_back(fmt::format("Proved at step {}: every direction of P is right within {:.2g} %.",
-                                    shape.proved_at, 100.0 * shape.proved_within));
+    sentences.push_back(fmt::format("Proved at step {}: every direction of P is right within {} %.",
+                                    shape.proved_at, percent_text(shape.proved_within)));
   }
   const SecondMomentTest& second = b.law.second_moments.test;
   if (second.reason.empty()) {
@@ -220,8 +234,8 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
 std::string proof_sentence(const Judgement& j) {
   const EquivalenceJudgement& proof = j.law.equivalence;
   if (!(proof.p_value <= 1.0 - j.confidence)) return {};
-  return fmt::format("on average over a run every mean NEES and NIS is right within {:.2g} %.",
-                     100.0 * proof.proved_within);
+  return fmt::format("on average over a run every mean NEES and NIS is right within {} %.",
+                     percent_text(proof.proved_within));
 }
 
 std::vector<std::string> advice_sentences(const Judgement& b) {
@@ -288,11 +302,11 @@ std::string bound_sentence(const Judgement& judgement) {
   std::vector<std::string> parts;
   for (const BlockAccuracy& row : judgement.accuracy) {
     if (std::isnan(row.bound)) continue;
-    const auto root = [&](double squared) { return number_text(shown(squared, row.unit), 3); };
+    const auto root = [&](double squared) { return shown(squared, row.unit); };
     const MeanInterval& squared = row.squared_error;
-    parts.push_back(fmt::format("{}{} {} ({} … {}), P claims {}, bound {}", row.of, shown_unit(row.unit),
-                                root(squared.mean), root(squared.lower), root(squared.upper),
-                                root(row.claimed), root(row.bound)));
+    parts.push_back(fmt::format("{}{} {}, P claims {}, bound {}", row.of, shown_unit(row.unit),
+                                interval_text(root(squared.mean), root(squared.lower), root(squared.upper)),
+                                number_text(root(row.claimed), 3), number_text(root(row.bound), 3)));
   }
   if (parts.empty()) return {};
   return fmt::format("RMSE beside P and the posterior Cramér-Rao bound: {}.", fmt::join(parts, "; "));
