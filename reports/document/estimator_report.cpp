@@ -1,6 +1,7 @@
 #include "reports/document/estimator_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -271,26 +272,36 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
 }
 
 ReportAnswer estimator_answer(const EstimatorStudy& study) {
-  std::string consistent, optimistic;
+  std::vector<std::string> consistent, optimistic, unknown;
   for (const EstimatorRow& row : study.rows) {
     const MeanInterval& pose = nees_of(row, EstimatorBlock::pose);
-    if (row.runs == 0 || std::isnan(pose.lower)) continue;
-    if (pose.lower > 1.0) {
-      optimistic += fmt::format("{}{} ({} times the squared error that P claims)",
-                                optimistic.empty() ? "" : ", ", row.name, number_text(pose.mean, 3));
+    if (row.runs == 0 || std::isnan(pose.lower)) {
+      unknown.push_back(row.name);
+    } else if (pose.lower > 1.0) {
+      optimistic.push_back(
+          fmt::format("{} ({} times the squared error that P claims)", row.name, number_text(pose.mean, 3)));
     } else {
-      consistent += (consistent.empty() ? "" : ", ") + row.name;
+      consistent.push_back(row.name);
     }
   }
   if (std::ranges::all_of(study.rows, [](const EstimatorRow& row) { return row.runs == 0; })) {
     return {CellTone::alarm, "No run of any estimator ends well"};
   }
-  if (optimistic.empty())
-    return {CellTone::good,
-            fmt::format("Nothing says that the {} of any is optimistic: {}", judged(study), consistent)};
-  return {CellTone::caution,
-          fmt::format("Optimistic in the {}: {}. {}", judged(study), optimistic,
-                      consistent.empty() ? "None is not" : "Nothing is seen against " + consistent)};
+  std::vector<std::string> sentences;
+  if (!optimistic.empty())
+    sentences.push_back(fmt::format("Optimistic in the {}: {}", judged(study), fmt::join(optimistic, ", ")));
+  const std::string others = fmt::format("{}", fmt::join(consistent, ", "));
+  if (!others.empty()) {
+    const std::string none = fmt::format("Nothing says that the {} of any is optimistic: ", judged(study));
+    sentences.push_back((optimistic.empty() ? none : "Nothing is seen against ") + others);
+  } else if (unknown.empty()) {
+    sentences.emplace_back("None is not");
+  }
+  if (!unknown.empty()) {
+    sentences.push_back(fmt::format("Nothing can be said of {}", fmt::join(unknown, ", ")));
+  }
+  const bool good = optimistic.empty() && unknown.empty();
+  return {good ? CellTone::good : CellTone::caution, fmt::format("{}", fmt::join(sentences, ". "))};
 }
 
 ReportTable estimator_difference_table(const EstimatorStudy& study) {

@@ -55,10 +55,12 @@ ReportAnswer planar_table_answer(std::span<const PlanarStability> analyses) {
       bounded += f.growth.verdict == LongRun::bounded ? 1 : 0;
     }
   }
-  return {
-      bounded == all ? CellTone::good : CellTone::caution,
-      fmt::format("With Jacobians at the truth P stays bounded in {} of {} filters, and grows in the others",
-                  bounded, all)};
+  const std::string where = bounded == all ? fmt::format("all {} filters", all)
+                            : bounded == 0
+                                ? fmt::format("none of {} filters", all)
+                                : fmt::format("{} of {} filters, and grows in the others", bounded, all);
+  return {bounded == all ? CellTone::good : CellTone::caution,
+          "With Jacobians at the truth P stays bounded in " + where};
 }
 
 ReportTable planar_stability_table(const SweepPlan& plan, std::span<const PlanarStability> analyses) {

@@ -3,8 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "core/nan.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "reports/render/text_page.h"
 #include "tests/paths.h"
@@ -59,6 +64,42 @@ TEST(EstimatorDocument, OfAVehicleSpeaksOfHeadingAndMetres) {
   const auto j = nlohmann::json::parse(estimator_json(study));
   EXPECT_GT(j["rows"][0]["rmse"]["position_m"], 0.0);
   EXPECT_TRUE(j["rows"][0]["rmse"]["state"].is_null());
+}
+
+EstimatorRow estimator_row(const std::string& name, double mean, double lower, std::int64_t runs = 20) {
+  EstimatorRow row;
+  row.name = name;
+  row.runs = runs;
+  row.profile.chart = "plane";
+  row.nees[static_cast<std::size_t>(EstimatorBlock::pose)] = {
+      .mean = mean, .lower = lower, .upper = 2.0 * mean, .count = runs};
+  return row;
+}
+
+ReportAnswer answer_of(std::vector<EstimatorRow> rows) {
+  EstimatorStudy study;
+  study.scenario = load_scenario_text("[world]\nmodel = \"planar_slam\"\n", "world.toml");
+  study.rows = std::move(rows);
+  study.runs = 20;
+  return estimator_document(study).answer;
+}
+
+TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
+  const EstimatorRow good = estimator_row("fej", 1.0, 0.9), bad = estimator_row("ekf", 3.25, 3.0),
+                     none = estimator_row("ukf", kNaN, kNaN, 0);
+  EXPECT_EQ(answer_of({good}).text, "Nothing says that the pose of any is optimistic: fej");
+  EXPECT_EQ(answer_of({good}).tone, CellTone::good);
+  EXPECT_EQ(answer_of({bad, good}).text,
+            "Optimistic in the pose: ekf (3.25 times the squared error that P claims). Nothing is seen "
+            "against fej");
+  EXPECT_EQ(answer_of({bad}).text,
+            "Optimistic in the pose: ekf (3.25 times the squared error that P claims). None is not");
+  EXPECT_EQ(answer_of({bad}).tone, CellTone::caution);
+  EXPECT_EQ(answer_of({good, none}).text,
+            "Nothing says that the pose of any is optimistic: fej. Nothing can be said of ukf");
+  EXPECT_EQ(answer_of({good, none}).tone, CellTone::caution);
+  EXPECT_EQ(answer_of({none}).text, "No run of any estimator ends well");
+  EXPECT_EQ(answer_of({none}).tone, CellTone::alarm);
 }
 
 }  // namespace
