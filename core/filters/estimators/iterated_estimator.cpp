@@ -12,6 +12,7 @@ void IteratedEstimator::linearise(const PlanarTruth&) {
   for (Index j = 0; j < s; ++j) prior(j) = x()[seen()[static_cast<std::size_t>(j)]];
   const auto P_seen = seen_covariance();
   auto PHt = PHt_.resize(s, m), S = S_.resize(m, m), solved = solved_.resize(m);
+  auto dual = dual_.resize(s), next_dual = next_dual_.resize(s);
   change.setZero();  // x_i − x̂
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     at = prior + change;
@@ -32,9 +33,44 @@ void IteratedEstimator::linearise(const PlanarTruth&) {
     solved = nu();
     llt.solveInPlace(solved);
     next = PHt.lazyProduct(solved);
+    next_dual = H().transpose().lazyProduct(solved);
     const double moved = (next - change).cwiseAbs().maxCoeff();
-    change = next;
+    if (iteration >= kPlainIterations) {
+      shorten_step();
+    } else {
+      change = next;
+      dual = next_dual;
+    }
     if (!(moved > kSettled)) return;
+  }
+}
+
+double IteratedEstimator::cost() {
+  auto change = change_.matrix(), at = at_.matrix(), dual = dual_.matrix();
+  at = prior_.matrix() + change;
+  const Eigen::LLT<Eigen::Matrix2d> R(settings().R);
+  double cost = dual.col(0).dot(change.col(0));
+  for (Index i = 0; 3 + 2 * i < at.rows(); ++i) {
+    const Point l(at.middleRows<2>(3 + 2 * i));
+    const Eigen::Vector2d nu = innovation_of(static_cast<std::size_t>(i), Pose(at.topRows<3>()), l);
+    cost += nu.dot(R.solve(nu));
+  }
+  return cost;
+}
+
+void IteratedEstimator::shorten_step() {
+  constexpr double kRounding = 1e-12, kShortest = 1e-3;
+  auto change = change_.matrix(), next = next_.matrix(), dual = dual_.matrix(),
+       next_dual = next_dual_.matrix();
+  const double before = cost();
+  // From here on the step is what is left to go from `next`.
+  next -= change;
+  next_dual -= dual;
+  change += next;
+  dual += next_dual;
+  for (double share = 1.0; share > kShortest && cost() > before * (1.0 + kRounding); share *= 0.5) {
+    change -= 0.5 * share * next;
+    dual -= 0.5 * share * next_dual;
   }
 }
 
