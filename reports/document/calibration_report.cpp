@@ -68,8 +68,9 @@ std::string distance_sentence(const Calibration& c) {
         fmt::format("{} {:g} to {:g} m {}", i == 0 ? ":" : ";", bin.from_m, bin.to_m, factor_text(bin.nees));
     if (position) text += fmt::format(", {}", number_text(bin.error_m / bin.sigma_m, 3));
   }
-  const auto least = std::ranges::min_element(
-      c.distance, {}, [](const DistanceBin& bin) { return std::isnan(bin.adjusted) ? 1.0 : bin.adjusted; });
+  const auto least = std::ranges::min_element(c.distance, {}, [](const DistanceBin& bin) {
+    return std::isnan(bin.adjusted) ? HUGE_VAL : bin.adjusted;
+  });
   if (std::isnan(least->adjusted)) return text + ". There is no test with fewer than five runs.";
   return text +
          fmt::format(". The clearest sign that it is not 1: {}, {:g} to {:g} m (Holm over {} lengths).",
