@@ -277,17 +277,21 @@ std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitF
     const auto part = std::ranges::find(first.parts, second.parts[a]);
     if (part == first.parts.end()) continue;
     const std::vector<double>& before = first.factors[static_cast<std::size_t>(part - first.parts.begin())];
-    Moments logarithms;
+    Moments logarithms, before_mean, after_mean;
     for (std::size_t i = 0; i < second.names.size(); ++i) {
       const auto unit = std::ranges::find(first.names, second.names[i]);
       if (unit == first.names.end()) continue;
-      const double ratio =
-          second.factors[a][i] / before[static_cast<std::size_t>(unit - first.names.begin())];
-      if (ratio > 0.0 && std::isfinite(ratio)) logarithms.add(std::log(ratio));
+      const double was = before[static_cast<std::size_t>(unit - first.names.begin())];
+      const double is = second.factors[a][i], ratio = is / was;
+      if (!(ratio > 0.0) || !std::isfinite(ratio)) continue;
+      logarithms.add(std::log(ratio));
+      before_mean.add(was);
+      after_mean.add(is);
     }
     if (logarithms.count < 2) continue;
     const MeanInterval log_ratio = student_interval(logarithms, confidence);
-    FactorChange change{.part = second.parts[a], .ratio = log_ratio};
+    FactorChange change{
+        .part = second.parts[a], .ratio = log_ratio, .before = before_mean.mean, .after = after_mean.mean};
     change.ratio.mean = std::exp(log_ratio.mean);
     change.ratio.lower = std::exp(log_ratio.lower);
     change.ratio.upper = std::exp(log_ratio.upper);

@@ -104,6 +104,8 @@ Calibration judge_calibration(CalibrationRecorder& runs, double confidence);
 struct FactorChange {
   std::string part;
   MeanInterval ratio;     ///< of the second's factor to the first's: geometric mean over units
+  double before = 1.0;    ///< the first's factor on the same units: their mean
+  double after = 1.0;     ///< the second's
   double p_value = 0.0;   ///< that it is 1: paired t of the logarithms
   double adjusted = 0.0;  ///< Holm over the parts
 };

@@ -48,18 +48,15 @@ ComparedMean mean_of(const Json& document, const char* key) {
   return {number(*found, "mean"), number(*found, "expected")};
 }
 
+/// Throws Json::exception where a member is missing or of another kind.
 ComparedStudy compared_document(const std::string& name, const Json& j) {
-  if (!j.is_object() || !j.contains("verdict") || !j.contains("nees") || !j.contains("runs")) {
-    throw std::invalid_argument(fmt::format(
-        "{}: is no document of `credence run --format json` or `credence check --format json`", name));
-  }
   ComparedStudy study{.name = name,
-                      .runs = j["runs"].get<std::int64_t>(),
-                      .verdict = j["verdict"].get<std::string>(),
+                      .runs = j.at("runs").get<std::int64_t>(),
+                      .verdict = j.at("verdict").get<std::string>(),
                       .nees = mean_of(j, "nees"),
                       .nis = mean_of(j, "nis")};
   if (j.contains("vehicle_nees")) study.pose = mean_of(j, "vehicle_nees");
-  const Json factor = j["nees"].value("factor", Json::object());
+  const Json factor = j.at("nees").value("factor", Json::object());
   study.factor.mean = number(factor, "value");
   study.factor.lower = number(factor, "lower");
   study.factor.upper = number(factor, "upper");
@@ -266,10 +263,15 @@ std::vector<ComparedStudy> compared_documents(const std::string& name, std::stri
   const Json document = Json::parse(json, nullptr, false);
   if (document.is_discarded()) throw std::invalid_argument(fmt::format("{}: is no JSON", name));
   std::vector<ComparedStudy> studies;
-  if (document.contains("studies") && document["studies"].is_array()) {
-    for (const Json& study : document["studies"]) studies.push_back(compared_document(name, study));
-  } else {
-    studies.push_back(compared_document(name, document));
+  try {
+    if (document.contains("studies") && document["studies"].is_array()) {
+      for (const Json& study : document["studies"]) studies.push_back(compared_document(name, study));
+    } else {
+      studies.push_back(compared_document(name, document));
+    }
+  } catch (const Json::exception&) {
+    throw std::invalid_argument(fmt::format(
+        "{}: is no document of `credence run --format json` or `credence check --format json`", name));
   }
   return studies;
 }

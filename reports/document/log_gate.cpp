@@ -24,16 +24,6 @@ bool names_inconsistency(const std::string& verdict) {
       [&](Verdict v) { return is_inconsistent(v) && to_string(v) == verdict; });
 }
 
-/// The factor on P in a part, as a mean over units.
-double mean_factor(const UnitFactors& units, const std::string& part) {
-  const auto found = std::ranges::find(units.parts, part);
-  if (found == units.parts.end()) return 1.0;
-  const std::vector<double>& factors = units.factors[static_cast<std::size_t>(found - units.parts.begin())];
-  double sum = 0.0;
-  for (const double factor : factors) sum += factor / static_cast<double>(factors.size());
-  return sum;
-}
-
 struct JunitCase {
   std::string name, says;
   bool failed = false, skipped = false;
@@ -51,29 +41,36 @@ std::string junit_case(const JunitCase& c) {
 
 LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::string_view document,
                      double margin) {
+  const auto refuse = [&] {
+    throw std::invalid_argument(
+        fmt::format("--baseline {}: is no document of `credence check --format json`", baseline));
+  };
   const Json before = Json::parse(document, nullptr, false);
   if (before.is_discarded() || !before.is_object() || !before.contains("verdict") ||
       !before.contains("nees") || !before["verdict"].is_string()) {
-    throw std::invalid_argument(
-        fmt::format("--baseline {}: is no document of `credence check --format json`", baseline));
+    refuse();
   }
   const Judgement& now = logs.analysis.judgement;
   LogGate gate;
   gate.baseline = baseline;
+  gate.level = 1.0 - now.confidence;
   gate.verdict_before = before["verdict"].get<std::string>();
   gate.became_inconsistent = is_inconsistent(now.word.verdict) && !names_inconsistency(gate.verdict_before);
   if (gate.became_inconsistent) {
     gate.worse.push_back(
         fmt::format("it was {}, and is {}", gate.verdict_before, to_string(now.word.verdict)));
   }
-  const UnitFactors first = unit_factors_of(before.value("calibration", Json::object()));
+  UnitFactors first;
+  try {
+    first = unit_factors_of(before.value("calibration", Json::object()));
+  } catch (const Json::exception&) {
+    refuse();
+  }
   gate.changes = compare_factors(logs.units, first, now.confidence);
   for (const FactorChange& change : gate.changes) {
-    const double was = std::abs(std::log(mean_factor(first, change.part)));
-    const double is = std::abs(std::log(mean_factor(logs.units, change.part)));
+    const double was = std::abs(std::log(change.before)), is = std::abs(std::log(change.after));
     const bool large = std::abs(std::log(change.ratio.mean)) > std::log1p(margin);
-    if (is > was && large && change.adjusted <= 1.0 - now.confidence)
-      gate.worse.push_back(change_text(change));
+    if (is > was && large && change.adjusted <= gate.level) gate.worse.push_back(change_text(change));
   }
   return gate;
 }
@@ -92,7 +89,7 @@ std::string gate_sentence(const LogGate& gate) {
   text += "nothing is worse.";
   if (gate.changes.empty()) text += " No runs or stretches could be paired by their names.";
   for (const FactorChange& change : gate.changes) {
-    if (change.adjusted <= 0.05) text += " It is " + change_text(change) + ".";
+    if (change.adjusted <= gate.level) text += " It is " + change_text(change) + ".";
   }
   return text;
 }

@@ -21,6 +21,7 @@ namespace credence {
 struct LogGate {
   std::string baseline;  ///< the file
   std::string verdict_before;
+  double level = 0.05;                ///< up to which p-value a change is none of chance
   bool became_inconsistent = false;   ///< and was not before
   std::vector<FactorChange> changes;  ///< of the factor on P, on what both logged
   std::vector<std::string> worse;     ///< sentences: what fails
