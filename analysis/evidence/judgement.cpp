@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <string>
+#include <utility>
 
 #include "analysis/evidence/consistency_gated.h"
 #include "analysis/evidence/consistency_judge.h"
@@ -350,6 +352,17 @@ void list_sensor(const SensorJudgement& s, bool alone, std::vector<NamedTest>& t
                                 s.mean.p_value, fmt::format("largest {:.3g} σ", largest)));
 }
 
+/// The p-values of those tests of tails that were made.
+std::string tails_say(const GaussianityJudgement& g) {
+  const std::pair<const char*, double> made[] = {
+      {"NEES", g.nees_tail_p_value}, {"NIS", g.nis_tail_p_value}, {"NIS far out", g.far_nis_p_value}};
+  std::string text;
+  for (const auto& [name, p_value] : made) {
+    if (!std::isnan(p_value)) text += fmt::format("{}{} p = {:.3g}", text.empty() ? "" : ", ", name, p_value);
+  }
+  return text;
+}
+
 void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& tests) {
   for (const SensorPairJudgement& pair : law.sensor_pairs) {
     tests.push_back(reasoned_test(
@@ -359,8 +372,7 @@ void list_law(const LawJudgement& law, bool has_truth, std::vector<NamedTest>& t
   const GaussianityJudgement& g = law.gaussianity;
   tests.push_back(reasoned_test(kHeavyTails, Exactness::conservative,
                                 std::isnan(g.tail_p_value) ? "fewer than ten runs" : "", g.tail_p_value,
-                                fmt::format("NEES p = {:.3g}, NIS p = {:.3g}, NIS far out p = {:.3g}",
-                                            g.nees_tail_p_value, g.nis_tail_p_value, g.far_nis_p_value)));
+                                tails_say(g)));
   if (!has_truth) return;
   const SecondMomentTest& second = law.second_moments.test;
   tests.push_back(

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "analysis/evidence/evidence_recorder.h"
+#include "analysis/studies/selftest_study.h"
 
 namespace credence {
 namespace {
@@ -322,6 +323,17 @@ TEST(Judgement, NisAloneTellsItsMeanItsLawAndItsCorrelation) {
   EXPECT_LT(coloured.sensors.at(0).whiteness.p_value, 1e-6);
   EXPECT_NEAR(coloured.sensors.at(0).whiteness.autocorrelation.at(0), 0.64, 0.15);
   for (const CauseFound& cause : coloured.causes) EXPECT_NE(cause.cause, Cause::coloured_noise);
+}
+
+TEST(Judgement, ATestThatWasMadeSaysNumbers) {
+  // Of one run there are no tails over runs, but single values that are far out.
+  for (const int runs : {1, 20}) {
+    const Evidence evidence = synthetic_evidence(SyntheticFilter({}), NoiseSource(3, 1), 0, runs);
+    for (const NamedTest& test : judge(evidence).tests) {
+      if (!std::isnan(test.p_value))
+        EXPECT_EQ(test.says.find("nan"), std::string::npos) << test.name << ": " << test.says;
+    }
+  }
 }
 
 }  // namespace
