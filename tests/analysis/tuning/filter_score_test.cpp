@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "analysis/tuning/scenario_noise.h"
-#include "analysis/tuning/tune_scenario.h"
+#include "analysis/tuning/tuning.h"
 #include "core/stop_point.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
@@ -74,37 +74,6 @@ TEST(FilterScore, CanBeStopped) {
   const std::atomic<bool> stop = true;
   const Scenario scenario = load_scenario_text(kTracking, "tracking");
   EXPECT_THROW(tracking_score(scenario, &stop).scores(Vector::Zero(2), false), Stopped);
-}
-
-/// An extended Kalman filter with wrong noise: the tuned one is near the truth and named by its keys.
-TEST(TuneScenario, TunesANonlinearFilter) {
-  const Scenario scenario = load_scenario_text(
-      "[world]\nmodel = \"planar\"\nlandmarks = 4\nanchors = 2\nobservability = \"full\"\n"
-      "[filter]\nprocess_scale = 4.0\nmeasurement_scale = 0.5\n[study]\nruns = 12\nsteps = 60\n",
-      "planar");
-  const auto tuning = tune_scenario(scenario, {});
-  ASSERT_TRUE(tuning);
-  const auto& parameters = tuning->tuning.parameters;
-  EXPECT_EQ(parameters[0].name, "filter.process_scale");
-  EXPECT_EQ(parameters[0].before, 4.0);
-  for (const TunedParameter& p : parameters) {
-    const double deviation = std::log(p.upper / p.lower) / (2.0 * 1.96);
-    EXPECT_LT(deviation, 0.3) << p.name;
-    EXPECT_NEAR(std::log(p.value), 0.0, 5.0 * deviation) << p.name << " = " << p.value;
-  }
-  EXPECT_EQ(tuning->tuned.filter.process_scale, parameters[0].value);
-  ASSERT_TRUE(tuning->held_out);
-  EXPECT_NE(tuning->held_out->after.scenario.study.seed, scenario.study.seed);
-  EXPECT_EQ(tuning->held_out->before.word.verdict, Verdict::optimistic);
-}
-
-TEST(TuneScenario, RefusesWhatTheFilterHasNotOfItsOwn) {
-  const Scenario scenario = load_scenario_text(kTracking, "tracking");
-  TuneRequest request;
-  for (const char* free : {"P0", "diag(Q)", "full(R)"}) {
-    request.free = parse_free_noise(free);
-    EXPECT_THROW(tune_scenario(scenario, request), std::invalid_argument) << free;
-  }
 }
 
 }  // namespace
