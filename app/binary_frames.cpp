@@ -14,6 +14,7 @@ namespace credence {
 namespace {
 
 constexpr std::size_t kBytes = sizeof(double);
+constexpr double kLargestInteger = 9007199254740992.0;  // 2^53: up to it a float64 holds every one
 
 /// Between the order of this machine and little-endian.
 std::uint64_t little_endian(std::uint64_t bits) {
@@ -40,7 +41,8 @@ std::string csv_row(std::span<const double> row, std::size_t whole) {
   for (std::size_t i = 0; i < row.size(); ++i) {
     if (i > 0) text += ',';
     if (std::isnan(row[i])) continue;
-    text += i < whole ? fmt::format("{}", static_cast<std::int64_t>(row[i])) : fmt::format("{}", row[i]);
+    const bool integer = i < whole && std::trunc(row[i]) == row[i] && std::abs(row[i]) <= kLargestInteger;
+    text += integer ? fmt::format("{}", static_cast<std::int64_t>(row[i])) : fmt::format("{}", row[i]);
   }
   return text;
 }

@@ -14,8 +14,9 @@ inline constexpr std::string_view kFramesHead = "# credence frames 1";
 /// A row as bytes.
 std::string frame_of(std::span<const double> row);
 
-/// A row as CSV without its line's end: the first `whole` of its numbers are integers, all are in the
-/// shortest decimals that read back as the same bits, NaN is blank.
+/// A row as CSV without its line's end: the first `whole` of its numbers are integers and written as such,
+/// all others, and an "integer" that is none, in the shortest decimals that read back as the same bits; NaN
+/// is blank.
 std::string csv_row(std::span<const double> row, std::size_t whole);
 
 /// Whether a file is a stream of frames.

@@ -13,6 +13,7 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
+#include "app/log_name.h"
 #include "app/progress.h"
 #include "app/say.h"
 #include "app/standard_input.h"
@@ -193,6 +194,11 @@ void require_one_filter(const CheckOptions& options) {
                   options.logs.size()));
 }
 
+int interrupted_early() {
+  say("credence: interrupted before the first rows were judged");
+  return kInterrupted;
+}
+
 int check(const CheckOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   require_one_filter(options);
@@ -212,11 +218,8 @@ int check(const CheckOptions& options) {
     formats.at(file)->read(file, reading, drawn ? static_cast<LogSink&>(first) : sink);
   });
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-  if (result.evidence.rows == 0 && !result.complete) {
-    say("credence: interrupted before the first rows were judged");
-    return kInterrupted;
-  }
-  CheckedLogs logs{.name = fs::path(options.logs.front()).stem().string(),
+  if (result.evidence.rows == 0 && !result.complete) return interrupted_early();
+  CheckedLogs logs{.name = log_name(options.logs.front()),
                    .format = format_text(options, formats),
                    .files = result.files,
                    .unmatched_rows = result.unmatched_rows,
@@ -345,6 +348,7 @@ void add_check_command(CLI::App& app) {
     for (std::string& log : options->logs) {
       if (log == "-" && !input) log = input.emplace().path().string();
     }
+    if (input && catch_interrupt().load()) throw ExitStatus{interrupted_early()};
     throw ExitStatus{options->list ? list(*options) : check(*options)};
   });
 }

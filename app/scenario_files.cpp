@@ -54,8 +54,10 @@ std::string proposal(const std::string& name) {
 /// The program's scenario that is meant, if no file is.
 std::optional<OwnScenario> own_unless_file(const std::string& name) {
   std::error_code error;
-  if (fs::exists(name, error)) return std::nullopt;
+  const bool exists = fs::exists(name, error);
+  if (exists && !fs::is_directory(name, error)) return std::nullopt;
   std::optional<OwnScenario> own = own_scenario(name);
+  if (!own && exists) return std::nullopt;  // who reads it says that it is a folder
   if (!own) throw ScenarioError(fmt::format("{}: no such scenario file{}", name, proposal(name)));
   return own;
 }

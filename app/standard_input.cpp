@@ -1,6 +1,7 @@
 #include "app/standard_input.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <array>
@@ -13,6 +14,7 @@
 #include <system_error>
 
 #include "app/binary_frames.h"
+#include "app/interrupt.h"
 
 namespace credence {
 namespace {
@@ -30,7 +32,11 @@ fs::path new_folder() {
 void copy_input(const fs::path& target) {
   std::ofstream file(target, std::ios::binary);
   std::array<char, 1 << 16> buffer{};
-  while (true) {
+  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  while (!catch_interrupt().load()) {
+    constexpr int kHearsWithinMs = 100;
+    const int ready = poll(&input, 1, kHearsWithinMs);
+    if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
     const ssize_t size = read(STDIN_FILENO, buffer.data(), buffer.size());
     if (size < 0 && errno == EINTR) continue;
     if (size < 0)
@@ -47,7 +53,7 @@ void copy_input(const fs::path& target) {
 StandardInputFile::StandardInputFile() : folder_(new_folder()) {
   try {
     copy_input(path());
-    if (holds_frames(path())) {
+    if (!catch_interrupt().load() && holds_frames(path())) {
       frames_to_csv(path(), folder_ / "csv");
       fs::rename(folder_ / "csv", path());
     }

@@ -10,7 +10,9 @@ namespace credence {
 /// file begins, and some are read twice. Binary frames become the CSV that they stand for.
 class StandardInputFile {
  public:
-  StandardInputFile();   ///< reads to the end; throws std::runtime_error where it cannot be kept
+  /// Reads to the end, or until an interruption is caught (interrupt.h), after which the file is of no use;
+  /// throws std::runtime_error where it cannot be kept.
+  StandardInputFile();
   ~StandardInputFile();  ///< removes the file
   StandardInputFile(const StandardInputFile&) = delete;
   StandardInputFile& operator=(const StandardInputFile&) = delete;

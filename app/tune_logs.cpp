@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "app/log_name.h"
 #include "app/tell.h"
 #include "app/tune_command.h"
 #include "datasets/logs/innovation_record.h"
@@ -31,7 +32,7 @@ int tune_logs(const TuneOptions& options) {
   std::vector<InnovationTuning> sensors;
   sensors.reserve(records.size());
   for (const SensorRecord& record : records) sensors.push_back(tune_innovations(record, kLogConfidence));
-  const std::string name = fs::path(options.inputs.front()).stem().string();
+  const std::string name = log_name(options.inputs.front());
   tell(log_tune_document(name, sensors), options);
   const bool inconsistent = std::ranges::any_of(
       sensors, [](const InnovationTuning& t) { return is_inconsistent(t.left_out_parts.verdict); });

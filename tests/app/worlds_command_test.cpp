@@ -13,8 +13,8 @@
 namespace credence {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 class WorldsCommand : public CommandTest {
  protected:
@@ -185,8 +185,8 @@ TEST_F(WorldsCommand, FramesAreTheRowsOfTheText) {
   const std::string text = run(command).out, frames = run(binary).out;
   const auto body = [](const std::string& all) { return all.substr(all.find("run,step")); };
   const std::string names = body(text).substr(0, body(text).find('\n') + 1);
-  EXPECT_THAT(frames, testing::StartsWith("# credence frames 1\n"));
-  EXPECT_THAT(body(frames), testing::StartsWith(names));
+  EXPECT_THAT(frames, ::testing::StartsWith("# credence frames 1\n"));
+  EXPECT_THAT(body(frames), ::testing::StartsWith(names));
   const auto columns = static_cast<std::size_t>(std::ranges::count(names, ',')) + 1;
   EXPECT_EQ(body(frames).size() - names.size(), 2 * 4 * columns * sizeof(double));
   EXPECT_EQ(std::ranges::count(body(text), '\n'), 1 + 2 * 4);
