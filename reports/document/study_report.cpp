@@ -117,7 +117,7 @@ std::vector<std::string> explanation_notes(std::span<const ReportedStudy> studie
   return notes;
 }
 
-ReportAnswer study_answer(std::span<const ReportedStudy> studies) {
+ReportAnswer answer_of_verdicts(std::span<const ReportedStudy> studies) {
   std::vector<const StudyAnalysis*> unsafe, pessimistic, undecided;
   for (const auto& [a, trace, description] : studies) {
     const Verdict verdict = overall_verdict(a);
@@ -149,6 +149,21 @@ ReportAnswer study_answer(std::span<const ReportedStudy> studies) {
       pessimistic.empty() ? "" : fmt::format("; larger than need be: {}", names_of(pessimistic));
   return {pessimistic.empty() ? CellTone::good : CellTone::caution,
           fmt::format("Nothing says that any of these {} covariances is too small{}", n, rest)};
+}
+
+/// The verdicts are of the steps before a run failed: that it did, is no less a fault.
+ReportAnswer study_answer(std::span<const ReportedStudy> studies) {
+  ReportAnswer answer = answer_of_verdicts(studies);
+  std::int64_t failed = 0, runs = 0;
+  for (const auto& [a, trace, description] : studies) {
+    failed += std::ssize(a.statistics.failures);
+    runs += a.statistics.runs;
+  }
+  if (failed == 0) return answer;
+  if (failed == runs) return {CellTone::alarm, fmt::format("No run ends well: all {} fail", runs)};
+  answer.text += fmt::format("; {} of {} runs failed", failed, runs);
+  if (answer.tone != CellTone::alarm) answer.tone = CellTone::caution;
+  return answer;
 }
 
 ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAnswer& answer) {

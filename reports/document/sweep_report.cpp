@@ -107,32 +107,36 @@ double distance(const StudyAnalysis& a) {
                   std::abs(std::log(a.nis.mean / a.nis.expected)));
 }
 
-/// The consistent configuration whose NEES and NIS are nearest to what they must be; size() if there is none.
+/// The consistent configuration without a failed run whose NEES and NIS are nearest to what they must be;
+/// size() if there is none.
 std::size_t best_study(const SweepAnalysis& sweep) {
   std::size_t best = sweep.studies.size();
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const StudyAnalysis& a = sweep.studies[i];
-    const bool good = overall_verdict(a) == Verdict::consistent && std::isfinite(distance(a));
+    const bool good = overall_verdict(a) == Verdict::consistent && std::isfinite(distance(a)) &&
+                      a.statistics.failures.empty();
     if (good && (best == sweep.studies.size() || distance(a) < distance(sweep.studies[best]))) best = i;
   }
   return best;
 }
 
 ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
-  std::size_t unsafe = 0, pessimistic = 0, consistent = 0;
+  std::size_t unsafe = 0, pessimistic = 0, consistent = 0, failing = 0;
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const Verdict verdict = overall_verdict(sweep.studies[i]);
     consistent += verdict == Verdict::consistent ? 1 : 0;
+    failing += sweep.studies[i].statistics.failures.empty() ? 0 : 1;
     if (!stands(sweep.studies[i], sweep.p_values[i])) continue;
     (verdict_cell(verdict).tone == CellTone::alarm ? unsafe : pessimistic) += 1;
   }
   const std::size_t n = sweep.studies.size(), best = best_study(sweep);
   if (n == 0) return {CellTone::caution, "No configuration has results yet"};
-  const std::string counts =
+  std::string counts =
       fmt::format("Of {} configurations {} cannot be trusted, {} are pessimistic, {} consistent", n, unsafe,
                   pessimistic, consistent);
+  if (failing > 0) counts += fmt::format("; runs failed in {} of them", failing);
   if (best == n) return {CellTone::alarm, counts};
-  return {unsafe > 0 ? CellTone::caution : CellTone::good,
+  return {unsafe + failing > 0 ? CellTone::caution : CellTone::good,
           fmt::format("{}; nearest to right: {}", counts, point_words(sweep, best))};
 }
 

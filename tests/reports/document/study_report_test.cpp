@@ -57,6 +57,24 @@ TEST(StudyDocument, SaysTheSameOnATerminalOnThePageAndAsData) {
   EXPECT_THAT(folder.read("index.html"), HasSubstr(answer));
 }
 
+// A verdict is of the steps before a run failed.
+TEST(StudyDocument, RunsThatFailedAreInTheAnswer) {
+  ReportedStudy study = with_verdict(monobot_study("loop"), Verdict::consistent);
+  EXPECT_EQ(study_document({study}).answer.tone, CellTone::good);
+  StudyStatistics& s = study.analysis.statistics;
+  s.failures.push_back({.run = 3, .step = 2, .outcome = Outcome::diverged});
+  EXPECT_EQ(study_document({study}).answer.text,
+            "Nothing says that this covariance is wrong; 1 of 20 runs failed");
+  EXPECT_EQ(study_document({study}).answer.tone, CellTone::caution);
+  const ReportAnswer unsafe = study_document({with_verdict(study, Verdict::optimistic)}).answer;
+  EXPECT_THAT(unsafe.text, HasSubstr("cannot be trusted"));
+  EXPECT_THAT(unsafe.text, HasSubstr("; 1 of 20 runs failed"));
+  EXPECT_EQ(unsafe.tone, CellTone::alarm);
+  s.failures.resize(20, s.failures.front());
+  EXPECT_EQ(study_document({study}).answer.text, "No run ends well: all 20 fail");
+  EXPECT_EQ(study_document({study}).answer.tone, CellTone::alarm);
+}
+
 TEST(StudyDocument, NamesWhatIsTooLarge) {
   ReportedStudy study = with_verdict(monobot_study("loop"), Verdict::pessimistic);
   EXPECT_THAT(study_document({study}).answer.text, HasSubstr("This covariance is larger than the errors"));

@@ -54,6 +54,19 @@ TEST(SweepDocument, HasARowForEveryConfigurationInTableDataAndFile) {
   EXPECT_THAT(folder.read("index.html"), testing::HasSubstr("href=\"sweep.csv\""));
 }
 
+TEST(SweepDocument, AConfigurationWithFailedRunsIsCountedAndNotNearestToRight) {
+  SweepAnalysis sweep = sweep_of(3);
+  const std::string all_ran = sweep_document(sweep).answer.text;
+  ASSERT_THAT(all_ran, testing::HasSubstr("nearest to right: "));
+  EXPECT_THAT(all_ran, testing::Not(testing::HasSubstr("failed")));
+  for (StudyAnalysis& study : sweep.studies) {
+    study.statistics.failures = {{.run = 3, .step = 2, .outcome = Outcome::diverged}};
+  }
+  const ReportAnswer answer = sweep_document(sweep).answer;
+  EXPECT_THAT(answer.text, testing::EndsWith("; runs failed in 3 of them"));
+  EXPECT_EQ(answer.tone, CellTone::alarm);
+}
+
 TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
   const Document document = sweep_document(sweep_of(1));
   const auto& table = std::get<ReportTable>(document.brief.front());
