@@ -2,7 +2,8 @@
 
 namespace credence {
 
-/// The power with which the runs that settle a case would settle it (settle_nees and settle_nis of Judgement).
+/// The power with which the runs that settle a case would settle it (settle_nees and settle_nis of
+/// Judgement).
 inline constexpr double kSettlingPower = 0.9;
 
 }  // namespace credence
