@@ -253,6 +253,7 @@ class Tuner {
       notes.emplace_back("Nothing that was asked for can be told from these data: no value is given.");
       return;
     }
+    add_bounds();
     for (Index i = 0; i < tuning_.correlation.rows(); ++i) {
       for (Index j = 0; j < i; ++j) {
         const double r = tuning_.correlation(i, j);
@@ -269,6 +270,20 @@ class Tuner {
           "The scores vary {:.2f} times as much as they would if the tuned filter were right: intervals are "
           "by the sandwich, and no noise of this form makes the filter right.",
           tuning_.information_ratio));
+    }
+  }
+
+  void add_bounds() {
+    constexpr double kRounding = 1e-3;  // of φ, within which the search stops at its box
+    const double reach = std::log(kReach) - kRounding;
+    for (std::size_t i = 0; i < tuning_.coordinates.size(); ++i) {
+      const Index c = tuning_.estimate.free[i];
+      const double moved = tuning_.phi[c] - tuning_.start[c];
+      if (std::abs(moved) < reach) continue;
+      tuning_.notes.push_back(
+          fmt::format("{} is at the end of the search, {:.0e} times the present value: a better one may lie "
+                      "beyond. Start from there and tune again.",
+                      tuning_.coordinates[i], moved > 0.0 ? kReach : 1.0 / kReach));
     }
   }
 

@@ -7,6 +7,7 @@
 
 #include "tests/analysis/tuning/local_level.h"
 #include "tests/analysis/tuning/other_methods.h"
+#include "tests/analysis/tuning/quadratic_score.h"
 
 namespace credence {
 namespace {
@@ -60,6 +61,19 @@ TEST(Tuning, SaysThatNothingIsKnownInsteadOfANumber) {
   EXPECT_EQ(tuning.parameters.front().lower, 0.0);
   EXPECT_EQ(tuning.phi, tuning.start);
   EXPECT_THAT(tuning.notes, ::testing::Contains(::testing::HasSubstr("Nothing")));
+}
+
+TEST(Tuning, SaysThatAnOptimumIsAtTheEndOfTheSearch) {
+  const auto noted = [](double a, double b, double c) {
+    const testing::QuadraticScore score(Vector{{a, b, c}}, testing::some_curvature());
+    return tune(score, Vector::Zero(3)).notes;
+  };
+  EXPECT_THAT(noted(1.0, -2.0, 13.0),
+              ::testing::Not(::testing::Contains(::testing::HasSubstr("end of the search"))));
+  EXPECT_THAT(noted(1.0, -2.0, 20.0),
+              ::testing::Contains(::testing::HasSubstr("c is at the end of the search, 1e+06 times")));
+  EXPECT_THAT(noted(1.0, -20.0, 1.0),
+              ::testing::Contains(::testing::HasSubstr("b is at the end of the search, 1e-06 times")));
 }
 
 TEST(Tuning, HoldsWhatOnlyACombinationShows) {
