@@ -35,8 +35,7 @@ void advise_settling(const char* what, const char* matrix, const SettlingRuns& s
   if (settle.runs == 0) return;
   sentences.push_back(fmt::format(
       "{0}: these runs would have shown {1} too small by {2} % or too large by {3} %; that it is too {4} by "
-      "the "
-      "{5} % seen would take {6} runs to show with a power of {7:g} %.",
+      "the {5} % seen would take {6} runs to show with a power of {7:g} %.",
       what, matrix, percent_text(off_by(settle.detectable.above)),
       percent_text(off_by(settle.detectable.below)), settle.observed_factor > 1.0 ? "small" : "large",
       percent_text(off_by(settle.observed_factor)), settle.runs, 100.0 * kSettlingPower));
