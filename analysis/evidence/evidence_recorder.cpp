@@ -281,9 +281,9 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   }
 }
 
-// Of what moves: in a map a landmark as seen from the vehicle, since a map made of late sights is displaced
-// and the vehicle within it is not. The step is that of the mean over a few, in which what corrections add
-// is smaller.
+// Of what moves: in a map a landmark as seen from the vehicle, since a map made of late observations is
+// displaced and the vehicle within it is not. The step is that of the mean over a few, in which what
+// corrections add is smaller.
 void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) const {
   if (step.estimate.size() == 0) return;
   if (run.way_states != step.states) {

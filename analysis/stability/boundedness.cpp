@@ -40,7 +40,7 @@ ExactBoundedness exact_boundedness(MatrixRef F, MatrixRef H, MatrixRef Qt, doubl
   const MarginalModes modes = marginal_modes(F, H, Qt, psd_tolerance);
   ExactBoundedness result;
   result.noise = psd_rank(Qt, psd_tolerance);
-  result.observability = modes.sight.decision;
+  result.observability = modes.observability.decision;
   if (!modes.ok) return result;
   result.unobserved = modes.undetectable.cols();
   result.pairing = modes.pairing;

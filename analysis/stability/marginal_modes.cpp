@@ -10,7 +10,7 @@ namespace {
 Matrix restricted(MatrixRef F, const Matrix& basis) { return basis.transpose() * F * basis; }
 
 bool find_undetectable(MatrixRef F, MarginalModes& modes) {
-  const Matrix& N = modes.sight.unobservable;
+  const Matrix& N = modes.observability.unobservable;
   const InvariantSubspaces unseen(restricted(F, N));
   if (!unseen.ok()) return false;
   modes.unstable_undetectable = unseen.count(UnitCircle::outside);
@@ -41,7 +41,7 @@ RankDecision pair_subspaces(const Matrix& left, const Matrix& right) {
 MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt, double psd_tolerance) {
   MarginalModes modes;
   modes.noise = controllability(F, psd_range(Qt, psd_tolerance));
-  modes.sight = observability(F, H);
+  modes.observability = observability(F, H);
   modes.ok = find_undetectable(F, modes) && find_untouched(F, modes);
   if (modes.ok) modes.pairing = pair_subspaces(modes.steady, modes.undetectable);
   return modes;

@@ -16,8 +16,8 @@ inline constexpr double kPairingTolerance = 1e-7;
 struct MarginalModes {
   bool ok = false;  ///< false: the eigenvalues did not converge, nothing else is set
 
-  Controllability noise;        ///< of (F, Q_t)
-  ObservabilityAnalysis sight;  ///< of (F, H)
+  Controllability noise;                ///< of (F, Q_t)
+  ObservabilityAnalysis observability;  ///< of (F, H)
 
   Matrix undetectable;              ///< n×p, orthonormal: invariant, unobservable, |λ| ≥ 1
   Index unstable_undetectable = 0;  ///< how many of those have |λ| > 1

@@ -18,7 +18,7 @@ Matrix range_root(const Matrix& Qt, double psd_tolerance) {
 }
 
 /// R^{-1/2} H: measurements with unit noise.
-Matrix whitened_sight(const RiccatiProblem& problem) {
+Matrix whitened_observation(const RiccatiProblem& problem) {
   if (problem.H.rows() == 0) return problem.H;
   const Eigen::LLT<Matrix> root(problem.R);
   return root.matrixL().solve(problem.H);
@@ -35,7 +35,7 @@ NoiseCondition noise_condition(const RiccatiProblem& problem, MatrixRef P0, doub
   }
   NoiseCondition result;
   result.noise = psd_rank(problem.Qt, psd_tolerance);
-  const Matrix C = range_root(problem.Qt, psd_tolerance), H = whitened_sight(problem);
+  const Matrix C = range_root(problem.Qt, psd_tolerance), H = whitened_observation(problem);
   const DenseSvd svd = dense_svd(H * C, SvdVectors::full_right);
   result.seen = decide_rank(svd.s, tolerance);
 

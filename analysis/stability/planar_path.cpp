@@ -95,8 +95,8 @@ PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index 
   const PlanarNoise noise = PlanarNoise::of(longer);
   std::optional<NoiseSource> source;
   if (at == Linearisation::estimate) source.emplace(noise_source(longer));
-  PlanarDrive drive(run.world, noise, source);
-  filter.reset(drive.start(0), noise.initial_covariance());
+  PlanarSimulation simulation(run.world, noise, source);
+  filter.reset(simulation.start(0), noise.initial_covariance());
   Recorder recorder(longer, run.world, run.loop);
   StateError error;
   double nees = 0.0, trace = 0.0;
@@ -112,14 +112,14 @@ PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index 
       recorder.begin(filter);
     }
     const bool recording = k > before_last && !run.loop.H.empty();
-    drive.move(static_cast<std::size_t>(k));
-    const Seen seen = drive.observe(static_cast<std::size_t>(k));
+    simulation.move(static_cast<std::size_t>(k));
+    const Seen seen = simulation.observe(static_cast<std::size_t>(k));
     if (recording) recorder.before_predict(filter, u);
     filter.predict(u);
     if (recording) recorder.before_update(filter, seen);
     const UpdateResult update = filter.update(seen);
     run.ok = update.ok && filter.state().allFinite() &&
-             error.compute(drive.pose(), run.world.landmarks, filter.state(), filter.covariance(),
+             error.compute(simulation.pose(), run.world.landmarks, filter.state(), filter.covariance(),
                            filter.landmarks()) == Outcome::ok;
     if (!run.ok) break;
     if (recording) recorder.after_update(filter);

@@ -72,9 +72,9 @@ class Ring {
   std::vector<Observation<PlanarModel>> seen_;
 };
 
-/// What the first sight of the ring from a pose of covariance kPoseCovariance tells.
-struct FirstSight {
-  explicit FirstSight(Index landmarks) : x(Vector::Zero(3 + 2 * landmarks)) {
+/// What the first observation of the ring from a pose of covariance kPoseCovariance tells.
+struct FirstObservation {
+  explicit FirstObservation(Index landmarks) : x(Vector::Zero(3 + 2 * landmarks)) {
     for (Index i = 0; i < landmarks; ++i) {
       const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(landmarks);
       placed.push_back(PlanarModel::place(Pose::Zero(), {10.0, wrap_angle(angle)}));
@@ -95,33 +95,33 @@ struct FirstSight {
 
 template <class Filter>
 Ring<Filter> dense_ring(Index landmarks, Index observed) {
-  const FirstSight sight(landmarks);
+  const FirstObservation observation(landmarks);
   Matrix J = Matrix::Zero(3 + 2 * landmarks, 3);
   J.topRows<3>().setIdentity();
   for (Index i = 0; i < landmarks; ++i) {
-    J.middleRows<2>(3 + 2 * i) = sight.placed[static_cast<std::size_t>(i)].J_r;
+    J.middleRows<2>(3 + 2 * i) = observation.placed[static_cast<std::size_t>(i)].J_r;
   }
   Matrix P = J * kPoseCovariance * J.transpose();
-  for (Index i = 0; i < landmarks; ++i) P.block<2, 2>(3 + 2 * i, 3 + 2 * i) += sight.own(i);
+  for (Index i = 0; i < landmarks; ++i) P.block<2, 2>(3 + 2 * i, 3 + 2 * i) += observation.own(i);
   Filter filter({.vehicle = {}, .dt_s = 0.1}, kControlNoise, kMeasurementNoise);
-  filter.reset(sight.x, P, sight.ids);
+  filter.reset(observation.x, P, observation.ids);
   return Ring<Filter>(std::move(filter), landmarks, observed);
 }
 
 /// With N times what the landmarks share of the pose's variance, which is no less than all their
 /// correlations.
 Ring<BlockMapEkfSlam<PlanarModel>> block_ring(Index landmarks, Index observed, MapBound bound) {
-  const FirstSight sight(landmarks);
+  const FirstObservation observation(landmarks);
   ArrowCovariance P(3, 2);
   P.set_vehicle(kPoseCovariance);
   P.reserve(landmarks);
   for (Index i = 0; i < landmarks; ++i) {
-    const auto& J_r = sight.placed[static_cast<std::size_t>(i)].J_r;
+    const auto& J_r = observation.placed[static_cast<std::size_t>(i)].J_r;
     const Eigen::Matrix2d shared = J_r * kPoseCovariance * J_r.transpose();
-    P.append(kPoseCovariance * J_r.transpose(), sight.own(i) + static_cast<double>(landmarks) * shared);
+    P.append(kPoseCovariance * J_r.transpose(), observation.own(i) + static_cast<double>(landmarks) * shared);
   }
   BlockMapEkfSlam<PlanarModel> filter({.vehicle = {}, .dt_s = 0.1}, kControlNoise, kMeasurementNoise, bound);
-  filter.reset(sight.x, std::move(P), sight.ids);
+  filter.reset(observation.x, std::move(P), observation.ids);
   return {std::move(filter), landmarks, observed};
 }
 

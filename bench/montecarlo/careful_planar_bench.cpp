@@ -13,7 +13,7 @@
 #include "core/manifold/angle.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario_schema.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 #include "montecarlo/worlds/registry.h"
 
 namespace credence {

@@ -59,11 +59,11 @@ class RecordedBatch {
   explicit RecordedBatch(const Scenario& scenario)
       : noise_(PlanarNoise::of(scenario)), world_(make_planar_world(scenario)) {
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
-      PlanarDrive drive(world_, noise_, NoiseSource(1, noise_group(scenario)));
-      starts_.push_back(drive.start(lane));
+      PlanarSimulation simulation(world_, noise_, NoiseSource(1, noise_group(scenario)));
+      starts_.push_back(simulation.start(lane));
       for (std::size_t k = 1; k <= steps(); ++k) {
-        drive.move(k);
-        const auto z = drive.observe(k);
+        simulation.move(k);
+        const auto z = simulation.observe(k);
         seen_.emplace_back(z.begin(), z.end());
       }
     }
@@ -111,19 +111,19 @@ void planar_runs_without_statistics(benchmark::State& state) {
   const PlanarWorld world = make_planar_world(scenario);
   const PlanarNoise noise = PlanarNoise::of(scenario);
   const AssumedPlanarNoise assumed = AssumedPlanarNoise::of(scenario);
-  std::vector<PlanarDrive> drives(PlanarLanes::kLanes,
-                                  PlanarDrive(world, noise, NoiseSource(1, noise_group(scenario))));
+  std::vector<PlanarSimulation> simulations(
+      PlanarLanes::kLanes, PlanarSimulation(world, noise, NoiseSource(1, noise_group(scenario))));
   PlanarLanes lanes(world, assumed.Q, assumed.measurement_variance);
   std::int64_t run = 0;
   for (auto _ : state) {
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
-      lanes.reset(lane, drives[static_cast<std::size_t>(lane)].start(run++), noise.initial_covariance());
+      lanes.reset(lane, simulations[static_cast<std::size_t>(lane)].start(run++), noise.initial_covariance());
     }
     for (std::size_t k = 1; k <= world.controls.size(); ++k) {
       std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
       for (std::size_t lane = 0; lane < seen.size(); ++lane) {
-        drives[lane].move(k);
-        seen[lane] = drives[lane].observe(k);
+        simulations[lane].move(k);
+        seen[lane] = simulations[lane].observe(k);
       }
       lanes.predict(world.controls[k - 1]);
       lanes.update(seen);
@@ -138,13 +138,13 @@ BENCHMARK(planar_runs_without_statistics);
 void planar_world_alone(benchmark::State& state) {
   const Scenario scenario = planar_scenario();
   const PlanarWorld world = make_planar_world(scenario);
-  PlanarDrive drive(world, PlanarNoise::of(scenario), NoiseSource(1, noise_group(scenario)));
+  PlanarSimulation simulation(world, PlanarNoise::of(scenario), NoiseSource(1, noise_group(scenario)));
   std::int64_t run = 0;
   for (auto _ : state) {
-    drive.start(run++);
+    simulation.start(run++);
     for (std::size_t k = 1; k <= world.controls.size(); ++k) {
-      drive.move(k);
-      benchmark::DoNotOptimize(drive.observe(k).data());
+      simulation.move(k);
+      benchmark::DoNotOptimize(simulation.observe(k).data());
     }
   }
   state.SetItemsProcessed(state.iterations());

@@ -105,7 +105,7 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
   using typename Phases::MeasurementVector;
   using typename Phases::Row;
 
-  struct Sight {          ///< what P has of one measurement
+  struct Measured {       ///< what P has of one measurement
     Index measured = -1;  ///< its landmark among those measured, −1: an anchor
     Eigen::Matrix<double, kPose, kMeasurement> column;  ///< vehicle rows of P Hᵀ
   };
@@ -119,12 +119,12 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
 
   void set_innovation_block(Eigen::Map<Matrix>& S, std::size_t i, std::size_t k) const {
     const Row &row = rows_[i], &other = rows_[k];
-    const Index measured = sights_[i].measured;
-    MeasurementMatrix block = row.H_r * sights_[k].column;
+    const Index measured = measured_[i].measured;
+    MeasurementMatrix block = row.H_r * measured_[k].column;
     if (measured >= 0) {
       const auto& landmark = map_.measured(measured);
       block += row.H_l * (landmark.cross.transpose() * other.H_r.transpose());
-      if (sights_[k].measured == measured) block += row.H_l * landmark.block * other.H_l.transpose();
+      if (measured_[k].measured == measured) block += row.H_l * landmark.block * other.H_l.transpose();
     }
     if (i == k) block = (0.5 * (block + block.transpose()) + R_).eval();
     const Index a = kMeasurement * static_cast<Index>(i), b = kMeasurement * static_cast<Index>(k);
@@ -141,7 +141,7 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
   mutable BlockMapState<kPose, kLandmark> map_;  ///< reading it applies what is pending
 
   // Of the last update; kept to be read and so that a step allocates nothing.
-  std::vector<Sight> sights_;  // of the rows
+  std::vector<Measured> measured_;  // of the rows
   std::vector<Scalar> scalars_;
   MatrixBuffer S_root_, whitened_;
   Matrix K_;
@@ -176,13 +176,13 @@ void BlockMapEkfSlam<Model>::predict(const ControlVector& u) {
 
 template <class Model>
 void BlockMapEkfSlam<Model>::measure() {
-  sights_.clear();
+  measured_.clear();
   scalars_.clear();
   for (const Row& row : rows_) {
     const Index measured = row.offset < 0 ? -1 : map_.measure((row.offset - kPose) / kLandmark);
     append_scalars(row, measured,
-                   nu_.vector().template segment<kMeasurement>(kMeasurement * std::ssize(sights_)));
-    sights_.push_back({.measured = measured});
+                   nu_.vector().template segment<kMeasurement>(kMeasurement * std::ssize(measured_)));
+    measured_.push_back({.measured = measured});
   }
 }
 
@@ -208,7 +208,7 @@ bool BlockMapEkfSlam<Model>::judge(UpdateResult& result) {
   auto S = S_.resize(nu.size(), nu.size());
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
-    auto& [measured, column] = sights_[i];
+    auto& [measured, column] = measured_[i];
     column = map_.vehicle_covariance() * row.H_r.transpose();
     if (measured >= 0) column += map_.measured(measured).cross * row.H_l.transpose();
     for (std::size_t k = 0; k <= i; ++k) set_innovation_block(S, i, k);

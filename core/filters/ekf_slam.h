@@ -21,7 +21,7 @@ namespace credence {
 
 /// EKF-SLAM by eqs (3)-(10) of [Vidal-Calleja 2004]: dense covariance, known association.
 ///
-/// x = [pose; landmarks in the order of first sight]. A step is predict(u) then update(z); covariance
+/// x = [pose; landmarks in the order of first observation]. A step is predict(u) then update(z); covariance
 /// inflation, if any, comes between the two, or within the update if the rule is sequential. A predict costs
 /// O(n), an update with m measurements m³/6 + n m²/2 + n² m/2 multiply-adds, of which the last pass over one
 /// triangle of P; the other is brought up to date when P is read, so that one filter belongs to one thread.

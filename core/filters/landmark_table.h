@@ -15,7 +15,8 @@ struct Anchor {
   Eigen::Matrix<double, Model::kLandmark, 1> position;
 };
 
-/// Which landmarks an estimator knows: those in its state, by the order of first sight, and its anchors.
+/// Which landmarks an estimator knows: those in its state, by the order of first observation, and its
+/// anchors.
 template <class Model>
 class LandmarkTable {
  public:

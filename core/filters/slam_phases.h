@@ -31,7 +31,7 @@ struct UpdateResult {
 /// The phases of a step of EKF-SLAM with known association that are the same however P is held: linearisation
 /// at the estimate, and initialisation of what is seen for the first time.
 ///
-/// x = [pose; landmarks in the order of first sight]. What derives from it holds x and P, predicts and
+/// x = [pose; landmarks in the order of first observation]. What derives from it holds x and P, predicts and
 /// corrects.
 template <class Model>
 class SlamPhases {

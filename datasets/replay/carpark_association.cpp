@@ -56,25 +56,25 @@ Nearest nearest_beacon(const std::vector<Point>& beacons_m, const Point& place) 
   return nearest;
 }
 
-CarparkSights associate_scan(const CarparkLog& log, const CarparkScan& scan, const Pose& pose,
-                             double max_distance_m) {
-  CarparkSights result;
+ScanObservations associate_scan(const CarparkLog& log, const CarparkScan& scan, const Pose& pose,
+                                double max_distance_m) {
+  ScanObservations result;
   for (const BeaconObservation& seen : extract_beacons(scan)) {
     const RangeBearing z(seen.range_m, seen.bearing_rad);
     Nearest nearest = nearest_beacon(log.beacons_m, place_landmark(pose, z).position);
     if (nearest.distance_m > max_distance_m) nearest.landmark = -1;
-    result.sights.push_back({nearest.landmark, z});
+    result.observations.push_back({nearest.landmark, z});
     result.distance_m.push_back(nearest.distance_m);
   }
   return result;
 }
 
-void correct(Filter& filter, const std::vector<Sight>& sights) {
+void correct(Filter& filter, const std::vector<LoggedObservation>& scan) {
   std::vector<Observation<PlanarModel>> observations;
-  for (const Sight& sight : sights) {
+  for (const LoggedObservation& observation : scan) {
     const bool seen = std::any_of(observations.begin(), observations.end(),
-                                  [&](const auto& other) { return other.landmark == sight.landmark; });
-    if (sight.landmark >= 0 && !seen) observations.push_back({sight.landmark, sight.z});
+                                  [&](const auto& other) { return other.landmark == observation.landmark; });
+    if (observation.landmark >= 0 && !seen) observations.push_back({observation.landmark, observation.z});
   }
   filter.update(observations);
 }
@@ -87,32 +87,33 @@ Pose carpark_start(const CarparkLog& log, double heading_rad) {
   return pose;
 }
 
-std::vector<int> beacons_in_order_of_sight(const std::vector<CarparkSights>& scans) {
+std::vector<int> beacons_by_first_observation(const std::vector<ScanObservations>& scans) {
   std::vector<int> order;
-  for (const CarparkSights& scan : scans)
-    for (const Sight& sight : scan.sights)
-      if (sight.landmark >= 0 && std::find(order.begin(), order.end(), sight.landmark) == order.end())
-        order.push_back(sight.landmark);
+  for (const ScanObservations& scan : scans)
+    for (const LoggedObservation& observation : scan.observations)
+      if (observation.landmark >= 0 &&
+          std::find(order.begin(), order.end(), observation.landmark) == order.end())
+        order.push_back(observation.landmark);
   return order;
 }
 
-void check_association(const std::vector<CarparkSights>& scans) {
-  std::size_t sights = 0, associated = 0;
-  for (const CarparkSights& scan : scans)
-    for (const Sight& sight : scan.sights) {
-      ++sights;
-      associated += sight.landmark >= 0 ? 1 : 0;
+void check_association(const std::vector<ScanObservations>& scans) {
+  std::size_t observations = 0, associated = 0;
+  for (const ScanObservations& scan : scans)
+    for (const LoggedObservation& observation : scan.observations) {
+      ++observations;
+      associated += observation.landmark >= 0 ? 1 : 0;
     }
-  if (2 * associated < sights || sights == 0)
-    throw DataError(
-        "beac_juan3.mat", "variable 'estbeac'",
-        fmt::format("only {} of {} sights point at a surveyed beacon: swapped columns?", associated, sights));
+  if (2 * associated < observations || observations == 0)
+    throw DataError("beac_juan3.mat", "variable 'estbeac'",
+                    fmt::format("only {} of {} observations point at a surveyed beacon: swapped columns?",
+                                associated, observations));
 }
 
-std::vector<CarparkSights> associate_by_survey(const CarparkLog& log, double heading_rad,
-                                               double max_distance_m) {
+std::vector<ScanObservations> associate_by_survey(const CarparkLog& log, double heading_rad,
+                                                  double max_distance_m) {
   Filter filter = localisation(log, carpark_start(log, heading_rad));
-  std::vector<CarparkSights> result;
+  std::vector<ScanObservations> result;
   Control control = Control::Zero();
   double time_s = log.events.front().time_s;
   for (const CarparkEvent& event : log.events) {
@@ -128,7 +129,7 @@ std::vector<CarparkSights> associate_by_survey(const CarparkLog& log, double hea
       Pose pose = filter.pose();
       pose.head<2>() = position_at(log.gps, time_s);
       result.push_back(associate_scan(log, log.scans[event.index], pose, max_distance_m));
-      correct(filter, result.back().sights);
+      correct(filter, result.back().observations);
       result.back().localised = filter.pose();
     }
   }

@@ -46,7 +46,7 @@ struct Station {
   Drive drive;
 };
 
-std::vector<Station> stations_of(const CarparkLog& log, const std::vector<CarparkSights>& scans,
+std::vector<Station> stations_of(const CarparkLog& log, const std::vector<ScanObservations>& scans,
                                  Index stride) {
   std::vector<Station> stations;
   Station next;
@@ -61,8 +61,8 @@ std::vector<Station> stations_of(const CarparkLog& log, const std::vector<Carpar
       control = {log.odometry[event.index].speed_mps, log.odometry[event.index].steering_rad};
       continue;
     }
-    for (const Sight& sight : scans[event.index].sights)
-      if (sight.landmark >= 0) next.beacons.push_back(sight.landmark);
+    for (const LoggedObservation& observation : scans[event.index].observations)
+      if (observation.landmark >= 0) next.beacons.push_back(observation.landmark);
     std::sort(next.beacons.begin(), next.beacons.end());
     next.beacons.erase(std::unique(next.beacons.begin(), next.beacons.end()), next.beacons.end());
     if (!next.beacons.empty() && seen++ % stride == 0) {
@@ -123,14 +123,14 @@ void reset(ReferenceFilter& filter, const Pose& start, const ReplayInitial& init
                  Eigen::Vector3d(position * position, position * position, heading * heading).asDiagonal()));
 }
 
-/// Noise-free sights of the beacons of a station; false when the update failed.
+/// Noise-free observations of the beacons of a station; false when the update failed.
 bool observe(ReferenceFilter& filter, const CarparkLog& log, const Station& station,
              LongHorizonResult& result) {
-  std::vector<Observation<ReferenceModel>> sights;
+  std::vector<Observation<ReferenceModel>> observations;
   for (const int beacon : station.beacons)
-    sights.push_back(
+    observations.push_back(
         {beacon, measure_range_bearing(station.pose, log.beacons_m[static_cast<std::size_t>(beacon)])});
-  const UpdateResult update = filter.update(sights);
+  const UpdateResult update = filter.update(observations);
   ++result.steps;
   if (!update.converged) ++result.not_converged;
   return update.ok;
@@ -188,7 +188,7 @@ LongHorizonResult carpark_long_horizon(const CarparkLog& log, const ReplaySettin
   const Eigen::Matrix2d Q = Eigen::Vector2d(speed * speed, steering * steering).asDiagonal();
   const Vehicle car{VehicleKind::car, {}};
 
-  ReferenceFilter filter = make_filter(log, settings, beacons_in_order_of_sight(scans));
+  ReferenceFilter filter = make_filter(log, settings, beacons_by_first_observation(scans));
   reset(filter, stations.front().pose, settings.initial);
   LongHorizonResult result;
   const auto visit = [&](std::size_t from, std::size_t to) {

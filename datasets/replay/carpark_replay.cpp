@@ -13,7 +13,7 @@ ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& setting
   if (settings.vehicle != VehicleKind::car)
     throw std::invalid_argument("the car park needs the settings of a car");
   const double heading = settings.initial.heading_deg * kRadiansPerDegree;
-  const std::vector<CarparkSights> scans =
+  const std::vector<ScanObservations> scans =
       associate_by_survey(log, carpark_settings().initial.heading_deg * kRadiansPerDegree);
   check_association(scans);
 
@@ -21,7 +21,7 @@ ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& setting
   start.time_s = log.events.front().time_s;
   start.pose = carpark_start(log, heading);
   start.survey_m = log.beacons_m;
-  start.first_seen = beacons_in_order_of_sight(scans);
+  start.first_seen = beacons_by_first_observation(scans);
   ReplayFilter filter(settings, start);
 
   // A delay moves the odometry against the other sensors: merge again.
@@ -40,7 +40,7 @@ ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& setting
       filter.compare_position(event.time_s, log.gps[event.index].position_m);
     if (event.sensor == CarparkSensor::laser) {
       filter.advance_to(event.time_s);
-      filter.observe(event.time_s, scans[event.index].sights);
+      filter.observe(event.time_s, scans[event.index].observations);
     }
   }
   ReplayResult result = filter.finish();

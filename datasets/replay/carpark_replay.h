@@ -10,7 +10,7 @@ namespace credence {
 /// Events in order of time; odometry holds between its samples; one prediction at each odometry sample and
 /// at each scan; starts at the first GPS fix. The result's vehicle_nees is that of the GPS position, 2 dof,
 /// with the receiver's 2 cm added. Throws std::invalid_argument for impossible settings, and DataError when
-/// fewer than half of the sights point at a surveyed beacon (swapped columns, or another survey).
+/// fewer than half of the observations point at a surveyed beacon (swapped columns, or another survey).
 ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& settings);
 
 }  // namespace credence

@@ -16,7 +16,7 @@ struct MrclamOdometry {
   double turn_rate_rps = 0;
 };
 
-/// One sight of a landmark.
+/// One observation of a landmark.
 struct MrclamMeasurement {
   double time_s = 0;
   std::size_t landmark = 0;  ///< from 0, into MrclamLog::landmarks

@@ -80,8 +80,8 @@ std::string measurement_contradiction(const MrclamLog& log) {
   }
   if (judged == 0) return "no measurement of a landmark lies within the time of the truth";
   if (2 * fit >= judged) return "";
-  return fmt::format("only {} of {} sights fit the truth and the survey: swapped columns or barcodes?", fit,
-                     judged);
+  return fmt::format("only {} of {} observations fit the truth and the survey: swapped columns or barcodes?",
+                     fit, judged);
 }
 
 }  // namespace credence

@@ -108,17 +108,17 @@ ReplayResult replay_mrclam(const MrclamLog& log, const ReplaySettings& settings)
   Index before_start = 0, without_truth = 0;
   for (std::size_t i = 0; i < log.measurements.size();) {
     const double time_s = log.measurements[i].time_s;
-    std::vector<Sight> sights;
+    std::vector<LoggedObservation> observations;
     for (; i < log.measurements.size() && log.measurements[i].time_s == time_s; ++i) {
       const MrclamMeasurement& seen = log.measurements[i];
-      sights.push_back({static_cast<int>(seen.landmark), {seen.range_m, seen.bearing_rad}});
+      observations.push_back({static_cast<int>(seen.landmark), {seen.range_m, seen.bearing_rad}});
     }
     if (time_s < start.time_s) {
-      before_start += static_cast<Index>(sights.size());
+      before_start += static_cast<Index>(observations.size());
       continue;
     }
     driver.drive_to(time_s);
-    filter.observe(time_s, sights);
+    filter.observe(time_s, observations);
     if (const auto truth = truth_at(log.truth, time_s)) {
       filter.compare_pose(time_s, *truth);
     } else {

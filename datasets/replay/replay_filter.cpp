@@ -13,8 +13,8 @@
 namespace credence {
 namespace {
 
-/// Probability beyond which a sight that fits no landmark is a new one; between the gate and this it is
-/// dropped.
+/// Probability beyond which an observation that fits no landmark is a new one; between the gate and this it
+/// is dropped.
 constexpr double kNewLandmarkProbability = 0.999999;
 
 Eigen::Matrix2d diagonal(double a, double b) { return Eigen::Vector2d(a * a, b * b).asDiagonal(); }
@@ -103,37 +103,37 @@ std::vector<int> ReplayFilter::known_ids() const {
   return ids;
 }
 
-/// Innovation, S and NIS of a sight if it were landmark `id`.
-void ReplayFilter::judge_pair(ReplaySight& sight, int id) {
-  const ReplaySlam::Compatibility found = filter_->judge(sight.z, id);
-  sight.innovation = found.innovation;
-  sight.S = found.S;
-  sight.nis = found.nis;
+/// Innovation, S and NIS of an observation if it were landmark `id`.
+void ReplayFilter::judge_pair(ReplayObservation& observation, int id) {
+  const ReplaySlam::Compatibility found = filter_->judge(observation.z, id);
+  observation.innovation = found.innovation;
+  observation.S = found.S;
+  observation.nis = found.nis;
 }
 
 std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_survey(std::size_t first) {
   const double threshold = gate_threshold(settings_.filter.gate);
   std::vector<Candidate> candidates;
-  for (std::size_t i = first; i < result_.sights.size(); ++i) {
-    ReplaySight& sight = result_.sights[i];
-    if (sight.landmark < 0) {
-      sight.outcome = SightOutcome::unassociated;
+  for (std::size_t i = first; i < result_.records.size(); ++i) {
+    ReplayObservation& observation = result_.records[i];
+    if (observation.landmark < 0) {
+      observation.outcome = ObservationOutcome::unassociated;
       continue;
     }
-    const bool known = is_known(sight.landmark);
+    const bool known = is_known(observation.landmark);
     if (settings_.filter.gate > 0 && known) {
       for (const int other : known_ids()) {
-        ReplaySight trial = sight;
+        ReplayObservation trial = observation;
         judge_pair(trial, other);
-        if (other != sight.landmark && trial.nis <= threshold) sight.ambiguous = true;
+        if (other != observation.landmark && trial.nis <= threshold) observation.ambiguous = true;
       }
-      judge_pair(sight, sight.landmark);
-      if (sight.nis > threshold) {
-        sight.outcome = SightOutcome::rejected;
+      judge_pair(observation, observation.landmark);
+      if (observation.nis > threshold) {
+        observation.outcome = ObservationOutcome::rejected;
         continue;
       }
     }
-    candidates.push_back({i, sight.landmark, !known});
+    candidates.push_back({i, observation.landmark, !known});
   }
   return candidates;
 }
@@ -146,12 +146,12 @@ std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_compatibility(st
   const auto taken = [&](int id) {
     return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == id; });
   };
-  for (std::size_t i = first; i < result_.sights.size(); ++i) {
-    ReplaySight best = result_.sights[i];
+  for (std::size_t i = first; i < result_.records.size(); ++i) {
+    ReplayObservation best = result_.records[i];
     best.nis = std::numeric_limits<double>::infinity();
     int best_id = -1, compatible = 0;
     for (const int id : known_ids()) {
-      ReplaySight trial = result_.sights[i];
+      ReplayObservation trial = result_.records[i];
       judge_pair(trial, id);
       if (trial.nis <= threshold) ++compatible;
       if (trial.nis >= best.nis) continue;
@@ -168,12 +168,12 @@ std::vector<ReplayFilter::Candidate> ReplayFilter::associate_by_compatibility(st
     }
     best.ambiguous = compatible > 1;
     if (best.nis > threshold || taken(best_id)) {
-      best.outcome = SightOutcome::rejected;
+      best.outcome = ObservationOutcome::rejected;
     } else {
       candidates.push_back({i, best_id, false});
       if (survey_of_[static_cast<std::size_t>(best_id)] != best.landmark) ++result_.mismatched;
     }
-    result_.sights[i] = best;
+    result_.records[i] = best;
   }
   return candidates;
 }
@@ -187,16 +187,16 @@ RangeBearing ReplayFilter::corrected(const RangeBearing& z) const {
   return {range_m, wrap_angle(z(1) - sensor.bearing_offset_deg * kRadiansPerDegree)};
 }
 
-void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
-  if (sights.empty()) return;
+void ReplayFilter::observe(double time_s, std::span<const LoggedObservation> observations) {
+  if (observations.empty()) return;
   advance_to(time_s);
-  const std::size_t first = result_.sights.size();
-  for (const Sight& sight : sights) {
-    ReplaySight record;
+  const std::size_t first = result_.records.size();
+  for (const LoggedObservation& observation : observations) {
+    ReplayObservation record;
     record.time_s = time_s - result_.start_time_s;
-    record.landmark = sight.landmark;
-    record.z = corrected(sight.z);
-    result_.sights.push_back(record);
+    record.landmark = observation.landmark;
+    record.z = corrected(observation.z);
+    result_.records.push_back(record);
   }
   ++result_.scans_with_observations;
 
@@ -223,11 +223,12 @@ void ReplayFilter::observe(double time_s, std::span<const Sight> sights) {
 bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) {
   std::vector<Observation<PlanarModel>> observations;
   for (const Candidate& candidate : candidates)
-    observations.push_back({candidate.id, result_.sights[candidate.sight].z});
+    observations.push_back({candidate.id, result_.records[candidate.observation].z});
   const UpdateResult outcome = filter_->update(observations);
   if (!outcome.converged) ++result_.not_converged;
   if (!outcome.ok) {
-    for (const Candidate& c : candidates) result_.sights[c.sight].outcome = SightOutcome::update_failed;
+    for (const Candidate& c : candidates)
+      result_.records[c.observation].outcome = ObservationOutcome::update_failed;
     return false;
   }
   // Whitened together, so that the parts of one batch are uncorrelated too.
@@ -236,19 +237,20 @@ bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) 
   if (outcome.dof > 0) root.compute(filter_->innovation_covariance()).matrixL().solveInPlace(whitened);
   Index row = 0;
   for (const Candidate& candidate : candidates) {
-    ReplaySight& sight = result_.sights[candidate.sight];
+    ReplayObservation& observation = result_.records[candidate.observation];
     if (candidate.is_new) {
-      sight.outcome = SightOutcome::initialised;
+      observation.outcome = ObservationOutcome::initialised;
       continue;
     }
-    sight.outcome = SightOutcome::updated;
-    sight.innovation = filter_->innovation().segment<2>(row);
-    sight.S = filter_->innovation_covariance().block<2, 2>(row, row);
-    sight.nis = Eigen::LLT<Eigen::Matrix2d>(sight.S).matrixL().solve(sight.innovation).squaredNorm();
-    sight.whitened = whitened.segment<2>(row);
-    sight.log_determinant = 2.0 * root.matrixLLT().diagonal().segment<2>(row).array().log().sum();
-    sight.first_of_batch = row == 0;
-    result_.nis.add(sight.nis);
+    observation.outcome = ObservationOutcome::updated;
+    observation.innovation = filter_->innovation().segment<2>(row);
+    observation.S = filter_->innovation_covariance().block<2, 2>(row, row);
+    observation.nis =
+        Eigen::LLT<Eigen::Matrix2d>(observation.S).matrixL().solve(observation.innovation).squaredNorm();
+    observation.whitened = whitened.segment<2>(row);
+    observation.log_determinant = 2.0 * root.matrixLLT().diagonal().segment<2>(row).array().log().sum();
+    observation.first_of_batch = row == 0;
+    result_.nis.add(observation.nis);
     row += 2;
   }
   if (outcome.dof > 0) result_.updates.push_back({time_s, outcome.nis, outcome.dof});
@@ -337,24 +339,24 @@ void ReplayFilter::compare_pose(double time_s, const Pose& truth) {
 
 ReplayResult ReplayFilter::finish() {
   result_.duration_s = time_s_ - result_.start_time_s;
-  result_.observations = static_cast<Index>(result_.sights.size());
-  for (const ReplaySight& sight : result_.sights) {
-    if (sight.landmark >= 0) ++result_.associated;
-    if (sight.ambiguous) ++result_.ambiguous;
-    switch (sight.outcome) {
-      case SightOutcome::updated:
+  result_.observations = static_cast<Index>(result_.records.size());
+  for (const ReplayObservation& observation : result_.records) {
+    if (observation.landmark >= 0) ++result_.associated;
+    if (observation.ambiguous) ++result_.ambiguous;
+    switch (observation.outcome) {
+      case ObservationOutcome::updated:
         ++result_.updated;
         break;
-      case SightOutcome::initialised:
+      case ObservationOutcome::initialised:
         ++result_.initialised;
         break;
-      case SightOutcome::rejected:
+      case ObservationOutcome::rejected:
         ++result_.rejected;
         break;
-      case SightOutcome::unassociated:
+      case ObservationOutcome::unassociated:
         ++result_.unassociated;
         break;
-      case SightOutcome::update_failed:
+      case ObservationOutcome::update_failed:
         ++result_.failed;
         break;
     }

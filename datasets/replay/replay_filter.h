@@ -11,8 +11,8 @@
 
 namespace credence {
 
-/// One sight as the log has it: which surveyed landmark it is, −1 if none.
-struct Sight {
+/// One observation as the log has it: which surveyed landmark it is, −1 if none.
+struct LoggedObservation {
   int landmark = -1;
   RangeBearing z;
 };
@@ -22,7 +22,8 @@ struct ReplayStart {
   double time_s = 0;
   Pose pose = Pose::Zero();
   std::vector<Point> survey_m;
-  std::vector<int> first_seen;  ///< surveyed landmarks in the order of first sight: the first become anchors
+  std::vector<int>
+      first_seen;  ///< surveyed landmarks in the order of first observation: the first become anchors
   /// The true pose at a time, where it is known; only needed for Jacobians at the truth.
   std::function<std::optional<Pose>(double time_s)> truth = {};
 };
@@ -43,8 +44,8 @@ class ReplayFilter {
   /// The control that holds from now on.
   void set_control(const Control& u) { control_ = u; }
 
-  /// Uses all sights of one time: gate, inflation, update, initialisation. Advances there first.
-  void observe(double time_s, std::span<const Sight> sights);
+  /// Uses all observations of one time: gate, inflation, update, initialisation. Advances there first.
+  void observe(double time_s, std::span<const LoggedObservation> observations);
 
   /// Compares the predicted position with a measured one; the filter stays as it is.
   void compare_position(double time_s, const Point& position_m);
@@ -58,9 +59,9 @@ class ReplayFilter {
   ReplayResult finish();
 
  private:
-  /// One sight on its way into the filter; `id` is the filter's number of the landmark.
+  /// One observation on its way into the filter; `id` is the filter's number of the landmark.
   struct Candidate {
-    std::size_t sight = 0;  ///< in result_.sights
+    std::size_t observation = 0;  ///< in result_.records
     int id = -1;
     bool is_new = false;
   };
@@ -75,7 +76,7 @@ class ReplayFilter {
 
   std::vector<Candidate> associate_by_survey(std::size_t first);
   std::vector<Candidate> associate_by_compatibility(std::size_t first);
-  void judge_pair(ReplaySight& sight, int id);
+  void judge_pair(ReplayObservation& observation, int id);
   bool is_known(int id) const;
   std::vector<int> known_ids() const;
   RangeBearing corrected(const RangeBearing& z) const;

@@ -9,9 +9,9 @@ namespace credence {
 
 /// Where the Jacobians of one step are taken when not at the estimates.
 struct ReplayTruthPoint {
-  Pose from, to;                ///< true poses before and after the motion
-  std::vector<Point> survey_m;  ///< true landmarks
-  std::vector<int> sights;      ///< landmarks of the next update's known sights, in their order
+  Pose from, to;                  ///< true poses before and after the motion
+  std::vector<Point> survey_m;    ///< true landmarks
+  std::vector<int> observations;  ///< landmarks of the next update's known observations, in their order
 };
 
 /// The planar model of a replay; with a truth point its F, G, H are those at the truth, while states and
@@ -36,7 +36,7 @@ struct ReplayModel : PlanarModel {
   PredictedRangeBearing predict(const Pose& pose, const Point& landmark) const {
     PredictedRangeBearing result = predict_range_bearing(pose, landmark);
     if (!truth) return result;
-    const int id = truth->sights.at(next_sight++ % truth->sights.size());
+    const int id = truth->observations.at(next_observation++ % truth->observations.size());
     const auto at = predict_range_bearing(truth->to, truth->survey_m[static_cast<std::size_t>(id)]);
     result.H_r = at.H_r;
     result.H_l = at.H_l;
@@ -52,7 +52,8 @@ struct ReplayModel : PlanarModel {
     return result;
   }
 
-  mutable std::size_t next_sight = 0;  ///< EkfSlam asks for the sights of an update in their order
+  mutable std::size_t next_observation =
+      0;  ///< EkfSlam asks for the observations of an update in their order
 };
 
 }  // namespace credence

@@ -23,8 +23,8 @@ struct ReplayMean {
   double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
 };
 
-/// What became of one sight of a landmark.
-enum class SightOutcome {
+/// What became of one observation of a landmark.
+enum class ObservationOutcome {
   updated,        ///< corrected the state
   initialised,    ///< put a new landmark into the state
   rejected,       ///< outside the gate of its landmark; not used
@@ -32,21 +32,21 @@ enum class SightOutcome {
   update_failed,  ///< the innovation covariance was not positive definite; not used
 };
 
-/// One sight with its innovation, which is that of the prior after inflation (zero unless updated or
+/// One observation with its innovation, which is that of the prior after inflation (zero unless updated or
 /// rejected).
-struct ReplaySight {
+struct ReplayObservation {
   double time_s = 0;
   int landmark = -1;  ///< from 0, in the survey; −1 if unassociated
-  SightOutcome outcome = SightOutcome::updated;
+  ObservationOutcome outcome = ObservationOutcome::updated;
   bool ambiguous = false;  ///< another landmark of the map was within the gate as well
   RangeBearing z = RangeBearing::Zero();
   RangeBearing innovation = RangeBearing::Zero();
   Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
-  double nis = 0;  ///< νᵀ S⁻¹ ν of this sight alone, 2 dof
+  double nis = 0;  ///< νᵀ S⁻¹ ν of this observation alone, 2 dof
   RangeBearing whitened =
       RangeBearing::Zero();     ///< its part of L⁻¹ν of the whole batch, S = L Lᵀ; if updated
   double log_determinant = 0;   ///< its part of ln det S of the batch, 2 Σ ln L_ii over its rows; if updated
-  bool first_of_batch = false;  ///< of the sights updated together the first: its gate knows no other
+  bool first_of_batch = false;  ///< of the observations updated together the first: its gate knows no other
 };
 
 /// One batch update: the statistic whose sum over updates has independent terms under consistency.
@@ -70,7 +70,7 @@ struct ReplayLandmark {
   ReplayGain gain;  ///< of the last update
 };
 
-/// The filter after the sights of one time were used.
+/// The filter after the observations of one time were used.
 struct ReplayStep {
   double time_s = 0;
   Pose pose;
@@ -106,28 +106,31 @@ struct ReplayResult {
   double start_time_s = 0;
   double duration_s = 0;
 
-  // Every sight has one outcome: observations = updated + initialised + rejected + unassociated + failed.
-  Index observations = 0;             ///< sights after extraction, or rows of landmarks
+  // Every observation has one outcome: observations = updated + initialised + rejected + unassociated +
+  // failed.
+  Index observations = 0;             ///< observations after extraction, or rows of landmarks
   Index scans_with_observations = 0;  ///< times at which something was seen
-  Index associated = 0;               ///< sights that the survey, or the barcode, gives a landmark
+  Index associated = 0;               ///< observations that the survey, or the barcode, gives a landmark
   Index updated = 0, initialised = 0, rejected = 0, unassociated = 0, failed = 0;
-  Index ambiguous = 0;   ///< sights with more than one landmark within the gate (whatever became of them)
-  Index mismatched = 0;  ///< with association by compatibility: sights given another landmark than by survey
+  Index ambiguous =
+      0;  ///< observations with more than one landmark within the gate (whatever became of them)
+  Index mismatched =
+      0;  ///< with association by compatibility: observations given another landmark than by survey
   Index not_converged = 0;  ///< updates whose minimal-trace inflation missed its tolerance
   Index rows_of_robots = 0, rows_of_unknown_barcodes = 0, rows_before_start = 0;  ///< MRCLAM: not used
 
-  ReplayMean nis;            ///< of one sight, 2 dof: expected 2, or less within a gate (truncated law)
+  ReplayMean nis;            ///< of one observation, 2 dof: expected 2, or less within a gate (truncated law)
   ReplayMean vehicle_nees;   ///< against GPS (2 dof) or motion capture (3 dof)
   ReplayMean landmark_nees;  ///< of the final map against the survey, 2 dof each
 
   double vehicle_rmse = 0;          ///< m, position against the reference
   double heading_rmse_deg = 0;      ///< degrees; 0 without a true heading
-  Index times_without_truth = 0;    ///< MRCLAM: sights' times at which the motion capture has no pose
+  Index times_without_truth = 0;    ///< MRCLAM: observations' times at which the motion capture has no pose
   double landmark_rms = 0;          ///< m, final map against the survey
   double landmark_rms_aligned = 0;  ///< m, after the survey was moved rigidly onto the map
   ReplayTraces covariance;
 
-  std::vector<ReplaySight> sights;
+  std::vector<ReplayObservation> records;
   std::vector<ReplayUpdate> updates;
   std::vector<ReplayStep> steps;
   std::vector<ReplayReference> references;

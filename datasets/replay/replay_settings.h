@@ -10,7 +10,7 @@
 
 namespace credence {
 
-/// How a sight finds its landmark.
+/// How an observation finds its landmark.
 enum class ReplayAssociation {
   survey,         ///< known: by the survey, or by the barcode
   compatibility,  ///< the filter's own: the nearest landmark among those within the gate
@@ -38,7 +38,7 @@ struct ReplayFilterSettings {
   Inflation inflation = Inflation::none;
   InflationSolution solution = InflationSolution::pairwise;
   ReplayAssociation association = ReplayAssociation::survey;
-  double gate = 0;  ///< probability of the chi-square gate on each sight, in [0, 1); 0: none
+  double gate = 0;  ///< probability of the chi-square gate on each observation, in [0, 1); 0: none
   ReplayJacobians jacobians = ReplayJacobians::estimate;
   std::string estimator = "ekf";  ///< a name of estimator_kinds(); inflation and anchors are of "ekf" alone
 };

@@ -53,11 +53,11 @@ class EkfReplay final : public ReplaySlam {
     std::vector<Observation<ReplayModel>> batch;
     for (const auto& o : observations) batch.push_back({o.landmark, o.z});
     if (auto& point = filter_.model().truth) {
-      point->sights.clear();
+      point->observations.clear();
       for (const auto& o : observations) {
-        if (is_known(o.landmark)) point->sights.push_back(o.landmark);
+        if (is_known(o.landmark)) point->observations.push_back(o.landmark);
       }
-      filter_.model().next_sight = 0;
+      filter_.model().next_observation = 0;
     }
     return filter_.update(batch);
   }
@@ -148,8 +148,8 @@ class EstimatorReplay final : public ReplaySlam {
 
   Compatibility judge(const RangeBearing& z, int landmark) override {
     kind_.assign(*trial_, *filter_);
-    const Observation<PlanarModel> sight{landmark, z};
-    const UpdateResult result = trial_->judge({&sight, 1}, truth_);
+    const Observation<PlanarModel> observation{landmark, z};
+    const UpdateResult result = trial_->judge({&observation, 1}, truth_);
     if (!result.ok) return {.nis = std::numeric_limits<double>::infinity()};
     return {trial_->innovation(), trial_->innovation_covariance(), result.nis};
   }

@@ -21,7 +21,7 @@ class ReplaySlam {
  public:
   using Batch = std::span<const Observation<PlanarModel>>;
 
-  /// ν, S and NIS of one sight.
+  /// ν, S and NIS of one observation.
   struct Compatibility {
     RangeBearing innovation = RangeBearing::Zero();
     Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
@@ -37,7 +37,7 @@ class ReplaySlam {
 
   /// Takes the prior that the next update will use for those that follow.
   virtual void prepare_to_judge() = 0;
-  /// Of a sight, if it were of a known landmark.
+  /// Of an observation, if it were of a known landmark.
   virtual Compatibility judge(const RangeBearing& z, int landmark) = 0;
 
   virtual VectorRef state() const = 0;

@@ -25,7 +25,8 @@ constexpr double kLeftOutReach = 10.0;  // of φ, from the noise of all data
 void require_survey(const ReplaySettings& settings) {
   if (settings.filter.association == ReplayAssociation::survey) return;
   throw std::invalid_argument(
-      "filter.association = compatibility: which landmark a sight is given would depend on the noise that is "
+      "filter.association = compatibility: which landmark an observation is given would depend on the noise "
+      "that is "
       "tuned; tune with filter.association = survey");
 }
 
@@ -88,8 +89,8 @@ class SomeUnits final : public ScoreModel {
   std::vector<Index> units_;
 };
 
-/// Sights [first, last) of those of a log that corrected the state.
-struct SightRange {
+/// Observations [first, last) of those of a log that corrected the state.
+struct ObservationRange {
   Index first = 0, last = 0;
 };
 
@@ -99,16 +100,16 @@ struct PartInnovations {
   ScoreSum score;
 };
 
-PartInnovations innovations_of(const ReplayResult& result, const SightRange& range) {
+PartInnovations innovations_of(const ReplayResult& result, const ObservationRange& range) {
   PartInnovations part;
   Index at = 0;
-  for (const ReplaySight& sight : result.sights) {
-    if (sight.outcome != SightOutcome::updated) continue;
+  for (const ReplayObservation& observation : result.records) {
+    if (observation.outcome != ObservationOutcome::updated) continue;
     const Index number = at++;
     if (number < range.first || number >= range.last) continue;
-    part.record.whitened.emplace_back(sight.whitened);
-    part.record.nis.push_back(sight.whitened.squaredNorm());
-    part.score.add_normalised(sight.whitened, sight.log_determinant);
+    part.record.whitened.emplace_back(observation.whitened);
+    part.record.nis.push_back(observation.whitened.squaredNorm());
+    part.score.add_normalised(observation.whitened, observation.log_determinant);
   }
   return part;
 }
@@ -131,13 +132,14 @@ class LeaveOneOut {
       const auto log = static_cast<std::size_t>(by_log ? i : 0);
       if (by_log || i == 0) present = logs_[log].replay(logs_[log].settings);
       const ReplayResult tuned = logs_[log].replay(score_.settings_at(log, phi));
-      const Index sights = present.updated;
-      const SightRange range =
-          by_log ? SightRange{0, sights} : SightRange{i * sights / parts, (i + 1) * sights / parts};
+      const Index observations = present.updated;
+      const ObservationRange range =
+          by_log ? ObservationRange{0, observations}
+                 : ObservationRange{i * observations / parts, (i + 1) * observations / parts};
       const PartInnovations then = innovations_of(present, range), now = innovations_of(tuned, range);
       LeftOutPart& part = all_.left_out.emplace_back();
       part.name = by_log ? logs_[log].name : fmt::format("fifth {}", i + 1);
-      part.sights = range.last - range.first;
+      part.observations = range.last - range.first;
       part.nis_before = then.score.nis() / then.score.steps();
       part.nis_after = now.score.nis() / now.score.steps();
       part.score_before = then.score.value() / then.score.steps();
@@ -182,10 +184,10 @@ class LeaveOneOut {
 ReplayedLog replayed_log(CarparkLog log, const ReplaySettings& settings) {
   require_survey(settings);
   if (settings.filter.gate > 0.0) {
-    throw std::invalid_argument(
-        fmt::format("filter.gate = {}: which sights it lets through would depend on the noise that is tuned; "
-                    "tune with filter.gate = 0",
-                    settings.filter.gate));
+    throw std::invalid_argument(fmt::format(
+        "filter.gate = {}: which observations it lets through would depend on the noise that is tuned; "
+        "tune with filter.gate = 0",
+        settings.filter.gate));
   }
   return {"carpark", settings,
           [log = std::make_shared<const CarparkLog>(std::move(log))](const ReplaySettings& s) {
@@ -198,9 +200,10 @@ ReplayedLog replayed_log(MrclamLog log, const ReplaySettings& settings) {
   const ReplayResult present = replay_mrclam(log, settings);
   std::vector<MrclamMeasurement> kept;
   for (std::size_t i = 0; i < log.measurements.size(); ++i) {
-    const auto sight = static_cast<Index>(i) - present.rows_before_start;
+    const auto observation = static_cast<Index>(i) - present.rows_before_start;
     const bool rejected =
-        sight >= 0 && present.sights[static_cast<std::size_t>(sight)].outcome == SightOutcome::rejected;
+        observation >= 0 &&
+        present.records[static_cast<std::size_t>(observation)].outcome == ObservationOutcome::rejected;
     if (!rejected) kept.push_back(log.measurements[i]);
   }
   ReplayedLog replayed{.name = fmt::format("robot {}", log.robot),
@@ -246,13 +249,13 @@ UnitScores ReplayScore::play(const std::vector<double>& factors) const {
     const auto log = static_cast<std::size_t>(i);
     const ReplayResult result = logs_[log].replay(with(logs_[log].settings, factors));
     Index number = 0;
-    for (const ReplaySight& sight : result.sights) {
+    for (const ReplayObservation& observation : result.records) {
       ScoreSum& unit = units[static_cast<std::size_t>(
           i * stretches_ +
           std::min(number * stretches_ / std::max<Index>(result.updated, 1), stretches_ - 1))];
-      if (sight.outcome == SightOutcome::update_failed) unit.spoil();
-      if (sight.outcome != SightOutcome::updated) continue;
-      unit.add_normalised(sight.whitened, sight.log_determinant);
+      if (observation.outcome == ObservationOutcome::update_failed) unit.spoil();
+      if (observation.outcome != ObservationOutcome::updated) continue;
+      unit.add_normalised(observation.whitened, observation.log_determinant);
       ++number;
     }
   });

@@ -17,29 +17,29 @@
 
 namespace credence {
 
-/// A log that can be replayed with other noise, the same sights being used whatever the noise.
+/// A log that can be replayed with other noise, the same observations being used whatever the noise.
 struct ReplayedLog {
   std::string name;         ///< "carpark", "robot 1"
   ReplaySettings settings;  ///< the present ones, without a gate
   std::function<ReplayResult(const ReplaySettings&)> replay;
-  Index left_out = 0;  ///< sights that the present gate rejects
+  Index left_out = 0;  ///< observations that the present gate rejects
 };
 
-/// The car park run. Throws std::invalid_argument for a gate, whose sights would depend on the noise, and for
-/// association by compatibility.
+/// The car park run. Throws std::invalid_argument for a gate, whose observations would depend on the noise,
+/// and for association by compatibility.
 ReplayedLog replayed_log(CarparkLog log, const ReplaySettings& settings);
-/// A robot of MRCLAM. Sights that the present gate rejects are left out for good, and there is no gate then.
-/// Throws std::invalid_argument for association by compatibility.
+/// A robot of MRCLAM. Observations that the present gate rejects are left out for good, and there is no gate
+/// then. Throws std::invalid_argument for association by compatibility.
 ReplayedLog replayed_log(MrclamLog log, const ReplaySettings& settings);
 
 /// The log score of all logs together over some of the noise keys. Units are stretches of equally many
-/// sights, at least kFewestUnits in all and as many of each log; a sight is a step.
+/// observations, at least kFewestUnits in all and as many of each log; an observation is a step.
 class ReplayScore final : public BlackBoxScore {
  public:
   static constexpr Index kFewestUnits = 30;
 
-  /// The logs must outlive it. Throws std::invalid_argument for no log, no sight, a key that is no standard
-  /// deviation of noise or start, one that is 0, or one on which the logs differ.
+  /// The logs must outlive it. Throws std::invalid_argument for no log, no observation, a key that is no
+  /// standard deviation of noise or start, one that is 0, or one on which the logs differ.
   ReplayScore(const std::vector<ReplayedLog>& logs, std::vector<std::string> keys, int threads = 0,
               const std::atomic<bool>* stop = nullptr);
 
@@ -68,9 +68,9 @@ std::vector<std::string> replay_noise_keys(const ReplaySettings& settings);
 struct LeftOutPart {
   std::string name;            ///< "robot 1", "fifth 2"
   std::vector<double> values;  ///< of the keys that were found, in their order
-  Index sights = 0;
-  double nis_before = 0.0, nis_after = 0.0;      ///< mean of a sight, 2 expected
-  double score_before = 0.0, score_after = 0.0;  ///< mean log score of a sight
+  Index observations = 0;
+  double nis_before = 0.0, nis_after = 0.0;      ///< mean of an observation, 2 expected
+  double score_before = 0.0, score_after = 0.0;  ///< mean log score of an observation
 };
 
 /// Data sets, tuned.
@@ -78,7 +78,7 @@ struct ReplayTuning {
   std::string name;  ///< "carpark", "2 logs"
   Tuning tuning;
   bool parts_are_logs = false;        ///< else fifths of the one log
-  Index left_out_by_gate = 0;         ///< sights
+  Index left_out_by_gate = 0;         ///< observations
   std::vector<LeftOutPart> left_out;  ///< empty where nothing could be told
   InnovationTests before, after;      ///< of all parts left out
 };

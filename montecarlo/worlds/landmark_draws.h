@@ -9,12 +9,12 @@
 
 namespace credence {
 
-/// The random numbers of one run of a vehicle that moves and sees landmarks, and its sights, which may come
-/// late.
+/// The random numbers of one run of a vehicle that moves and sees landmarks, and its observations, which may
+/// come late.
 ///
 /// Step k: purpose process, a slot for each number of the motion; purpose measurement, the slots of landmark
 /// l from `numbers` l on; purpose detection, slot l, zero where it is missed.
-template <class Sight>
+template <class Seen>
 class LandmarkDraws {
  public:
   /// `delay`: steps after which a filter has what is seen. Without a source: no noise, and nothing is missed.
@@ -25,7 +25,7 @@ class LandmarkDraws {
         detection_(StepDraws::events(source, NoisePurpose::detection, detection_probability, landmarks)),
         delay_(delay),
         line_(delay) {
-    sights_.reserve(static_cast<std::size_t>(landmarks));
+    observations_.reserve(static_cast<std::size_t>(landmarks));
   }
 
   void start(std::int64_t run) {
@@ -37,20 +37,20 @@ class LandmarkDraws {
   const double* measurement(std::size_t k) { return measurement_.at(static_cast<Index>(k)); }
   const double* detection(std::size_t k) { return detection_.at(static_cast<Index>(k)); }
 
-  /// What `look(sights)` adds to none, or did a delay ago; good until the next call.
+  /// What `look(observations)` adds to none, or did a delay ago; good until the next call.
   template <class Look>
-  std::span<const Sight> in_time(const Look& look) {
-    sights_.clear();
-    look(sights_);
-    if (delay_ > 0) sights_ = line_.pass(sights_).value_or(std::vector<Sight>{});
-    return sights_;
+  std::span<const Seen> in_time(const Look& look) {
+    observations_.clear();
+    look(observations_);
+    if (delay_ > 0) observations_ = line_.pass(observations_).value_or(std::vector<Seen>{});
+    return observations_;
   }
 
  private:
   StepDraws motion_, measurement_, detection_;
   Index delay_;
-  DelayLine<std::vector<Sight>> line_;
-  std::vector<Sight> sights_;
+  DelayLine<std::vector<Seen>> line_;
+  std::vector<Seen> observations_;
 };
 
 }  // namespace credence

@@ -50,7 +50,7 @@ ReportTable variants_table(const CarparkStudy& study) {
       .rows = {},
       .notes = {"Traces in m², of the vehicle its position. Expected of NIS and of GPS NEES: 2. Map: "
                 "RMS of the landmarks against the survey, as they lie and with the survey moved "
-                "rigidly onto them. Every run: 888 sights, none rejected."}};
+                "rigidly onto them. Every run: 888 observations, none rejected."}};
   for (const CarparkVariant& variant : carpark_variants()) {
     for (const InitialDeviations& initial : carpark_initials()) {
       const ReplayResult& r = study.find(variant, initial);

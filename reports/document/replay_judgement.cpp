@@ -16,11 +16,11 @@ RecordedInnovations innovations_of(const ReplayResult& result) {
   RecordedInnovations run;
   const bool gated = result.settings.filter.gate > 0.0;
   if (gated) run.gate = gate_threshold(result.settings.filter.gate);
-  for (const ReplaySight& sight : result.sights) {
-    if (sight.outcome != SightOutcome::updated) continue;
-    run.whitened.emplace_back(sight.whitened);
-    if (!gated) run.nis.push_back(sight.whitened.squaredNorm());
-    if (gated && sight.first_of_batch) run.nis.push_back(sight.nis);
+  for (const ReplayObservation& observation : result.records) {
+    if (observation.outcome != ObservationOutcome::updated) continue;
+    run.whitened.emplace_back(observation.whitened);
+    if (!gated) run.nis.push_back(observation.whitened.squaredNorm());
+    if (gated && observation.first_of_batch) run.nis.push_back(observation.nis);
   }
   return run;
 }
@@ -96,7 +96,7 @@ void add_limits(ReplayJudgement& judgement, std::span<const ReportedReplay> repl
   if (first.settings.filter.gate > 0.0)
     limits.push_back(
         fmt::format("Innovations had to pass a gate of {} %: NIS and its law are those of the "
-                    "first sight of each time, cut at the gate.",
+                    "first observation of each time, cut at the gate.",
                     number_text(100.0 * first.settings.filter.gate, 4)));
   if (first.settings.filter.inflation != Inflation::none)
     limits.push_back("P is inflated to decorrelate it: pessimistic is what inflation is meant to be.");

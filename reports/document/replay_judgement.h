@@ -28,9 +28,9 @@ struct ReplayJudgement {
 
 /// Judges replays of one data set with the same gate.
 ///
-/// Without a gate the whitened sights of all batches are tested, which are independent under consistency;
-/// with one the first sight of each batch alone, whose law is the truncated χ² exactly. Throws
-/// std::invalid_argument for gates that differ.
+/// Without a gate the whitened observations of all batches are tested, which are independent under
+/// consistency; with one the first observation of each batch alone, whose law is the truncated χ² exactly.
+/// Throws std::invalid_argument for gates that differ.
 ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double confidence = 0.95);
 
 /// "carpark", "mrclam, robot 1".

@@ -30,7 +30,7 @@ std::string unused_rows(const ReplayResult& r) {
 }
 
 void add_counts(ReportTable& table, const ReplayResult& r) {
-  table.add({"sights", r.observations, "", fmt::format("{} times", r.scans_with_observations)});
+  table.add({"observations", r.observations, "", fmt::format("{} times", r.scans_with_observations)});
   table.add({"associated", r.associated, "",
              r.settings.filter.association == ReplayAssociation::survey
                  ? std::string("by the survey")
@@ -90,8 +90,8 @@ ReportTable replay_table(const ReportedReplay& replay) {
   add_counts(table, r);
   const bool heading = has_true_heading(r);
   const char* reference = heading ? "against motion capture" : "against GPS";
-  table.add({"mean NIS of a sight", mean_text(r.nis), number_text(r.nis.expected),
-             fmt::format("{} sights", r.nis.count)});
+  table.add({"mean NIS of an observation", mean_text(r.nis), number_text(r.nis.expected),
+             fmt::format("{} observations", r.nis.count)});
   table.add({heading ? "mean NEES of the pose" : "mean NEES of the position", mean_text(r.vehicle_nees),
              number_text(r.vehicle_nees.expected), fmt::format("{} references", r.vehicle_nees.count)});
   table.add({"mean NEES of a landmark", mean_text(r.landmark_nees), number_text(r.landmark_nees.expected),
@@ -119,7 +119,7 @@ ReportTable replays_table(std::span<const ReportedReplay> replays) {
   using enum ColumnAlign;
   ReportTable table{.title = "Runs",
                     .columns = {{"run", words},
-                                {"sights"},
+                                {"observations"},
                                 {"rejected"},
                                 {"not used"},
                                 {"NIS"},

@@ -13,7 +13,7 @@
 namespace credence {
 namespace {
 
-constexpr const char* kReplayEngine = "replay as a black box, the same sights";
+constexpr const char* kReplayEngine = "replay as a black box, the same observations";
 
 Verdict verdict_of(const InnovationTests& tests, double confidence) {
   if (is_inconsistent(tests.nis.verdict)) return tests.nis.verdict;
@@ -48,7 +48,7 @@ Json left_out_json(const ReplayTuning& t) {
     for (std::size_t i = 0; i < part.values.size(); ++i) values[t.tuning.coordinates[i]] = part.values[i];
     j["parts"].push_back(
         {{"name", part.name},
-         {"sights", part.sights},
+         {"sights", part.observations},
          {"tuned_on_the_others", std::move(values)},
          {"nis", {{"before", json_number(part.nis_before)}, {"after", json_number(part.nis_after)}}},
          {"log_score",
@@ -58,24 +58,21 @@ Json left_out_json(const ReplayTuning& t) {
 }
 
 ReportTable left_out_table(const ReplayTuning& t) {
-  ReportTable table{.title = t.parts_are_logs ? "Each log by the noise of the others"
-                                              : "Each fifth by the noise of the others",
-                    .columns = {{"", ColumnAlign::words},
-                                {"sights"},
-                                {"mean NIS, present"},
-                                {"tuned"},
-                                {"log score, present"},
-                                {"tuned"}},
-                    .rows = {},
-                    .notes = {"Mean NIS of a sight: 2 is expected. Log score of a sight: higher is better."}};
+  ReportTable table{
+      .title =
+          t.parts_are_logs ? "Each log by the noise of the others" : "Each fifth by the noise of the others",
+      .columns = {{"", ColumnAlign::words},
+                  {"observations"},
+                  {"mean NIS, present"},
+                  {"tuned"},
+                  {"log score, present"},
+                  {"tuned"}},
+      .rows = {},
+      .notes = {"Mean NIS of an observation: 2 is expected. Log score of an observation: higher is better."}};
   for (const std::string& name : t.tuning.coordinates) table.columns.push_back({name});
   for (const LeftOutPart& part : t.left_out) {
-    std::vector<TableCell> row{part.name,
-                               part.sights,
-                               {part.nis_before, 3},
-                               {part.nis_after, 3},
-                               {part.score_before, 4},
-                               {part.score_after, 4}};
+    std::vector<TableCell> row{part.name,           part.observations,      {part.nis_before, 3},
+                               {part.nis_after, 3}, {part.score_before, 4}, {part.score_after, 4}};
     for (const double value : part.values) row.emplace_back(value, 3);
     table.add(std::move(row));
   }
@@ -121,8 +118,8 @@ std::vector<std::string> replay_tune_sentences(const ReplayTuning& t) {
   std::vector<std::string> sentences = t.tuning.notes;
   if (t.left_out_by_gate > 0) {
     sentences.push_back(fmt::format(
-        "{} sights that the present gate rejects are left out whatever the noise, and there is no "
-        "gate: which sights count must not depend on what is tuned. The law of those that are "
+        "{} observations that the present gate rejects are left out whatever the noise, and there is no "
+        "gate: which observations count must not depend on what is tuned. The law of those that are "
         "left is cut a little.",
         t.left_out_by_gate));
   }
@@ -155,7 +152,8 @@ Document replay_tune_document(const ReplayTuning& t, const ReplayScore& score) {
 
   ReportTable forecast = tune_forecast_table(t.tuning.forecast);
   forecast.notes.emplace_back(
-      "A step is a sight. From how the scores of stretches vary with the present noise: too hopeful where "
+      "A step is an observation. From how the scores of stretches vary with the present noise: too hopeful "
+      "where "
       "that is far off.");
   std::vector<ReportTable> noise{tuned_noise_table(t.name, kReplayEngine, t.tuning),
                                  score_gain_table(t.tuning)};

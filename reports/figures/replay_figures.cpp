@@ -119,18 +119,18 @@ Panel trace_panel(const ReplayResult& r) {
 
 Panel nis_panel(const ReplayResult& r) {
   Panel panel{
-      .title = "NIS of single sights", .x_label = "time (s)", .y_label = "NIS (2 dof)", .log_y = true};
+      .title = "NIS of single observations", .x_label = "time (s)", .y_label = "NIS (2 dof)", .log_y = true};
   constexpr double kFloor = 1e-4;  // a logarithmic axis has no zero
   FigureData t, used, low_t, rejected_t, rejected;
-  for (const ReplaySight& sight : r.sights) {
-    if (sight.outcome == SightOutcome::rejected) {
-      rejected_t.push_back(sight.time_s);
-      rejected.push_back(std::max(kFloor, sight.nis));
-    } else if (sight.outcome == SightOutcome::updated && sight.nis < kFloor) {
-      low_t.push_back(sight.time_s);
-    } else if (sight.outcome == SightOutcome::updated) {
-      t.push_back(sight.time_s);
-      used.push_back(sight.nis);
+  for (const ReplayObservation& observation : r.records) {
+    if (observation.outcome == ObservationOutcome::rejected) {
+      rejected_t.push_back(observation.time_s);
+      rejected.push_back(std::max(kFloor, observation.nis));
+    } else if (observation.outcome == ObservationOutcome::updated && observation.nis < kFloor) {
+      low_t.push_back(observation.time_s);
+    } else if (observation.outcome == ObservationOutcome::updated) {
+      t.push_back(observation.time_s);
+      used.push_back(observation.nis);
     }
   }
   panel.series.push_back(point_series("used", ColourRole::estimate, t, used));

@@ -111,7 +111,7 @@ def test_the_world_in_space_tells_what_its_scenario_says():
     landmarks = [np.array([float(v) for v in line.split("=")[1].split(",")]) for line in lines if "landmark" in line
                  and line.split("=")[1].count(",") == 2]
     truth = [numbers(row, "truth.") for row in rows]
-    steps, sights = [], []
+    steps, observations = [], []
     for before, now, row in zip(truth[:-1], truth[1:], rows[1:]):
         R, next_R, u = turned(before[3:]), turned(now[3:]), numbers(row, "input.")
         v = R.T @ (now[:3] - before[:3])
@@ -122,7 +122,7 @@ def test_the_world_in_space_tells_what_its_scenario_says():
             if seen[0] == "":
                 continue
             z = next_R.T @ (landmark - now[:3])
-            sights.append((np.array([float(s) for s in seen]) - z) / np.linalg.norm(z))
-    for off, share in ((np.array(steps), 0.01), (np.array(sights), 0.01)):
+            observations.append((np.array([float(s) for s in seen]) - z) / np.linalg.norm(z))
+    for off, share in ((np.array(steps), 0.01), (np.array(observations), 0.01)):
         deviation = np.sqrt(np.mean(off**2)) / share
         assert abs(deviation - 1) < 5 / np.sqrt(2 * off.size), deviation

@@ -48,7 +48,7 @@ constexpr EstimatorKind kKinds[] = {
      assign<UkfManifoldEstimator>},
     {"ukf-manifold-left", "sigma points of the left-invariant error",
      make<UkfManifoldEstimator, InvariantReset::left>, assign<UkfManifoldEstimator>},
-    {"schmidt", "EKF that only considers landmarks after some sights", make<SchmidtEstimator>,
+    {"schmidt", "EKF that only considers landmarks after some observations", make<SchmidtEstimator>,
      assign<SchmidtEstimator>},
     {"intersection", "split covariance intersection, no correlations kept", make<IntersectionEstimator>,
      assign<IntersectionEstimator>},

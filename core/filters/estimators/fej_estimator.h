@@ -5,8 +5,8 @@
 namespace credence {
 
 /// First-estimates-Jacobian EKF ([Huang 2008]): a Jacobian takes the first estimate that there was of each
-/// state, the predicted pose and the place where a landmark was put at its first sight, so that the stack of
-/// all H_k Φ_k loses the rank that it loses at the truth.
+/// state, the predicted pose and the place where a landmark was put at its first observation, so that the
+/// stack of all H_k Φ_k loses the rank that it loses at the truth.
 ///
 ///   Φ_k = [I, J(p̂_{k+1|k} − p̂_{k|k−1}); 0, 1],   H = D Rᵀ(θ̂_{k|k−1}) [−I, −J(l̂₀ − p̂_{k|k−1}), I].
 ///

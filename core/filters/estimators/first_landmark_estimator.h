@@ -6,7 +6,7 @@
 
 namespace credence {
 
-/// What filters have in common that linearise landmarks where they were put at their first sight.
+/// What filters have in common that linearise landmarks where they were put at their first observation.
 class FirstLandmarkEstimator : public SlamEstimator {
  public:
   explicit FirstLandmarkEstimator(const EstimatorSettings& settings);

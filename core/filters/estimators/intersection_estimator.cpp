@@ -10,7 +10,7 @@ namespace {
 
 using PoseMatrix = Eigen::Matrix3d;
 
-/// One sight of one landmark with the bound that ω gives.
+/// One observation of one landmark with the bound that ω gives.
 struct Intersection {
   PoseMatrix dependent, independent;
   Eigen::Matrix2d P_l, R;
@@ -82,36 +82,38 @@ void IntersectionEstimator::propagate(const Pose& before, const Motion& motion, 
 
 bool IntersectionEstimator::correct(UpdateResult& result) {
   auto [S, L, W] = start_correction(2 * std::ssize(seen_z()));
-  Intersection sight;
-  sight.R = settings().R;
+  Intersection observation;
+  observation.R = settings().R;
   if (settings().R.llt().info() != Eigen::Success) return false;  // else every S is positive definite
   for (std::size_t i = 0; i < seen_z().size(); ++i) {
     const auto row = static_cast<Index>(2 * i);
     const Index offset = seen()[3 + 2 * i];
-    plane_jacobian(pose(), landmark(offset), sight.H_r, sight.H_l);
+    plane_jacobian(pose(), landmark(offset), observation.H_r, observation.H_l);
     const Eigen::Vector2d innovation = innovation_of(i, pose(), landmark(offset));
-    set_rows(row / 2, innovation, sight.H_r, sight.H_l);
+    set_rows(row / 2, innovation, observation.H_r, observation.H_l);
     const PoseMatrix P_r = pose_covariance();
     const Eigen::Matrix2d P_l = P().block<2, 2>(offset, offset).selfadjointView<Eigen::Lower>();
-    sight.independent = independent_;
-    sight.dependent = P_r - independent_;
-    sight.P_l = P_l;
+    observation.independent = independent_;
+    observation.dependent = P_r - independent_;
+    observation.P_l = P_l;
     const double omega = least([&](double w) {
-      return relative_trace(corrected(sight.vehicle(w), sight.H_r, sight.innovation_covariance(w)), P_r);
+      return relative_trace(
+          corrected(observation.vehicle(w), observation.H_r, observation.innovation_covariance(w)), P_r);
     });
     const double omega_l = least([&](double w) {
-      return relative_trace(corrected(sight.landmark(w), sight.H_l, sight.innovation_covariance(w)), P_l);
+      return relative_trace(
+          corrected(observation.landmark(w), observation.H_l, observation.innovation_covariance(w)), P_l);
     });
-    const Eigen::Matrix2d S_r = sight.innovation_covariance(omega),
-                          S_l = sight.innovation_covariance(omega_l);
+    const Eigen::Matrix2d S_r = observation.innovation_covariance(omega),
+                          S_l = observation.innovation_covariance(omega_l);
     const Eigen::LLT<Eigen::Matrix2d> llt(S_r), llt_l(S_l);
     if (llt.info() != Eigen::Success || llt_l.info() != Eigen::Success || !S_r.allFinite()) return false;
-    const PoseMatrix B_r = sight.vehicle(omega);
-    const Eigen::Matrix2d B_l = sight.landmark(omega_l);
-    Eigen::Matrix<double, 3, 2> K_r = llt.solve(sight.H_r * B_r).transpose();
-    Eigen::Matrix2d K_l = llt_l.solve(sight.H_l * B_l).transpose();
-    PoseMatrix P_r_after = corrected(B_r, sight.H_r, S_r);
-    Eigen::Matrix2d P_l_after = corrected(B_l, sight.H_l, S_l);
+    const PoseMatrix B_r = observation.vehicle(omega);
+    const Eigen::Matrix2d B_l = observation.landmark(omega_l);
+    Eigen::Matrix<double, 3, 2> K_r = llt.solve(observation.H_r * B_r).transpose();
+    Eigen::Matrix2d K_l = llt_l.solve(observation.H_l * B_l).transpose();
+    PoseMatrix P_r_after = corrected(B_r, observation.H_r, S_r);
+    Eigen::Matrix2d P_l_after = corrected(B_l, observation.H_l, S_l);
     if (!improves(P_r_after, P_r)) {
       K_r.setZero();
       P_r_after = P_r;

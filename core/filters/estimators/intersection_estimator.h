@@ -10,7 +10,7 @@ namespace credence {
 /// Of the vehicle's covariance D + I the part I, the noise of its motion since a landmark last told it
 /// something, depends on no landmark. Whatever the correlation of vehicle and landmark,
 /// diag(D/ω + I, P_l/(1 − ω)) bounds their joint covariance for every ω in (0, 1); one Kalman correction of
-/// it by the sight of that landmark gives the bounds P_r⁺ and P_l⁺. Each takes the ω that makes its own
+/// it by the observation of that landmark gives the bounds P_r⁺ and P_l⁺. Each takes the ω that makes its own
 /// variances smallest, as sum of their ratios to those before, and stays as it is where none does. Landmarks
 /// of a batch come one after the other, each linearised at the estimates that it finds. A bound, not the
 /// Kalman filter, where the world is linear.

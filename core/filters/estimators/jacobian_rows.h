@@ -5,7 +5,7 @@
 namespace credence {
 
 /// The rows of the local observability matrix of a planar SLAM estimator along a run at the Jacobians that it
-/// used, H_k Φ_k with Φ_k = F_k … F_1 ([Huang 2010]). A landmark's first sight gives the rows
+/// used, H_k Φ_k with Φ_k = F_k … F_1 ([Huang 2010]). A landmark's first observation gives the rows
 /// [−J_r, I] Φ_k of its placement.
 class JacobianRows {
  public:

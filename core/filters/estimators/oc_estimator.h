@@ -8,8 +8,8 @@ namespace credence {
 /// nearest to the newest estimates that keep the stack of all H_k Φ_k blind for a shift and a turn of the
 /// plane.
 ///
-/// Let the turn be [J n; 1; J l̂₀ …], l̂₀ the places where landmarks were put at their first sight. Φ_k with
-/// its pose before at p* takes n to n + p̂_{k+1|k} − p*, and H at the landmarks l* is blind for it where
+/// Let the turn be [J n; 1; J l̂₀ …], l̂₀ the places where landmarks were put at their first observation. Φ_k
+/// with its pose before at p* takes n to n + p̂_{k+1|k} − p*, and H at the landmarks l* is blind for it where
 /// l* − p̂_{k+1|k} = l̂₀ − n_{k+1}, so that l* = l̂₀ − n_k + p*. The p* of least
 /// ‖p* − p̂_{k|k}‖² + Σ ‖l* − l̂‖², over the landmarks that are seen, is the mean of p̂_{k|k} and of all
 /// l̂ − l̂₀ + n_k. The step has been predicted with p* = p̂_{k|k} when they are seen; P is corrected then, by

@@ -6,14 +6,16 @@
 namespace credence {
 
 SchmidtEstimator::SchmidtEstimator(const EstimatorSettings& settings)
-    : EkfEstimator(settings), sights_(static_cast<std::size_t>(settings.landmarks)) {
-  if (settings.active_sights < 0) throw std::invalid_argument("a number of sights must not be negative");
+    : EkfEstimator(settings), observations_(static_cast<std::size_t>(settings.landmarks)) {
+  if (settings.active_sights < 0)
+    throw std::invalid_argument("a number of observations must not be negative");
 }
 
-void SchmidtEstimator::started() { std::ranges::fill(sights_, 0); }
+void SchmidtEstimator::started() { std::ranges::fill(observations_, 0); }
 
 void SchmidtEstimator::linearise(const PlanarTruth& truth) {
-  for (std::size_t i = 3; i < seen().size(); i += 2) ++sights_[static_cast<std::size_t>(seen()[i] - 3) / 2];
+  for (std::size_t i = 3; i < seen().size(); i += 2)
+    ++observations_[static_cast<std::size_t>(seen()[i] - 3) / 2];
   EkfEstimator::linearise(truth);
 }
 

@@ -7,7 +7,7 @@
 namespace credence {
 
 /// Schmidt's consider filter ([Schmidt 1966]): an EKF that places a landmark at its first
-/// sight, estimates it at `active_sights` more, and from the next on only considers it. Its place and
+/// observation, estimates it at `active_sights` more, and from the next on only considers it. Its place and
 /// variance stay what they are; its correlations with all that is estimated go on, so that the pose is not
 /// made more certain than the map allows. Where P_aa is of what is estimated and P_cc of what is considered,
 ///
@@ -23,10 +23,10 @@ class SchmidtEstimator final : public EkfEstimator {
   void apply(Eigen::Map<Matrix>& W, Eigen::Map<Vector>& delta) override;
 
   bool is_considered(Index state) const {
-    return state >= 3 && sights_[static_cast<std::size_t>(state - 3) / 2] > settings().active_sights;
+    return state >= 3 && observations_[static_cast<std::size_t>(state - 3) / 2] > settings().active_sights;
   }
 
-  std::vector<Index> sights_;  ///< of the landmarks in the order of the state, after the first
+  std::vector<Index> observations_;  ///< of the landmarks in the order of the state, after the first
 };
 
 }  // namespace credence

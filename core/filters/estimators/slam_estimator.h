@@ -25,7 +25,7 @@ struct EstimatorSettings {
   Index landmarks = 0;                          ///< most that can be seen; they are numbered from 0
   double sigma_spread = 1e-3;                   ///< α of the sigma points, in (0, 1]
   Index active_sights = 30;  ///< after so many a landmark is only considered, by the Schmidt filter
-  Index window = 10;         ///< times of sights that a smoother keeps, at least 1
+  Index window = 10;         ///< times of observations that a smoother keeps, at least 1
 };
 
 /// Where vehicle and landmarks really are. Only the ideal filter looks.
@@ -45,9 +45,9 @@ enum class ErrorChart {
 /// one batch, place those seen for the first time. What distinguishes estimators, where they linearise and
 /// how a correction moves the state, are its private virtual functions.
 ///
-/// x = [x m, y m, θ rad; landmarks in the order of first sight]. Of P only the lower triangle is kept. With m
-/// measured numbers a prediction costs O(n) (O(n²) where noise enters the landmarks), a correction O(n² m);
-/// neither allocates.
+/// x = [x m, y m, θ rad; landmarks in the order of first observation]. Of P only the lower triangle is kept.
+/// With m measured numbers a prediction costs O(n) (O(n²) where noise enters the landmarks), a correction
+/// O(n² m); neither allocates.
 class SlamEstimator {
  public:
   using PoseMatrix = Eigen::Matrix3d;
@@ -63,12 +63,12 @@ class SlamEstimator {
   /// Time update by the control that was read.
   void predict(const Control& u, const PlanarTruth& truth);
 
-  /// Measurement update and first sights. `ok` is false when S was not positive definite, and nothing was
-  /// changed. A landmark must not appear twice; throws std::invalid_argument for a number out of range.
+  /// Measurement update and first observations. `ok` is false when S was not positive definite, and nothing
+  /// was changed. A landmark must not appear twice; throws std::invalid_argument for a number out of range.
   UpdateResult update(Batch observations, const PlanarTruth& truth);
 
-  /// The measurement update alone, without first sights: what a batch would give, by NIS, innovation() and
-  /// innovation_covariance(), asked of a copy that is then thrown away.
+  /// The measurement update alone, without first observations: what a batch would give, by NIS, innovation()
+  /// and innovation_covariance(), asked of a copy that is then thrown away.
   UpdateResult judge(Batch observations, const PlanarTruth& truth);
 
   Index size() const { return n_; }  ///< n
@@ -187,8 +187,8 @@ class SlamEstimator {
   /// Corrects x and P by the rows that are set, and fills ν, S and W; false: S is not positive definite, and
   /// nothing was changed.
   virtual bool correct(UpdateResult& result);
-  /// After a batch was used, with its first sights; false: a factorisation failed, and the estimates are not
-  /// to be used.
+  /// After a batch was used, with its first observations; false: a factorisation failed, and the estimates
+  /// are not to be used.
   virtual bool refine(Batch, const PlanarTruth&) { return true; }
 
   void collect(Batch observations);

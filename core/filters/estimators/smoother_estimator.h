@@ -8,15 +8,15 @@
 
 namespace credence {
 
-/// Sliding-window smoother: the poses of the last `window` times of sights, and the map, at the least squares
-/// of a prior on the oldest pose and the landmarks known by then, of the motions and of all sights in the
-/// window, by Gauss-Newton. With a window as long as the run it is the batch solution.
+/// Sliding-window smoother: the poses of the last `window` times of observations, and the map, at the least
+/// squares of a prior on the oldest pose and the landmarks known by then, of the motions and of all
+/// observations in the window, by Gauss-Newton. With a window as long as the run it is the batch solution.
 ///
 /// An iteration is a Kalman filter through the window, linearised at the present estimates, that carries the
 /// correlations of earlier poses with what is estimated now: the same minimum as that of the normal
-/// equations ([Bell 1994]), for a singular prior too. Motions between two sights are put together in the
-/// frame of the vehicle. When the window moves on, its oldest pose is marginalised: the filter's state
-/// after the sights there and the motion to the next pose is the new prior, linear from then on.
+/// equations ([Bell 1994]), for a singular prior too. Motions between two observations are put together in
+/// the frame of the vehicle. When the window moves on, its oldest pose is marginalised: the filter's state
+/// after the observations there and the motion to the next pose is the new prior, linear from then on.
 ///
 /// What has entered a prior is linearised at two places, one of the prior and another of its present
 /// estimate, which pretends to tell the heading. With `first_estimates` its Jacobians stay where they were
@@ -57,7 +57,7 @@ class SmootherEstimator final : public EkfEstimator {
   /// Where Jacobians are taken.
   const Pose& pose_point(std::size_t j) const;
   Point landmark_point(Index offset) const;
-  /// ν, H_r and H_l of a sight from frame j.
+  /// ν, H_r and H_l of an observation from frame j.
   Eigen::Vector2d linearised(const Observation<PlanarModel>& o, std::size_t j, Index offset, Jacobian& H_r,
                              Eigen::Matrix2d& H_l) const;
   Index clone(std::size_t j) const { return width_ + 3 * static_cast<Index>(j); }
@@ -87,7 +87,7 @@ class SmootherEstimator final : public EkfEstimator {
   Vector d_;                   ///< mean less the point of linearisation
   Matrix C_;                   ///< covariance
   PoseMatrix F_now_;           ///< of the last motion
-  std::vector<Index> states_;  ///< that a frame's sights touch
+  std::vector<Index> states_;  ///< that a frame's observations touch
   MatrixBuffer H_pass_, nu_pass_, S_pass_, W_pass_;
   PanelCholesky S_factor_;
 };

@@ -104,12 +104,12 @@ void SpatialSlam::show(int number, Rows H_r, const Eigen::Matrix3d& H_l, const E
   rows_.push_back({number, H_r, H_l});
 }
 
-bool SpatialSlam::update(std::span<const SpatialSight> sights, const SpatialTruth& truth) {
+bool SpatialSlam::update(std::span<const SpatialObservation> observations, const SpatialTruth& truth) {
   rows_.clear();
   const Index n = size();
   Index known = 0;
-  for (const SpatialSight& sight : sights) {
-    known += places_.at(static_cast<std::size_t>(sight.landmark)) >= 0 ? 1 : 0;
+  for (const SpatialObservation& observation : observations) {
+    known += places_.at(static_cast<std::size_t>(observation.landmark)) >= 0 ? 1 : 0;
   }
   const Index m = 3 * known;
   nu_.resize(m);
@@ -122,16 +122,17 @@ bool SpatialSlam::update(std::span<const SpatialSight> sights, const SpatialTrut
     Matrix Y(n, m);  // P Hᵀ
     Vector R(m);
     Index i = 0;
-    for (const SpatialSight& sight : sights) {
-      const Index place = places_[static_cast<std::size_t>(sight.landmark)];
+    for (const SpatialObservation& observation : observations) {
+      const Index place = places_[static_cast<std::size_t>(observation.landmark)];
       if (place < 0) continue;
       Rows H_r;
       H_r << -Rt, Rt * cross_matrix(landmark_point(place, truth) - at.translation());
       const Matrix of_landmark = columns_of(P_, kPoseDim + 3 * place, 3);
       Y.middleCols<3>(3 * i) = of_pose * H_r.transpose() + of_landmark * Rt.transpose();
-      nu_.segment<3>(3 * i) = sight.z - (back.rotation().matrix() * landmark(place) + back.translation());
-      R.segment<3>(3 * i) = sight.variances;
-      rows_.push_back({sight.landmark, H_r, Rt});
+      nu_.segment<3>(3 * i) =
+          observation.z - (back.rotation().matrix() * landmark(place) + back.translation());
+      R.segment<3>(3 * i) = observation.variances;
+      rows_.push_back({observation.landmark, H_r, Rt});
       ++i;
     }
     for (i = 0; i < known; ++i) {  // S = H Y + R
@@ -154,8 +155,8 @@ bool SpatialSlam::update(std::span<const SpatialSight> sights, const SpatialTrut
     const Vector delta = Y * whitened;
     correct(delta, Y);
   }
-  for (const SpatialSight& sight : sights) {
-    if (places_[static_cast<std::size_t>(sight.landmark)] < 0) place(sight, truth);
+  for (const SpatialObservation& observation : observations) {
+    if (places_[static_cast<std::size_t>(observation.landmark)] < 0) place(observation, truth);
   }
   return true;
 }
@@ -195,14 +196,14 @@ void SpatialSlam::correct(const Vector& delta, const Matrix& W) {
   product_.add_lower(P_, left, Factor::transposed(right));
 }
 
-void SpatialSlam::place(const SpatialSight& sight, const SpatialTruth& truth) {
+void SpatialSlam::place(const SpatialObservation& observation, const SpatialTruth& truth) {
   const Index n = size();
   const Eigen::Matrix3d R = pose_.rotation().matrix();
-  const Eigen::Vector3d l = pose_.translation() + R * sight.z;
-  places_[static_cast<std::size_t>(sight.landmark)] = std::ssize(landmarks_);
+  const Eigen::Vector3d l = pose_.translation() + R * observation.z;
+  places_[static_cast<std::size_t>(observation.landmark)] = std::ssize(landmarks_);
   landmarks_.push_back(l);
   first_.push_back(l);
-  numbers_.push_back(sight.landmark);
+  numbers_.push_back(observation.landmark);
   const SE3& at = pose_point(truth);
   const Eigen::Vector3d away = landmark_point(std::ssize(landmarks_) - 1, truth) - at.translation();
   const Eigen::Matrix3d J_z = kind_.point == SpatialPoint::truth ? at.rotation().matrix() : R;
@@ -214,10 +215,11 @@ void SpatialSlam::place(const SpatialSight& sight, const SpatialTruth& truth) {
   if (n > kPoseDim) {
     P_.block(n, kPoseDim, 3, n - kPoseDim) = J_r * P_.block(kPoseDim, 0, n - kPoseDim, kPoseDim).transpose();
   }
-  Eigen::Matrix3d own = J_r * P_pp * J_r.transpose() + J_z * sight.variances.asDiagonal() * J_z.transpose();
+  Eigen::Matrix3d own =
+      J_r * P_pp * J_r.transpose() + J_z * observation.variances.asDiagonal() * J_z.transpose();
   symmetrise(own);
   P_.block<3, 3>(n, n) = own;
-  show(sight.landmark, -J_r, Eigen::Matrix3d::Identity(), l);
+  show(observation.landmark, -J_r, Eigen::Matrix3d::Identity(), l);
 }
 
 SpatialSlam::PoseMatrix SpatialSlam::pose_covariance() const {

@@ -38,7 +38,7 @@ std::span<const SpatialKind> spatial_kinds();
 const SpatialKind& spatial_kind(std::string_view name);
 
 /// A landmark seen in the frame of the vehicle, z = Rᵀ(l − p) + w, w ~ N(0, R).
-struct SpatialSight {
+struct SpatialObservation {
   int landmark = 0;
   Eigen::Vector3d z, variances;  ///< R is their diagonal, positive
 };
@@ -55,15 +55,15 @@ struct SpatialTruth {
   std::span<const Eigen::Vector3d> landmarks{};
 };
 
-/// Rows of a Jacobian: what a landmark's sight tells of the pose and of the landmark.
+/// Rows of a Jacobian: what a landmark's observation tells of the pose and of the landmark.
 struct SpatialRows {
   int landmark;
   Eigen::Matrix<double, 3, 6> pose;
   Eigen::Matrix3d own;
 };
 
-/// A Kalman filter for SLAM in space, of any SpatialKind: x = [pose; landmarks in the order of first sight],
-/// n = 6 + 3 × landmarks.
+/// A Kalman filter for SLAM in space, of any SpatialKind: x = [pose; landmarks in the order of first
+/// observation], n = 6 + 3 × landmarks.
 ///
 /// P is kept componentwise, (δp, φ, δl): p = p̂ + δp, R = Exp(φ) R̂, l = l̂ + δl. With away = l̂ − p̂
 ///
@@ -84,7 +84,7 @@ class SpatialSlam {
   void predict(const SpatialControl& read, const SpatialTruth& truth);
   /// Corrects by the known landmarks in one batch and places the others. False where S is not positive
   /// definite, and nothing was changed.
-  bool update(std::span<const SpatialSight> sights, const SpatialTruth& truth);
+  bool update(std::span<const SpatialObservation> observations, const SpatialTruth& truth);
 
   Index size() const { return P_.rows(); }
   const SE3& pose() const { return pose_; }
@@ -105,7 +105,8 @@ class SpatialSlam {
 
   const Vector& innovation() const { return nu_; }            ///< ν of the last correction
   const Matrix& innovation_covariance() const { return S_; }  ///< its S
-  /// Of the last step in the filter's own chart: Φ of the pose, and the rows of sights and of placements.
+  /// Of the last step in the filter's own chart: Φ of the pose, and the rows of observations and of
+  /// placements.
   const PoseMatrix& motion_jacobian() const { return F_; }
   std::span<const SpatialRows> rows() const { return rows_; }
 
@@ -115,7 +116,7 @@ class SpatialSlam {
   Eigen::Vector3d landmark(Index i) const { return landmarks_[static_cast<std::size_t>(i)]; }
   /// x̂ ← x̂ ⊞ δ, P ← P − W Wᵀ carried along.
   void correct(const Vector& delta, const Matrix& W);
-  void place(const SpatialSight& sight, const SpatialTruth& truth);
+  void place(const SpatialObservation& observation, const SpatialTruth& truth);
   /// Keeps rows that hold componentwise, in the filter's own chart; the landmark is at `about`.
   void show(int number, Rows H_r, const Eigen::Matrix3d& H_l, const Eigen::Vector3d& about);
   /// Where Jacobians of the pose and of a landmark are taken.

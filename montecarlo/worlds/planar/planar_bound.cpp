@@ -9,7 +9,7 @@
 #include "core/nan.h"
 #include "core/stop_point.h"
 #include "montecarlo/scenario/noise_switches.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 
 namespace credence {
 namespace {
@@ -98,8 +98,8 @@ class KnownMap {
   Matrix P_;
 };
 
-/// Hᵀ R⁻¹ H of one sight of a landmark at `rho` in the axes of the vehicle, by the error of a pose with this
-/// heading and that of the landmark.
+/// Hᵀ R⁻¹ H of one observation of a landmark at `rho` in the axes of the vehicle, by the error of a pose with
+/// this heading and that of the landmark.
 Information told(double heading, const Point& rho, const RangeBearing& std) {
   const auto predicted = predict_range_bearing(Pose(0.0, 0.0, heading), rotation(heading) * rho);
   Eigen::Matrix<double, 2, 5> H;
@@ -125,8 +125,9 @@ PosteriorBound planar_bound(const Scenario& scenario) {
                                   world.controls.size())};
   }
   const Eigen::Matrix2d Q = noise.control_std.cwiseAbs2().asDiagonal();
-  std::vector<PlanarDrive> drives(static_cast<std::size_t>(kBoundRuns), PlanarDrive(world, noise, source));
-  for (std::size_t i = 0; i < drives.size(); ++i) drives[i].start(static_cast<std::int64_t>(i));
+  std::vector<PlanarSimulation> simulations(static_cast<std::size_t>(kBoundRuns),
+                                            PlanarSimulation(world, noise, source));
+  for (std::size_t i = 0; i < simulations.size(); ++i) simulations[i].start(static_cast<std::int64_t>(i));
   // What Jacobians at the truth claim differs little from truth to truth: a mean over fewer of them.
   const auto claims = static_cast<std::size_t>(std::clamp(kMostWork / work, 1.0, 16.0));
   std::vector<KnownMap> at_truth(claims, KnownMap(landmarks, noise.initial_covariance()));
@@ -141,17 +142,17 @@ PosteriorBound planar_bound(const Scenario& scenario) {
     const Motion unmoved = world.vehicle.move(nominal, u, world.dt_s);
     bound.move(unmoved, Q);
     nominal = unmoved.pose;
-    for (std::size_t i = 0; i < drives.size(); ++i) {
-      PlanarDrive& drive = drives[i];
-      if (i < claims) at_truth[i].move(world.vehicle.move(drive.pose(), u, world.dt_s), Q);
-      drive.move(k);
-      const Pose& pose = drive.pose();
+    for (std::size_t i = 0; i < simulations.size(); ++i) {
+      PlanarSimulation& simulation = simulations[i];
+      if (i < claims) at_truth[i].move(world.vehicle.move(simulation.pose(), u, world.dt_s), Q);
+      simulation.move(k);
+      const Pose& pose = simulation.pose();
       const Eigen::Matrix2d to_vehicle = rotation(pose[2]).transpose();
-      for (const auto& sight : drive.observe(k)) {
-        const auto number = static_cast<std::size_t>(sight.landmark);
+      for (const auto& observation : simulation.observe(k)) {
+        const auto number = static_cast<std::size_t>(observation.landmark);
         const Point rho = to_vehicle * Point(world.landmarks[number] - pose.head<2>());
         information[number] += told(nominal[2], rho, noise.measurement_std) / static_cast<double>(kBoundRuns);
-        if (i < claims) at_truth[i].learn(sight.landmark, told(pose[2], rho, noise.measurement_std));
+        if (i < claims) at_truth[i].learn(observation.landmark, told(pose[2], rho, noise.measurement_std));
       }
     }
     for (std::size_t i = 0; i < information.size(); ++i) {

@@ -9,8 +9,8 @@
 #include "montecarlo/engine/run_loop.h"
 #include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/worlds/planar/arrow_statistics.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
 #include "montecarlo/worlds/planar/planar_normaliser.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 #include "montecarlo/worlds/planar/planar_step.h"
 #include "montecarlo/worlds/planar/slam_filter.h"
 #include "montecarlo/worlds/planar/state_error.h"
@@ -72,23 +72,23 @@ class PlanarExperiment final : public ShownExperiment {
     Run(const PlanarExperiment& experiment, F& filter)
         : e_(experiment),
           filter_(filter),
-          drive_(e_.world_, e_.noise_, e_.source_),
+          simulation_(e_.world_, e_.noise_, e_.source_),
           normaliser_(e_.world_, e_.layout().sensors.front().variances) {}
 
     void start(std::int64_t run) {
-      filter_.reset(drive_.start(run), e_.noise_.initial_covariance());
+      filter_.reset(simulation_.start(run), e_.noise_.initial_covariance());
       step_ = {};
     }
 
     Outcome step(Index k) {
       stop_point();
       const auto at = static_cast<std::size_t>(k);
-      drive_.move(at);
+      simulation_.move(at);
       filter_.predict(e_.world_.controls[at - 1]);
-      step_.update = filter_.update(drive_.observe(at));
+      step_.update = filter_.update(simulation_.observe(at));
       if (!filter_.state().allFinite()) return Outcome::diverged;
       if (!step_.update.ok) return Outcome::not_positive_definite;
-      const Outcome outcome = error_.compute(drive_.pose(), e_.world_.landmarks, filter_.state(),
+      const Outcome outcome = error_.compute(simulation_.pose(), e_.world_.landmarks, filter_.state(),
                                              filter_.covariance(), filter_.landmarks());
       if (outcome == Outcome::ok) {
         error_.put_into(step_);
@@ -122,7 +122,7 @@ class PlanarExperiment final : public ShownExperiment {
       TraceStep step;
       step.landmarks.assign(filter_.landmarks().begin(), filter_.landmarks().end());
       step.estimate = filter_.state();
-      record_planar_error(drive_.pose(), e_.world_, step);
+      record_planar_error(simulation_.pose(), e_.world_, step);
       step.P = dense_covariance(filter_.covariance());
       step.nees = step_.nees;
       step.nees_dof = step_.nees_dof;
@@ -154,7 +154,7 @@ class PlanarExperiment final : public ShownExperiment {
 
     const PlanarExperiment& e_;
     F& filter_;
-    PlanarDrive drive_;
+    PlanarSimulation simulation_;
     PlanarStep step_;
     StateError error_;
     PlanarNormaliser normaliser_;

@@ -12,7 +12,7 @@ class PlanarLanesExperiment::Batch {
  public:
   explicit Batch(const PlanarLanesExperiment& e)
       : e_(e),
-        drives_(PlanarLanes::kLanes, PlanarDrive(e.world_, e.noise_, e.source_)),
+        simulations_(PlanarLanes::kLanes, PlanarSimulation(e.world_, e.noise_, e.source_)),
         lanes_(e.world_, e.Q_, e.variance_, e.inflate_map_, e.source_.instruction_set()) {}
 
   void start(std::int64_t first_run, int runs) {
@@ -24,7 +24,7 @@ class PlanarLanesExperiment::Batch {
       // The lanes beyond the last run idle, with nothing to see.
       const bool used = lane < runs;
       alive_[at(lane)] = used;
-      lanes_.reset(lane, used ? drives_[at(lane)].start(first_run + lane) : e_.world_.start,
+      lanes_.reset(lane, used ? simulations_[at(lane)].start(first_run + lane) : e_.world_.start,
                    e_.noise_.initial_covariance());
     }
   }
@@ -34,12 +34,12 @@ class PlanarLanesExperiment::Batch {
     std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
     std::array<Pose, PlanarLanes::kLanes> truth;
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
-      PlanarDrive& drive = drives_[at(lane)];
+      PlanarSimulation& simulation = simulations_[at(lane)];
       if (alive_[at(lane)]) {
-        drive.move(k);
-        seen[at(lane)] = drive.observe(k);
+        simulation.move(k);
+        seen[at(lane)] = simulation.observe(k);
       }
-      truth[at(lane)] = drive.pose();
+      truth[at(lane)] = simulation.pose();
     }
     lanes_.predict(e_.world_.controls[k - 1]);
     lanes_.update(seen);
@@ -96,7 +96,7 @@ class PlanarLanesExperiment::Batch {
     const PlanarStep& step = lanes_.step(lane);
     t.landmarks = lanes_.landmarks(lane);
     t.estimate = lanes_.state(lane);
-    record_planar_error(drives_[at(lane)].pose(), e_.world_, t);
+    record_planar_error(simulations_[at(lane)].pose(), e_.world_, t);
     t.P = lanes_.covariance(lane);
     t.nees = step.nees;
     t.nees_dof = step.nees_dof;
@@ -120,7 +120,7 @@ class PlanarLanesExperiment::Batch {
   static std::size_t at(int lane) { return static_cast<std::size_t>(lane); }
 
   const PlanarLanesExperiment& e_;
-  std::vector<PlanarDrive> drives_;
+  std::vector<PlanarSimulation> simulations_;
   PlanarLanes lanes_;
   std::int64_t first_run_ = 0;
   std::array<bool, PlanarLanes::kLanes> alive_{};

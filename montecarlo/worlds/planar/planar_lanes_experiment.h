@@ -2,7 +2,7 @@
 
 #include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/lanes/planar_lanes.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 
 namespace credence {
 

@@ -8,15 +8,15 @@ WorldStream planar_stream(const Scenario& scenario) {
   const PlanarWorld world = make_planar_world(scenario);
   const auto play = [world, noise = PlanarNoise::of(scenario), source = noise_source(scenario)](
                         std::int64_t run, const RowVisitor& take) {
-    PlanarDrive drive(world, noise, source);
-    const Pose prior = drive.start(run);
-    take(0, {.prior = prior, .truth = drive.pose()});
+    PlanarSimulation simulation(world, noise, source);
+    const Pose prior = simulation.start(run);
+    take(0, {.prior = prior, .truth = simulation.pose()});
     for (std::size_t k = 1; k <= world.controls.size(); ++k) {
-      drive.move(k);
+      simulation.move(k);
       take(static_cast<std::int64_t>(k),
-           {.truth = drive.pose(),
+           {.truth = simulation.pose(),
             .input = world.controls[k - 1],
-            .measurement = numbers_of_observations(drive.observe(k), world.landmarks.size())});
+            .measurement = numbers_of_observations(simulation.observe(k), world.landmarks.size())});
     }
   };
   return {.states = {"vehicle.x", "vehicle.y", "vehicle.heading"},

@@ -3,7 +3,7 @@
 #include <span>
 
 #include "core/nan.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 #include "montecarlo/worlds/world_stream.h"
 
 namespace credence {

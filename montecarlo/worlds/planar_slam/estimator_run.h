@@ -4,7 +4,7 @@
 
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/worlds/planar/covariance_statistics.h"
-#include "montecarlo/worlds/planar_slam/odometry_drive.h"
+#include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 
 namespace credence {
 
@@ -18,7 +18,7 @@ class SingularNees {
   NeesSolver solver_;
 };
 
-/// One estimator in one run after the other of a world; what it hears comes from an OdometryDrive, which
+/// One estimator in one run after the other of a world; what it hears comes from an OdometrySimulation, which
 /// several may share.
 class EstimatorRun {
  public:

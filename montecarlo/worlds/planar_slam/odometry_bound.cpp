@@ -3,7 +3,7 @@
 #include "core/filters/estimators/ideal_estimator.h"
 #include "core/nan.h"
 #include "core/stop_point.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 
 namespace credence {
 

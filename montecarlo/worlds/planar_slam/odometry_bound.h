@@ -6,9 +6,9 @@
 namespace credence {
 
 /// The posterior Cramér-Rao bound of pose and map. The vehicle never leaves its path, so that all means are
-/// the Jacobians on it, but for the sights that are missed, E[Hᵀ R⁻¹ H] = p Hᵀ R⁻¹ H: P of a filter with its
-/// Jacobians at the truth. Of the map nothing is known before. Noise is the world's, whatever a filter
-/// believes. O(n²) a step.
+/// the Jacobians on it, but for the observations that are missed, E[Hᵀ R⁻¹ H] = p Hᵀ R⁻¹ H: P of a filter
+/// with its Jacobians at the truth. Of the map nothing is known before. Noise is the world's, whatever a
+/// filter believes. O(n²) a step.
 PosteriorBound odometry_bound(const OdometryWorld& world);
 
 }  // namespace credence

@@ -2,20 +2,20 @@
 
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/planar_stream.h"
-#include "montecarlo/worlds/planar_slam/odometry_drive.h"
+#include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 
 namespace credence {
 
 WorldStream odometry_stream(const Scenario& scenario) {
   const OdometryWorld world = make_odometry_world(scenario);
   const auto play = [world, source = noise_source(scenario)](std::int64_t run, const RowVisitor& take) {
-    OdometryDrive drive(world, source);
-    take(0, {.prior = drive.start(run), .truth = world.path.front()});
+    OdometrySimulation simulation(world, source);
+    take(0, {.prior = simulation.start(run), .truth = world.path.front()});
     for (std::size_t k = 1; k < world.path.size(); ++k) {
       take(static_cast<std::int64_t>(k),
            {.truth = world.path[k],
-            .input = drive.read(k),
-            .measurement = numbers_of_observations(drive.observe(k), world.plane.landmarks.size())});
+            .input = simulation.read(k),
+            .measurement = numbers_of_observations(simulation.observe(k), world.plane.landmarks.size())});
     }
   };
   const bool relative = world.sensor.kind != LandmarkSensorKind::range_bearing;

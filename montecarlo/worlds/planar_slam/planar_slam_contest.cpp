@@ -72,19 +72,19 @@ class PlanarSlamContest final : public EstimatorContest {
   class Player final : public EstimatorPlayer {
    public:
     Player(const PlanarSlamContest& contest, std::span<const std::string> names)
-        : contest_(contest), drive_(contest.world_, contest.source_), judges_(names.size()) {
+        : contest_(contest), simulation_(contest.world_, contest.source_), judges_(names.size()) {
       for (const std::string& name : names) {
         runs_.emplace_back(contest.world_, scenario_estimator(contest.scenario_, contest.world_, name));
       }
     }
 
     void play(std::int64_t r, EstimatorListener& listener) override {
-      const Pose estimate = drive_.start(r);
+      const Pose estimate = simulation_.start(r);
       for (EstimatorRun& run : runs_) run.start(estimate);
       stopped_.assign(runs_.size(), false);
       for (Index k = 1; k <= contest_.steps(); ++k) {
-        const Control read = drive_.read(static_cast<std::size_t>(k));
-        const auto seen = drive_.observe(static_cast<std::size_t>(k));
+        const Control read = simulation_.read(static_cast<std::size_t>(k));
+        const auto seen = simulation_.observe(static_cast<std::size_t>(k));
         for (std::size_t e = 0; e < runs_.size(); ++e) {
           if (stopped_[e]) continue;
           const Outcome outcome = runs_[e].step(static_cast<std::size_t>(k), read, seen);
@@ -100,7 +100,7 @@ class PlanarSlamContest final : public EstimatorContest {
 
    private:
     const PlanarSlamContest& contest_;
-    OdometryDrive drive_;
+    OdometrySimulation simulation_;
     std::vector<EstimatorRun> runs_;
     std::vector<StepJudge> judges_;
     std::vector<bool> stopped_;
@@ -112,13 +112,13 @@ class PlanarSlamContest final : public EstimatorContest {
 };
 
 EstimatorProfile PlanarSlamContest::profile(std::string_view name, const TakeRow& take_row) const {
-  OdometryDrive drive(world_, source_);
-  const Pose estimate = drive.start(0);
+  OdometrySimulation simulation(world_, source_);
+  const Pose estimate = simulation.start(0);
   std::vector<Control> read;
   std::vector<std::vector<Observation<PlanarModel>>> seen;
   for (std::size_t k = 1; k <= world_.plane.controls.size(); ++k) {
-    read.push_back(drive.read(k));
-    const auto now = drive.observe(k);
+    read.push_back(simulation.read(k));
+    const auto now = simulation.observe(k);
     seen.emplace_back(now.begin(), now.end());
   }
   const auto filter = scenario_estimator(scenario_, world_, name);

@@ -1,7 +1,7 @@
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
 
 #include "montecarlo/engine/run_loop.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 #include "montecarlo/worlds/planar/planar_step.h"
 #include "montecarlo/worlds/planar/state_error.h"
 #include "montecarlo/worlds/slam_layout.h"
@@ -22,18 +22,18 @@ RunLayout layout_of(const Scenario& scenario, const OdometryWorld& world) {
 class PlanarSlamExperiment::Run {
  public:
   explicit Run(const PlanarSlamExperiment& e)
-      : drive_(e.world_, e.source_),
+      : simulation_(e.world_, e.source_),
         run_(e.world_, scenario_estimator(e.scenario_, e.world_)),
         world_(e.world_) {}
 
   void start(std::int64_t run) {
-    run_.start(drive_.start(run));
+    run_.start(simulation_.start(run));
     step_ = {};
   }
 
   Outcome step(Index number) {
     const auto k = static_cast<std::size_t>(number);
-    const Outcome outcome = run_.step(k, drive_.read(k), drive_.observe(k));
+    const Outcome outcome = run_.step(k, simulation_.read(k), simulation_.observe(k));
     step_.update = run_.update();
     if (outcome != Outcome::ok) return outcome;
     const SlamEstimator& filter = run_.filter();
@@ -107,7 +107,7 @@ class PlanarSlamExperiment::Run {
   }
 
  private:
-  OdometryDrive drive_;
+  OdometrySimulation simulation_;
   EstimatorRun run_;
   const OdometryWorld& world_;
   PlanarStep step_;

@@ -101,23 +101,23 @@ class SpatialContest final : public EstimatorContest {
   class Player final : public EstimatorPlayer {
    public:
     Player(const SpatialContest& contest, std::span<const std::string> names)
-        : contest_(contest), drive_(contest.world_, contest.source_) {
+        : contest_(contest), simulation_(contest.world_, contest.source_) {
       for (const std::string& name : names) runs_.emplace_back(contest.world_, spatial_kind(name));
     }
 
     void play(std::int64_t r, EstimatorListener& listener) override {
-      const SE3 estimate = drive_.start(r);
+      const SE3 estimate = simulation_.start(r);
       for (SpatialRun& run : runs_) run.start(estimate);
       std::vector<bool> stopped(runs_.size());
       for (Index k = 1; k <= contest_.steps(); ++k) {
         const auto at = static_cast<std::size_t>(k);
-        const SpatialControl read = drive_.read(at);
-        const std::span<const SpatialSight> sights = drive_.observe(at);
+        const SpatialControl read = simulation_.read(at);
+        const std::span<const SpatialObservation> observations = simulation_.observe(at);
         const bool with_map = k % contest_.map_stride() == 0;
         for (std::size_t e = 0; e < runs_.size(); ++e) {
           if (stopped[e]) continue;
           stop_point();
-          const Outcome outcome = runs_[e].step(at, read, sights);
+          const Outcome outcome = runs_[e].step(at, read, observations);
           if (outcome != Outcome::ok) listener.failed(e, k, outcome);
           stopped[e] =
               outcome != Outcome::ok ||
@@ -129,7 +129,7 @@ class SpatialContest final : public EstimatorContest {
 
    private:
     const SpatialContest& contest_;
-    SpatialDrive drive_;
+    SpatialSimulation simulation_;
     std::vector<SpatialRun> runs_;
     SingularNees solver_, map_solver_;
   };
@@ -139,13 +139,13 @@ class SpatialContest final : public EstimatorContest {
 };
 
 EstimatorProfile SpatialContest::profile(std::string_view name, const TakeRow& take_row) const {
-  SpatialDrive drive(world_, source_);
+  SpatialSimulation simulation(world_, source_);
   SpatialRun run(world_, spatial_kind(name));
   EliminatedRows rows;
   const double seconds = best_time(1, [&] {
-    run.start(drive.start(0));
+    run.start(simulation.start(0));
     for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
-      if (run.step(k, drive.read(k), drive.observe(k)) != Outcome::ok) break;
+      if (run.step(k, simulation.read(k), simulation.observe(k)) != Outcome::ok) break;
       rows.add(run.filter());
     }
   });

@@ -5,7 +5,7 @@
 
 namespace credence {
 
-/// One estimator in one run after the other of a world; what it hears comes from a SpatialDrive.
+/// One estimator in one run after the other of a world; what it hears comes from a SpatialSimulation.
 class SpatialRun {
  public:
   /// `world` must live as long.
@@ -14,10 +14,10 @@ class SpatialRun {
 
   void start(const SE3& estimate) { filter_.reset(estimate, world_.initial_covariance()); }
   /// Step k, from 1 on. `diverged` for an estimate that is not finite or farther off than the world is wide.
-  Outcome step(std::size_t k, const SpatialControl& read, std::span<const SpatialSight> sights) {
+  Outcome step(std::size_t k, const SpatialControl& read, std::span<const SpatialObservation> observations) {
     const SpatialTruth truth = world_.truth(k);
     filter_.predict(read, truth);
-    if (!filter_.update(sights, truth)) return Outcome::not_positive_definite;
+    if (!filter_.update(observations, truth)) return Outcome::not_positive_definite;
     if (!filter_.is_finite()) return Outcome::diverged;
     const double off = (filter_.pose().translation() - truth.now.translation()).norm();
     return off > world_.width_m ? Outcome::diverged : Outcome::ok;

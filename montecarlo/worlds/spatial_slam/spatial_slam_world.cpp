@@ -32,15 +32,15 @@ class SpatialExperiment final : public VisitedExperiment {
         source_(source) {}
 
   Outcome visit(std::int64_t number, const StepVisitor& take) const override {
-    SpatialDrive drive(world_, source_);
+    SpatialSimulation simulation(world_, source_);
     SpatialRun run(world_, kind_);
-    run.start(drive.start(number));
+    run.start(simulation.start(number));
     std::size_t now = 0;
     return visit_steps(
         world_.steps(), take,
         [&](Index k) {
           now = static_cast<std::size_t>(k);
-          return run.step(now, drive.read(now), drive.observe(now));
+          return run.step(now, simulation.read(now), simulation.observe(now));
         },
         [&] { return show(run.filter(), world_.path[now]); });
   }

@@ -20,13 +20,14 @@ Vector odometry_numbers(const SpatialControl& read) {
 WorldStream spatial_stream(const Scenario& scenario) {
   const SpatialWorld world = make_spatial_world(scenario);
   const auto play = [world, source = noise_source(scenario)](std::int64_t run, const RowVisitor& take) {
-    SpatialDrive drive(world, source);
-    take(0, {.prior = pose_coordinates(drive.start(run)), .truth = pose_coordinates(world.path.front())});
+    SpatialSimulation simulation(world, source);
+    take(0,
+         {.prior = pose_coordinates(simulation.start(run)), .truth = pose_coordinates(world.path.front())});
     for (std::size_t k = 1; k < world.path.size(); ++k) {
       take(static_cast<std::int64_t>(k),
            {.truth = pose_coordinates(world.path[k]),
-            .input = odometry_numbers(drive.read(k)),
-            .measurement = numbers_of_observations(drive.observe(k), world.landmarks.size())});
+            .input = odometry_numbers(simulation.read(k)),
+            .measurement = numbers_of_observations(simulation.observe(k), world.landmarks.size())});
     }
   };
   return {.states = {"position.x", "position.y", "position.z", "attitude.x", "attitude.y", "attitude.z"},

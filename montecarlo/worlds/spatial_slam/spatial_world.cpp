@@ -116,13 +116,13 @@ RunLayout spatial_layout(const SpatialWorld& world) {
   return layout;
 }
 
-SpatialDrive::SpatialDrive(const SpatialWorld& world, const NoiseSource& source)
+SpatialSimulation::SpatialSimulation(const SpatialWorld& world, const NoiseSource& source)
     : world_(world),
       source_(source),
       draws_(source, 6, 3, std::ssize(world.landmarks), world.detection_probability,
              world.measurement_delay) {}
 
-SE3 SpatialDrive::start(std::int64_t run) {
+SE3 SpatialSimulation::start(std::int64_t run) {
   draws_.start(run);
   Eigen::Matrix<double, 6, 1> error;
   source_.normals(run, 0, NoisePurpose::initial, {error.data(), 6});
@@ -130,7 +130,7 @@ SE3 SpatialDrive::start(std::int64_t run) {
   return plus(world_.path.front(), SE3::Tangent(error), Chart::componentwise_left);
 }
 
-SpatialControl SpatialDrive::read(std::size_t k) {
+SpatialControl SpatialSimulation::read(std::size_t k) {
   using Six = Eigen::Matrix<double, 6, 1>;
   SpatialControl control = world_.controls[k - 1];
   const Six noise = control.variances.cwiseSqrt().cwiseProduct(Eigen::Map<const Six>(draws_.motion(k)));
@@ -140,16 +140,16 @@ SpatialControl SpatialDrive::read(std::size_t k) {
   return control;
 }
 
-std::span<const SpatialSight> SpatialDrive::observe(std::size_t k) {
+std::span<const SpatialObservation> SpatialSimulation::observe(std::size_t k) {
   const double* noise = draws_.measurement(k);
   const double* seen = draws_.detection(k);
-  return draws_.in_time([&](auto& sights) {
+  return draws_.in_time([&](auto& observations) {
     for (const SpatialWorld::Exact& exact : world_.in_view[k]) {
       if (seen[exact.landmark] == 0.0) continue;
       const Eigen::Vector3d variances = world_.landmark_variances(exact.z);
       const Eigen::Map<const Eigen::Vector3d> of_landmark(noise + 3 * exact.landmark);
-      sights.push_back({exact.landmark, exact.z + variances.cwiseSqrt().cwiseProduct(of_landmark),
-                        world_.measurement_scale * variances});
+      observations.push_back({exact.landmark, exact.z + variances.cwiseSqrt().cwiseProduct(of_landmark),
+                              world_.measurement_scale * variances});
     }
   });
 }

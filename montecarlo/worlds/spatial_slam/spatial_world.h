@@ -50,21 +50,21 @@ RunLayout spatial_layout(const SpatialWorld& world);
 ///
 /// Noise of run i: step 0, purpose initial, slots 0 … 5; then LandmarkDraws, that of the motion on v and ω
 /// read.
-class SpatialDrive {
+class SpatialSimulation {
  public:
   /// `world` must live as long.
-  SpatialDrive(const SpatialWorld& world, const NoiseSource& source);
+  SpatialSimulation(const SpatialWorld& world, const NoiseSource& source);
 
   /// Where a filter believes the run to start.
   SE3 start(std::int64_t run);
   SpatialControl read(std::size_t k);  ///< of step k, from 1 on
   /// What was seen at step k, or a delay before; good until the next call.
-  std::span<const SpatialSight> observe(std::size_t k);
+  std::span<const SpatialObservation> observe(std::size_t k);
 
  private:
   const SpatialWorld& world_;
   NoiseSource source_;
-  LandmarkDraws<SpatialSight> draws_;
+  LandmarkDraws<SpatialObservation> draws_;
 };
 
 }  // namespace credence

@@ -181,22 +181,22 @@ TEST(AccumulatedNoise, RanksThatAloneAreHarmlessAddUp) {
   // single landmarks, each of rank one, touches them all.
   const LinearModel model = monobot_model(3, 0, 0.1, 0.1, 1.0);
   const Matrix GQG = model.G * model.Q * model.G.transpose();
-  const ObservabilityAnalysis sight = observability(model.F, model.H);
+  const ObservabilityAnalysis found = observability(model.F, model.H);
   AccumulatedNoise differences(4), singles(4);
   for (Index i = 0; i < 3; ++i) {
     const Vector difference = Vector::Unit(4, 1 + i) - Vector::Unit(4, 1 + (i + 1) % 3);
     differences.add(model.F, GQG + difference * difference.transpose());
     singles.add(model.F, GQG + Vector::Unit(4, 1 + i) * Vector::Unit(4, 1 + i).transpose());
   }
-  EXPECT_EQ(exact_boundedness(differences, sight).reason, BoundednessReason::paired);
-  EXPECT_EQ(exact_boundedness(differences, sight).noise.rank, 3);
-  EXPECT_EQ(exact_boundedness(singles, sight).reason, BoundednessReason::unpaired);
+  EXPECT_EQ(exact_boundedness(differences, found).reason, BoundednessReason::paired);
+  EXPECT_EQ(exact_boundedness(differences, found).noise.rank, 3);
+  EXPECT_EQ(exact_boundedness(singles, found).reason, BoundednessReason::unpaired);
 }
 
 TEST(AccumulatedNoise, PlanarVehicleNoiseAloneLeavesTheMapFixed) {
   // Without inflation: the three unobservable directions are held by the landmarks, which no noise touches.
   const PlanarLoop loop(3, Matrix(2, 0), 60);
-  const ObservabilityAnalysis sight = local_observability(loop.F, loop.H);
+  const ObservabilityAnalysis found = local_observability(loop.F, loop.H);
   AccumulatedNoise quiet(9), touched(9);
   const Matrix controls = Eigen::Vector2d(0.01, 1e-4).asDiagonal();
   for (std::size_t k = 0; k < loop.F.size(); ++k) {
@@ -206,19 +206,19 @@ TEST(AccumulatedNoise, PlanarVehicleNoiseAloneLeavesTheMapFixed) {
     all.bottomRightCorner(6, 6) += 1e-3 * Matrix::Identity(6, 6);
     touched.add(loop.F[k], all);
   }
-  const ExactBoundedness held = exact_boundedness(quiet, sight);
+  const ExactBoundedness held = exact_boundedness(quiet, found);
   EXPECT_EQ(held.reason, BoundednessReason::paired);
   EXPECT_EQ(held.unobserved, 3);
   EXPECT_EQ(held.noise.rank, 3);
-  EXPECT_EQ(exact_boundedness(touched, sight).reason, BoundednessReason::unpaired);
+  EXPECT_EQ(exact_boundedness(touched, found).reason, BoundednessReason::unpaired);
 }
 
 TEST(AccumulatedNoise, ASingularTransitionIsNamedAndNotInverted) {
   AccumulatedNoise noise(2);
   noise.add(Matrix::Zero(2, 2), Matrix::Identity(2, 2));
   EXPECT_FALSE(noise.ok());
-  const ObservabilityAnalysis sight = observability(Matrix::Identity(2, 2), Matrix::Identity(2, 2));
-  EXPECT_EQ(exact_boundedness(noise, sight).reason, BoundednessReason::undecided);
+  const ObservabilityAnalysis found = observability(Matrix::Identity(2, 2), Matrix::Identity(2, 2));
+  EXPECT_EQ(exact_boundedness(noise, found).reason, BoundednessReason::undecided);
   EXPECT_THROW(noise.add(Matrix::Zero(3, 3), Matrix::Zero(2, 2)), std::invalid_argument);
 }
 

@@ -7,7 +7,7 @@
 
 #include "core/filters/estimators/jacobian_rows.h"
 #include "montecarlo/scenario/scenario_io.h"
-#include "montecarlo/worlds/planar_slam/odometry_drive.h"
+#include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 
 namespace credence {
 namespace {
@@ -24,16 +24,16 @@ Ranks ranks_of(const char* estimator) {
       "t.toml");
   const OdometryWorld world = make_odometry_world(s);
   const auto filter = scenario_estimator(s, world, estimator);
-  OdometryDrive drive(world, NoiseSource(1, 2));
+  OdometrySimulation simulation(world, NoiseSource(1, 2));
   constexpr Index n = 15;
   ObservabilityStack stack(n);
   JacobianRows rows(n);
   std::vector<Matrix> F, H;
   Index known = 3;
-  filter->reset(drive.start(0), world.initial_covariance());
+  filter->reset(simulation.start(0), world.initial_covariance());
   for (std::size_t k = 1; k <= 60; ++k) {
-    filter->predict(drive.read(k), world.truth(k));
-    filter->update(drive.observe(k), world.truth(k));
+    filter->predict(simulation.read(k), world.truth(k));
+    filter->update(simulation.observe(k), world.truth(k));
     rows.add(*filter, [&](const Vector& row) { stack.add(row); });
     Matrix F_k = Matrix::Identity(n, n);
     F_k.topLeftCorner<3, 3>() = filter->motion_jacobian();

@@ -12,11 +12,11 @@
 namespace credence {
 namespace {
 
-using PlanarSight = Observation<PlanarModel>;
+using PlanarObservation = Observation<PlanarModel>;
 
 constexpr int kMapSize = 6;
 const Eigen::Matrix2d kControlNoise = Eigen::Vector2d(0.01, 0.0004).asDiagonal();
-const Eigen::Matrix2d kSightNoise = Eigen::Vector2d(0.02, 0.0005).asDiagonal();
+const Eigen::Matrix2d kObservationNoise = Eigen::Vector2d(0.02, 0.0005).asDiagonal();
 
 PlanarModel turning_model() { return {.vehicle = {}, .dt_s = 0.5}; }
 
@@ -41,32 +41,32 @@ Matrix correlated_covariance(Index n) {
 
 const std::vector<int> kIds{7, 3, 11, 2, 20, 5};
 
-std::vector<PlanarSight> sights_of(const Vector& x, std::initializer_list<int> places, int step) {
-  std::vector<PlanarSight> sights;
+std::vector<PlanarObservation> observations_of(const Vector& x, std::initializer_list<int> places, int step) {
+  std::vector<PlanarObservation> observations;
   for (const int place : places) {
     const Point landmark = x.segment<2>(3 + 2 * place);
     Eigen::Vector2d z = turning_model().predict(x.head<3>(), landmark).z;
     z += Eigen::Vector2d(0.1 * std::sin(step + place), 0.02 * std::cos(2.0 * step - place));
     z[1] = wrap_angle(z[1]);
-    sights.push_back({.landmark = kIds[static_cast<std::size_t>(place)], .z = z});
+    observations.push_back({.landmark = kIds[static_cast<std::size_t>(place)], .z = z});
   }
-  return sights;
+  return observations;
 }
 
 TEST(TextbookEkf, IsTheFastFilterOfAKnownMap) {
   const Vector x = known_map();
   const Matrix P = correlated_covariance(x.size());
-  TextbookEkf book(turning_model(), kControlNoise, kSightNoise);
-  EkfSlam<PlanarModel> fast(turning_model(), kControlNoise, kSightNoise);
+  TextbookEkf book(turning_model(), kControlNoise, kObservationNoise);
+  EkfSlam<PlanarModel> fast(turning_model(), kControlNoise, kObservationNoise);
   book.reset(x, P, kIds);
   fast.reset(x, P, kIds);
   EXPECT_EQ(book.offset_of(11), 7);
   for (int k = 0; k < 30; ++k) {
     const Control u(0.6, 0.3 * std::cos(k));
-    const auto sights = sights_of(fast.state(), {k % kMapSize, (k + 2) % kMapSize}, k);
+    const auto observations = observations_of(fast.state(), {k % kMapSize, (k + 2) % kMapSize}, k);
     book.predict(u);
     fast.predict(u);
-    const UpdateResult of_book = book.update(sights), of_fast = fast.update(sights);
+    const UpdateResult of_book = book.update(observations), of_fast = fast.update(observations);
     ASSERT_TRUE(of_book.ok && of_fast.ok);
     EXPECT_EQ(of_book.dof, of_fast.dof);
     EXPECT_NEAR(of_book.nis, of_fast.nis, 1e-8 * (1.0 + of_fast.nis)) << k;
@@ -83,22 +83,22 @@ TEST(TextbookEkf, IsTheFastFilterOfAKnownMap) {
 TEST(TextbookEkf, UpdatesTheInformation) {
   const Vector x = known_map();
   const Matrix P = correlated_covariance(x.size());
-  TextbookEkf book(turning_model(), kControlNoise, kSightNoise);
+  TextbookEkf book(turning_model(), kControlNoise, kObservationNoise);
   book.reset(x, P, kIds);
-  const auto sights = sights_of(x, {4}, 1);
+  const auto observations = observations_of(x, {4}, 1);
   const auto predicted = turning_model().predict(x.head<3>(), x.segment<2>(11));
   Matrix H = Matrix::Zero(2, x.size());
   H.leftCols<3>() = predicted.H_r;
   H.middleCols<2>(11) = predicted.H_l;
-  Eigen::Vector2d nu = sights.front().z - predicted.z;
+  Eigen::Vector2d nu = observations.front().z - predicted.z;
   nu[1] = wrap_angle(nu[1]);
-  const UpdateResult result = book.update(sights);
-  const Matrix S = H * P * H.transpose() + kSightNoise;
+  const UpdateResult result = book.update(observations);
+  const Matrix S = H * P * H.transpose() + kObservationNoise;
   EXPECT_NEAR(result.nis, nu.dot(S.inverse() * nu), 1e-12);
   EXPECT_EQ(result.dof, 2);
-  const Matrix posterior = (P.inverse() + H.transpose() * kSightNoise.inverse() * H).inverse();
+  const Matrix posterior = (P.inverse() + H.transpose() * kObservationNoise.inverse() * H).inverse();
   EXPECT_LT((book.covariance() - posterior).norm(), 1e-10);
-  Vector wanted = x + posterior * H.transpose() * kSightNoise.inverse() * nu;
+  Vector wanted = x + posterior * H.transpose() * kObservationNoise.inverse() * nu;
   wanted[2] = wrap_angle(wanted[2]);
   EXPECT_LT((book.state() - wanted).norm(), 1e-9);
 }
@@ -107,7 +107,7 @@ TEST(TextbookEkf, LeavesWhatItCannotUpdate) {
   const Vector x = known_map();
   TextbookEkf book(turning_model(), kControlNoise, Eigen::Matrix2d::Zero());
   book.reset(x, Matrix::Zero(x.size(), x.size()), kIds);
-  EXPECT_FALSE(book.update(sights_of(x, {1}, 1)).ok);
+  EXPECT_FALSE(book.update(observations_of(x, {1}, 1)).ok);
   EXPECT_EQ(book.state(), x);
   EXPECT_EQ(book.covariance().norm(), 0.0);
 }

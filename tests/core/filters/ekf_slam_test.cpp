@@ -121,7 +121,7 @@ TEST(EkfSlam, OnTheMonobotItIsTheLinearFilter) {
 
 TEST(EkfSlam, InitialisationIsTheLimitOfAnUninformativePrior) {
   // A landmark that is in the state with a huge variance at the right place, and then measured, is what
-  // initialisation at first sight gives.
+  // initialisation at first observation gives.
   const PlanarModel model{.vehicle = {}, .dt_s = 0.1};
   const Eigen::Matrix2d Q = 0.01 * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d R = Eigen::Vector2d(0.01, 0.0004).asDiagonal();
@@ -130,9 +130,9 @@ TEST(EkfSlam, InitialisationIsTheLimitOfAnUninformativePrior) {
   const RangeBearing z(5.0, 0.7);
   const std::vector<PlanarObservation> seen = {{4, z}};
 
-  PlanarEkf first_sight(model, Q, R);
-  first_sight.reset(pose, P);
-  EXPECT_EQ(first_sight.update(seen).initialised, 1);
+  PlanarEkf first_observation(model, Q, R);
+  first_observation.reset(pose, P);
+  EXPECT_EQ(first_observation.update(seen).initialised, 1);
 
   PlanarEkf prior(model, Q, R);
   Vector x(5);
@@ -144,8 +144,8 @@ TEST(EkfSlam, InitialisationIsTheLimitOfAnUninformativePrior) {
   prior.reset(x, P_prior, std::vector<int>{4});
   ASSERT_TRUE(prior.update(seen).ok);
 
-  EXPECT_LT((first_sight.state() - prior.state()).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_LT((first_sight.covariance() - prior.covariance()).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((first_observation.state() - prior.state()).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((first_observation.covariance() - prior.covariance()).cwiseAbs().maxCoeff(), 1e-6);
 }
 
 TEST(EkfSlam, AnAnchorIsNoStateAndPinsThePose) {

@@ -35,28 +35,28 @@ CarparkLog one_look() {
   return log;
 }
 
-TEST(CarparkAssociation, ASightIsOfTheNearestBeaconWithinReachOfWhereItPoints) {
-  const std::vector<CarparkSights> scans = associate_by_survey(one_look(), 0.0, 2.0);
+TEST(CarparkAssociation, AnObservationIsOfTheNearestBeaconWithinReachOfWhereItPoints) {
+  const std::vector<ScanObservations> scans = associate_by_survey(one_look(), 0.0, 2.0);
   ASSERT_EQ(scans.size(), 1U);
-  ASSERT_EQ(scans[0].sights.size(), 3U);
+  ASSERT_EQ(scans[0].observations.size(), 3U);
   // Right to left: (4, −5) is 3 m from its beacon, (14, 0) on it, (4, 5) 1.5 m from it.
-  EXPECT_EQ(scans[0].sights[0].landmark, -1);
-  EXPECT_EQ(scans[0].sights[1].landmark, 1);
-  EXPECT_EQ(scans[0].sights[2].landmark, 2);
+  EXPECT_EQ(scans[0].observations[0].landmark, -1);
+  EXPECT_EQ(scans[0].observations[1].landmark, 1);
+  EXPECT_EQ(scans[0].observations[2].landmark, 2);
   EXPECT_NEAR(scans[0].distance_m[0], 3.0, 1e-9) << "the nearest, though it is none";
   EXPECT_NEAR(scans[0].distance_m[1], 0.0, 1e-9);
   EXPECT_NEAR(scans[0].distance_m[2], 1.5, 1e-9);
-  EXPECT_EQ(associate_by_survey(one_look(), 0.0, 3.5)[0].sights[0].landmark, 0);
-  EXPECT_EQ(associate_by_survey(one_look(), 0.0, 1.0)[0].sights[2].landmark, -1);
+  EXPECT_EQ(associate_by_survey(one_look(), 0.0, 3.5)[0].observations[0].landmark, 0);
+  EXPECT_EQ(associate_by_survey(one_look(), 0.0, 1.0)[0].observations[2].landmark, -1);
 }
 
-TEST(CarparkAssociation, TheHeadingTurnsWhereTheSightsPoint) {
+TEST(CarparkAssociation, TheHeadingTurnsWhereTheObservationsPoint) {
   // Facing north the beam ahead points at (4, 10), and the one to the right, 5 m, at (9, 0): 5 m from (14,
   // 0).
-  const std::vector<CarparkSights> scans = associate_by_survey(one_look(), 0.5 * std::numbers::pi, 100.0);
-  EXPECT_EQ(scans[0].sights[0].landmark, 1);
+  const std::vector<ScanObservations> scans = associate_by_survey(one_look(), 0.5 * std::numbers::pi, 100.0);
+  EXPECT_EQ(scans[0].observations[0].landmark, 1);
   EXPECT_NEAR(scans[0].distance_m[0], 5.0, 1e-9);
-  EXPECT_EQ(scans[0].sights[1].landmark, 2);
+  EXPECT_EQ(scans[0].observations[1].landmark, 2);
   EXPECT_NEAR(scans[0].distance_m[1], 3.5, 1e-9);
 }
 
@@ -75,25 +75,27 @@ TEST(CarparkAssociation, TheVehicleStartsAtTheFirstFixWithItsHeadingWrapped) {
   EXPECT_NEAR((start - Pose(2.0, 3.0, 0.5 * std::numbers::pi)).norm(), 0.0, 1e-12);
 }
 
-CarparkSights sights_of(std::initializer_list<int> landmarks) {
-  CarparkSights scan;
-  for (const int landmark : landmarks) scan.sights.push_back({landmark, RangeBearing(1.0, 0.0)});
+ScanObservations observations_of(std::initializer_list<int> landmarks) {
+  ScanObservations scan;
+  for (const int landmark : landmarks) scan.observations.push_back({landmark, RangeBearing(1.0, 0.0)});
   return scan;
 }
 
-TEST(CarparkAssociation, BeaconsAreInTheOrderOfTheirFirstSight) {
-  EXPECT_THAT(beacons_in_order_of_sight({sights_of({-1, 7}), sights_of({}), sights_of({3, 7, 0})}),
+TEST(CarparkAssociation, BeaconsAreInTheOrderOfTheirFirstObservation) {
+  EXPECT_THAT(beacons_by_first_observation(
+                  {observations_of({-1, 7}), observations_of({}), observations_of({3, 7, 0})}),
               ElementsAre(7, 3, 0));
 }
 
-TEST(CarparkAssociation, HalfOfTheSightsMustHaveABeacon) {
-  EXPECT_NO_THROW(check_association({sights_of({1, -1}), sights_of({-1, 2})}));
+TEST(CarparkAssociation, HalfOfTheObservationsMustHaveABeacon) {
+  EXPECT_NO_THROW(check_association({observations_of({1, -1}), observations_of({-1, 2})}));
   EXPECT_THAT(
       [] {
-        check_association({sights_of({1, -1}), sights_of({-1, 2, -1})});
+        check_association({observations_of({1, -1}), observations_of({-1, 2, -1})});
       },
-      ThrowsMessage<DataError>(HasSubstr("beac_juan3.mat:variable 'estbeac': only 2 of 5 sights point at a "
-                                         "surveyed beacon")));
+      ThrowsMessage<DataError>(
+          HasSubstr("beac_juan3.mat:variable 'estbeac': only 2 of 5 observations point at a "
+                    "surveyed beacon")));
   EXPECT_THROW(check_association({}), DataError) << "nothing was seen at all";
 }
 

@@ -33,24 +33,24 @@ ReplaySettings inflated(ReplaySettings settings, Inflation inflation, InflationS
   return settings;
 }
 
-TEST(CarparkReplay, EverySightBelongsToOneBeaconOfTheSurvey) {
+TEST(CarparkReplay, EveryObservationBelongsToOneBeaconOfTheSurvey) {
   CREDENCE_DATA_OR_SKIP(data, "carpark");
   const CarparkLog log = read_carpark(data);
   const auto scans = associate_by_survey(log, carpark_settings().initial.heading_deg * kRadiansPerDegree);
   ASSERT_EQ(scans.size(), 586U);
-  int sights = 0, within_a_quarter = 0;
-  for (const CarparkSights& scan : scans) {
+  int observations = 0, within_a_quarter = 0;
+  for (const ScanObservations& scan : scans) {
     std::vector<int> seen;
-    for (std::size_t i = 0; i < scan.sights.size(); ++i) {
-      ++sights;
-      EXPECT_GE(scan.sights[i].landmark, 0);
+    for (std::size_t i = 0; i < scan.observations.size(); ++i) {
+      ++observations;
+      EXPECT_GE(scan.observations[i].landmark, 0);
       within_a_quarter += scan.distance_m[i] < 0.25 ? 1 : 0;
-      seen.push_back(scan.sights[i].landmark);
+      seen.push_back(scan.observations[i].landmark);
     }
     std::sort(seen.begin(), seen.end());
     EXPECT_EQ(std::adjacent_find(seen.begin(), seen.end()), seen.end()) << "a beacon twice in one scan";
   }
-  EXPECT_EQ(sights, 888);
+  EXPECT_EQ(observations, 888);
   EXPECT_GT(within_a_quarter, 870);
 }
 

@@ -81,7 +81,7 @@ TEST(MrclamChecks, odometry_that_goes_another_way_than_the_truth_is_contradicted
   EXPECT_THAT(odometry_contradiction(later), HasSubstr("have nothing in common"));
 }
 
-TEST(MrclamChecks, half_of_the_sights_must_fit_in_range_and_bearing) {
+TEST(MrclamChecks, half_of_the_observations_must_fit_in_range_and_bearing) {
   const MrclamLog good = circling_robot();
   const auto spoiled = [&](std::size_t share, double range_m, double bearing_rad) {
     MrclamLog log = good;
@@ -94,8 +94,8 @@ TEST(MrclamChecks, half_of_the_sights_must_fit_in_range_and_bearing) {
   };
   EXPECT_EQ(spoiled(40, 0.6, 0.0), "");
   EXPECT_THAT(spoiled(60, 0.6, 0.0),
-              HasSubstr("of 242 sights fit the truth and the survey: swapped columns"));
-  EXPECT_THAT(spoiled(60, 0.0, 11.0 * kRadiansPerDegree), HasSubstr("sights fit"));
+              HasSubstr("of 242 observations fit the truth and the survey: swapped columns"));
+  EXPECT_THAT(spoiled(60, 0.0, 11.0 * kRadiansPerDegree), HasSubstr("observations fit"));
   EXPECT_EQ(spoiled(100, 0.4, 9.0 * kRadiansPerDegree), "");
   EXPECT_EQ(spoiled(100, 0.0, 2.0 * std::numbers::pi), "") << "whole turns are none";
   MrclamLog late = good;

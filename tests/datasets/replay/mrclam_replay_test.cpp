@@ -175,7 +175,7 @@ TEST(MrclamReplay, WithoutErrorsJacobiansAtTheTruthAreThoseAtTheEstimate) {
   }
 }
 
-// Without errors every estimator stays at the truth, with sights judged by its own innovation.
+// Without errors every estimator stays at the truth, with observations judged by its own innovation.
 TEST(MrclamReplay, EveryEstimatorStaysAtTheTruthWithoutErrors) {
   const ReplayResult plain = replay_mrclam(perfect_log(), settings());
   for (const EstimatorKind& kind : estimator_kinds()) {
@@ -190,21 +190,21 @@ TEST(MrclamReplay, EveryEstimatorStaysAtTheTruthWithoutErrors) {
   }
 }
 
-TEST(MrclamReplay, WhitenedSightsOfABatchAddUpToItsNis) {
+TEST(MrclamReplay, WhitenedObservationsOfABatchAddUpToItsNis) {
   MrclamLog log = perfect_log();
   for (std::size_t i = 0; i < log.measurements.size(); ++i)
     log.measurements[i].range_m += 0.03 * std::sin(1.7 * static_cast<double>(i));
   const ReplayResult result = replay_mrclam(log, settings());
-  double of_sights = 0, of_updates = 0;
-  for (const ReplaySight& sight : result.sights) {
-    of_sights += sight.whitened.squaredNorm();
-    if (sight.first_of_batch) {
-      EXPECT_NEAR(sight.whitened.squaredNorm(), sight.nis, 1e-9);
+  double of_observations = 0, of_updates = 0;
+  for (const ReplayObservation& observation : result.records) {
+    of_observations += observation.whitened.squaredNorm();
+    if (observation.first_of_batch) {
+      EXPECT_NEAR(observation.whitened.squaredNorm(), observation.nis, 1e-9);
     }
   }
   for (const ReplayUpdate& update : result.updates) of_updates += update.nis;
-  EXPECT_GT(of_sights, 0.1);
-  EXPECT_NEAR(of_sights, of_updates, 1e-9 * of_updates);
+  EXPECT_GT(of_observations, 0.1);
+  EXPECT_NEAR(of_observations, of_updates, 1e-9 * of_updates);
 }
 
 // The real logs: everything is accounted for. What the file calls range is the depth along the axis of the
@@ -240,8 +240,8 @@ double heading_std_deg(const ReplayResult& result, double time_s) {
   return std::sqrt(variance) / kRadiansPerDegree;
 }
 
-// Robot 1 sees nothing for 39 s. The next sights, for 27 s, are of landmarks never seen before, which can
-// tell nothing of its heading; yet the EKF becomes sure of it. With Jacobians at the truth it does not.
+// Robot 1 sees nothing for 39 s. The next observations, for 27 s, are of landmarks never seen before, which
+// can tell nothing of its heading; yet the EKF becomes sure of it. With Jacobians at the truth it does not.
 TEST(MrclamReplay, TheEkfGainsAHeadingFromLandmarksThatItPlacedItself) {
   CREDENCE_DATA_OR_SKIP(data, "mrclam7");
   const MrclamLog log = read_mrclam(data, 1);

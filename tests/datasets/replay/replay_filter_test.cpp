@@ -46,14 +46,14 @@ struct World {
       truth = vehicle.moved(truth, actual, 0.1);
       filter.set_control(measured);
       filter.advance_to(start.time_s + 0.1 * k);
-      std::vector<Sight> sights;
+      std::vector<LoggedObservation> observations;
       for (std::size_t i = 0; i < start.survey_m.size(); ++i) {
         RangeBearing z = measure_range_bearing(truth, start.survey_m[i]);
         z(0) += noise_ratio * settings.noise.range_std * normal(random);
         z(1) = wrap_angle(z(1) + settings.noise.bearing_std_deg * degree * normal(random));
-        sights.push_back({static_cast<int>(i), z});
+        observations.push_back({static_cast<int>(i), z});
       }
-      filter.observe(start.time_s + 0.1 * k, sights);
+      filter.observe(start.time_s + 0.1 * k, observations);
       filter.compare_pose(start.time_s + 0.1 * k, truth);
     }
     return filter.finish();
@@ -61,7 +61,7 @@ struct World {
 };
 
 // In a world as the filter assumes it NEES and NIS have the means 3, 2, 2. The bounds are 5 standard errors
-// of the mean over runs (NEES at the last step) and of the sum over sights (NIS is white).
+// of the mean over runs (NEES at the last step) and of the sum over observations (NIS is white).
 TEST(ReplayFilter, IsConsistentWhereItsAssumptionsHold) {
   const World world;
   constexpr int kRuns = 60, kSteps = 60;
@@ -86,7 +86,7 @@ TEST(ReplayFilter, NisTellsWrongNoise) {
   EXPECT_LT(world.run(1, 4 * kSteps, 0.5).nis.mean(), 2 - five_errors / 2);
 }
 
-TEST(ReplayFilter, EverySightHasOneOutcome) {
+TEST(ReplayFilter, EveryObservationHasOneOutcome) {
   const World world;
   const ReplayResult result = world.run(7, 50);
   EXPECT_EQ(result.observations, 200);
@@ -124,33 +124,34 @@ ReplayFilter standing_filter(double gate, ReplayAssociation association) {
   world.start.survey_m = {{4, 0}, {4, 0.5}, {-20, 0}};
   ReplayFilter filter(world.settings, world.start);
   for (int k = 0; k < 20; ++k)
-    filter.observe(world.start.time_s + 1e-3 * k,
-                   std::vector<Sight>{{0, {4, 0}}, {1, {std::hypot(4, 0.5), std::atan2(0.5, 4)}}});
+    filter.observe(
+        world.start.time_s + 1e-3 * k,
+        std::vector<LoggedObservation>{{0, {4, 0}}, {1, {std::hypot(4, 0.5), std::atan2(0.5, 4)}}});
   return filter;
 }
 
 TEST(ReplayFilter, TheGateRejectsAndCounts) {
   ReplayFilter filter = standing_filter(0.99, ReplayAssociation::survey);
-  filter.observe(100.1, std::vector<Sight>{{0, {5, 0}}});   // a metre too far
-  filter.observe(100.2, std::vector<Sight>{{0, {4, 0}}});   // right
-  filter.observe(100.3, std::vector<Sight>{{-1, {9, 1}}});  // nobody's
+  filter.observe(100.1, std::vector<LoggedObservation>{{0, {5, 0}}});   // a metre too far
+  filter.observe(100.2, std::vector<LoggedObservation>{{0, {4, 0}}});   // right
+  filter.observe(100.3, std::vector<LoggedObservation>{{-1, {9, 1}}});  // nobody's
   const ReplayResult result = filter.finish();
   EXPECT_EQ(result.rejected, 1);
   EXPECT_EQ(result.unassociated, 1);
   EXPECT_EQ(result.associated, 42);
   EXPECT_EQ(result.updated, 39);
   EXPECT_EQ(result.ambiguous, 0);
-  EXPECT_EQ(result.nis.count, 39) << "a rejected sight is not in the mean";
-  EXPECT_GT(result.sights[40].nis, 9.21);
-  EXPECT_NEAR(result.sights[40].innovation(0), 1, 0.01);
+  EXPECT_EQ(result.nis.count, 39) << "a rejected observation is not in the mean";
+  EXPECT_GT(result.records[40].nis, 9.21);
+  EXPECT_NEAR(result.records[40].innovation(0), 1, 0.01);
   EXPECT_NEAR(result.nis.expected, 1.907, 5e-4) << "theory, section 7";
 }
 
 TEST(ReplayFilter, CompatibilityFindsLandmarksByItself) {
   ReplayFilter filter = standing_filter(0.99, ReplayAssociation::compatibility);
-  filter.observe(100.1, std::vector<Sight>{{2, {20, 3.1}}});  // far from all: new
-  filter.observe(100.2, std::vector<Sight>{{1, {4, 0}}});     // says 1, looks like 0
-  filter.observe(100.3, std::vector<Sight>{{0, {4.2, 0}}});   // neither fits nor is new
+  filter.observe(100.1, std::vector<LoggedObservation>{{2, {20, 3.1}}});  // far from all: new
+  filter.observe(100.2, std::vector<LoggedObservation>{{1, {4, 0}}});     // says 1, looks like 0
+  filter.observe(100.3, std::vector<LoggedObservation>{{0, {4.2, 0}}});   // neither fits nor is new
   const ReplayResult result = filter.finish();
   EXPECT_EQ(result.initialised, 3);
   EXPECT_EQ(result.map.size(), 3U);
@@ -161,13 +162,13 @@ TEST(ReplayFilter, CompatibilityFindsLandmarksByItself) {
 }
 
 // Two landmarks that the filter cannot tell apart.
-TEST(ReplayFilter, AmbiguousSightsAreCounted) {
+TEST(ReplayFilter, AmbiguousObservationsAreCounted) {
   World world;
   world.settings.filter.gate = 0.99;
   world.start.survey_m = {{4, 0}, {4, 0.02}};
   ReplayFilter filter(world.settings, world.start);
-  filter.observe(101, std::vector<Sight>{{0, {4, 0}}, {1, {4, 0.005}}});
-  filter.observe(102, std::vector<Sight>{{0, {4, 0}}});
+  filter.observe(101, std::vector<LoggedObservation>{{0, {4, 0}}, {1, {4, 0.005}}});
+  filter.observe(102, std::vector<LoggedObservation>{{0, {4, 0}}});
   const ReplayResult result = filter.finish();
   EXPECT_EQ(result.ambiguous, 1);
   EXPECT_EQ(result.updated, 1) << "known association uses it all the same";
@@ -176,7 +177,7 @@ TEST(ReplayFilter, AmbiguousSightsAreCounted) {
 TEST(ReplayFilter, ALandmarkSeenTwiceAtOneTimeIsUsedTwice) {
   World world;
   ReplayFilter filter(world.settings, world.start);
-  filter.observe(101, std::vector<Sight>{{0, {4, 0.2}}, {0, {4, 0.21}}});
+  filter.observe(101, std::vector<LoggedObservation>{{0, {4, 0.2}}, {0, {4, 0.21}}});
   const ReplayResult result = filter.finish();
   EXPECT_EQ(result.initialised, 1);
   EXPECT_EQ(result.updated, 1);

@@ -14,7 +14,7 @@
 namespace credence {
 namespace {
 
-using Sighting = Observation<PlanarModel>;
+using Seen = Observation<PlanarModel>;
 
 ReplaySlamInputs inputs() {
   ReplaySlamInputs told;
@@ -39,21 +39,21 @@ std::unique_ptr<ReplaySlam> on_its_way(const std::string& estimator, const Repla
   auto filter = make_replay_slam(settings_of(estimator), told);
   filter->reset(Pose(0.0, 0.0, 0.1), start_covariance());
   filter->predict(Control(1.0, 0.05), 0.5, std::nullopt);
-  const Sighting seen[] = {{0, RangeBearing(9.6, 0.1)}, {1, RangeBearing(8.5, -0.6)}};
+  const Seen seen[] = {{0, RangeBearing(9.6, 0.1)}, {1, RangeBearing(8.5, -0.6)}};
   EXPECT_TRUE(filter->update(seen).ok);
   filter->predict(Control(1.1, 0.02), 0.5, std::nullopt);
   filter->prepare_to_judge();
   return filter;
 }
 
-TEST(ReplaySlam, WhatItJudgesOfASightIsWhatTheUpdateThenFinds) {
+TEST(ReplaySlam, WhatItJudgesOfAnObservationIsWhatTheUpdateThenFinds) {
   const RangeBearing z(9.2, 0.15);
   for (const char* estimator : {"ekf", "fej", "oc", "invariant"}) {
     const auto filter = on_its_way(estimator, inputs());
     const ReplaySlam::Compatibility judged = filter->judge(z, 0);
     const Matrix before = filter->covariance();
     EXPECT_EQ(filter->covariance(), before) << estimator << ": judging changes nothing";
-    const Sighting seen[] = {{0, z}};
+    const Seen seen[] = {{0, z}};
     const UpdateResult result = filter->update(seen);
     ASSERT_TRUE(result.ok) << estimator;
     EXPECT_EQ(result.dof, 2) << estimator;
@@ -64,7 +64,7 @@ TEST(ReplaySlam, WhatItJudgesOfASightIsWhatTheUpdateThenFinds) {
   }
 }
 
-TEST(ReplaySlam, TheCovarianceOfASightOfAnAnchorIsThatOfThePoseAndTheNoise) {
+TEST(ReplaySlam, TheCovarianceOfAnObservationOfAnAnchorIsThatOfThePoseAndTheNoise) {
   // S = H_r P Hᵀ_r + R with H_r by differences of the range and bearing of a point at a known place.
   ReplaySlamInputs told = inputs();
   told.anchors = {{2, told.survey_m[2]}};
@@ -88,7 +88,7 @@ TEST(ReplaySlam, TheCovarianceOfASightOfAnAnchorIsThatOfThePoseAndTheNoise) {
   EXPECT_NEAR(judged.nis, judged.innovation.dot(S.inverse() * judged.innovation), 1e-6 * judged.nis);
 }
 
-TEST(ReplaySlam, ASightWhoseCovarianceIsNoneIsInfinitelyFar) {
+TEST(ReplaySlam, AnObservationWhoseCovarianceIsNoneIsInfinitelyFar) {
   ReplaySlamInputs told = inputs();
   told.anchors = {{2, told.survey_m[2]}};
   told.R = Eigen::Vector2d(0.01, -10.0).asDiagonal();

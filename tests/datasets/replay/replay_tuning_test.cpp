@@ -84,7 +84,7 @@ TEST(ReplayTuning, FindsTheNoiseOfTheWorld) {
   EXPECT_TRUE(tuning.parts_are_logs);
   ASSERT_EQ(tuning.left_out.size(), 3U);
   for (const LeftOutPart& part : tuning.left_out) {
-    EXPECT_EQ(part.sights, 600);
+    EXPECT_EQ(part.observations, 600);
     EXPECT_EQ(part.values.size(), 4U);
     EXPECT_GT(part.score_after, part.score_before);
     EXPECT_NEAR(part.nis_after, 2.0, 5.0 * 2.0 / std::sqrt(600.0)) << part.name;
@@ -98,9 +98,9 @@ TEST(ReplayTuning, OfOneLogLeavesOutItsFifths) {
   const ReplayScore score(logs, {"noise.range_std", "noise.bearing_std_deg"});
   const ReplayTuning tuning = tune_replays(logs, score, 0.95);
   ASSERT_EQ(tuning.left_out.size(), 5U);
-  Index sights = 0;
-  for (const LeftOutPart& part : tuning.left_out) sights += part.sights;
-  EXPECT_EQ(sights, 600);
+  Index observations = 0;
+  for (const LeftOutPart& part : tuning.left_out) observations += part.observations;
+  EXPECT_EQ(observations, 600);
   EXPECT_FALSE(tuning.parts_are_logs);
 }
 

@@ -37,8 +37,8 @@ TEST(EkfEstimator, corrects_by_the_jacobians_of_every_sensor) {
     EstimatorTour tour(sensor);
     EkfEstimator filter(tour.settings);
     const BeforeUpdate before(tour, filter, {1, 3, 4});
-    const auto& [x, P, sights, offsets] = before;
-    const UpdateResult result = filter.update(sights, tour.truth());
+    const auto& [x, P, observations, offsets] = before;
+    const UpdateResult result = filter.update(observations, tour.truth());
 
     const Vector nu = before.innovation(tour.settings);
     const TextbookCorrection expected(P, textbook_jacobian(tour.settings, x, offsets), nu,
@@ -62,11 +62,11 @@ TEST(EkfEstimator, places_a_landmark_with_all_its_correlations) {
     const BeforeUpdate before(tour, filter, {2});
     const Vector& x = before.x;
     const Matrix& P = before.P;
-    const UpdateResult result = filter.update(before.sights, tour.truth());
+    const UpdateResult result = filter.update(before.observations, tour.truth());
     EXPECT_EQ(result.initialised, 1);
     EXPECT_EQ(result.dof, 0);
 
-    const Vector pose = x.head<3>(), z = before.sights.front().z;
+    const Vector pose = x.head<3>(), z = before.observations.front().z;
     const auto of_pose = [&](const Vector& at) { return textbook_place(tour.settings, at, z); };
     const auto of_z = [&](const Vector& at) { return textbook_place(tour.settings, pose, at); };
     const Matrix J_r = numerical_jacobian(of_pose, pose), J_z = numerical_jacobian(of_z, z);

@@ -20,7 +20,7 @@ namespace credence {
 
 class EstimatorTour {
  public:
-  using Sights = std::vector<Observation<PlanarModel>>;
+  using Observations = std::vector<Observation<PlanarModel>>;
 
   explicit EstimatorTour(LandmarkSensorKind sensor, VehicleKind vehicle = VehicleKind::unicycle,
                          unsigned seed = 1)
@@ -51,31 +51,31 @@ class EstimatorTour {
     return control + drawn(settings.Q);
   }
 
-  /// Noisy sights of these landmarks, in this order.
-  Sights see(std::span<const int> numbers) {
-    Sights sights;
+  /// Noisy observations of these landmarks, in this order.
+  Observations see(std::span<const int> numbers) {
+    Observations observations;
     for (const int i : numbers) {
       const Eigen::Vector2d rho =
           rotation(now[2]).transpose() * (landmarks[static_cast<std::size_t>(i)] - now.head<2>());
-      sights.push_back({i, settings.sensor.measure(rho) + drawn(settings.R)});
+      observations.push_back({i, settings.sensor.measure(rho) + drawn(settings.R)});
     }
-    return sights;
+    return observations;
   }
-  Sights see(std::initializer_list<int> numbers) { return see(std::vector<int>(numbers)); }
+  Observations see(std::initializer_list<int> numbers) { return see(std::vector<int>(numbers)); }
 
   /// Without noise.
   void drive_exactly() {
     before = now;
     now = settings.model.move(now, control).pose;
   }
-  Sights see_exactly(std::initializer_list<int> numbers) const {
-    Sights sights;
+  Observations see_exactly(std::initializer_list<int> numbers) const {
+    Observations observations;
     for (const int i : numbers) {
       const Eigen::Vector2d rho =
           rotation(now[2]).transpose() * (landmarks[static_cast<std::size_t>(i)] - now.head<2>());
-      sights.push_back({i, settings.sensor.measure(rho)});
+      observations.push_back({i, settings.sensor.measure(rho)});
     }
-    return sights;
+    return observations;
   }
 
   /// Some steps from a wrong start, after which the landmarks 3, 0, 1, 4 are in the state, in this order.
@@ -145,25 +145,26 @@ inline Matrix textbook_noise(const EstimatorSettings& settings, Index m) {
   return R;
 }
 
-inline std::vector<Index> offsets_of(const SlamEstimator& filter, const EstimatorTour::Sights& sights) {
+inline std::vector<Index> offsets_of(const SlamEstimator& filter,
+                                     const EstimatorTour::Observations& observations) {
   std::vector<Index> offsets;
-  for (const auto& sight : sights) offsets.push_back(filter.offset_of(sight.landmark));
+  for (const auto& observation : observations) offsets.push_back(filter.offset_of(observation.landmark));
   return offsets;
 }
 
-/// The sights of landmarks that a filter has, and the others.
-inline std::pair<EstimatorTour::Sights, EstimatorTour::Sights> known_and_fresh(
-    const SlamEstimator& filter, const EstimatorTour::Sights& sights) {
-  std::pair<EstimatorTour::Sights, EstimatorTour::Sights> parts;
-  for (const auto& sight : sights) {
-    (filter.offset_of(sight.landmark) >= 0 ? parts.first : parts.second).push_back(sight);
+/// The observations of landmarks that a filter has, and the others.
+inline std::pair<EstimatorTour::Observations, EstimatorTour::Observations> known_and_fresh(
+    const SlamEstimator& filter, const EstimatorTour::Observations& observations) {
+  std::pair<EstimatorTour::Observations, EstimatorTour::Observations> parts;
+  for (const auto& observation : observations) {
+    (filter.offset_of(observation.landmark) >= 0 ? parts.first : parts.second).push_back(observation);
   }
   return parts;
 }
 
-inline Vector stacked(const EstimatorTour::Sights& sights) {
-  Vector z(2 * std::ssize(sights));
-  for (Index i = 0; 2 * i < z.size(); ++i) z.segment<2>(2 * i) = sights[static_cast<std::size_t>(i)].z;
+inline Vector stacked(const EstimatorTour::Observations& observations) {
+  Vector z(2 * std::ssize(observations));
+  for (Index i = 0; 2 * i < z.size(); ++i) z.segment<2>(2 * i) = observations[static_cast<std::size_t>(i)].z;
   return z;
 }
 
@@ -181,11 +182,11 @@ struct TextbookCorrection {
   }
 };
 
-/// A warm filter after a motion, and the sights that come next.
+/// A warm filter after a motion, and the observations that come next.
 struct BeforeUpdate {
   Vector x;
   Matrix P;
-  EstimatorTour::Sights sights;
+  EstimatorTour::Observations observations;
   std::vector<Index> offsets;  ///< −1 of landmarks that the filter has not
 
   BeforeUpdate(EstimatorTour& tour, SlamEstimator& filter, std::initializer_list<int> numbers) {
@@ -193,20 +194,21 @@ struct BeforeUpdate {
     filter.predict(tour.drive(), tour.truth());
     x = filter.state();
     P = whole_covariance(filter);
-    sights = tour.see(numbers);
-    offsets = offsets_of(filter, sights);
+    observations = tour.see(numbers);
+    offsets = offsets_of(filter, observations);
   }
 
   Vector innovation(const EstimatorSettings& settings) const {
-    return textbook_innovation(settings, stacked(sights), textbook_measurement(settings, x, offsets));
+    return textbook_innovation(settings, stacked(observations), textbook_measurement(settings, x, offsets));
   }
 };
 
-/// Corrects x and P by sights of landmarks that are there, with the Jacobian at another point.
-inline void textbook_correct(const EstimatorSettings& settings, const EstimatorTour::Sights& sights,
-                             std::span<const Index> offsets, const Vector& point, Vector& x, Matrix& P) {
+/// Corrects x and P by observations of landmarks that are there, with the Jacobian at another point.
+inline void textbook_correct(const EstimatorSettings& settings,
+                             const EstimatorTour::Observations& observations, std::span<const Index> offsets,
+                             const Vector& point, Vector& x, Matrix& P) {
   const Vector nu =
-      textbook_innovation(settings, stacked(sights), textbook_measurement(settings, x, offsets));
+      textbook_innovation(settings, stacked(observations), textbook_measurement(settings, x, offsets));
   const TextbookCorrection corrected(P, textbook_jacobian(settings, point, offsets), nu,
                                      textbook_noise(settings, nu.size()));
   x += corrected.delta;
@@ -245,7 +247,7 @@ inline Matrix textbook_control_jacobian(const PlanarModel& model, const Pose& po
       u);
 }
 
-/// Where a sight at z from a pose places a landmark.
+/// Where an observation at z from a pose places a landmark.
 inline Vector textbook_place(const EstimatorSettings& settings, const Vector& pose, const Vector& z) {
   return pose.head<2>() + rotation(pose[2]) * settings.sensor.locate(Eigen::Vector2d(z));
 }
@@ -262,7 +264,8 @@ inline Matrix textbook_augmented(const Matrix& P, const Matrix& J_r, const Matri
   return augmented;
 }
 
-/// Adds the landmark of a sight to x and P, its Jacobian that of a turn about another point; where it stands.
+/// Adds the landmark of an observation to x and P, its Jacobian that of a turn about another point; where it
+/// stands.
 inline Point textbook_start(const EstimatorSettings& settings, const Eigen::Vector2d& seen, const Point& turn,
                             Vector& x, Matrix& P) {
   const Vector pose = x.head<3>(), z = seen;

@@ -22,10 +22,10 @@ namespace {
 using Seen = std::vector<Observation<PlanarModel>>;
 
 /// A vehicle that drives a circle among landmarks, its odometry and sensor noisy; made of fixed numbers.
-class EstimatorDrive {
+class EstimatorSimulation {
  public:
-  explicit EstimatorDrive(LandmarkSensorKind kind, double turn_rate, double turn_std,
-                          double position_std = 0.1) {
+  explicit EstimatorSimulation(LandmarkSensorKind kind, double turn_rate, double turn_std,
+                               double position_std = 0.1) {
     settings_.model.dt_s = 1.0;
     settings_.sensor.kind = kind;
     control_std_ << 0.02, turn_std;
@@ -87,12 +87,12 @@ class EstimatorDrive {
 
 /// Steps of one filter; takes what is there after each.
 template <class Take>
-void follow(SlamEstimator& filter, EstimatorDrive& drive, unsigned seed, int steps, Take take) {
-  filter.reset(drive.start(seed), drive.initial_covariance());
+void follow(SlamEstimator& filter, EstimatorSimulation& simulation, unsigned seed, int steps, Take take) {
+  filter.reset(simulation.start(seed), simulation.initial_covariance());
   for (int k = 1; k <= steps; ++k) {
-    const Control u = drive.move();
-    filter.predict(u, drive.truth());
-    const UpdateResult result = filter.update(drive.see(), drive.truth());
+    const Control u = simulation.move();
+    filter.predict(u, simulation.truth());
+    const UpdateResult result = filter.update(simulation.see(), simulation.truth());
     ASSERT_TRUE(result.ok) << k;
     take(k, result);
   }
@@ -112,21 +112,21 @@ TEST(Estimators, AllAreTheKalmanFilterWhereTheWorldIsLinear) {
     if (kind.name == "intersection") continue;  // a bound
     for (const double alpha : {1e-3, 1.0}) {
       if (!kind.name.starts_with("ukf") && alpha < 1.0) continue;
-      EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
-      drive.settings().sigma_spread = alpha;
-      drive.settings().active_sights = 100;  // the consider filter estimates all
-      const auto filter = kind.make(drive.settings());
-      EstimatorDrive same(LandmarkSensorKind::relative_position, 0.0, 0.0);
+      EstimatorSimulation simulation(LandmarkSensorKind::relative_position, 0.0, 0.0);
+      simulation.settings().sigma_spread = alpha;
+      simulation.settings().active_sights = 100;  // the consider filter estimates all
+      const auto filter = kind.make(simulation.settings());
+      EstimatorSimulation same(LandmarkSensorKind::relative_position, 0.0, 0.0);
       Vector x = same.start(3).head<2>();
       Matrix P = same.initial_covariance().topLeftCorner<2, 2>();
       std::vector<int> order;
       const Eigen::Matrix2d R = rotation(0.3), Rt = R.transpose();
       // The innovations of a sigma filter with a spread of 1e-3 lose six digits.
       const double tolerance = alpha < 1.0 ? 1e-8 : 1e-10;
-      follow(*filter, drive, 3, 60, [&](int k, const UpdateResult& result) {
+      follow(*filter, simulation, 3, 60, [&](int k, const UpdateResult& result) {
         const Control u = same.move();
         x.head<2>() += u[0] * R.col(0);
-        P.topLeftCorner<2, 2>() += drive.settings().Q(0, 0) * R.col(0) * R.col(0).transpose();
+        P.topLeftCorner<2, 2>() += simulation.settings().Q(0, 0) * R.col(0) * R.col(0).transpose();
         const Seen seen = same.see();
         Seen known, fresh;
         for (const auto& o : seen) {
@@ -184,12 +184,12 @@ TEST(Estimators, AllAreTheKalmanFilterWhereTheWorldIsLinear) {
 
 // With range and bearing the plain EKF is the one that the planar world has had all along.
 TEST(Estimators, EkfIsEkfSlam) {
-  EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.05, 0.03);
-  EstimatorDrive same(LandmarkSensorKind::range_bearing, 0.05, 0.03);
-  const auto filter = make_estimator("ekf", drive.settings());
-  EkfSlam<PlanarModel> ekf(drive.settings().model, drive.settings().Q, drive.settings().R);
+  EstimatorSimulation simulation(LandmarkSensorKind::range_bearing, 0.05, 0.03);
+  EstimatorSimulation same(LandmarkSensorKind::range_bearing, 0.05, 0.03);
+  const auto filter = make_estimator("ekf", simulation.settings());
+  EkfSlam<PlanarModel> ekf(simulation.settings().model, simulation.settings().Q, simulation.settings().R);
   ekf.reset(same.start(5), same.initial_covariance());
-  follow(*filter, drive, 5, 80, [&](int k, const UpdateResult& result) {
+  follow(*filter, simulation, 5, 80, [&](int k, const UpdateResult& result) {
     ekf.predict(same.move());
     const UpdateResult expected = ekf.update(same.see());
     ASSERT_EQ(result.dof, expected.dof);
@@ -210,14 +210,14 @@ TEST(Estimators, AgreeWhereTheNoiseIsSmall) {
     if (kind.name == "intersection") continue;
     for (const LandmarkSensorKind sensor :
          {LandmarkSensorKind::relative_position, LandmarkSensorKind::range_bearing}) {
-      EstimatorDrive drive(sensor, 0.05, 1e-6, 1e-6);
-      for (Eigen::Matrix2d* M : {&drive.settings().Q, &drive.settings().R}) *M *= 1e-10;
-      EstimatorDrive same = drive;
-      drive.settings().active_sights = 100;
-      const auto filter = kind.make(drive.settings());
-      const auto ideal = make_estimator("ideal", drive.settings());
+      EstimatorSimulation simulation(sensor, 0.05, 1e-6, 1e-6);
+      for (Eigen::Matrix2d* M : {&simulation.settings().Q, &simulation.settings().R}) *M *= 1e-10;
+      EstimatorSimulation same = simulation;
+      simulation.settings().active_sights = 100;
+      const auto filter = kind.make(simulation.settings());
+      const auto ideal = make_estimator("ideal", simulation.settings());
       // Noise as drawn is 1e5 times too large for these covariances: take the exact readings instead.
-      const auto go = [](SlamEstimator& f, EstimatorDrive& d) {
+      const auto go = [](SlamEstimator& f, EstimatorSimulation& d) {
         f.reset(d.start(1), d.initial_covariance());
         f.reset(d.truth().now, d.initial_covariance());
         for (int k = 0; k < 30; ++k) {
@@ -232,7 +232,7 @@ TEST(Estimators, AgreeWhereTheNoiseIsSmall) {
           ASSERT_TRUE(f.update(seen, d.truth()).ok);
         }
       };
-      go(*filter, drive);
+      go(*filter, simulation);
       go(*ideal, same);
       EXPECT_LT((filter->state() - ideal->state()).norm(), 1e-8) << kind.name;
       const Eigen::Matrix3d P = filter->plane_pose_covariance(), expected = ideal->plane_pose_covariance();
@@ -244,9 +244,9 @@ TEST(Estimators, AgreeWhereTheNoiseIsSmall) {
 // The invariant filter does not know where the origin is: a turned and shifted world gives turned and shifted
 // estimates, the same innovations, and the same NEES.
 TEST(Estimators, InvariantFilterIsInvariant) {
-  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
-  const auto filter = make_estimator("invariant", drive.settings());
-  const auto moved = make_estimator("invariant", drive.settings());
+  EstimatorSimulation simulation(LandmarkSensorKind::relative_position, 0.05, 0.03);
+  const auto filter = make_estimator("invariant", simulation.settings());
+  const auto moved = make_estimator("invariant", simulation.settings());
   const double turn = 2.1;
   const Eigen::Vector2d shift(30.0, -7.0);
   const auto there = [&](Pose p) {
@@ -254,17 +254,17 @@ TEST(Estimators, InvariantFilterIsInvariant) {
     return p;
   };
   std::vector<Point> landmarks;
-  for (const Point& l : drive.landmarks()) landmarks.emplace_back(rotation(turn) * l + shift);
-  Pose start = drive.start(8);
-  filter->reset(start, drive.initial_covariance());
+  for (const Point& l : simulation.landmarks()) landmarks.emplace_back(rotation(turn) * l + shift);
+  Pose start = simulation.start(8);
+  filter->reset(start, simulation.initial_covariance());
   Eigen::Matrix3d T = Eigen::Matrix3d::Identity();
   T.topLeftCorner<2, 2>() = rotation(turn);
-  moved->reset(there(start), T * drive.initial_covariance() * T.transpose());
+  moved->reset(there(start), T * simulation.initial_covariance() * T.transpose());
   for (int k = 0; k < 60; ++k) {
-    const Control u = drive.move();
-    const PlanarTruth truth = drive.truth();
+    const Control u = simulation.move();
+    const PlanarTruth truth = simulation.truth();
     const PlanarTruth truth_there{there(truth.before), there(truth.now), landmarks};
-    const Seen seen = drive.see();
+    const Seen seen = simulation.see();
     filter->predict(u, truth);
     moved->predict(u, truth_there);
     const UpdateResult a = filter->update(seen, truth), b = moved->update(seen, truth_there);
@@ -281,10 +281,10 @@ TEST(Estimators, InvariantFilterIsInvariant) {
 // A correction by a global turn and shift of the plane is no information: log of the error changes by Ad
 // only.
 TEST(Estimators, InvariantErrorIsTheLogarithm) {
-  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
-  const auto filter = make_estimator("invariant", drive.settings());
-  follow(*filter, drive, 4, 20, [](int, const UpdateResult&) {});
-  const PlanarTruth truth = drive.truth();
+  EstimatorSimulation simulation(LandmarkSensorKind::relative_position, 0.05, 0.03);
+  const auto filter = make_estimator("invariant", simulation.settings());
+  follow(*filter, simulation, 4, 20, [](int, const UpdateResult&) {});
+  const PlanarTruth truth = simulation.truth();
   Vector e(filter->size());
   filter->error(truth, e);
   // exp(e) X = X̂
@@ -299,23 +299,23 @@ TEST(Estimators, InvariantErrorIsTheLogarithm) {
 
 // The Gauss-Newton minimum has no gradient: K-free check of the iterated correction.
 TEST(Estimators, IteratedCorrectionIsTheMinimum) {
-  EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
-  const auto filter = make_estimator("iterated", drive.settings());
-  filter->reset(drive.start(2), drive.initial_covariance());
+  EstimatorSimulation simulation(LandmarkSensorKind::range_bearing, 0.05, 0.05);
+  const auto filter = make_estimator("iterated", simulation.settings());
+  filter->reset(simulation.start(2), simulation.initial_covariance());
   for (int k = 0; k < 6; ++k) {
-    const Control u = drive.move();
-    filter->predict(u, drive.truth());
-    filter->update(drive.see(), drive.truth());
+    const Control u = simulation.move();
+    filter->predict(u, simulation.truth());
+    filter->update(simulation.see(), simulation.truth());
   }
-  const Control u = drive.move();
-  filter->predict(u, drive.truth());
+  const Control u = simulation.move();
+  filter->predict(u, simulation.truth());
   const Vector prior = filter->state();
   const Matrix P = full(filter->covariance());
   const std::vector<int> order(filter->landmarks().begin(), filter->landmarks().end());
-  Seen seen = drive.see();
+  Seen seen = simulation.see();
   std::erase_if(seen, [&](const auto& o) { return std::ranges::find(order, o.landmark) == order.end(); });
   ASSERT_GE(seen.size(), 2U);
-  filter->update(seen, drive.truth());
+  filter->update(seen, simulation.truth());
   const Vector x = filter->state();
   const auto cost = [&](const Vector& at) {
     const Vector d = at - prior;
@@ -323,9 +323,9 @@ TEST(Estimators, IteratedCorrectionIsTheMinimum) {
     for (const auto& o : seen) {
       const Index l = 3 + 2 * (std::ranges::find(order, o.landmark) - order.begin());
       const Eigen::Vector2d rho = rotation(at[2]).transpose() * (at.segment<2>(l) - at.head<2>());
-      const LandmarkSensor& sensor = drive.settings().sensor;
+      const LandmarkSensor& sensor = simulation.settings().sensor;
       const Eigen::Vector2d nu = sensor.innovation(o.z, sensor.measure(rho));
-      sum += nu.dot(drive.settings().R.inverse() * nu);
+      sum += nu.dot(simulation.settings().R.inverse() * nu);
     }
     return sum;
   };
@@ -341,12 +341,12 @@ TEST(Estimators, IteratedCorrectionIsTheMinimum) {
 // where the plain EKF's tells it; no filter tells a shift.
 TEST(Estimators, KeepWhatIsUnobservable) {
   for (const EstimatorKind& kind : estimator_kinds()) {
-    EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
-    const auto filter = kind.make(drive.settings());
+    EstimatorSimulation simulation(LandmarkSensorKind::range_bearing, 0.05, 0.05);
+    const auto filter = kind.make(simulation.settings());
     Eigen::Matrix3d pose = Eigen::Matrix3d::Identity();  // the turn about the start, and two shifts
     std::vector<Eigen::Matrix<double, 2, 3>> map;
     double turn = 0.0, shift = 0.0;
-    follow(*filter, drive, 2, 40, [&](int, const UpdateResult&) {
+    follow(*filter, simulation, 2, 40, [&](int, const UpdateResult&) {
       pose = filter->motion_jacobian() * pose;
       if (filter->measurement_jacobian().rows() > 0) {
         Matrix N(std::ssize(filter->seen()), 3);
@@ -416,16 +416,16 @@ class TrueCovariance {
 // Of landmarks that are no longer estimated the filter still says what is true: P is the covariance of its
 // error, though its gain is not the best one.
 TEST(Estimators, TheConsiderFilterKnowsItsError) {
-  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
-  drive.settings().active_sights = 3;
-  const auto filter = make_estimator("schmidt", drive.settings()),
-             ekf = make_estimator("ekf", drive.settings());
-  EstimatorDrive same = drive;
-  TrueCovariance Sigma(drive.initial_covariance());
+  EstimatorSimulation simulation(LandmarkSensorKind::relative_position, 0.0, 0.0);
+  simulation.settings().active_sights = 3;
+  const auto filter = make_estimator("schmidt", simulation.settings()),
+             ekf = make_estimator("ekf", simulation.settings());
+  EstimatorSimulation same = simulation;
+  TrueCovariance Sigma(simulation.initial_covariance());
   double loss = 0.0;
   ekf->reset(same.start(3), same.initial_covariance());
-  follow(*filter, drive, 3, 60, [&](int k, const UpdateResult& result) {
-    Sigma.predict(drive.settings().Q(0, 0));
+  follow(*filter, simulation, 3, 60, [&](int k, const UpdateResult& result) {
+    Sigma.predict(simulation.settings().Q(0, 0));
     if (result.dof > 0) Sigma.correct(*filter, result.dof);
     Sigma.place(filter->placements().size());
     EXPECT_LT((full(filter->covariance()) - Sigma()).norm(), 1e-12) << k;
@@ -439,12 +439,12 @@ TEST(Estimators, TheConsiderFilterKnowsItsError) {
 
 // Whatever correlates vehicle and map, the blocks that the filter keeps bound the covariance of its errors.
 TEST(Estimators, TheIntersectionIsABound) {
-  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.0, 0.0);
-  const auto filter = make_estimator("intersection", drive.settings());
-  TrueCovariance Sigma(drive.initial_covariance());
+  EstimatorSimulation simulation(LandmarkSensorKind::relative_position, 0.0, 0.0);
+  const auto filter = make_estimator("intersection", simulation.settings());
+  TrueCovariance Sigma(simulation.initial_covariance());
   double least = 1.0;
-  follow(*filter, drive, 3, 60, [&](int, const UpdateResult& result) {
-    Sigma.predict(drive.settings().Q(0, 0));
+  follow(*filter, simulation, 3, 60, [&](int, const UpdateResult& result) {
+    Sigma.predict(simulation.settings().Q(0, 0));
     if (result.dof > 0) Sigma.correct(*filter, 2);
     Sigma.place(filter->placements().size());
     const Matrix gap = full(filter->covariance()) - Sigma();
@@ -567,15 +567,15 @@ class LeftFilter {
 // without it they differ, and the left one is what "invariant-left" computes from the right.
 TEST(Estimators, LeftAndRightAreTheSameWithTheReset) {
   for (const bool reset : {true, false}) {
-    EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.05, 0.05);
-    EstimatorDrive same = drive;
-    const auto filter = make_estimator(reset ? "invariant-reset" : "invariant-left", drive.settings());
-    const auto right = make_estimator("invariant", drive.settings());
+    EstimatorSimulation simulation(LandmarkSensorKind::range_bearing, 0.05, 0.05);
+    EstimatorSimulation same = simulation;
+    const auto filter = make_estimator(reset ? "invariant-reset" : "invariant-left", simulation.settings());
+    const auto right = make_estimator("invariant", simulation.settings());
     const Pose start = same.start(8);
-    LeftFilter left(drive.settings(), start, drive.initial_covariance(), reset);
-    right->reset(start, drive.initial_covariance());
+    LeftFilter left(simulation.settings(), start, simulation.initial_covariance(), reset);
+    right->reset(start, simulation.initial_covariance());
     double most = 0.0, apart = 0.0;
-    follow(*filter, drive, 8, 60, [&](int, const UpdateResult&) {
+    follow(*filter, simulation, 8, 60, [&](int, const UpdateResult&) {
       const Control u = same.move();
       const Seen seen = same.see();
       left.predict(u);
@@ -669,13 +669,13 @@ class BatchProblem {
 // is not.
 TEST(Estimators, ALongWindowIsTheBatchSolution) {
   for (const Index window : {20, 2}) {
-    EstimatorDrive drive(LandmarkSensorKind::range_bearing, 0.1, 0.05);
-    drive.settings().window = window;
-    const auto filter = make_estimator("smoother", drive.settings());
-    BatchProblem batch(drive.settings(), drive.start(4), drive.initial_covariance());
-    EstimatorDrive same = drive;
+    EstimatorSimulation simulation(LandmarkSensorKind::range_bearing, 0.1, 0.05);
+    simulation.settings().window = window;
+    const auto filter = make_estimator("smoother", simulation.settings());
+    BatchProblem batch(simulation.settings(), simulation.start(4), simulation.initial_covariance());
+    EstimatorSimulation same = simulation;
     same.start(4);
-    follow(*filter, drive, 4, 14, [&](int, const UpdateResult&) {
+    follow(*filter, simulation, 4, 14, [&](int, const UpdateResult&) {
       const Control u = same.move();
       batch.add(u, same.see());
     });
@@ -691,38 +691,38 @@ TEST(Estimators, ALongWindowIsTheBatchSolution) {
 }
 
 TEST(Estimators, BadInputIsRefused) {
-  EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.0, 0.01);
-  EXPECT_THROW(make_estimator("magic", drive.settings()), std::invalid_argument);
-  const auto filter = make_estimator("ekf", drive.settings());
-  filter->reset(Pose::Zero(), drive.initial_covariance());
+  EstimatorSimulation simulation(LandmarkSensorKind::relative_position, 0.0, 0.01);
+  EXPECT_THROW(make_estimator("magic", simulation.settings()), std::invalid_argument);
+  const auto filter = make_estimator("ekf", simulation.settings());
+  filter->reset(Pose::Zero(), simulation.initial_covariance());
   const Seen far{{6, {1.0, 1.0}}}, negative{{-1, {1.0, 1.0}}};
-  EXPECT_THROW(filter->update(far, drive.truth()), std::invalid_argument);
-  EXPECT_THROW(filter->update(negative, drive.truth()), std::invalid_argument);
-  drive.settings().sigma_spread = 0.0;
-  EXPECT_THROW(make_estimator("ukf", drive.settings()), std::invalid_argument);
-  drive.settings().sigma_spread = 1.0;
-  drive.settings().window = 0;
-  EXPECT_THROW(make_estimator("smoother", drive.settings()), std::invalid_argument);
-  drive.settings().window = 1;
-  drive.settings().active_sights = -1;
-  EXPECT_THROW(make_estimator("schmidt", drive.settings()), std::invalid_argument);
-  drive.settings().landmarks = -1;
-  EXPECT_THROW(make_estimator("ekf", drive.settings()), std::invalid_argument);
+  EXPECT_THROW(filter->update(far, simulation.truth()), std::invalid_argument);
+  EXPECT_THROW(filter->update(negative, simulation.truth()), std::invalid_argument);
+  simulation.settings().sigma_spread = 0.0;
+  EXPECT_THROW(make_estimator("ukf", simulation.settings()), std::invalid_argument);
+  simulation.settings().sigma_spread = 1.0;
+  simulation.settings().window = 0;
+  EXPECT_THROW(make_estimator("smoother", simulation.settings()), std::invalid_argument);
+  simulation.settings().window = 1;
+  simulation.settings().active_sights = -1;
+  EXPECT_THROW(make_estimator("schmidt", simulation.settings()), std::invalid_argument);
+  simulation.settings().landmarks = -1;
+  EXPECT_THROW(make_estimator("ekf", simulation.settings()), std::invalid_argument);
 }
 
 // S that is not positive definite is data: nothing changes.
 TEST(Estimators, AFactorisationThatFailsIsSaid) {
   for (const EstimatorKind& kind : estimator_kinds()) {
-    EstimatorDrive drive(LandmarkSensorKind::relative_position, 0.05, 0.03);
-    drive.settings().R *= -1.0;
-    const auto filter = kind.make(drive.settings());
-    filter->reset(drive.start(1), drive.initial_covariance());
-    const Control u = drive.move();
-    filter->predict(u, drive.truth());
-    filter->update(drive.see(), drive.truth());
+    EstimatorSimulation simulation(LandmarkSensorKind::relative_position, 0.05, 0.03);
+    simulation.settings().R *= -1.0;
+    const auto filter = kind.make(simulation.settings());
+    filter->reset(simulation.start(1), simulation.initial_covariance());
+    const Control u = simulation.move();
+    filter->predict(u, simulation.truth());
+    filter->update(simulation.see(), simulation.truth());
     const Vector before = filter->state();
-    const Seen seen = drive.see();
-    EXPECT_FALSE(filter->update(seen, drive.truth()).ok) << kind.name;
+    const Seen seen = simulation.see();
+    EXPECT_FALSE(filter->update(seen, simulation.truth()).ok) << kind.name;
     EXPECT_EQ(Vector(filter->state()), before) << kind.name;
   }
 }

@@ -52,10 +52,10 @@ TEST(FejEstimator, is_the_textbook_filter_at_the_first_estimates) {
       P = first.predicted(tour.settings, x.head<3>(), P, read);
       x.head<3>() = tour.settings.model.move(x.head<3>(), read).pose;
       filter.predict(read, tour.truth());
-      const auto sights = tour.see(std::span(numbers).first(k < 3 ? 2 : 4));
-      const auto [known, fresh] = known_and_fresh(filter, sights);
+      const auto observations = tour.see(std::span(numbers).first(k < 3 ? 2 : 4));
+      const auto [known, fresh] = known_and_fresh(filter, observations);
       const auto offsets = offsets_of(filter, known);
-      ASSERT_TRUE(filter.update(sights, tour.truth()).ok);
+      ASSERT_TRUE(filter.update(observations, tour.truth()).ok);
 
       if (!known.empty()) {
         textbook_correct(tour.settings, known, offsets, first.point(), x, P);

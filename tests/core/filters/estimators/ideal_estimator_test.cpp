@@ -41,8 +41,8 @@ TEST(IdealEstimator, corrects_by_the_jacobians_at_the_truth) {
     EstimatorTour tour(sensor);
     IdealEstimator filter(tour.settings);
     const BeforeUpdate before(tour, filter, {4, 0});
-    const auto& [x, P, sights, offsets] = before;
-    filter.update(sights, tour.truth());
+    const auto& [x, P, observations, offsets] = before;
+    filter.update(observations, tour.truth());
 
     const Vector nu = before.innovation(tour.settings);
     const Matrix H = textbook_jacobian(tour.settings, ideal_true_state(tour, filter), offsets);
@@ -58,8 +58,8 @@ TEST(IdealEstimator, places_a_landmark_by_the_jacobians_at_the_truth) {
   tour.warm(filter);
   const Pose pose = filter.state().head<3>();
   const Matrix P = whole_covariance(filter);
-  const auto sights = tour.see({2});
-  filter.update(sights, tour.truth());
+  const auto observations = tour.see({2});
+  filter.update(observations, tour.truth());
 
   const Vector z = tour.settings.sensor.measure(rotation(tour.now[2]).transpose() *
                                                 (tour.landmarks[2] - tour.now.head<2>()));
@@ -67,7 +67,8 @@ TEST(IdealEstimator, places_a_landmark_by_the_jacobians_at_the_truth) {
       numerical_jacobian([&](const Vector& at) { return textbook_place(tour.settings, at, z); }, tour.now);
   const Matrix J_z =
       numerical_jacobian([&](const Vector& at) { return textbook_place(tour.settings, tour.now, at); }, z);
-  EXPECT_LT((filter.state().tail<2>() - textbook_place(tour.settings, pose, sights.front().z)).norm(), 1e-14);
+  EXPECT_LT((filter.state().tail<2>() - textbook_place(tour.settings, pose, observations.front().z)).norm(),
+            1e-14);
   EXPECT_LT((whole_covariance(filter) - textbook_augmented(P, J_r, J_z, tour.settings.R)).norm(), 1e-10);
 }
 

@@ -11,7 +11,7 @@
 namespace credence {
 namespace {
 
-/// Of one sight: what is dependent and independent of the vehicle's covariance, and the landmark's.
+/// Of one observation: what is dependent and independent of the vehicle's covariance, and the landmark's.
 struct Parts {
   Matrix D, I, P_l, H_r, H_l, R;
 
@@ -88,15 +88,15 @@ TEST_P(IntersectionTest, takes_the_best_of_all_bounds) {
     const Index l = filter.offset_of(1);
     Vector before(5);
     before << P.diagonal().head(3), P.diagonal().segment(l, 2);
-    const auto sights = scene.tour.see({1});
-    ASSERT_TRUE(scene.filter.update(sights, tour.truth()).ok);
+    const auto observations = scene.tour.see({1});
+    ASSERT_TRUE(scene.filter.update(observations, tour.truth()).ok);
 
     const Matrix after = whole_covariance(filter);
     const Matrix of_vehicle = parts.corrected(parts.best_omega(0, 3, before)).topLeftCorner(3, 3);
     const Matrix of_landmark = parts.corrected(parts.best_omega(3, 2, before)).bottomRightCorner(2, 2);
     EXPECT_LT((after.topLeftCorner(3, 3) - of_vehicle).norm(), 5e-3 * of_vehicle.norm()) << noise;
     EXPECT_LT((after.block(l, l, 2, 2) - of_landmark).norm(), 5e-3 * of_landmark.norm()) << noise;
-    // at the least the cost is flat, and no more than without the sight
+    // at the least the cost is flat, and no more than without the observation
     const auto cost = [](const Matrix& A, const Vector& of) { return A.diagonal().cwiseQuotient(of).sum(); };
     EXPECT_NEAR(cost(after.topLeftCorner(3, 3), before.head(3)),
                 std::min(3.0, cost(of_vehicle, before.head(3))), 2e-5);
@@ -141,8 +141,8 @@ TEST_P(IntersectionTest, bounds_the_error_for_every_correlation) {
 }
 
 // A landmark that is known far better than the vehicle learns nothing from being seen, however often: its
-// variance must not creep up by the last thousandth of ω, 5·10⁻⁴ at every sight.
-TEST(IntersectionEstimator, a_sight_without_news_takes_nothing_away) {
+// variance must not creep up by the last thousandth of ω, 5·10⁻⁴ at every observation.
+TEST(IntersectionEstimator, an_observation_without_news_takes_nothing_away) {
   EstimatorTour tour(LandmarkSensorKind::relative_position);
   IntersectionEstimator filter(tour.settings);
   filter.reset(tour.now, 1e-6 * EstimatorTour::initial_covariance());
@@ -157,9 +157,9 @@ TEST(IntersectionEstimator, a_sight_without_news_takes_nothing_away) {
   }
 }
 
-// What a landmark has told makes the whole of the vehicle's error dependent: without a motion a second sight
-// has no independent part.
-TEST_P(IntersectionTest, has_no_independent_part_after_a_sight) {
+// What a landmark has told makes the whole of the vehicle's error dependent: without a motion a second
+// observation has no independent part.
+TEST_P(IntersectionTest, has_no_independent_part_after_an_observation) {
   IntersectionScene scene(GetParam());
   ASSERT_TRUE(scene.filter.update(scene.tour.see({1}), scene.tour.truth()).ok);
   const Vector x = scene.filter.state();

@@ -76,9 +76,9 @@ TEST(InvariantEstimator, corrects_in_the_group_and_moves_its_covariance_as_asked
       const BeforeUpdate before(tour, filter, {4, 3});
       const Vector& x = before.x;
       const Matrix& P = before.P;
-      const auto& sights = before.sights;
+      const auto& observations = before.observations;
       const auto& offsets = before.offsets;
-      ASSERT_TRUE(filter.update(sights, tour.truth()).ok);
+      ASSERT_TRUE(filter.update(observations, tour.truth()).ok);
 
       const Vector z = textbook_measurement(tour.settings, x, offsets);
       const auto of_error = [&](const Vector& xi) {
@@ -87,7 +87,7 @@ TEST(InvariantEstimator, corrects_in_the_group_and_moves_its_covariance_as_asked
       };
       const Vector zero = Vector::Zero(x.size());
       const TextbookCorrection expected(P, numerical_jacobian(of_error, zero),
-                                        textbook_innovation(tour.settings, stacked(sights), z),
+                                        textbook_innovation(tour.settings, stacked(observations), z),
                                         textbook_noise(tour.settings, 4));
       const Vector delta = expected.delta;
       EXPECT_GT(std::abs(delta[2]), 5e-4);
@@ -113,10 +113,10 @@ TEST(InvariantEstimator, places_a_landmark_in_its_chart) {
   tour.warm(filter);
   const Vector x = filter.state();
   const Matrix P = whole_covariance(filter);
-  const auto sights = tour.see({2});
-  filter.update(sights, tour.truth());
+  const auto observations = tour.see({2});
+  filter.update(observations, tour.truth());
 
-  const Vector z = sights.front().z, here = filter.state();
+  const Vector z = observations.front().z, here = filter.state();
   const auto placed = [&](const Vector& at, const Vector& seen) {
     Vector with(at.size() + 2);
     with << at, textbook_place(tour.settings, at.head<3>(), seen);

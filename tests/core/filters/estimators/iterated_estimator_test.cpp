@@ -17,17 +17,18 @@ struct IteratedCorrection {
   EstimatorTour tour;
   Vector prior{}, x{};
   Matrix P{};
-  EstimatorTour::Sights sights{};
+  EstimatorTour::Observations observations{};
   std::vector<int> order{};
 
-  /// The prior's and the sights' squares at a state.
+  /// The prior's and the observations' squares at a state.
   double cost(const Vector& at) const {
     const Vector off = at - prior;
     double sum = off.dot(P.inverse() * off);
-    for (const auto& sight : sights) {
-      const Index l = 3 + 2 * (std::ranges::find(order, sight.landmark) - order.begin());
+    for (const auto& observation : observations) {
+      const Index l = 3 + 2 * (std::ranges::find(order, observation.landmark) - order.begin());
       const Point rho = rotation(at[2]).transpose() * (at.segment<2>(l) - at.head<2>());
-      const Eigen::Vector2d nu = tour.settings.sensor.innovation(sight.z, tour.settings.sensor.measure(rho));
+      const Eigen::Vector2d nu =
+          tour.settings.sensor.innovation(observation.z, tour.settings.sensor.measure(rho));
       sum += nu.dot(tour.settings.R.inverse() * nu);
     }
     return sum;
@@ -50,19 +51,19 @@ IteratedCorrection after_turn(LandmarkSensorKind kind, double turn_rad, double n
   c.prior = filter.state();
   c.P = filter.covariance().selfadjointView<Eigen::Lower>();
   c.order.assign(filter.landmarks().begin(), filter.landmarks().end());
-  c.sights = c.tour.see({0, 1, 2});
-  filter.update(c.sights, c.tour.truth());
+  c.observations = c.tour.see({0, 1, 2});
+  filter.update(c.observations, c.tour.truth());
   c.x = filter.state();
   return c;
 }
 
 /// Of ½ (x − x̂)ᵀ P⁻¹ (x − x̂) + ½ νᵀ R⁻¹ ν, over the size of its second part.
 double gradient_at(const Vector& x, const EstimatorSettings& settings, const BeforeUpdate& before) {
-  const Vector nu = textbook_innovation(settings, stacked(before.sights),
+  const Vector nu = textbook_innovation(settings, stacked(before.observations),
                                         textbook_measurement(settings, x, before.offsets));
   const Matrix H = textbook_jacobian(settings, x, before.offsets);
-  const Vector of_sights = H.transpose() * textbook_noise(settings, nu.size()).llt().solve(nu);
-  return (before.P.llt().solve(x - before.x) - of_sights).norm() / of_sights.norm();
+  const Vector of_observations = H.transpose() * textbook_noise(settings, nu.size()).llt().solve(nu);
+  return (before.P.llt().solve(x - before.x) - of_observations).norm() / of_observations.norm();
 }
 
 // The minimum of the quadratic prior and the measurements' squares, where the gradient is zero, and P⁺ the
@@ -73,7 +74,7 @@ TEST(IteratedEstimator, ends_at_the_most_probable_state) {
     EstimatorTour tour(sensor);
     IteratedEstimator filter(tour.settings);
     const BeforeUpdate before(tour, filter, {1, 3, 4});
-    ASSERT_TRUE(filter.update(before.sights, tour.truth()).ok);
+    ASSERT_TRUE(filter.update(before.observations, tour.truth()).ok);
 
     const Vector x = filter.state();
     EXPECT_LT(gradient_at(x, tour.settings, before), 1e-4);
@@ -84,7 +85,7 @@ TEST(IteratedEstimator, ends_at_the_most_probable_state) {
 
     Vector once = before.x;
     Matrix P = before.P;
-    textbook_correct(tour.settings, before.sights, before.offsets, before.x, once, P);
+    textbook_correct(tour.settings, before.observations, before.offsets, before.x, once, P);
     EXPECT_GT(gradient_at(once, tour.settings, before), 1e-2);
   }
 }

@@ -57,10 +57,10 @@ TEST(OcEstimator, linearises_at_the_nearest_points_that_keep_the_turn) {
   for (int k = 0; k < 12; ++k) {
     const Control read = tour.drive();
     filter.predict(read, tour.truth());
-    const auto sights = tour.see(std::span(numbers).first(k < 3 ? 2 : 4));
-    const auto [known, fresh] = known_and_fresh(filter, sights);
+    const auto observations = tour.see(std::span(numbers).first(k < 3 ? 2 : 4));
+    const auto [known, fresh] = known_and_fresh(filter, observations);
     const auto offsets = offsets_of(filter, known);
-    ASSERT_TRUE(filter.update(sights, tour.truth()).ok);
+    ASSERT_TRUE(filter.update(observations, tour.truth()).ok);
 
     const Pose before = x.head<3>(), now = tour.settings.model.move(before, read).pose;
     const Point from = known.empty() ? Point(before.head<2>()) : points.before(before.head<2>(), x, offsets);
@@ -110,9 +110,9 @@ TEST(OcEstimator, chooses_the_motion_of_a_step_once) {
   filter.predict(tour.drive(), tour.truth());
   ASSERT_TRUE(filter.update(tour.see({3, 0}), tour.truth()).ok);
   const Matrix P = whole_covariance(filter);
-  const auto sights = tour.see({3, 1});
-  const auto offsets = offsets_of(filter, sights);
-  ASSERT_TRUE(filter.update(sights, tour.truth()).ok);
+  const auto observations = tour.see({3, 1});
+  const auto offsets = offsets_of(filter, observations);
+  ASSERT_TRUE(filter.update(observations, tour.truth()).ok);
   Matrix H = Matrix::Zero(4, P.rows());
   const auto seen = filter.seen();
   for (std::size_t j = 0; j < seen.size(); ++j) {

@@ -8,10 +8,10 @@ namespace credence {
 namespace {
 
 /// One correction with zeros in the gain of what is considered; P by Joseph's form, which holds for any gain.
-void consider(const EstimatorSettings& settings, const EstimatorTour::Sights& sights,
+void consider(const EstimatorSettings& settings, const EstimatorTour::Observations& observations,
               std::span<const Index> offsets, std::span<const Index> considered, Vector& x, Matrix& P) {
   const Vector nu =
-      textbook_innovation(settings, stacked(sights), textbook_measurement(settings, x, offsets));
+      textbook_innovation(settings, stacked(observations), textbook_measurement(settings, x, offsets));
   const Matrix H = textbook_jacobian(settings, x, offsets), R = textbook_noise(settings, nu.size());
   Matrix K = TextbookCorrection(P, H, nu, R).K;
   for (const Index l : considered) K.middleRows(l, 2).setZero();
@@ -20,14 +20,14 @@ void consider(const EstimatorSettings& settings, const EstimatorTour::Sights& si
   P = (T * P * T.transpose() + K * R * K.transpose()).eval();
 }
 
-// A landmark is placed at its first sight and estimated at `active_sights` more.
-TEST(SchmidtEstimator, considers_a_landmark_after_its_sights) {
+// A landmark is placed at its first observation and estimated at `active_sights` more.
+TEST(SchmidtEstimator, considers_a_landmark_after_its_observations) {
   for (const Index active : {0, 1, 2}) {
     EstimatorTour tour(LandmarkSensorKind::range_bearing);
     tour.settings.active_sights = active;
     SchmidtEstimator filter(tour.settings);
     filter.reset(tour.now + Pose(0.15, -0.1, 0.06), EstimatorTour::initial_covariance());
-    std::vector<Index> sights(5, 0);  // after the first, by number
+    std::vector<Index> observations(5, 0);  // after the first, by number
     Index steps_with_both = 0;
     for (const auto& numbers : {std::vector<int>{3, 0}, {0, 1}, {1, 0, 3}, {0, 3, 1}, {3, 4}, {4, 0, 1}}) {
       filter.predict(tour.drive(), tour.truth());
@@ -35,9 +35,10 @@ TEST(SchmidtEstimator, considers_a_landmark_after_its_sights) {
       Matrix P = whole_covariance(filter);
       const auto [known, fresh] = known_and_fresh(filter, tour.see(numbers));
       std::vector<Index> considered;
-      for (const auto& sight : known) ++sights[static_cast<std::size_t>(sight.landmark)];
+      for (const auto& observation : known) ++observations[static_cast<std::size_t>(observation.landmark)];
       for (const int number : filter.landmarks()) {
-        if (sights[static_cast<std::size_t>(number)] > active) considered.push_back(filter.offset_of(number));
+        if (observations[static_cast<std::size_t>(number)] > active)
+          considered.push_back(filter.offset_of(number));
       }
       if (!known.empty()) consider(tour.settings, known, offsets_of(filter, known), considered, x, P);
       const Matrix before = whole_covariance(filter);
@@ -59,7 +60,7 @@ TEST(SchmidtEstimator, considers_a_landmark_after_its_sights) {
 }
 
 // A new run begins to count anew.
-TEST(SchmidtEstimator, forgets_its_sights_when_it_is_reset) {
+TEST(SchmidtEstimator, forgets_its_observations_when_it_is_reset) {
   EstimatorTour tour(LandmarkSensorKind::range_bearing);
   tour.settings.active_sights = 2;
   SchmidtEstimator used(tour.settings), fresh(tour.settings);

@@ -22,15 +22,15 @@ TEST(SlamEstimator, judges_as_it_would_update) {
     EstimatorTour same = tour;
     const BeforeUpdate before(tour, *used, {1, 0, 2});
     const BeforeUpdate other(same, *judge, {1, 0, 2});
-    const UpdateResult updated = used->update(before.sights, tour.truth());
-    const UpdateResult judged = judge->judge(other.sights, same.truth());
+    const UpdateResult updated = used->update(before.observations, tour.truth());
+    const UpdateResult judged = judge->judge(other.observations, same.truth());
     EXPECT_EQ(judged.ok, updated.ok) << kind.name;
     EXPECT_EQ(judged.dof, 4) << kind.name;
     EXPECT_EQ(judged.nis, updated.nis) << kind.name;
     EXPECT_EQ(Vector(judge->innovation()), Vector(used->innovation())) << kind.name;
     EXPECT_EQ(Matrix(judge->innovation_covariance()), Matrix(used->innovation_covariance())) << kind.name;
     EXPECT_EQ(updated.initialised, 1) << kind.name;
-    EXPECT_EQ(judge->offset_of(2), -1) << kind.name;  // no first sights
+    EXPECT_EQ(judge->offset_of(2), -1) << kind.name;  // no first observations
     EXPECT_EQ(used->offset_of(2), used->size() - 2) << kind.name;
   }
 }
@@ -51,7 +51,7 @@ TEST(SlamEstimator, starts_anew_when_it_is_reset) {
   }
 }
 
-// The order of sights in a batch is of no consequence to the estimate.
+// The order of observations in a batch is of no consequence to the estimate.
 TEST(SlamEstimator, takes_a_batch_in_any_order) {
   for (const EstimatorKind& kind : estimator_kinds()) {
     if (kind.name == "intersection") continue;  // one landmark after the other
@@ -60,9 +60,9 @@ TEST(SlamEstimator, takes_a_batch_in_any_order) {
     EstimatorTour same = tour;
     const BeforeUpdate before(tour, *one, {0, 1, 4});
     const BeforeUpdate again(same, *other, {0, 1, 4});
-    auto turned = before.sights;
+    auto turned = before.observations;
     std::swap(turned[0], turned[2]);
-    const double nis = one->update(before.sights, tour.truth()).nis;
+    const double nis = one->update(before.observations, tour.truth()).nis;
     EXPECT_NEAR(other->update(turned, same.truth()).nis, nis, 1e-7 * nis) << kind.name;
     EXPECT_LT((one->state() - other->state()).norm(), 1e-8) << kind.name;
     EXPECT_LT((whole_covariance(*one) - whole_covariance(*other)).norm(), 1e-8) << kind.name;

@@ -18,11 +18,11 @@ class DenseWindow {
   DenseWindow(const EstimatorSettings& settings, const Pose& pose, const Matrix& P)
       : settings_(settings), mean_(pose), information_(P.inverse()), poses_{pose}, seen_(1) {}
 
-  void add(const Control& u, const EstimatorTour::Sights& sights) {
+  void add(const Control& u, const EstimatorTour::Observations& observations) {
     controls_.push_back(u);
     poses_.push_back(settings_.model.move(Pose(poses_.back()), u).pose);
-    seen_.push_back(sights);
-    for (const auto& o : sights) {
+    seen_.push_back(observations);
+    for (const auto& o : observations) {
       if (std::ranges::find(order_, o.landmark) != order_.end()) continue;
       order_.push_back(o.landmark);
       const Vector l = textbook_place(settings_, poses_.back(), o.z);
@@ -78,7 +78,7 @@ class DenseWindow {
     add_term(J, r, of, noise.inverse());
   }
 
-  void add_sights(std::size_t k) {
+  void add_observations(std::size_t k) {
     for (const auto& o : seen_[k]) {
       const Index l = place_of(o.landmark), p = 3 * static_cast<Index>(k);
       const std::vector<Index> of = {p, p + 1, p + 2, map_at() + l, map_at() + l + 1};
@@ -113,7 +113,7 @@ class DenseWindow {
     clear();
     add_prior();
     for (std::size_t k = 0; k < controls_.size(); ++k) add_motion(k);
-    for (std::size_t k = 0; k < seen_.size(); ++k) add_sights(k);
+    for (std::size_t k = 0; k < seen_.size(); ++k) add_observations(k);
     const Matrix P = A_.inverse();
     const Index last = 3 + map_.size();
     P_ = P.bottomRightCorner(last, last);
@@ -128,7 +128,8 @@ class DenseWindow {
     map_ += step.tail(map_.size());
   }
 
-  /// What prior, sights of the oldest pose and motion to the next tell of that and of the landmarks seen.
+  /// What prior, observations of the oldest pose and motion to the next tell of that and of the landmarks
+  /// seen.
   void marginalise() {
     const Index earlier = mean_.size() - 3;
     Index known = earlier;
@@ -136,7 +137,7 @@ class DenseWindow {
     clear();
     add_prior();
     add_motion(0);
-    add_sights(0);
+    add_observations(0);
     std::vector<Index> gone = {0, 1, 2}, kept = {3, 4, 5};
     for (Index i = 0; i < known; ++i) kept.push_back(map_at() + i);
     const Matrix of_gone = A_(gone, gone), cross = A_(kept, gone);
@@ -155,15 +156,15 @@ class DenseWindow {
   Matrix information_;
   std::vector<Vector> poses_;
   std::vector<Control> controls_;
-  std::vector<EstimatorTour::Sights> seen_;
+  std::vector<EstimatorTour::Observations> seen_;
   std::vector<int> order_;
   Vector map_{0};
   Matrix A_, P_;
   Vector b_;
 };
 
-// A filter through the window is the least squares of the window: prior, motions and sights, and what has
-// left it, settled to 10⁻⁵ m.
+// A filter through the window is the least squares of the window: prior, motions and observations, and what
+// has left it, settled to 10⁻⁵ m.
 TEST(SmootherEstimator, is_the_least_squares_of_its_window) {
   for (const LandmarkSensorKind sensor :
        {LandmarkSensorKind::relative_position, LandmarkSensorKind::range_bearing}) {
@@ -180,10 +181,10 @@ TEST(SmootherEstimator, is_the_least_squares_of_its_window) {
       for (const auto& numbers :
            {std::vector<int>{3, 0}, {0, 3, 1}, {4, 3}, {1, 0, 4}, {2, 0}, {1, 3, 4}, {2, 4, 0}}) {
         const Control read = tour.drive();
-        const auto sights = tour.see(numbers);
+        const auto observations = tour.see(numbers);
         filter.predict(read, tour.truth());
-        ASSERT_TRUE(filter.update(sights, tour.truth()).ok);
-        dense.add(read, sights);
+        ASSERT_TRUE(filter.update(observations, tour.truth()).ok);
+        dense.add(read, observations);
         // In standard deviations: where the plane lies and how it is turned is known least, by far.
         const Vector off = filter.state() - dense.state();
         EXPECT_LT(std::sqrt(off.dot(dense.covariance().llt().solve(off))), 0.03) << window;
@@ -195,8 +196,8 @@ TEST(SmootherEstimator, is_the_least_squares_of_its_window) {
   }
 }
 
-// Steps without a sight are motions put together: three of them are one of the window.
-TEST(SmootherEstimator, puts_motions_without_sights_together) {
+// Steps without an observation are motions put together: three of them are one of the window.
+TEST(SmootherEstimator, puts_motions_without_observations_together) {
   EstimatorTour tour(LandmarkSensorKind::range_bearing);
   tour.settings.window = 50;
   SmootherEstimator often(tour.settings), seldom(tour.settings);
@@ -209,9 +210,9 @@ TEST(SmootherEstimator, puts_motions_without_sights_together) {
       seldom.predict(read, tour.truth());
       if (i < 2) EXPECT_TRUE(seldom.update({}, tour.truth()).ok);
     }
-    const auto sights = tour.see({0, 1, 3});
-    often.update(sights, tour.truth());
-    seldom.update(sights, tour.truth());
+    const auto observations = tour.see({0, 1, 3});
+    often.update(observations, tour.truth());
+    seldom.update(observations, tour.truth());
     EXPECT_EQ(Vector(often.state()), Vector(seldom.state()));
   }
 }

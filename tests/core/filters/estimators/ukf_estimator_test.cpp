@@ -74,13 +74,13 @@ TEST(UkfEstimator, corrects_by_its_sigma_points) {
                                        here);
           },
           at, root_of(P_seen), alpha);
-      const Vector nu = textbook_innovation(tour.settings, stacked(before.sights), here) - points.mean;
+      const Vector nu = textbook_innovation(tour.settings, stacked(before.observations), here) - points.mean;
       const Matrix S = points.covariance + textbook_noise(tour.settings, 4);
       const Matrix of_all = before.P(Eigen::all, touched);
       const Matrix cross = of_all * P_seen.llt().solve(points.cross);
       const Matrix K = S.llt().solve(cross.transpose()).transpose();
 
-      const UpdateResult result = filter.update(before.sights, tour.truth());
+      const UpdateResult result = filter.update(before.observations, tour.truth());
       ASSERT_TRUE(result.ok);
       EXPECT_LT((filter.innovation() - nu).norm(), 1e-10);
       EXPECT_LT((filter.innovation_covariance() - S).norm(), 1e-10);

@@ -66,12 +66,12 @@ TEST(UkfManifoldEstimator, corrects_by_sigma_points_in_the_group) {
                 tour.settings, textbook_measurement(tour.settings, GroupMatrix::moved(at, xi), places), here);
           },
           Vector::Zero(7), P_seen.llt().matrixL(), alpha);
-      const Vector nu = textbook_innovation(tour.settings, stacked(before.sights), here) - points.mean;
+      const Vector nu = textbook_innovation(tour.settings, stacked(before.observations), here) - points.mean;
       const Matrix S = points.covariance + textbook_noise(tour.settings, 4);
       const Matrix cross = Matrix(before.P(Eigen::all, touched)) * P_seen.llt().solve(points.cross);
       const Matrix K = S.llt().solve(cross.transpose()).transpose();
 
-      ASSERT_TRUE(filter.update(before.sights, tour.truth()).ok);
+      ASSERT_TRUE(filter.update(before.observations, tour.truth()).ok);
       EXPECT_LT((filter.innovation() - nu).norm(), 1e-10);
       EXPECT_LT((filter.innovation_covariance() - S).norm(), 1e-10);
       EXPECT_LT((filter.state() - GroupMatrix::moved(before.x, K * nu)).norm(), 1e-9);

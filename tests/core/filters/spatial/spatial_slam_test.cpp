@@ -34,14 +34,14 @@ struct Drive {
       control.v += noise * draws.three(1.0);
       control.omega += noise * draws.three(1.0);
       controls.push_back(control);
-      std::vector<SpatialSight> sights;
+      std::vector<SpatialObservation> observations;
       for (int i = k % 2; i < 5; ++i) {  // not all at the first step
         const SE3 back = path.back().inverse();
         const Eigen::Vector3d z =
             back.rotation() * landmarks[static_cast<std::size_t>(i)] + back.translation();
-        sights.push_back({i, z + noise * draws.three(1.0), Eigen::Vector3d::Constant(4e-4)});
+        observations.push_back({i, z + noise * draws.three(1.0), Eigen::Vector3d::Constant(4e-4)});
       }
-      seen.push_back(sights);
+      seen.push_back(observations);
     }
   }
   SpatialTruth truth(std::size_t k) const { return {path[k - 1], path[k], landmarks}; }
@@ -58,7 +58,7 @@ struct Drive {
   std::vector<Eigen::Vector3d> landmarks;
   std::vector<SE3> path;
   std::vector<SpatialControl> controls;
-  std::vector<std::vector<SpatialSight>> seen;
+  std::vector<std::vector<SpatialObservation>> seen;
 };
 
 // Without noise every estimator stays at the truth, where all have the same Jacobians: one P for all.
@@ -103,8 +103,8 @@ TEST(SpatialSlam, TheInvariantFilterIsThatOfItsOwnChart) {
       all.block<3, 3>(6 + 3 * static_cast<Index>(i), 3) = cross_matrix(l[i]) * G.bottomRightCorner<3, 3>();
     }
     P += all * u.variances.asDiagonal() * all.transpose();
-    std::vector<SpatialSight> known, fresh;
-    for (const SpatialSight& s : drive.seen[k - 1]) {
+    std::vector<SpatialObservation> known, fresh;
+    for (const SpatialObservation& s : drive.seen[k - 1]) {
       (std::ranges::find(order, s.landmark) == order.end() ? fresh : known).push_back(s);
     }
     const Index m = 3 * std::ssize(known);
@@ -130,7 +130,7 @@ TEST(SpatialSlam, TheInvariantFilterIsThatOfItsOwnChart) {
         l[i] = turn * l[i] + V * xi.segment<3>(6 + 3 * static_cast<Index>(i));
       }
     }
-    for (const SpatialSight& s : fresh) {  // ξ_l = ξ_p + R̂ w
+    for (const SpatialObservation& s : fresh) {  // ξ_l = ξ_p + R̂ w
       const Index at = P.rows();
       Matrix J = Matrix::Zero(at + 3, at);
       J.topRows(at).setIdentity();

@@ -77,20 +77,20 @@ TEST(BlockMapExperiment, AStepAllocatesNothingOnceTheMapIsKnown) {
   scenario.study.steps = 500;
   const PlanarWorld world = make_planar_world(scenario);
   const PlanarNoise noise = PlanarNoise::of(scenario);
-  PlanarDrive drive(world, noise, NoiseSource(1, noise_group(scenario)));
+  PlanarSimulation simulation(world, noise, NoiseSource(1, noise_group(scenario)));
   BlockMapEkfSlam<PlanarModel> filter = make_block_map_filter(scenario, world);
-  filter.reset(drive.start(0), noise.initial_covariance());
+  filter.reset(simulation.start(0), noise.initial_covariance());
   StateError error;
   Index most = 0, steps = 0;
   std::int64_t allocations = 0;
   for (std::size_t k = 1; k <= world.controls.size(); ++k) {
     const std::int64_t before = allocations_of_this_thread();
-    drive.move(k);
+    simulation.move(k);
     filter.predict(world.controls[k - 1]);
-    const UpdateResult update = filter.update(drive.observe(k));
-    ASSERT_EQ(
-        error.compute(drive.pose(), world.landmarks, filter.state(), filter.covariance(), filter.landmarks()),
-        Outcome::ok);
+    const UpdateResult update = filter.update(simulation.observe(k));
+    ASSERT_EQ(error.compute(simulation.pose(), world.landmarks, filter.state(), filter.covariance(),
+                            filter.landmarks()),
+              Outcome::ok);
     const Index most_before = std::exchange(most, std::max(most, update.dof));
     // Buffers grow to the most that was ever in view; the loop takes 252 steps.
     if (k <= 252 || update.dof > most_before) continue;

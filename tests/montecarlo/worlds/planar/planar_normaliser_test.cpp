@@ -8,7 +8,7 @@
 #include <random>
 
 #include "core/linear_algebra/decompositions.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 
 namespace credence {
 namespace {

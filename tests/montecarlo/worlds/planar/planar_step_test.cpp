@@ -9,8 +9,8 @@
 #include "core/manifold/angle.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/world_schema.h"
-#include "montecarlo/worlds/planar/planar_drive.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
 namespace credence {
@@ -48,21 +48,21 @@ TEST_P(PlanarStepAllocates, NothingOnceTheMapIsKnown) {
   scenario.world.sensor_range = 15.0;
   const PlanarWorld world = make_planar_world(scenario);
   const PlanarNoise noise = PlanarNoise::of(scenario);
-  PlanarDrive drive(world, noise, NoiseSource(1, noise_group(scenario)));
+  PlanarSimulation simulation(world, noise, NoiseSource(1, noise_group(scenario)));
   EkfSlam<PlanarModel> filter = make_planar_filter(scenario, world);
-  filter.reset(drive.start(0), noise.initial_covariance());
+  filter.reset(simulation.start(0), noise.initial_covariance());
   StateError error;
   StepStatistics statistics;
   Index fewest = 100, most = 0, steps = 0;
   std::int64_t in_first_step = 0, allocations = 0;
   for (std::size_t k = 1; k <= world.controls.size(); ++k) {
     const std::int64_t before = allocations_of_this_thread();
-    drive.move(k);
+    simulation.move(k);
     filter.predict(world.controls[k - 1]);
-    const UpdateResult update = filter.update(drive.observe(k));
-    ASSERT_EQ(
-        error.compute(drive.pose(), world.landmarks, filter.state(), filter.covariance(), filter.landmarks()),
-        Outcome::ok);
+    const UpdateResult update = filter.update(simulation.observe(k));
+    ASSERT_EQ(error.compute(simulation.pose(), world.landmarks, filter.state(), filter.covariance(),
+                            filter.landmarks()),
+              Outcome::ok);
     statistics[Quantity::nees].add(error.nees);
     const std::int64_t made = allocations_of_this_thread() - before;
     if (k == 1) in_first_step = made;
@@ -89,38 +89,38 @@ INSTANTIATE_TEST_SUITE_P(
                     Rule{FilterInflation::map, InflationSolution::sequential, "map_sequential"}),
     [](const auto& tested) { return tested.param.name; });
 
-TEST(PlanarDrive, WithoutNoiseItIsTheNominalPathExactlyMeasured) {
+TEST(PlanarSimulation, WithoutNoiseItIsTheNominalPathExactlyMeasured) {
   const Scenario scenario = ten_landmarks();
   const PlanarWorld world = make_planar_world(scenario);
-  PlanarDrive drive(world, PlanarNoise::of(scenario), std::nullopt);
-  EXPECT_EQ(drive.start(5), world.start);
+  PlanarSimulation simulation(world, PlanarNoise::of(scenario), std::nullopt);
+  EXPECT_EQ(simulation.start(5), world.start);
   Pose pose = world.start;
   for (std::size_t k = 1; k <= 50; ++k) {
-    drive.move(k);
+    simulation.move(k);
     pose = world.vehicle.moved(pose, world.controls[k - 1], world.dt_s);
-    ASSERT_EQ(drive.pose(), pose);
-    for (const Observation<PlanarModel>& o : drive.observe(k)) {
+    ASSERT_EQ(simulation.pose(), pose);
+    for (const Observation<PlanarModel>& o : simulation.observe(k)) {
       EXPECT_EQ(o.z, measure_range_bearing(pose, world.landmarks[static_cast<std::size_t>(o.landmark)]));
     }
   }
 }
 
-TEST(PlanarDrive, ItsNoiseIsThatOfTheSourceScaledByTheStandardDeviations) {
+TEST(PlanarSimulation, ItsNoiseIsThatOfTheSourceScaledByTheStandardDeviations) {
   const Scenario scenario = ten_landmarks();
   const PlanarWorld world = make_planar_world(scenario);
   const PlanarNoise noise = PlanarNoise::of(scenario);
   const NoiseSource source(3, 4);
-  PlanarDrive drive(world, noise, source);
-  const Pose start = drive.start(7);
+  PlanarSimulation simulation(world, noise, source);
+  const Pose start = simulation.start(7);
   EXPECT_EQ(start[1], world.start[1] + source.normal(7, 0, NoisePurpose::initial, 1) * noise.initial_std[1]);
-  drive.move(1);
+  simulation.move(1);
   const Control u(
       world.controls[0][0] + source.normal(7, 1, NoisePurpose::process, 0) * noise.control_std[0],
       world.controls[0][1] + source.normal(7, 1, NoisePurpose::process, 1) * noise.control_std[1]);
-  EXPECT_EQ(drive.pose(), world.vehicle.moved(world.start, u, world.dt_s));
-  const auto seen = drive.observe(1);
+  EXPECT_EQ(simulation.pose(), world.vehicle.moved(world.start, u, world.dt_s));
+  const auto seen = simulation.observe(1);
   ASSERT_EQ(seen.size(), 10U);
-  const RangeBearing exact = measure_range_bearing(drive.pose(), world.landmarks[6]);
+  const RangeBearing exact = measure_range_bearing(simulation.pose(), world.landmarks[6]);
   EXPECT_EQ(seen[6].z[0],
             exact[0] + noise.measurement_std[0] * source.normal(7, 1, NoisePurpose::measurement, 12));
   EXPECT_EQ(seen[6].z[1], wrap_angle(exact[1] + noise.measurement_std[1] *

@@ -97,15 +97,15 @@ TEST(PlanarSlamWorld, NoiseIsThatOfTheScenario) {
                            "world.dt=1", "noise.relative_position_std=0.2"});
   const OdometryWorld world = make_odometry_world(s);
   for (const Pose& pose : world.path) EXPECT_LT(std::abs(pose.head<2>().norm() - 10.0), 0.3);
-  OdometryDrive drive(world, NoiseSource(1, 2));
+  OdometrySimulation simulation(world, NoiseSource(1, 2));
   Moments speed, turn, measured;
   for (std::int64_t r = 0; r < 10; ++r) {
-    drive.start(r);
+    simulation.start(r);
     for (std::size_t k = 1; k <= 400; ++k) {
-      const Control noise = drive.read(k) - world.plane.controls[k - 1];
+      const Control noise = simulation.read(k) - world.plane.controls[k - 1];
       speed.add(noise[0]);
       turn.add(noise[1]);
-      for (const auto& o : drive.observe(k)) {
+      for (const auto& o : simulation.observe(k)) {
         const auto exact =
             std::ranges::find(world.in_view[k], o.landmark, &Observation<PlanarModel>::landmark);
         measured.add(o.z[1] - exact->z[1]);
@@ -160,14 +160,14 @@ TEST(PlanarSlamWorld, AStepAllocatesNothing) {
   const Scenario s = load({"study.steps=300"});
   const OdometryWorld world = make_odometry_world(s);
   for (const EstimatorKind& kind : estimator_kinds()) {
-    OdometryDrive drive(world, NoiseSource(1, 2));
+    OdometrySimulation simulation(world, NoiseSource(1, 2));
     EstimatorRun estimator(world, scenario_estimator(s, world, kind.name));
     for (std::int64_t r = 0; r < 2; ++r) {
-      estimator.start(drive.start(r));
+      estimator.start(simulation.start(r));
       const std::int64_t before = allocations_of_this_thread();
       for (std::size_t k = 1; k <= 300; ++k) {
-        const Control read = drive.read(k);
-        ASSERT_EQ(estimator.step(k, read, drive.observe(k)), Outcome::ok);
+        const Control read = simulation.read(k);
+        ASSERT_EQ(estimator.step(k, read, simulation.observe(k)), Outcome::ok);
       }
       if (r > 0) {
         EXPECT_EQ(allocations_of_this_thread() - before, 0) << kind.name;
@@ -176,8 +176,8 @@ TEST(PlanarSlamWorld, AStepAllocatesNothing) {
   }
 }
 
-// Where the heading is known the world is linear, and its bound is the Kalman filter's P. Sights that are
-// missed half the time tell half as much.
+// Where the heading is known the world is linear, and its bound is the Kalman filter's P. Observations that
+// are missed half the time tell half as much.
 TEST(PosteriorBound, IsTheKalmanFilterOfALinearWorld) {
   const std::vector<std::string> known = {"initial.heading_std_deg=0", "noise.turn_rate_std=0",
                                           "study.steps=200"};
@@ -187,12 +187,12 @@ TEST(PosteriorBound, IsTheKalmanFilterOfALinearWorld) {
   EXPECT_EQ(bound.find("heading")->mean_bound(), 0.0);
   const double position = bound.find("position")->mean_bound();
   const auto filter = scenario_estimator(s, world);
-  OdometryDrive drive(world, NoiseSource(1, 2));
-  filter->reset(drive.start(0), world.initial_covariance());
+  OdometrySimulation simulation(world, NoiseSource(1, 2));
+  filter->reset(simulation.start(0), world.initial_covariance());
   double variance = 0.0;
   for (std::size_t k = 1; k <= 200; ++k) {
-    filter->predict(drive.read(k), world.truth(k));
-    filter->update(drive.observe(k), world.truth(k));
+    filter->predict(simulation.read(k), world.truth(k));
+    filter->update(simulation.observe(k), world.truth(k));
     variance += filter->covariance().diagonal().head<2>().sum() / 200.0;
   }
   EXPECT_NEAR(position, variance, 1e-10 * variance);

@@ -32,10 +32,10 @@ struct PlanarNoise {
 ///
 /// The vehicle drives its nominal controls plus noise, from the nominal start. Nothing is allocated after the
 /// construction, but for noise that is late or not plain. `world` must live as long.
-class PlanarDrive {
+class PlanarSimulation {
  public:
   /// Without a source of noise the nominal path is driven and the sensor exact.
-  PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise, std::optional<NoiseSource> source);
+  PlanarSimulation(const PlanarWorld& world, const PlanarNoise& noise, std::optional<NoiseSource> source);
 
   /// Starts a run; returns where a filter believes it to start: the truth plus an error of the initial
   /// covariance.

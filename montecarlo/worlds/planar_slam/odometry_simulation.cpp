@@ -1,15 +1,15 @@
-#include "montecarlo/worlds/planar_slam/odometry_drive.h"
+#include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 
 #include "core/manifold/angle.h"
 
 namespace credence {
 
-OdometryDrive::OdometryDrive(const OdometryWorld& world, const NoiseSource& source)
+OdometrySimulation::OdometrySimulation(const OdometryWorld& world, const NoiseSource& source)
     : world_(world),
       source_(source),
       draws_(source, 2, 2, world.plane.states(), world.detection_probability, world.measurement_delay) {}
 
-Pose OdometryDrive::start(std::int64_t run) {
+Pose OdometrySimulation::start(std::int64_t run) {
   draws_.start(run);
   Pose error;
   source_.normals(run, 0, NoisePurpose::initial, {error.data(), 3});
@@ -18,22 +18,22 @@ Pose OdometryDrive::start(std::int64_t run) {
   return estimate;
 }
 
-Control OdometryDrive::read(std::size_t k) {
+Control OdometrySimulation::read(std::size_t k) {
   const Control noise(draws_.motion(k));
   return world_.plane.controls[k - 1] + noise.cwiseProduct(world_.control_std);
 }
 
-std::span<const Observation<PlanarModel>> OdometryDrive::observe(std::size_t k) {
+std::span<const Observation<PlanarModel>> OdometrySimulation::observe(std::size_t k) {
   const double* noise = draws_.measurement(k);
   const double* seen = draws_.detection(k);
-  return draws_.in_time([&](auto& sights) {
+  return draws_.in_time([&](auto& observations) {
     for (const Observation<PlanarModel>& exact : world_.in_view[k]) {
       const auto i = static_cast<std::size_t>(exact.landmark);
       if (seen[i] == 0.0) continue;
       Eigen::Vector2d z = exact.z;
       z += world_.measurement_std.cwiseProduct(Eigen::Map<const Eigen::Vector2d>(noise + 2 * i));
       if (world_.sensor.kind == LandmarkSensorKind::range_bearing) z[1] = wrap_angle(z[1]);
-      sights.push_back({exact.landmark, z});
+      observations.push_back({exact.landmark, z});
     }
   });
 }

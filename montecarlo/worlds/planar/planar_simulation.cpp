@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/planar/planar_drive.h"
+#include "montecarlo/worlds/planar/planar_simulation.h"
 
 #include <cmath>
 
@@ -23,8 +23,8 @@ PlanarNoise PlanarNoise::of(const Scenario& scenario) {
           .measurement_delay = credence::measurement_delay(scenario)};
 }
 
-PlanarDrive::PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise,
-                         std::optional<NoiseSource> source)
+PlanarSimulation::PlanarSimulation(const PlanarWorld& world, const PlanarNoise& noise,
+                                   std::optional<NoiseSource> source)
     : world_(world),
       noise_(noise),
       source_(source),
@@ -32,7 +32,7 @@ PlanarDrive::PlanarDrive(const PlanarWorld& world, const PlanarNoise& noise,
       draws_(source, 2, 2, std::ssize(world.landmarks), noise.detection_probability,
              noise.measurement_delay) {}
 
-Pose PlanarDrive::start(std::int64_t run) {
+Pose PlanarSimulation::start(std::int64_t run) {
   pose_ = world_.start;
   draws_.start(run);
   Pose error = Pose::Zero();
@@ -42,13 +42,13 @@ Pose PlanarDrive::start(std::int64_t run) {
   return estimate;
 }
 
-void PlanarDrive::move(std::size_t k) {
+void PlanarSimulation::move(std::size_t k) {
   const Control noise(draws_.motion(k));
   const Control u = world_.controls[k - 1] + noise.cwiseProduct(noise_.control_std);
   pose_ = world_.vehicle.moved(pose_, u, world_.dt_s);
 }
 
-void PlanarDrive::find_in_range(const double* detected) {
+void PlanarSimulation::find_in_range(const double* detected) {
   InRange& in = in_range_;
   in.landmark.clear();
   in.dx.clear();
@@ -65,10 +65,10 @@ void PlanarDrive::find_in_range(const double* detected) {
   arc_tangents(in.dy.data(), in.dx.data(), in.direction.data(), in.dx.size());
 }
 
-std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
+std::span<const Observation<PlanarModel>> PlanarSimulation::observe(std::size_t k) {
   const double* noise = draws_.measurement(k);
   find_in_range(draws_.detection(k));
-  return draws_.in_time([&](auto& sights) {
+  return draws_.in_time([&](auto& observations) {
     for (std::size_t n = 0; n < in_range_.landmark.size(); ++n) {
       const std::size_t i = in_range_.landmark[n];
       RangeBearing z(std::sqrt(in_range_.dx[n] * in_range_.dx[n] + in_range_.dy[n] * in_range_.dy[n]),
@@ -76,7 +76,7 @@ std::span<const Observation<PlanarModel>> PlanarDrive::observe(std::size_t k) {
       if (!world_.sees(z)) continue;
       z[0] += noise_.measurement_std[0] * noise[2 * i];
       z[1] = wrap_angle(z[1] + noise_.measurement_std[1] * noise[2 * i + 1]);
-      sights.push_back({static_cast<int>(i), z});
+      observations.push_back({static_cast<int>(i), z});
     }
   });
 }

@@ -13,9 +13,9 @@ namespace credence {
 ///
 /// Noise of run i: step 0, purpose initial, slots 0 … 2; then LandmarkDraws, that of the motion on the
 /// control read. Nothing is allocated after the construction. `world` must live as long.
-class OdometryDrive {
+class OdometrySimulation {
  public:
-  OdometryDrive(const OdometryWorld& world, const NoiseSource& source);
+  OdometrySimulation(const OdometryWorld& world, const NoiseSource& source);
 
   /// Returns where a filter believes the run to start: the truth plus an error of the initial covariance.
   Pose start(std::int64_t run);
