@@ -143,6 +143,9 @@ RingWork ring_work(std::int64_t period, MakeRing make) {
   return work;
 }
 
+/// The dense filter passes over its map once for several steps, at most so many.
+constexpr std::int64_t kDensePeriod = DelayedCovariance::kMostWaiting / 2;
+
 /// The O(N) filter brings its map together now and then, at √(N/14) landmarks measured: over so many steps
 /// that evens out.
 constexpr std::int64_t kBlockPeriod = 512;
@@ -150,7 +153,7 @@ constexpr std::int64_t kBlockPeriod = 512;
 RingWork make_ring_work(TimedFilter filter, Index landmarks, Index observed) {
   switch (filter) {
     case TimedFilter::full:
-      return ring_work(1, [&] { return dense_ring<EkfSlam<PlanarModel>>(landmarks, observed); });
+      return ring_work(kDensePeriod, [&] { return dense_ring<EkfSlam<PlanarModel>>(landmarks, observed); });
     case TimedFilter::naive:
       return ring_work(1, [&] { return dense_ring<TextbookEkf>(landmarks, observed); });
     case TimedFilter::map:

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "core/filters/delayed_covariance.h"
 #include "core/filters/joseph_update.h"
 #include "core/filters/sequential_update.h"
 #include "core/filters/slam_phases.h"
@@ -23,8 +25,9 @@ namespace credence {
 ///
 /// x = [pose; landmarks in the order of first observation]. A step is predict(u) then update(z); covariance
 /// inflation, if any, comes between the two, or within the update if the rule is sequential. A predict costs
-/// O(n), an update with m measurements m³/6 + n m²/2 + n² m/2 multiply-adds, of which the last pass over one
-/// triangle of P; the other is brought up to date when P is read, so that one filter belongs to one thread.
+/// O(n), an update with m measurements m³/6 + n m²/2 + n² m/2 multiply-adds. Those of the last term, a pass
+/// over one triangle of P, are done for several updates together (DelayedCovariance), and when P is read, so
+/// that one filter belongs to one thread.
 ///
 /// The update is P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ and S = L Lᵀ. Its rounding is that of the prior, and relative
 /// to the posterior in the measured directions that times tr(R⁻¹ S). An update with tr(R⁻¹ S) > 1e8 (a prior
@@ -50,7 +53,10 @@ class EkfSlam : public SlamPhases<Model> {
   /// bit depends on the instruction set, which must be there.
   EkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R, InflationRule rule = {},
           std::span<const Anchor<Model>> anchors = {}, InstructionSet set = best_instruction_set())
-      : Phases(std::move(model), Q, R, anchors), R_llt_(R), rule_(std::move(rule)), factor_(set) {
+      : Phases(std::move(model), Q, R, anchors), rule_(std::move(rule)), P_(kPose, set), factor_(set) {
+    const Eigen::LLT<MeasurementMatrix> R_llt(R);
+    R_is_definite_ = R_llt.info() == Eigen::Success;
+    if (R_is_definite_) R_inverse_ = R_llt.solve(MeasurementMatrix::Identity());
     reset(PoseVector::Zero(), PoseMatrix::Zero());
   }
 
@@ -70,8 +76,7 @@ class EkfSlam : public SlamPhases<Model> {
   UpdateResult update(std::span<const Observation<Model>> observations) {
     UpdateResult result;
     if (inflates_prior()) {
-      covariance();
-      result.converged = inflate_prior(P_, inflation_).converged;
+      result.converged = P_.change([this](Matrix& P) { return inflate_prior(P, inflation_).converged; });
     }
     result.trace_prior = P_.trace();
     this->linearise(observations, pose(),
@@ -84,19 +89,17 @@ class EkfSlam : public SlamPhases<Model> {
     }
     result.initialised = initialise_into(observations);
     if (result.initialised > 0 && rule_.is_sequential()) {
-      covariance();
       // The correlations of one new landmark are a star, for which the pairwise sum is the least trace.
-      inflate(P_, layout(), rule_.inflation, InflationSolution::pairwise);
+      P_.change([this](Matrix& P) {
+        inflate(P, layout(), rule_.inflation, InflationSolution::pairwise);
+        return true;
+      });
     }
     return result;
   }
 
   const Vector& state() const { return x_; }
-  const Matrix& covariance() const {
-    if (!mirrored_) mirror_lower(P_);
-    mirrored_ = true;
-    return P_;
-  }
+  const Matrix& covariance() const { return P_.whole(); }
   /// P with the inflation that the next update will begin with, n×n.
   Matrix inflated_prior() const {
     Matrix P = covariance();
@@ -120,14 +123,13 @@ class EkfSlam : public SlamPhases<Model> {
   void know(std::span<const int> ids) {
     table_.reset(ids);
     inflation_.reset();
-    mirrored_ = true;
     corrected_ = false;
     joseph_updates_ = 0;
     nu_.resize(0);
     S_.resize(0, 0);
   }
 
-  bool has_constant() const { return rule_.constant.size() == P_.size() && P_.size() > 0; }
+  bool has_constant() const { return rule_.constant.rows() == x_.size() && x_.size() > 0; }
   /// Whether something is added to P before an update.
   bool inflates_prior() const {
     return has_constant() || (rule_.inflation != Inflation::none && !rule_.is_sequential());
@@ -139,8 +141,9 @@ class EkfSlam : public SlamPhases<Model> {
     return along.apply(P, layout(), rule_);
   }
 
-  /// P Hᵀ, of the lower triangle of P.
+  /// P Hᵀ, n×dim ν.
   void project();
+  auto projected() { return PHt_.matrix().topRows(x_.size()); }
   void compute_innovation_covariance();
   bool correct(UpdateResult& result);
   bool correct_by_joseph();
@@ -149,13 +152,12 @@ class EkfSlam : public SlamPhases<Model> {
   /// True if P − W Wᵀ would lose too much to rounding, or leave a variance negative: the criterion of the
   /// class.
   bool cancels() const {
-    if (R_llt_.info() != Eigen::Success) return true;
+    if (!R_is_definite_) return true;
     double sum = 0.0;
     for (Index i = 0; i < nu_.vector().size(); i += kMeasurement) {
-      const MeasurementMatrix S = S_.matrix().template block<kMeasurement, kMeasurement>(i, i);
-      sum += R_llt_.solve(S).trace();
+      sum += R_inverse_.cwiseProduct(S_.matrix().template block<kMeasurement, kMeasurement>(i, i)).sum();
     }
-    return !(sum <= kMostCancellation) || !(P_.diagonal().array() >= squares_.array()).all();
+    return !(sum <= kMostCancellation) || !(P_.variances().array() >= squares_.head(x_.size()).array()).all();
   }
 
   /// H, n columns.
@@ -173,11 +175,11 @@ class EkfSlam : public SlamPhases<Model> {
   /// New landmarks with their full cross-covariances: P_lx = J_r P_rx, P_ll = J_r P_rr J_rᵀ + J_z R J_zᵀ.
   Index initialise_into(std::span<const Observation<Model>> observations);
 
-  Eigen::LLT<MeasurementMatrix> R_llt_;
+  MeasurementMatrix R_inverse_;
+  bool R_is_definite_ = false;
   InflationRule rule_;
   Vector x_;
-  mutable Matrix P_;              ///< its lower triangle, and the block of the vehicle
-  mutable bool mirrored_ = true;  ///< the upper triangle too
+  DelayedCovariance P_;
   InflationAlongRun inflation_;
 
   // Of the last update; kept to be read and so that a step allocates nothing.
@@ -197,8 +199,7 @@ void EkfSlam<Model>::reset(const PoseVector& pose, const PoseMatrix& P) {
   know({});
   x_.resize(kPose);
   x_.template head<kPose>() = pose;
-  P_.resize(kPose, kPose);
-  P_.template topLeftCorner<kPose, kPose>() = P;
+  P_.set(P);
 }
 
 template <class Model>
@@ -209,52 +210,51 @@ void EkfSlam<Model>::reset(VectorRef x, MatrixRef P, std::span<const int> ids) {
   }
   know(ids);
   x_ = x;
-  P_ = P;
+  P_.set(P);
 }
 
 template <class Model>
 void EkfSlam<Model>::predict(const ControlVector& u) {
   const auto motion = this->model_.move(x_.template head<kPose>(), u);
   x_.template head<kPose>() = motion.pose;
-  const PoseMatrix P_rr = P_.template topLeftCorner<kPose, kPose>();
+  auto P = P_.vehicle_columns();
+  const PoseMatrix P_rr = P.template topRows<kPose>();
   const PoseMatrix predicted = motion.F * P_rr * motion.F.transpose() + motion.G * Q_ * motion.G.transpose();
-  P_.template topLeftCorner<kPose, kPose>() = 0.5 * (predicted + predicted.transpose());
-  for (Index i = kPose; i < P_.rows(); ++i) {
-    const PoseVector row = motion.F * P_.row(i).template head<kPose>().transpose();
-    P_.row(i).template head<kPose>() = row.transpose();
-  }
-  mirrored_ = false;
+  auto moved = columns_.resize(whole_panels(P.rows()), kPose);  // P_fr Fᵀ, and above it what is not used
+  const double* from[kPose];
+  for (Index c = 0; c < kPose; ++c) from[c] = P.col(c).data();
+  const Eigen::Matrix<double, kPose, kPose, Eigen::RowMajor> F = motion.F;
+  for (Index c = 0; c < kPose; ++c) factor_.combine(from, F.row(c).data(), P.rows(), moved.col(c).data());
+  for (Index c = 0; c < kPose; ++c) std::copy_n(moved.col(c).data(), P.rows(), P.col(c).data());
+  P.template topRows<kPose>() = 0.5 * (predicted + predicted.transpose());
+  P_.vehicle_changed();
 }
 
 template <class Model>
 void EkfSlam<Model>::project() {
   const Index n = x_.size();
-  const double* P = P_.data();
-  double* PHt = PHt_.resize(n, kMeasurement * std::ssize(rows_)).data();
-  double* columns = columns_.resize(n, kLandmark).data();  // of P, those of a landmark
-  for (const Row& row : rows_) {
-    const Index at = row.offset;
-    for (Index a = 0; a < kLandmark && at >= 0; ++a) {
-      for (Index r = 0; r < at + a; ++r) columns[a * n + r] = P[r * n + at + a];
-      for (Index r = at + a; r < n; ++r) columns[a * n + r] = P[(at + a) * n + r];
-    }
-    for (Index j = 0; j < kMeasurement; ++j, PHt += n) {
-      for (Index r = 0; r < n; ++r) {
-        double sum = 0.0;
-        for (Index c = 0; c < kPose; ++c) sum += P[c * n + r] * row.H_r(j, c);
-        PHt[r] = sum;
-      }
-      for (Index a = 0; a < kLandmark && at >= 0; ++a) {
-        const double h = row.H_l(j, a);
-        for (Index r = 0; r < n; ++r) PHt[r] += columns[a * n + r] * h;
-      }
+  const auto P_r = P_.vehicle_columns();
+  auto columns = columns_.resize(whole_panels(n), kLandmark);
+  auto PHt = PHt_.resize(whole_panels(n), kMeasurement * std::ssize(rows_));
+  const double* from[kPose + kLandmark];
+  for (Index c = 0; c < kPose; ++c) from[c] = P_r.col(c).data();
+  for (Index a = 0; a < kLandmark; ++a) from[kPose + a] = columns.col(a).data();
+  Eigen::Matrix<double, kMeasurement, kPose + kLandmark, Eigen::RowMajor> H;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    const bool mapped = row.offset >= 0;
+    if (mapped) P_.copy_columns(row.offset, kLandmark, columns);
+    H << row.H_r, row.H_l;
+    for (Index j = 0; j < kMeasurement; ++j) {
+      factor_.combine({from, static_cast<std::size_t>(mapped ? kPose + kLandmark : kPose)}, H.row(j).data(),
+                      n, PHt.col(kMeasurement * static_cast<Index>(i) + j).data());
     }
   }
 }
 
 template <class Model>
 void EkfSlam<Model>::compute_innovation_covariance() {
-  const auto PHt = PHt_.matrix();
+  const auto PHt = projected();
   auto S = S_.resize(PHt.cols(), PHt.cols());
   for (Index j = 0; j < S.cols(); ++j) {
     const double* y = PHt.col(j).data();
@@ -277,7 +277,7 @@ bool EkfSlam<Model>::correct(UpdateResult& result) {
   project();
   compute_innovation_covariance();
   const auto nu = nu_.vector();
-  if (!factor_.compute(S_.matrix(), PHt_.matrix(), nu) || !S_.matrix().allFinite()) return false;
+  if (!factor_.compute(S_.matrix(), projected(), nu) || !S_.matrix().allFinite()) return false;
   result.nis = factor_.whitened().squaredNorm();
   if (rule_.is_sequential()) {
     if (!sequential_correct()) return false;
@@ -286,10 +286,9 @@ bool EkfSlam<Model>::correct(UpdateResult& result) {
     if (cancels()) {
       if (!correct_by_joseph()) return false;
     } else {
-      factor_.downdate(P_);
-      mirrored_ = false;
+      P_.downdate(factor_);
     }
-    x_ += change_;
+    x_ += change_.head(x_.size());
   }
   PoseVector x_r = pose();
   this->model_.wrap_pose(x_r);
@@ -304,7 +303,7 @@ bool EkfSlam<Model>::correct_by_joseph() {
   factor_.gain(K);
   joseph_.apply(corrected_P_, jacobian(), K, R_);
   if (!corrected_P_.allFinite() || !(corrected_P_.diagonal().minCoeff() >= 0.0)) return false;
-  P_ = corrected_P_;
+  P_.set(corrected_P_);
   ++joseph_updates_;
   return true;
 }
@@ -316,29 +315,28 @@ bool EkfSlam<Model>::sequential_correct() {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     r.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(i), 0) = R_.diagonal();
   }
-  covariance();
-  if (!sequential_update(P_, layout(), jacobian(), r.col(0), K, sequential_, *rule_.map_bound()))
-    return false;
+  const bool ok = P_.change([&](Matrix& P) {
+    return sequential_update(P, layout(), jacobian(), r.col(0), K, sequential_, *rule_.map_bound());
+  });
+  if (!ok) return false;
   x_.noalias() += K * nu_.vector();
   return true;
 }
 
 template <class Model>
 Index EkfSlam<Model>::initialise_into(std::span<const Observation<Model>> observations) {
-  const PoseMatrix P_rr = P_.template topLeftCorner<kPose, kPose>();
-  return this->initialise(
-      observations, pose(), P_rr, [&](const auto& position, const auto& J_r, const LandmarkMatrix& own) {
-        const Index n = x_.size();
-        x_.conservativeResize(n + kLandmark);
-        x_.template tail<kLandmark>() = position;
-        P_.conservativeResize(n + kLandmark, n + kLandmark);
-        P_.template block<kLandmark, kPose>(n, 0) = J_r * P_rr;
-        for (Index j = kPose; j < n; ++j) {
-          P_.col(j).template tail<kLandmark>() = J_r * P_.row(j).template head<kPose>().transpose();
-        }
-        P_.template bottomRightCorner<kLandmark, kLandmark>() = 0.5 * (own + own.transpose());
-        mirrored_ = false;
-      });
+  const PoseMatrix P_rr = P_.vehicle_columns().template topRows<kPose>();
+  return this->initialise(observations, pose(), P_rr,
+                          [&](const auto& position, const auto& J_r, const LandmarkMatrix& own) {
+                            const Index n = x_.size();
+                            x_.conservativeResize(n + kLandmark);
+                            x_.template tail<kLandmark>() = position;
+                            const auto P_r = P_.vehicle_columns();
+                            auto cross = columns_.resize(kLandmark, n);
+                            cross.template leftCols<kPose>() = J_r * P_rr;
+                            for (Index j = kPose; j < n; ++j) cross.col(j) = J_r * P_r.row(j).transpose();
+                            P_.append(cross, 0.5 * (own + own.transpose()));
+                          });
 }
 
 extern template class EkfSlam<PlanarModel>;

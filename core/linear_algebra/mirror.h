@@ -8,8 +8,19 @@ namespace credence {
 /// bit.
 template <typename Derived>
 void mirror_lower(Eigen::MatrixBase<Derived>& M) {
-  for (Index j = 0; j < M.cols(); ++j) {
-    for (Index i = j + 1; i < M.rows(); ++i) M(j, i) = M(i, j);
+  const Index n = M.cols();
+  constexpr Index kTogether = 4;  // columns: what is written lies in one line of the cache
+  Index j = 0;
+  for (; j + kTogether < n; j += kTogether) {
+    for (Index a = 1; a < kTogether; ++a) {
+      for (Index b = 0; b < a; ++b) M(j + b, j + a) = M(j + a, j + b);
+    }
+    for (Index i = j + kTogether; i < n; ++i) {
+      for (Index a = 0; a < kTogether; ++a) M(j + a, i) = M(i, j + a);
+    }
+  }
+  for (; j < n; ++j) {
+    for (Index i = j + 1; i < n; ++i) M(j, i) = M(i, j);
   }
 }
 

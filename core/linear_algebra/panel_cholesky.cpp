@@ -8,8 +8,6 @@
 namespace credence {
 namespace {
 
-Index panels_of(Index rows) { return (rows + kPanelRows - 1) / kPanelRows; }
-
 using Panel = Eigen::Matrix<double, kPanelRows, 1>;
 using PanelColumns = Eigen::Map<const Eigen::Matrix<double, kPanelRows, Eigen::Dynamic>>;
 
@@ -24,15 +22,6 @@ void pack_panel(const MatrixRef& M, Index p, Index columns, double* to) {
     }
     for (Index i = 0; i < rows; ++i) to[i] = from[i];
     for (Index i = rows; i < kPanelRows; ++i) to[i] = 0.0;
-  }
-}
-
-/// Its first `rows` entries, eight or what is left of a vector.
-void store_panel(const Panel& x, Index rows, double* to) {
-  if (rows >= kPanelRows) {
-    Eigen::Map<Panel>{to} = x;
-  } else {
-    std::copy_n(x.data(), rows, to);
   }
 }
 
@@ -139,18 +128,15 @@ const Vector& PanelCholesky::inverse_diagonal() {
 }
 
 void PanelCholesky::sums(Vector& squares, Vector& product) const {
-  squares.resize(rows_);
-  product.resize(rows_);
-  for (Index row = 0; row < rows_; row += kPanelRows) {
-    const PanelColumns W(solved_panel(row / kPanelRows), kPanelRows, columns_);
-    Panel square = Panel::Zero(), sum = Panel::Zero();
-    for (Index k = 0; k < columns_; ++k) {
-      square += W.col(k).cwiseAbs2();
-      sum += whitened_[k] * W.col(k);
-    }
-    store_panel(square, rows_ - row, squares.data() + row);
-    store_panel(sum, rows_ - row, product.data() + row);
-  }
+  squares.resize(kPanelRows * panels_of(rows_));
+  product.resize(squares.size());
+  kernel_->sums({.W = solved_panels(),
+                 .rows = rows_,
+                 .panel_stride = solved_panel_stride(),
+                 .columns = columns_,
+                 .y = whitened_.data(),
+                 .squares = squares.data(),
+                 .product = product.data()});
 }
 
 void PanelCholesky::add_correction(Eigen::Ref<Vector> x) const {
@@ -162,13 +148,6 @@ void PanelCholesky::add_correction(Eigen::Ref<Vector> x) const {
     const Index count = std::min<Index>(kPanelRows, rows_ - row);
     x.segment(row, count) += sum.head(count);
   }
-}
-
-void PanelCholesky::downdate(Matrix& P) const {
-  if (P.rows() != rows_ || P.cols() != rows_)
-    throw std::invalid_argument("PanelCholesky: P does not match W");
-  kernel_->downdate(P.data(), rows_, P.rows(), solved_panel(0), kPanelRows * kPanelRows * triangle_,
-                    columns_);
 }
 
 void PanelCholesky::downdate_columns(Eigen::Ref<Matrix> P) {

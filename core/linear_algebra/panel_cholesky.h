@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "core/simd/aligned_vector.h"
 #include "core/simd/panel_kernel.h"
 #include "core/simd/product_kernel.h"
@@ -23,6 +25,7 @@ class PanelCholesky {
   bool compute(const MatrixRef& S, const VectorRef& nu) { return compute(S, Matrix(0, S.cols()), nu); }
 
   Index size() const { return columns_; }                                             ///< m
+  Index rows() const { return rows_; }                                                ///< n, those of W
   double pivot(Index i) const { return data_[at(i, i)]; }                             ///< L_ii
   double log_determinant() const;                                                     ///< of S
   Eigen::Map<const Vector> whitened() const { return {whitened_.data(), columns_}; }  ///< y
@@ -34,15 +37,23 @@ class PanelCholesky {
   /// (S⁻¹)_ii; W is gone afterwards. m³/2 multiply-adds.
   const Vector& inverse_diagonal();
 
-  /// `squares`_i = Σ_k W_ik², `product` = W y; both n.
+  /// `squares`_i = Σ_k W_ik², `product` = W y; the first n of both, which have the length of whole panels.
   void sums(Vector& squares, Vector& product) const;
 
   /// x += W y, n.
   void add_correction(Eigen::Ref<Vector> x) const;
 
-  /// P −= W Wᵀ for the lower triangle of P, n×n; above its diagonal anything may change.
-  void downdate(Matrix& P) const;
-  /// The same for whole columns, the first ones of P: n rows.
+  /// y = Σ_c factors_c columns_c, term by term; the columns and y have n rows, padded to whole panels.
+  void combine(std::span<const double* const> columns, const double* factors, Index n, double* y) const {
+    kernel_->combine({.columns = columns.data(), .count = std::ssize(columns), .factors = factors, .rows = n},
+                     y);
+  }
+
+  /// W in panels of eight rows, from one of which to the next it is so far; anything fills up the last.
+  const double* solved_panels() const { return solved_panel(0); }
+  Index solved_panel_stride() const { return kPanelRows * kPanelRows * triangle_; }
+
+  /// P −= W Wᵀ for the first columns of P: n rows.
   void downdate_columns(Eigen::Ref<Matrix> P);
 
  private:

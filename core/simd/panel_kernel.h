@@ -20,6 +20,11 @@ namespace credence {
 
 inline constexpr std::int64_t kPanelRows = 8;
 
+/// Panels that `rows` rows need.
+constexpr std::int64_t panels_of(std::int64_t rows) { return (rows + kPanelRows - 1) / kPanelRows; }
+/// The rows in them.
+constexpr std::int64_t whole_panels(std::int64_t rows) { return kPanelRows * panels_of(rows); }
+
 /// Where panel `p` of a trapezoid starts, in doubles.
 constexpr std::int64_t panel_offset(std::int64_t p, std::int64_t triangle) {
   const std::int64_t blocks =
@@ -36,15 +41,54 @@ struct PanelTrapezoid {
   std::int64_t columns;   ///< of the 8 T, those that do not fill up the last block
 };
 
+/// P, column-major, and a W in panels.
+struct PanelDowndate {
+  double* P;
+  std::int64_t rows, stride;  ///< of P
+  const double* W;
+  std::int64_t panel_stride, columns;  ///< panel p of W starts at p panel_stride; its first columns count
+};
+
+/// y, padded to whole panels, and a W in panels.
+struct PanelProduct {
+  double* y;
+  std::int64_t rows;
+  const double* W;
+  std::int64_t panel_stride, columns;  ///< as in PanelDowndate
+};
+
+/// Columns of `rows` rows, padded to whole panels, and a factor of each.
+struct PanelCombination {
+  const double* const* columns;
+  std::int64_t count;
+  const double* factors;
+  std::int64_t rows;
+};
+
+/// What a factor says of every row of its W.
+struct PanelSums {
+  const double* W;
+  std::int64_t rows, panel_stride, columns;  ///< as in PanelDowndate
+  const double* y;
+  double *squares, *product;
+};
+
 /// The functions of one instruction set.
 struct PanelKernel {
   /// The triangle S becomes L, S = L Lᵀ, and the rows below times L⁻ᵀ. False if a pivot is not positive and
   /// finite. Above the diagonal of L stands anything.
   bool (*factor)(const PanelTrapezoid&);
-  /// P −= W Wᵀ for the lower triangle of a column-major P of `rows` rows, from one of whose columns to the
-  /// next it is `stride`. Panel p of W starts at p panel_stride; its first `columns` columns count.
-  void (*downdate)(double* P, std::int64_t rows, std::int64_t stride, const double* W,
-                   std::int64_t panel_stride, std::int64_t columns);
+  /// P −= W Wᵀ for the lower triangle of P. In columns without a gap all that stands above the diagonal may
+  /// change, else what stands there in a block of eight by eight.
+  void (*downdate)(const PanelDowndate&);
+  /// y −= W wᵀ, w the given row of W.
+  void (*subtract)(const PanelProduct&, std::int64_t row);
+  /// y_i −= Σ_k W_ik².
+  void (*subtract_squares)(const PanelProduct&);
+  /// y = Σ_c factors_c columns_c; each product is rounded by itself.
+  void (*combine)(const PanelCombination&, double* y);
+  /// squares_i = Σ_k W_ik², product = W y; each product is rounded by itself.
+  void (*sums)(const PanelSums&);
 };
 
 /// The kernel of one instruction set; throws std::invalid_argument if this machine does not support it.

@@ -49,10 +49,12 @@ inline void solve_block(double* block, const double* L, const double* inverse, s
   solve_columns<kPanelRows>(block, L, inverse);
 }
 
-/// A block on the diagonal becomes its factor; false if that does not exist.
-inline bool factor_block(double* block, double* inverse) {
+/// A block on the diagonal becomes its factor; false if that does not exist. Beyond its first `columns` it is
+/// that of the identity, which stays.
+inline bool factor_block(double* block, double* inverse, std::int64_t columns) {
   bool ok = true;
-  for (int j = 0; j < kPanelRows; ++j) {
+  for (std::int64_t j = 0; j < kPanelRows; ++j) inverse[j] = 1.0;
+  for (std::int64_t j = 0; j < kPanelRows && j < columns; ++j) {
     double* column = block + kPanelRows * j;
     const double pivot = column[j], root = __builtin_sqrt(pivot);
     ok = ok && pivot > 0.0 && pivot <= __DBL_MAX__;
@@ -60,7 +62,7 @@ inline bool factor_block(double* block, double* inverse) {
     const Pack::D x = Pack::mul(Pack::load(column), Pack::broadcast(inverse[j]));
     Pack::store(column, x);
     column[j] = root;
-    for (int c = j + 1; c < kPanelRows; ++c) {
+    for (std::int64_t c = j + 1; c < kPanelRows && c < columns; ++c) {
       double* next = block + kPanelRows * c;
       Pack::store(next, Pack::fnma(x, Pack::broadcast(column[c]), Pack::load(next)));
     }
@@ -86,7 +88,7 @@ bool factor(const PanelTrapezoid& trapezoid) {
       double* inverse = t.inverse + kPanelRows * q;
       if (q < p) {
         solve_block(block, diagonal + kBlock * q, inverse, t.columns - kPanelRows * q);
-      } else if (!factor_block(block, inverse)) {
+      } else if (!factor_block(block, inverse, t.columns - kPanelRows * q)) {
         return false;
       }
     }
@@ -94,86 +96,105 @@ bool factor(const PanelTrapezoid& trapezoid) {
   return true;
 }
 
-/// What the pass over the lower triangle works on.
-struct Downdate {
-  double* P;
-  std::int64_t rows, stride;
-  const double* W;
-  std::int64_t panel_stride, columns;
-
-  double* tile(std::int64_t i, std::int64_t j) const { return P + j * stride + i; }
-  const double* panel(std::int64_t row) const { return W + row / kPanelRows * panel_stride; }
-};
-
-/// Tiles of whole panels and columns, from row i on of the columns from j on; returns the first row from
-/// `end` on.
-inline std::int64_t downdate_tiles(const Downdate& d, std::int64_t i, std::int64_t end, std::int64_t j) {
-  const double *left = d.panel(i), *right = d.panel(j) + j % kPanelRows;
-  for (double* tile = d.tile(i, j); i < end; i += kPanelRows, tile += kPanelRows, left += d.panel_stride) {
+/// The rows of panel p in the columns of panel q.
+inline void downdate_block(const PanelDowndate& d, std::int64_t p, std::int64_t q) {
+  double* tile = d.P + kPanelRows * (q * d.stride + p);
+  for (int first = 0; first < kPanelRows; first += kTile, tile += kTile * d.stride) {
     Pack::D sum[kTile];
 #pragma GCC unroll 8
     for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(tile + c * d.stride);
-    take_products(sum, left, right, d.columns);
+    take_products(sum, d.W + p * d.panel_stride, d.W + q * d.panel_stride + first, d.columns);
 #pragma GCC unroll 8
     for (int c = 0; c < kTile; ++c) Pack::store(tile + c * d.stride, sum[c]);
   }
-  return i;
 }
 
-/// The same for two columns of W, those of one landmark: there is a register for each of its numbers on the
-/// right, which are loaded once, so that little is left to do beside reading and writing P.
-inline std::int64_t downdate_tiles_by_two(const Downdate& d, std::int64_t i, std::int64_t end,
-                                          std::int64_t j) {
-  const double *left = d.panel(i), *right = d.panel(j) + j % kPanelRows;
-  Pack::D b[2][kTile];
-#pragma GCC unroll 8
-  for (int c = 0; c < kTile; ++c) {
-    b[0][c] = Pack::broadcast(right[c]);
-    b[1][c] = Pack::broadcast(right[kPanelRows + c]);
-  }
-  for (double* tile = d.tile(i, j); i < end; i += kPanelRows, tile += kPanelRows, left += d.panel_stride) {
-    const Pack::D x = Pack::load(left), y = Pack::load(left + kPanelRows);
-#pragma GCC unroll 8
-    for (int c = 0; c < kTile; ++c) {
-      double* column = tile + c * d.stride;
-      Pack::store(column, Pack::fnma(y, b[1][c], Pack::fnma(x, b[0][c], Pack::load(column))));
+/// The same at the end of P, where there are fewer rows or columns.
+inline void downdate_edge(const PanelDowndate& d, std::int64_t p, std::int64_t q) {
+  const std::int64_t rows = d.rows - kPanelRows * p, columns = d.rows - kPanelRows * q;
+  const std::int64_t height = rows < kPanelRows ? rows : kPanelRows;
+  for (std::int64_t first = 0; first < kPanelRows && first < columns; first += kTile) {
+    double* tile = d.P + (kPanelRows * q + first) * d.stride + kPanelRows * p;
+    const std::int64_t width = columns - first < kTile ? columns - first : kTile;
+    double edge[kTile][kPanelRows] = {};
+    for (std::int64_t c = 0; c < width; ++c) {
+      for (std::int64_t r = 0; r < height; ++r) edge[c][r] = tile[c * d.stride + r];
+    }
+    Pack::D sum[kTile];
+    for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(edge[c]);
+    take_products(sum, d.W + p * d.panel_stride, d.W + q * d.panel_stride + first, d.columns);
+    for (int c = 0; c < kTile; ++c) Pack::store(edge[c], sum[c]);
+    for (std::int64_t c = 0; c < width; ++c) {
+      for (std::int64_t r = 0; r < height; ++r) tile[c * d.stride + r] = edge[c][r];
     }
   }
-  return i;
 }
 
-/// A tile at the end, which has fewer rows or columns.
-inline void downdate_edge(const Downdate& d, std::int64_t i, std::int64_t j) {
-  double* tile = d.tile(i, j);
-  const std::int64_t height = d.rows - i < kPanelRows ? d.rows - i : kPanelRows;
-  const std::int64_t width = d.rows - j < kTile ? d.rows - j : kTile;
-  double edge[kTile][kPanelRows] = {};
-  for (std::int64_t c = 0; c < width; ++c) {
-    for (std::int64_t r = 0; r < height; ++r) edge[c][r] = tile[c * d.stride + r];
-  }
-  Pack::D sum[kTile];
-  for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(edge[c]);
-  take_products(sum, d.panel(i), d.panel(j) + j % kPanelRows, d.columns);
-  for (int c = 0; c < kTile; ++c) Pack::store(edge[c], sum[c]);
-  for (std::int64_t c = 0; c < width; ++c) {
-    for (std::int64_t r = 0; r < height; ++r) tile[c * d.stride + r] = edge[c][r];
+void downdate(const PanelDowndate& downdate) {
+  const PanelDowndate d = downdate;  // a copy of our own stays in registers while we write
+  for (std::int64_t q = 0; kPanelRows * q < d.rows; ++q) {
+    const std::int64_t next = kPanelRows * (q + 1);
+    // What is below the last row belongs to the next column, above its diagonal.
+    const bool goes_on = d.stride == d.rows && q > 0 && next < d.rows;
+    const std::int64_t end = next > d.rows ? q : goes_on ? panels_of(d.rows) : d.rows / kPanelRows;
+    std::int64_t p = q;
+    for (; p < end; ++p) downdate_block(d, p, q);
+    for (; kPanelRows * p < d.rows; ++p) downdate_edge(d, p, q);
   }
 }
 
-void downdate(double* P, std::int64_t rows, std::int64_t stride, const double* W, std::int64_t panel_stride,
-              std::int64_t columns) {
-  const Downdate d{P, rows, stride, W, panel_stride, columns};
-  for (std::int64_t j = 0; j < rows; j += kTile) {
-    // What fills up the last panel is zero in W, and in P belongs to the next column above its diagonal.
-    const bool filled = stride == rows && j >= kPanelRows && j + kTile < rows;
-    const std::int64_t end = j + kTile > rows ? 0 : filled ? rows : rows / kPanelRows * kPanelRows;
-    std::int64_t i = j / kPanelRows * kPanelRows;
-    i = columns == 2 ? downdate_tiles_by_two(d, i, end, j) : downdate_tiles(d, i, end, j);
-    for (; i < rows; i += kPanelRows) downdate_edge(d, i, j);
+/// y −= Σ_k W's column k times `factor` of it and k.
+template <class Factor>
+inline void subtract_products(const PanelProduct& product, Factor factor) {
+  const PanelProduct d = product;
+  for (std::int64_t p = 0; kPanelRows * p < d.rows; ++p) {
+    const double* W = d.W + p * d.panel_stride;
+    Pack::D sum = Pack::load(d.y + kPanelRows * p);
+    for (std::int64_t k = 0; k < d.columns; ++k) {
+      const Pack::D x = Pack::load(W + kPanelRows * k);
+      sum = Pack::fnma(x, factor(x, k), sum);
+    }
+    Pack::store(d.y + kPanelRows * p, sum);
   }
 }
 
-constexpr PanelKernel kPanelKernel{&factor, &downdate};
+void subtract(const PanelProduct& product, std::int64_t row) {
+  const double* w = product.W + row / kPanelRows * product.panel_stride + row % kPanelRows;
+  subtract_products(product,
+                    [=](const Pack::D&, std::int64_t k) { return Pack::broadcast(w[kPanelRows * k]); });
+}
+
+void subtract_squares(const PanelProduct& product) {
+  subtract_products(product, [](const Pack::D& x, std::int64_t) { return x; });
+}
+
+void combine(const PanelCombination& combination, double* y) {
+  const PanelCombination d = combination;
+  for (std::int64_t i = 0; i < d.rows; i += kPanelRows) {
+    Pack::D sum = Pack::broadcast(0.0);
+    for (std::int64_t c = 0; c < d.count; ++c) {
+      sum = Pack::add(sum, Pack::mul(Pack::broadcast(d.factors[c]), Pack::load(d.columns[c] + i)));
+    }
+    Pack::store(y + i, sum);
+  }
+}
+
+void sums(const PanelSums& sums) {
+  const PanelSums d = sums;
+  for (std::int64_t p = 0; kPanelRows * p < d.rows; ++p) {
+    const double* W = d.W + p * d.panel_stride;
+    Pack::D square = Pack::broadcast(0.0), sum = Pack::broadcast(0.0);
+    for (std::int64_t k = 0; k < d.columns; ++k) {
+      const Pack::D x = Pack::load(W + kPanelRows * k);
+      square = Pack::add(square, Pack::mul(x, x));
+      sum = Pack::add(sum, Pack::mul(Pack::broadcast(d.y[k]), x));
+    }
+    Pack::store(d.squares + kPanelRows * p, square);
+    Pack::store(d.product + kPanelRows * p, sum);
+  }
+}
+
+constexpr PanelKernel kPanelKernel{&factor, &downdate, &subtract, &subtract_squares, &combine, &sums};
 
 }  // namespace
 

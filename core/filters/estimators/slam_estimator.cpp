@@ -203,7 +203,7 @@ Eigen::Map<Matrix> SlamEstimator::show_jacobians(const PoseMatrix& F, std::span<
 }
 
 void SlamEstimator::apply(Eigen::Map<Matrix>& W, Eigen::Map<Vector>&) {
-  const Index m = W.cols(), panels = (n_ + kPanelRows - 1) / kPanelRows;
+  const Index m = W.cols(), panels = panels_of(n_);
   const auto size = static_cast<std::size_t>(panels * kPanelRows * m);
   if (W_panels_.size() < size) W_panels_.resize(size);
   using Panel = Eigen::Matrix<double, kPanelRows, Eigen::Dynamic>;
@@ -212,7 +212,12 @@ void SlamEstimator::apply(Eigen::Map<Matrix>& W, Eigen::Map<Vector>&) {
     Eigen::Map<Panel>(W_panels_.data() + kPanelRows * m * p, kPanelRows, m).topRows(rows) =
         W.middleRows(kPanelRows * p, rows);
   }
-  kernel_->downdate(P_.data(), n_, P_.rows(), W_panels_.data(), kPanelRows * m, m);
+  kernel_->downdate({.P = P_.data(),
+                     .rows = n_,
+                     .stride = P_.rows(),
+                     .W = W_panels_.data(),
+                     .panel_stride = kPanelRows * m,
+                     .columns = m});
 }
 
 Matrix SlamEstimator::gain() const {

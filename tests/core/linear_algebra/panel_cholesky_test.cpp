@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "tests/core/random_matrix.h"
 
@@ -42,13 +44,8 @@ TEST(PanelCholesky, is_the_factorisation_at_every_size) {
         EXPECT_LT((factor.gain() - expected.solve(Y.transpose()).transpose()).cwiseAbs().maxCoeff(), 1e-10);
         Vector squares, product;
         factor.sums(squares, product);
-        EXPECT_LT((squares - W.rowwise().squaredNorm()).cwiseAbs().maxCoeff(), 1e-10);
-        EXPECT_LT((product - W * y).cwiseAbs().maxCoeff(), 1e-10);
-        Matrix P = lower_of_positive(n);
-        const Matrix before = P;
-        factor.downdate(P);
-        const Matrix change = (P - (before - W * W.transpose())).triangularView<Eigen::Lower>();
-        EXPECT_LT(change.cwiseAbs().maxCoeff(), 1e-10);
+        EXPECT_LT((squares.head(n) - W.rowwise().squaredNorm()).cwiseAbs().maxCoeff(), 1e-10);
+        EXPECT_LT((product.head(n) - W * y).cwiseAbs().maxCoeff(), 1e-10);
 
         // Whole columns, of a block of a larger matrix whose other elements stay.
         const Index columns = n - n / 3;
@@ -78,8 +75,8 @@ TEST(PanelCholesky, no_bit_depends_on_the_instruction_set) {
     const Vector nu = random_matrix(m, 1, 7);
     PanelCholesky expected(InstructionSet::scalar);
     ASSERT_TRUE(expected.compute(S, Y, nu));
-    Matrix P_expected = prior;
-    expected.downdate(P_expected);
+    Vector squares_expected, product_expected;
+    expected.sums(squares_expected, product_expected);
     Matrix columns_expected = prior;
     expected.downdate_columns(columns_expected.leftCols(21));
     for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
@@ -89,13 +86,54 @@ TEST(PanelCholesky, no_bit_depends_on_the_instruction_set) {
       EXPECT_EQ(factor.L(), expected.L()) << instruction_set_name(set);
       EXPECT_EQ(factor.W(), expected.W());
       EXPECT_EQ(factor.whitened(), expected.whitened());
+      Vector squares, product;
+      factor.sums(squares, product);
+      EXPECT_EQ(squares.head(n), squares_expected.head(n));
+      EXPECT_EQ(product.head(n), product_expected.head(n));
       Matrix P = prior;
-      factor.downdate(P);
-      EXPECT_EQ(P, P_expected);
-      P = prior;
       factor.downdate_columns(P.leftCols(21));
       EXPECT_EQ(P, columns_expected);
     }
+  }
+}
+
+// Each product and each sum is rounded, in the order of the columns, by every instruction set.
+TEST(PanelCholesky, combines_columns_as_a_loop_does) {
+  for (const Index n : {1, 7, 8, 21}) {
+    const Matrix columns = random_matrix(whole_panels(n), 5, 3);
+    const Vector factors = random_matrix(5, 1, 4);
+    Vector expected = Vector::Zero(n);
+    std::vector<const double*> from;
+    for (Index c = 0; c < columns.cols(); ++c) {
+      from.push_back(columns.col(c).data());
+      for (Index i = 0; i < n; ++i) expected[i] = expected[i] + factors[c] * columns(i, c);
+    }
+    for (const InstructionSet set : {InstructionSet::scalar, InstructionSet::avx2, InstructionSet::avx512}) {
+      if (!is_supported(set)) continue;
+      Vector y(whole_panels(n));
+      PanelCholesky(set).combine(from, factors.data(), n, y.data());
+      EXPECT_EQ(y.head(n), expected) << instruction_set_name(set) << " " << n;
+    }
+  }
+}
+
+// What a larger factor left behind is in no smaller one.
+TEST(PanelCholesky, forgets_the_factors_before) {
+  PanelCholesky used, fresh;
+  for (const auto& [m, n] : {std::pair<Index, Index>{11, 30}, {11, 3}, {3, 40}, {11, 40}, {10, 9}}) {
+    const Matrix S = lower_of_positive(m), Y = random_matrix(n, m, 5);
+    const Vector nu = random_matrix(m, 1, 7);
+    used.compute(S, Matrix::Constant(n, m, std::nan("")), nu);
+    ASSERT_TRUE(used.compute(S, Y, nu));
+    fresh = PanelCholesky();
+    ASSERT_TRUE(fresh.compute(S, Y, nu));
+    EXPECT_EQ(used.W(), fresh.W()) << m << " " << n;
+    EXPECT_EQ(used.whitened(), fresh.whitened());
+    Matrix P = Matrix::Zero(n, n), expected = P;
+    used.downdate_columns(P);
+    fresh.downdate_columns(expected);
+    EXPECT_EQ(P, expected);
+    EXPECT_EQ(Vector(used.inverse_diagonal()), Vector(fresh.inverse_diagonal()));
   }
 }
 
@@ -118,7 +156,6 @@ TEST(PanelCholesky, shapes_that_do_not_match_are_refused) {
   EXPECT_THROW(factor.compute(I, Matrix::Ones(5, 3), Vector::Ones(4)), std::invalid_argument);
   ASSERT_TRUE(factor.compute(I, Matrix::Ones(5, 4), Vector::Ones(4)));
   Matrix P = I;
-  EXPECT_THROW(factor.downdate(P), std::invalid_argument);
   EXPECT_THROW(factor.downdate_columns(P), std::invalid_argument);
   P.resize(5, 6);
   EXPECT_THROW(factor.downdate_columns(P), std::invalid_argument);

@@ -1,0 +1,130 @@
+#include "core/filters/delayed_covariance.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "core/linear_algebra/mirror.h"
+
+namespace credence {
+
+void DelayedCovariance::set(const MatrixRef& P) {
+  P_ = P;
+  waiting_.resize(static_cast<std::size_t>(panels_of(size()) * kWaitingStride));
+  waiting_columns_ = 0;
+  columns_.setZero(whole_panels(size()), vehicle_);
+  variances_.setZero(whole_panels(size()));
+  take_vehicle();
+  is_whole_ = true;
+}
+
+void DelayedCovariance::take_vehicle() {
+  const Index n = size();
+  for (Index c = 0; c < vehicle_; ++c) std::copy_n(P_.col(c).data(), n, columns_.col(c).data());
+  variances_.head(n) = P_.diagonal();
+}
+
+void DelayedCovariance::put_vehicle() const {
+  for (Index c = 0; c < vehicle_; ++c) std::copy_n(columns_.col(c).data(), size(), P_.col(c).data());
+}
+
+void DelayedCovariance::vehicle_changed() {
+  variances_.head(vehicle_) = columns_.diagonal();
+  is_whole_ = false;
+}
+
+double DelayedCovariance::trace() const {
+  double sum = 0.0;
+  for (Index i = 0; i < size(); ++i) sum += variances_[i];
+  return sum;
+}
+
+void DelayedCovariance::copy_columns(Index first, Index count, Eigen::Map<Matrix> to) const {
+  const Index n = size(), rows = to.rows(), vehicle_rows = columns_.rows();
+  for (Index at = first; at < first + count; ++at) {
+    double* column = to.data() + (at - first) * rows;
+    const double *P = P_.data(), *vehicle = columns_.data();
+    for (Index r = 0; r < vehicle_; ++r) column[r] = vehicle[r * vehicle_rows + at];
+    for (Index r = vehicle_; r < at; ++r) column[r] = P[r * n + at];
+    for (Index r = at; r < n; ++r) column[r] = P[at * n + r];
+    for (Index r = n; r < rows; ++r) column[r] = 0.0;
+    if (waiting_columns_ == 0) continue;
+    kernel_->subtract({.y = column,
+                       .rows = n,
+                       .W = waiting_.data(),
+                       .panel_stride = kWaitingStride,
+                       .columns = waiting_columns_},
+                      at);
+  }
+}
+
+void DelayedCovariance::downdate(const PanelCholesky& factor) {
+  const Index n = size(), m = factor.size(), from = factor.solved_panel_stride();
+  const double* W = factor.solved_panels();
+  if (factor.rows() != n) throw std::invalid_argument("DelayedCovariance: the factor is of other states");
+  if (m >= kMostWaiting) {
+    put_vehicle();
+    pass();
+    pass(W, from, m);
+    take_vehicle();
+    is_whole_ = false;
+    return;
+  }
+  is_whole_ = false;
+  PanelProduct product{.y = variances_.data(), .rows = n, .W = W, .panel_stride = from, .columns = m};
+  kernel_->subtract_squares(product);
+  for (Index c = 0; c < vehicle_; ++c) {
+    product.y = columns_.col(c).data();
+    kernel_->subtract(product, c);
+  }
+  double* waiting = waiting_.data() + kPanelRows * waiting_columns_;
+  for (Index p = 0; p < panels_of(n); ++p)
+    std::copy_n(W + p * from, kPanelRows * m, waiting + p * kWaitingStride);
+  const auto clear = [&](Index row) {
+    double* at = waiting + row / kPanelRows * kWaitingStride + row % kPanelRows;
+    for (Index k = 0; k < m; ++k) at[kPanelRows * k] = 0.0;
+  };
+  for (Index row = 0; row < vehicle_; ++row) clear(row);
+  for (Index row = n; row < whole_panels(n); ++row) clear(row);
+  waiting_columns_ += m;
+  if (waiting_columns_ >= kMostWaiting) pass();
+}
+
+void DelayedCovariance::append(const MatrixRef& cross, const MatrixRef& own) {
+  const Index n = size(), l = own.rows(), rows = whole_panels(n + l);
+  P_.conservativeResize(n + l, n + l);
+  P_.bottomLeftCorner(l, n) = cross;
+  P_.bottomRightCorner(l, l) = own;
+  columns_.conservativeResize(rows, vehicle_);
+  columns_.middleRows(n, l) = cross.leftCols(vehicle_);
+  columns_.bottomRows(rows - n - l).setZero();
+  variances_.conservativeResize(rows);
+  variances_.segment(n, l) = own.diagonal();
+  variances_.tail(rows - n - l).setZero();
+  waiting_.resize(static_cast<std::size_t>(panels_of(n + l) * kWaitingStride));
+  is_whole_ = false;
+}
+
+const Matrix& DelayedCovariance::whole() const {
+  if (is_whole_) return P_;
+  pass();
+  put_vehicle();
+  mirror_lower(P_);
+  is_whole_ = true;
+  return P_;
+}
+
+void DelayedCovariance::pass() const {
+  if (waiting_columns_ > 0) pass(waiting_.data(), kWaitingStride, waiting_columns_);
+  waiting_columns_ = 0;
+}
+
+void DelayedCovariance::pass(const double* W, Index panel_stride, Index columns) const {
+  kernel_->downdate({.P = P_.data(),
+                     .rows = size(),
+                     .stride = size(),
+                     .W = W,
+                     .panel_stride = panel_stride,
+                     .columns = columns});
+}
+
+}  // namespace credence
