@@ -69,6 +69,25 @@ def leading(value: Any, name: str) -> "tuple[Shape, list[np.ndarray], int]":
     return shape, [stacked], stacked.shape[2]
 
 
+LEAST_NUMBERS = 16  # other than zero: coarse numbers agree by chance
+
+
+def require_distinct(parts: "list[np.ndarray]", name: str) -> None:
+    """Raises ValueError for a run that is there twice: independent runs share no errors to the last bit. `parts` are
+    those of the array that decides."""
+    runs = [run for part in parts for run in part]
+    seen: "dict[int, int]" = {}
+    for i, run in enumerate(runs):
+        if np.count_nonzero(run[np.isfinite(run)]) < LEAST_NUMBERS:
+            continue
+        first = seen.setdefault(hash(run.tobytes()), i)
+        if first != i and np.array_equal(run, runs[first], equal_nan=True):
+            raise ValueError(
+                f"{name}[{i}] has the same numbers as {name}[{first}], to the last bit: independent runs cannot, "
+                "and it would be counted twice"
+            )
+
+
 def following(value: Any, name: str, row: "tuple[int, ...]", shape: Shape, like: str) -> "list[np.ndarray]":
     """The parts of another array, with rows of shape `row`. A covariance may also be given once for all runs,
     (steps, n, n), or once for all, (n, n)."""

@@ -7,7 +7,7 @@ from typing import Any, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import float_array, following, indices, leading, state_names
+from ._arrays import float_array, following, indices, leading, require_distinct, state_names
 from ._result import Result
 
 
@@ -107,7 +107,7 @@ def check(
     sensitivity: judge without gross outliers too.
     threads: 0 for one on each processor; the bits do not depend on it.
 
-    Raises ValueError naming argument, shape, and the first bad index. A covariance that is not positive
+    Raises ValueError naming argument, shape, and the first bad index, and for a run that is there twice. A covariance that is not positive
     semidefinite is data: the row is counted as rejected, and named.
     """
     if (error is None) != (P is None):
@@ -152,6 +152,10 @@ def check(
         sensors.append((sensor, m, piece))
         sensor_parts.append(list(zip(nu_parts, S_parts, R_parts)))
 
+    if error_parts:
+        require_distinct(error_parts, "error")
+    for (sensor, _, _), parts in zip(sensors, sensor_parts):
+        require_distinct([nu for nu, _, _ in parts], _label("innovation", sensor))
     bundles = [
         _credence.Bundle(
             error_parts[i] if error_parts else None,

@@ -292,3 +292,21 @@ def test_a_large_state_of_single_blocks_is_judged():
     rng = np.random.default_rng(3)
     result = credence.check(rng.standard_normal((70, 10, 15)), np.eye(15))
     assert result.verdict == "consistent" and len(result.blocks) == 15
+
+
+def test_a_run_that_is_there_twice_is_refused():
+    error, P, nu, S = play(runs=12, steps=20)
+    twice = error.copy()
+    twice[7] = error[3]
+    with pytest.raises(ValueError, match=r"error\[7\] has the same numbers as error\[3\]"):
+        credence.check(twice, P)
+    with pytest.raises(ValueError, match=r"error\[12\] has the same numbers as error\[0\]"):
+        credence.check([*error, error[0]], [*P, P[0]])
+    again = nu.copy()
+    again[11] = nu[0]
+    with pytest.raises(ValueError, match=r"innovation\['gps'\]\[11\] has the same numbers"):
+        credence.check(innovation={"gps": again}, S={"gps": S})
+    # what is coarse, or starts at the truth, may agree by chance
+    credence.check(np.round(error[:, :4], 0), P[:, :4])
+    error[:, :3] = 0.0
+    credence.check(error, P)
