@@ -1,0 +1,121 @@
+#include "datasets/logs/conventions/reading_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace credence {
+namespace {
+
+using RowsOfErrors = std::vector<Vector>;
+
+ReadingFit fit_of(const RowsOfErrors& errors, const Matrix& P,
+                  const std::vector<std::vector<Index>>& parts = {}) {
+  return fit_reading(errors.size(), P.rows(), parts, [&](std::size_t i, Vector& error, Matrix& covariance) {
+    error = errors[i];
+    covariance = P;
+    return true;
+  });
+}
+
+RowsOfErrors gaussian_errors(int count, Index dim, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  RowsOfErrors errors;
+  for (int i = 0; i < count; ++i) errors.push_back(Vector::NullaryExpr(dim, [&] { return normal(random); }));
+  return errors;
+}
+
+TEST(ReadingFit, NumbersOfTwoRowsByHand) {
+  // P = [2 1; 1 2] has determinant 3 and inverse [2 −1; −1 2]/3: ε = 2/3 of (1, 0), 2 of (1, −1).
+  const Matrix P{{2.0, 1.0}, {1.0, 2.0}};
+  const ReadingFit fit = fit_of({Vector{{1.0, 0.0}}, Vector{{1.0, -1.0}}}, P);
+  EXPECT_NEAR(fit.nees, 4.0 / 3.0, 1e-14);
+  EXPECT_NEAR(fit.log_likelihood, -0.5 * (4.0 / 3.0) - 0.5 * std::log(3.0), 1e-14);
+  EXPECT_FALSE(fit.all_tested) << "two rows tell nothing of a mean";
+}
+
+TEST(ReadingFit, TheLargestRowIsBoundedByAllRowsAndTests) {
+  // One row of twenty is far out: two tests of the whole and of both components make 6, two-sided. Of the
+  // whole P(χ²₂ > x) = e^{−x/2}, and of one component erfc(√(x/2)), whatever comes first.
+  RowsOfErrors errors(20, Vector{{0.5, -0.5}});
+  errors[7] = Vector{{4.0, 4.0}};
+  const ReadingFit fit = fit_of(errors, Matrix::Identity(2, 2));
+  const double whole = 6.0 * 2.0 * 20.0 * std::exp(-16.0);
+  const double component = 6.0 * 2.0 * 20.0 * std::erfc(std::sqrt(8.0));
+  ASSERT_LT(whole, component);
+  EXPECT_NEAR(fit.p_value, whole, 1e-10 * whole);
+}
+
+TEST(ReadingFit, APartSeesWhatTheWholeDoesNot) {
+  // Two components that are far more alike than P says, beside two that make up for it.
+  RowsOfErrors errors = gaussian_errors(400, 4, 3);
+  for (Vector& e : errors) {
+    const double common = e[0];
+    e[0] = common + 0.1 * e[1];
+    e[1] = common - 0.1 * e[1];
+  }
+  const Matrix P = Matrix::Identity(4, 4);
+  EXPECT_TRUE(fit_of(errors, P, {{2, 3}}).fits() || fit_of(errors, P, {{2, 3}}).p_value > 1e-6);
+  Matrix alike = P;
+  alike(0, 1) = alike(1, 0) = -0.9;
+  EXPECT_LT(fit_of(errors, alike, {{0, 1}}).p_value, 1e-10);
+  // More parts are more tests: what is not wrong gets no smaller.
+  const RowsOfErrors right = gaussian_errors(400, 4, 4);
+  EXPECT_GE(fit_of(right, P, {{0, 1}}).p_value, fit_of(right, P).p_value);
+}
+
+TEST(ReadingFit, FalseAlarmsAreNoMoreThanItsLevel) {
+  constexpr int kStudies = 400;
+  int misfits = 0;
+  for (int i = 0; i < kStudies; ++i) {
+    misfits +=
+        fit_of(gaussian_errors(200, 3, 100U + static_cast<unsigned>(i)), Matrix::Identity(3, 3), {{0, 1}})
+            .misfits();
+  }
+  constexpr double kLevel = ReadingFit::kLevel;
+  EXPECT_LE(misfits, kStudies * kLevel + 5.0 * std::sqrt(kStudies * kLevel * (1.0 - kLevel)));
+}
+
+TEST(ReadingFit, FactorsOnPAreFoundOnBothSides) {
+  const RowsOfErrors errors = gaussian_errors(500, 3, 9);
+  EXPECT_TRUE(fit_of(errors, Matrix::Identity(3, 3)).fits());
+  EXPECT_TRUE(fit_of(errors, 2.0 * Matrix::Identity(3, 3)).misfits());
+  EXPECT_TRUE(fit_of(errors, 0.5 * Matrix::Identity(3, 3)).misfits());
+}
+
+TEST(ReadingFit, WhatIsNoCovarianceOrCannotBeReadIsImpossible) {
+  const RowsOfErrors errors = gaussian_errors(50, 2, 5);
+  const Matrix P = Matrix::Identity(2, 2);
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  struct Hostile {
+    Vector error;
+    Matrix P;
+    bool read;
+  };
+  const Hostile cases[] = {{errors[0], P, false},
+                           {Vector{{nan, 0.0}}, P, true},
+                           {Vector{{inf, 0.0}}, P, true},
+                           {errors[0], Matrix{{1.0, 2.0}, {2.0, 1.0}}, true},
+                           {errors[0], Matrix{{1.0, nan}, {nan, 1.0}}, true},
+                           {errors[0], Matrix::Zero(2, 2), true}};
+  for (const Hostile& hostile : cases) {
+    const ReadingFit fit =
+        fit_reading(errors.size(), 2, {}, [&](std::size_t i, Vector& e, Matrix& covariance) {
+          const bool last = i + 1 == errors.size();
+          e = last ? hostile.error : errors[i];
+          covariance = last ? hostile.P : P;
+          return !last || hostile.read;
+        });
+    EXPECT_TRUE(fit.misfits());
+    EXPECT_FALSE(fit.fits());
+    EXPECT_EQ(fit.log_likelihood, -inf);
+    EXPECT_EQ(misfit_text(fit, 2), "no covariance, as it is not positive definite");
+  }
+  EXPECT_EQ(misfit_text({.nees = 12.125}, 6), "mean NEES 12.12 of 6");
+}
+
+}  // namespace
+}  // namespace credence
