@@ -20,7 +20,7 @@ void add_index_command(CLI::App& app) {
   command->footer("Examples:\n  credence index out");
   command->callback([folder] {
     const std::size_t reports = write_report_index(*folder, make_provenance(this_command()));
-    fmt::print("{} reports: {}\n", reports,
+    fmt::print("{} report{}: {}\n", reports, reports == 1 ? "" : "s",
                printable_line((std::filesystem::path(*folder) / "reports.html").string()));
     throw ExitStatus{kDone};
   });

@@ -118,10 +118,11 @@ void add_init_command(CLI::App& app) {
   auto* kind = command->add_option_group("kind", "what to begin with");
   kind->add_flag("--cpp", options->cpp, "a filter of your own in C++, with CMake");
   kind->add_flag("--python", options->python, "a filter of your own in Python");
-  kind->add_flag("--scenario", options->scenario, "a scenario file, NAME.toml");
+  auto* scenario = kind->add_flag("--scenario", options->scenario, "a scenario file, NAME.toml");
   kind->add_flag("--log", options->log, "a filter in Python that writes logs for check");
   kind->require_option(1);
   command->add_option("--from", options->from, "with --scenario: which one it begins as")
+      ->needs(scenario)
       ->capture_default_str();
   static constexpr const char* kExamples[] = {"credence init my_filter --cpp",
                                               "credence init my_filter --log",
