@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/filters/spatial/spatial_slam.h"
+#include "core/record/run_layout.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/worlds/landmark_draws.h"
