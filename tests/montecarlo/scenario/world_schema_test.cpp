@@ -34,6 +34,12 @@ TEST(WorldSchema, ItsDefaultsAreThoseOfAFileThatNamesItAlone) {
   }
 }
 
+// docs/scenario.md: a step of the monobot is 1, the planar default is 0.25 s.
+TEST(WorldSchema, AWorldHasDefaultsOfItsOwn) {
+  EXPECT_EQ(default_scenario("monobot").world.dt, 1.0);
+  EXPECT_EQ(default_scenario("planar").world.dt, 0.25);
+}
+
 TEST(WorldSchema, BlocksFollowTheLandmarks) {
   Scenario monobot = default_scenario("monobot"), planar = default_scenario("planar");
   monobot.world.landmarks = planar.world.landmarks = 5;
