@@ -123,6 +123,17 @@ const CLI::App* find_command(const CLI::App& app, std::string_view name) {
   return found.empty() ? nullptr : found.front();
 }
 
+std::vector<const CLI::Option*> options_of(const CLI::App& command) {
+  std::vector<const CLI::Option*> options = command.get_options();
+  for (const CLI::App* group :
+       command.get_subcommands([](const CLI::App* one) { return one->get_name().empty(); })) {
+    for (const CLI::Option* option : group->get_options()) {
+      if (option != group->get_help_ptr()) options.push_back(option);
+    }
+  }
+  return options;
+}
+
 OptionShape shape_of(const CLI::Option& option) {
   OptionShape shape;
   shape.about = option.get_description();
@@ -158,7 +169,7 @@ std::vector<CommandShape> command_shapes(const CLI::App& app) {
     CommandShape& shape = commands.emplace_back(CommandShape{
         command->get_name(), command->get_description(), command->get_group(), command->get_footer(), {}});
     for (const bool positional : {true, false}) {
-      for (const CLI::Option* option : command->get_options()) {
+      for (const CLI::Option* option : options_of(*command)) {
         if (option->get_positional() == positional) shape.options.push_back(shape_of(*option));
       }
     }

@@ -31,6 +31,10 @@ struct CommandShape {
 /// The command of this name, or null.
 const CLI::App* find_command(const CLI::App& app, std::string_view name);
 
+/// The options of a command and those of its groups, which CLI11 keeps as commands without a name but with a
+/// --help of their own.
+std::vector<const CLI::Option*> options_of(const CLI::App& command);
+
 OptionShape shape_of(const CLI::Option& option);
 
 /// All commands of the program, in the order in which they were added.

@@ -39,7 +39,7 @@ std::string command_proposal(const CLI::App& app, std::string_view word) {
 std::string option_proposal(const CLI::App& command, std::string_view option) {
   if (std::string setting = setting_proposal(command, option); !setting.empty()) return setting;
   std::vector<std::string> names;
-  for (const CLI::Option* known : command.get_options()) {
+  for (const CLI::Option* known : options_of(command)) {
     for (const std::string& name : known->get_lnames()) names.push_back("--" + name);
   }
   const std::string_view close = closest_word(option, {names.begin(), names.end()});

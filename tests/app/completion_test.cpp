@@ -100,12 +100,14 @@ TEST_F(Completion, OfZshEscapesWhatDivides) {
   EXPECT_GT(options, 50);
 }
 
+// Those of a group, of which init takes exactly one, are options too.
 TEST_F(Completion, EveryOptionOfTheHelpIsOffered) {
   const std::string bash = run({"completion", "bash"}).out;
   for (const std::string& command : commands()) {
     const std::size_t at = bash.find("    " + command + ") options='");
     ASSERT_NE(at, std::string::npos) << command;
     const std::string offered = bash.substr(at, bash.find('\n', at) - at) + " ";
+    EXPECT_EQ(offered.find("--help"), offered.rfind("--help")) << command;
     std::istringstream help(run({"help", command}).out);
     for (std::string line; std::getline(help, line);) {
       const std::size_t first = line.find_first_not_of(' ');

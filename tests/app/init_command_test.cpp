@@ -48,6 +48,11 @@ TEST_F(InitCommand, ANameIsOneOfAFileATargetAndAModule) {
   EXPECT_EQ(run({"init", "_a9", "--python"}).code, 0);
 }
 
+TEST_F(InitCommand, AMisspelledKindIsProposed) {
+  EXPECT_EQ(run({"init", "x", "--python", "--scenari"}).err,
+            "credence: init: --scenari is not expected; did you mean --scenario? (credence help init)\n");
+}
+
 TEST_F(InitCommand, WhatIsOfNoEffectIsRefused) {
   EXPECT_EQ(run({"init", "x", "--scenario", "--from", "moon"}).err,
             "credence: --from moon: no such scenario; credence list scenarios names all\n");

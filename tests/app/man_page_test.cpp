@@ -39,6 +39,7 @@ TEST_F(ManPage, OptionsKeepTheirDashes) {
   const std::string page = run({"help", "--man"}).out;
   EXPECT_THAT(page, HasSubstr("\\fB\\-\\-out\\fR \\fIDIR\\fR"));
   EXPECT_EQ(page.find("--"), std::string::npos);
+  EXPECT_THAT(page, HasSubstr("\\fB\\-\\-python\\fR")) << "of a group of options, too";
 }
 
 TEST_F(ManPage, GroffHasNothingToSay) {
