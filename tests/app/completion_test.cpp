@@ -10,7 +10,7 @@
 namespace credence {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class Completion : public CommandTest {
  protected:
@@ -50,7 +50,7 @@ TEST_F(Completion, OfFishIsWordsThatItReads) {
   std::istringstream lines(text);
   std::string line;
   std::getline(lines, line);
-  EXPECT_THAT(line, testing::StartsWith("# "));
+  EXPECT_THAT(line, ::testing::StartsWith("# "));
   while (std::getline(lines, line)) {
     const std::vector<std::string> words = words_of_fish(line);
     ASSERT_GT(words.size(), 5U) << line;

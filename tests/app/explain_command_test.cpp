@@ -7,18 +7,18 @@
 namespace credence {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class ExplainCommand : public CommandTest {};
 
 TEST_F(ExplainCommand, AWordHasOneAnswerHoweverItIsSpelled) {
   const Finished nees = run({"explain", "NEES"});
   EXPECT_EQ(nees.code, 0);
-  EXPECT_THAT(nees.out, testing::StartsWith("NEES: "));
+  EXPECT_THAT(nees.out, ::testing::StartsWith("NEES: "));
   EXPECT_THAT(nees.out, HasSubstr("P⁻¹"));
   EXPECT_EQ(run({"explain", "nees"}).out, nees.out);
   const Finished factor = run({"explain", "factor", "on", "P"});
-  EXPECT_THAT(factor.out, testing::StartsWith("factor on P: "));
+  EXPECT_THAT(factor.out, ::testing::StartsWith("factor on P: "));
   EXPECT_EQ(run({"explain", "factor on P"}).out, factor.out);
 }
 
@@ -29,7 +29,7 @@ TEST_F(ExplainCommand, AloneItListsEveryWordAndEachIsExplained) {
   std::istringstream lines(all.out);
   for (std::string line; std::getline(lines, line); ++words) {
     const std::string word = line.substr(0, line.find("  "));
-    EXPECT_THAT(run({"explain", word}).out, testing::StartsWith(word + ": ")) << line;
+    EXPECT_THAT(run({"explain", word}).out, ::testing::StartsWith(word + ": ")) << line;
   }
   EXPECT_GT(words, 20);
 }

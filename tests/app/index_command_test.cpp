@@ -7,7 +7,7 @@
 namespace credence {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class IndexCommand : public CommandTest {};
 

@@ -10,7 +10,7 @@ namespace credence {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class InitCommand : public CommandTest {};
 

@@ -8,8 +8,8 @@
 namespace credence {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ListCommand : public CommandTest {};
 

@@ -8,13 +8,13 @@
 namespace credence {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class ManPage : public CommandTest {};
 
 TEST_F(ManPage, HasEveryCommandAndCode) {
   const std::string page = run({"help", "--man"}).out;
-  EXPECT_THAT(page, testing::StartsWith(".TH CREDENCE 1 "));
+  EXPECT_THAT(page, ::testing::StartsWith(".TH CREDENCE 1 "));
   const Json commands = json({"list", "commands", "--format", "json"})["commands"];
   for (const auto& command : commands) {
     EXPECT_THAT(page, HasSubstr("\n.SS credence " + command["name"].get<std::string>()));
@@ -30,7 +30,8 @@ TEST_F(ManPage, NoLineOfTextIsACommandOfRoff) {
     EXPECT_FALSE(line.starts_with('\'')) << line;
     if (!line.starts_with('.')) continue;
     const std::string request = line.substr(0, line.find(' '));
-    EXPECT_THAT(request, testing::AnyOf(".TH", ".SH", ".SS", ".TP", ".PP", ".nf", ".fi", ".B", ".I")) << line;
+    EXPECT_THAT(request, ::testing::AnyOf(".TH", ".SH", ".SS", ".TP", ".PP", ".nf", ".fi", ".B", ".I"))
+        << line;
   }
 }
 

@@ -7,7 +7,7 @@
 namespace credence {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class SchemaCommand : public CommandTest {};
 
@@ -25,7 +25,8 @@ TEST_F(SchemaCommand, OfTheScenarioHasEveryKeyOfTheHelp) {
 TEST_F(SchemaCommand, EveryOneThatIsOfferedIsThere) {
   const Finished refused = run({"schema", "nothing"});
   EXPECT_EQ(refused.code, 2);
-  EXPECT_THAT(refused.err, testing::StartsWith("credence: schema: \"nothing\" has none; one of scenario, "));
+  EXPECT_THAT(refused.err,
+              ::testing::StartsWith("credence: schema: \"nothing\" has none; one of scenario, "));
   std::istringstream names(refused.err.substr(refused.err.find("one of ") + 7));
   int count = 0;
   for (std::string name; names >> name; ++count) {

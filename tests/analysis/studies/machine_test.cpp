@@ -20,7 +20,8 @@ TEST(Machine, IsToldWithAllThatATimeDependsOn) {
   EXPECT_LE(machine.processors, static_cast<int>(std::thread::hardware_concurrency()));
   EXPECT_EQ(machine.instruction_set, instruction_set_name(best_instruction_set()));
   // Its name and its version.
-  EXPECT_THAT(machine.compiler, testing::AnyOf(testing::HasSubstr("lang"), testing::StartsWith("g++ ")));
+  EXPECT_THAT(machine.compiler,
+              ::testing::AnyOf(::testing::HasSubstr("lang"), ::testing::StartsWith("g++ ")));
   EXPECT_NE(machine.compiler.find_first_of("0123456789"), std::string::npos) << machine.compiler;
   EXPECT_TRUE(std::isnan(machine.load) || machine.load >= 0.0) << machine.load;
 }

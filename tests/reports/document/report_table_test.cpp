@@ -10,9 +10,9 @@
 namespace credence {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 ReportTable column_of(const std::vector<TableCell>& cells) {
   ReportTable table{"t", {{"value"}}, {}, {}};

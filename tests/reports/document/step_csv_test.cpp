@@ -14,7 +14,7 @@
 namespace credence {
 namespace {
 
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 
 std::vector<std::string> fields_of(const std::string& line) {
   std::vector<std::string> fields(1);
