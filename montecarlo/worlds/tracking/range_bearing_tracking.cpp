@@ -119,6 +119,7 @@ class RangeBearingTracking::Run {
     if (detection_.at(k)[0] == 0.0) return std::nullopt;
     RangeBearing z = measure_range_bearing(Pose::Zero(), x.head<2>());
     z += e_.measurement_std_.cwiseProduct(Eigen::Map<const RangeBearing>(measurement_.at(k)));
+    z[1] = wrap_angle(z[1]);
     return z;
   }
 

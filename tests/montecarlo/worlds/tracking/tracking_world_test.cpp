@@ -5,7 +5,9 @@
 
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -167,6 +169,18 @@ TEST(TrackingWorld, ThreadsAndChunksGiveTheSameBits) {
                   1e-12 * (10.0 + trace.steps[k].nees));
     }
   }
+}
+
+// Noise carries a measured bearing beyond half a turn; what is recorded is an angle in (−π, π].
+TEST(TrackingWorld, AMeasuredBearingIsWrapped) {
+  const RunTrace trace =
+      make_experiment(load({"world.sensor=range_bearing", "noise.bearing_std_deg=80"}))->trace(0);
+  double largest = 0.0;
+  for (const TraceStep& step : trace.steps) {
+    if (step.z.size() > 0) largest = std::max(largest, std::abs(step.z[1]));
+  }
+  EXPECT_GT(largest, 3.0);
+  EXPECT_LE(largest, std::numbers::pi);
 }
 
 }  // namespace
