@@ -164,11 +164,15 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
   const auto n = std::ssize(layout.states);
   Step step;
   for (Index i = 0; i < n; ++i) step.states.push_back(i);
-  std::int64_t unmatched = 0;
+  std::int64_t unmatched = 0, not_finite = 0;
   for (const EstimatedMotion& row : rows) {
+    if (!row.value.allFinite() || !row.variance.allFinite()) {
+      ++not_finite;
+      continue;
+    }
     const auto velocity = truth_at(log.velocity, row.time_s, options.matching);
     const auto position = truth_at(log.position, row.time_s, options.matching);
-    if (!velocity || !position || !row.value.allFinite() || !row.variance.allFinite()) {
+    if (!velocity || !position) {
       ++unmatched;
       continue;
     }
@@ -180,12 +184,19 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
     step.P = Matrix(row.variance.head(n).asDiagonal());
     sink.add(step);
   }
+  if (not_finite > 0 && not_finite == std::ssize(rows)) {
+    throw DataError(file, "", fmt::format("no row of {} has a finite estimate and variance", kStates));
+  }
   if (step.step == 0) {
     throw DataError(file, "",
                     fmt::format("no row of {} has a truth at its time, within {} s (--max-time-difference)",
                                 kStates, options.matching.max_time_difference_s));
   }
   sink.unmatched(unmatched);
+  if (not_finite > 0) {
+    sink.remark(fmt::format("Left out: {} of {} rows of {}, whose estimate or variance is not finite.",
+                            not_finite, rows.size(), kStates));
+  }
   sink.remark("The log holds variances and no covariances: every component is judged by itself.");
   if (!has_heights) {
     sink.remark(fmt::format("{} not judged: the log does not hold {} of estimate and truth.",

@@ -253,8 +253,9 @@ TEST(Ulog, WhatComesBeforeACutIsReadIfAskedFor) {
   EXPECT_THAT(part.said(), HasSubstr("flight.ulg:byte "));
 }
 
-/// A simulated flight: 30 rows of states at 100 Hz and a truth at 50 Hz, whose origin is elsewhere.
-UlogWriter simulated(bool error_state) {
+/// A simulated flight: 30 rows of states at 100 Hz and a truth at 50 Hz, whose origin is elsewhere; one row
+/// is not finite.
+UlogWriter simulated(bool error_state, int not_finite = -1) {
   UlogWriter log;
   log.format(fmt::format("estimator_states:uint64_t timestamp;float[24] states;float[{}] covariances;",
                          error_state ? 23 : 24));
@@ -278,7 +279,8 @@ UlogWriter simulated(bool error_state) {
     ByteWriter row;
     row.add(static_cast<std::uint64_t>(1'000'000 + 10'000 * i));
     const auto k = static_cast<float>(i);
-    const float motion[] = {1.5F, 2.0F, -1.0F, k, 2.0F * k, -k + 10.25F};
+    const float north = i == not_finite ? std::numeric_limits<float>::quiet_NaN() : k;
+    const float motion[] = {1.5F, 2.0F, -1.0F, north, 2.0F * k, -k + 10.25F};
     for (int s = 0; s < 24; ++s) row.add(s >= 4 && s < 10 ? motion[s - 4] : 0.0F);
     for (int s = 0; s < (error_state ? 23 : 24); ++s) row.add(static_cast<float>(s + (error_state ? 1 : 0)));
     log.data(1, row.bytes());
@@ -302,6 +304,10 @@ TEST(Ulog, StatesOfASimulatedFlightAreJudgedAgainstItsTruth) {
     EXPECT_LT((step.error - error).norm(), 1e-5);  // float, and the earth's curve
     EXPECT_EQ(step.P.diagonal(), (Vector(6) << 4, 5, 6, 7, 8, 9).finished());
   }
+  const RecordedSink broken = read(simulated(false, 7).bytes(), options);
+  EXPECT_EQ(broken.runs.at(0).steps.size(), 28U);
+  EXPECT_EQ(broken.unmatched_rows, 1) << "it has a truth";
+  EXPECT_THAT(broken.said(), HasSubstr("1 of 30 rows of estimator_states, whose estimate or variance"));
   options.truth_topic = "/gt";
   EXPECT_THAT([&] { read(simulated(false).bytes(), options); },
               ::testing::ThrowsMessage<std::invalid_argument>(
