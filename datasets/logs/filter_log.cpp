@@ -170,25 +170,30 @@ Index FilterLogReader::read_symmetric(const FilterLogHeader::Symmetric& matrix, 
 
 void FilterLogReader::read_state(Step& row) const {
   row.states.clear();
-  const Index n = std::ssize(header_.estimate);
+  const Index n = std::ssize(header_.layout.states);
   if (!header_.layout.has_truth) return;
+  const auto field = [&](const std::vector<Index>& columns, Index state) {
+    return fields_[static_cast<std::size_t>(columns[static_cast<std::size_t>(state)])];
+  };
+  const bool of_errors = !header_.error.empty();
+  const auto error_of = [&](Index state) {  // NaN: not there
+    return of_errors ? field(header_.error, state)
+                     : field(header_.estimate, state) - field(header_.truth, state);
+  };
   for (Index i = 0; i < n; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const double estimate = fields_[static_cast<std::size_t>(header_.estimate[at])];
-    const double truth = fields_[static_cast<std::size_t>(header_.truth[at])];
-    if (!std::isnan(estimate) && !std::isnan(truth)) row.states.push_back(i);
+    if (!std::isnan(error_of(i))) row.states.push_back(i);
   }
   row.error.resize(std::ssize(row.states));
-  row.estimate.resize(row.error.size());
+  row.estimate.resize(of_errors ? 0 : row.error.size());
   for (Index i = 0; i < row.error.size(); ++i) {
-    const auto at = static_cast<std::size_t>(row.states[static_cast<std::size_t>(i)]);
-    row.estimate[i] = fields_[static_cast<std::size_t>(header_.estimate[at])];
-    row.error[i] = row.estimate[i] - fields_[static_cast<std::size_t>(header_.truth[at])];
-    if (header_.layout.angles[at]) row.error[i] = wrap_angle(row.error[i]);
+    const Index state = row.states[static_cast<std::size_t>(i)];
+    if (!of_errors) row.estimate[i] = field(header_.estimate, state);
+    row.error[i] = error_of(state);
+    if (header_.layout.angles[static_cast<std::size_t>(state)]) row.error[i] = wrap_angle(row.error[i]);
   }
   const Index missing = read_symmetric(header_.P, row.states, n, row.P, row.problem);
   if (missing >= 0) {
-    lines_.fail(fmt::format("column {} is blank although its states have an estimate",
+    lines_.fail(fmt::format("column {} is blank although its states have an estimate or an error",
                             names_[static_cast<std::size_t>(missing)]));
   }
 }
@@ -260,7 +265,7 @@ void FilterLogReader::read_innovations(Step& row) {
 Vector FilterLogReader::true_position() const {
   const std::vector<Block>& blocks = header_.layout.blocks;
   const auto block = std::ranges::find(blocks, Part::position, &Block::part);
-  if (!header_.layout.has_truth || block == blocks.end()) return {};
+  if (header_.truth.empty() || block == blocks.end()) return {};
   Vector place(std::ssize(block->states));
   for (Index i = 0; i < place.size(); ++i) {
     const auto state = static_cast<std::size_t>(block->states[static_cast<std::size_t>(i)]);
@@ -331,9 +336,11 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
 LogContents list_own_log(const std::filesystem::path& file) {
   FilterLogReader reader(file);
   const RunLayout& layout = reader.layout();
-  LogTopic state{.name = "estimate",
+  LogTopic state{.name = reader.has_errors() ? "error" : "estimate",
                  .type = fmt::format("{} states", layout.states.size()),
-                 .use = layout.has_truth ? "estimate with its truth" : ""};
+                 .use = reader.has_errors() ? "error"
+                        : layout.has_truth  ? "estimate with its truth"
+                                            : ""};
   state.covariance = layout.has_truth;
   std::vector<LogTopic> sensors;
   for (const Sensor& sensor : layout.sensors) {
@@ -361,7 +368,9 @@ bool begins_as_own_log(std::string_view beginning, const std::filesystem::path& 
   if (file.extension() == ".csv") return true;
   const std::string_view header = beginning.substr(0, beginning.find('\n'));
   return header.find("innovation.") != std::string_view::npos ||
-         header.find("nis.") != std::string_view::npos || header.find("estimate.") != std::string_view::npos;
+         header.find("nis.") != std::string_view::npos ||
+         header.find("estimate.") != std::string_view::npos ||
+         header.find("error.") != std::string_view::npos;
 }
 
 }  // namespace

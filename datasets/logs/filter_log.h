@@ -24,6 +24,9 @@ class FilterLogReader {
 
   const RunLayout& layout() const { return header_.layout; }
 
+  /// Whether its rows hold errors in the place of estimate and truth.
+  bool has_errors() const { return !header_.error.empty(); }
+
   /// Reads the next row; false at the end. `row` keeps its memory from call to call.
   bool next(Step& row);
 

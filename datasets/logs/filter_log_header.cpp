@@ -17,8 +17,11 @@ namespace {
 
 constexpr Index kLargestDimension = 2000;
 constexpr const char* kAccepted =
-    "accepted are run, step, time, estimate.NAME, truth.NAME, P.i.j, innovation.i, S.i.j, R.i.j, nis.DIM, "
+    "accepted are run, step, time, estimate.NAME, truth.NAME, error.NAME, P.i.j, innovation.i, S.i.j, R.i.j, "
+    "nis.DIM, "
     "nonlinear, inflated (docs/formats.md)";
+
+constexpr const char* kOneOfThem = "columns error.NAME beside estimate.NAME or truth.NAME: name one of them";
 
 /// Columns of the entries of a matrix by (row, column), from 1.
 using Entries = std::map<std::pair<Index, Index>, Index>;
@@ -101,6 +104,7 @@ class HeaderParser {
   FilterLogHeader finish(Index columns) {
     FilterLogHeader& h = header_;
     h.columns = columns;
+    if (!h.error.empty() && !truth_.empty()) throw std::invalid_argument(kOneOfThem);
     for (const std::string& state : h.layout.states) {
       const auto found = truth_.find(state);
       if (found != truth_.end()) {
@@ -115,13 +119,15 @@ class HeaderParser {
       }
     }
     const Index n = std::ssize(h.layout.states);
-    h.layout.has_truth = !truth_.empty();
+    h.layout.has_truth = !truth_.empty() || !h.error.empty();
+    h.layout.componentwise = h.error.empty();
     if (h.layout.has_truth || !P_.empty()) h.P = symmetric(P_, n, "P");
     for (Sensor& sensor : h.layout.sensors) add_sensor(sensor);
     add_named_blocks(h.layout);
     if (!h.layout.has_truth && h.layout.sensors.empty()) {
       throw std::invalid_argument(
-          "nothing to judge: there is neither a truth.NAME for the estimates nor an innovation.i");
+          "nothing to judge: there is neither a truth.NAME for the estimates, nor an error.NAME, nor an "
+          "innovation.i");
     }
     return std::move(h);
   }
@@ -133,7 +139,8 @@ class HeaderParser {
     if (name == "time") return set(header_.time, column);
     if (name == "nonlinear") return set(header_.nonlinear, column);
     if (name == "inflated") return set(header_.inflated, column);
-    if (name.starts_with("estimate.")) return add_state(name.substr(9), column);
+    if (name.starts_with("estimate.")) return add_state("estimate", name.substr(9), column, header_.estimate);
+    if (name.starts_with("error.")) return add_state("error", name.substr(6), column, header_.error);
     if (name.starts_with("truth.")) {
       return name.size() > 6 && insert(truth_, std::string(name.substr(6)), column);
     }
@@ -156,16 +163,19 @@ class HeaderParser {
     return true;
   }
 
-  bool add_state(std::string_view name, Index column) {
+  /// A state by its estimate or its error, and the columns of that kind.
+  bool add_state(const char* kind, std::string_view name, Index column, std::vector<Index>& columns) {
     const bool angle = take_mark(name, ":angle");
     if (name.empty()) return false;
     RunLayout& layout = header_.layout;
+    const bool of_errors = &columns == &header_.error;
+    if (!(of_errors ? header_.estimate : header_.error).empty()) throw std::invalid_argument(kOneOfThem);
     if (!states_.emplace(name).second) {
-      throw std::invalid_argument(fmt::format("column estimate.{} is there twice", name));
+      throw std::invalid_argument(fmt::format("column {}.{} is there twice", kind, name));
     }
     layout.states.emplace_back(name);
     layout.angles.push_back(angle);
-    header_.estimate.push_back(column);
+    columns.push_back(column);
     return true;
   }
 

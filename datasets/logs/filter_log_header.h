@@ -32,6 +32,7 @@ struct FilterLogHeader {
   Index run = -1, step = -1, time = -1;
   Index nonlinear = -1, inflated = -1;  ///< of which the first row says what RunLayout says
   std::vector<Index> estimate, truth;   ///< truth is empty without truth
+  std::vector<Index> error;             ///< in their place, of a filter whose P is of another error
   Symmetric P;
   std::vector<Innovation> innovations;  ///< one for each sensor
 };

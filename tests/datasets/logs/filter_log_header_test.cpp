@@ -159,5 +159,19 @@ TEST(FilterLogHeaderLine, marks_at_the_wrong_places_are_refused) {
             1);
 }
 
+TEST(FilterLogHeaderLine, errors_may_stand_for_estimate_and_truth) {
+  const FilterLogHeader h = parse_filter_log_header("error.x,error.b.y:angle,P.1.1,P.1.2,P.2.2");
+  EXPECT_THAT(h.layout.states, ElementsAre("x", "b.y"));
+  EXPECT_THAT(h.layout.angles, ElementsAre(false, true));
+  EXPECT_THAT(h.error, ElementsAre(0, 1));
+  EXPECT_TRUE(h.layout.has_truth);
+  EXPECT_FALSE(h.layout.componentwise);
+  expect_header_error("error.x,error.y", "column P.1.1 is missing");
+  expect_header_error("error.x,error.x,P.1.1", "column error.x is there twice");
+  for (const char* beside : {"estimate.y", "truth.x", "estimate.x,truth.x"}) {
+    expect_header_error(std::string("error.x,P.1.1,") + beside, "name one of them");
+  }
+}
+
 }  // namespace
 }  // namespace credence
