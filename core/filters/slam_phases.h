@@ -25,7 +25,7 @@ struct UpdateResult {
   Index dof = 0;             ///< dimension of ν: known landmarks and anchors seen × kMeasurement
   Index initialised = 0;     ///< landmarks seen for the first time
   double trace_prior = 0.0;  ///< tr P after inflation, before the update
-  bool converged = true;     ///< the exact minimal trace was reached to its tolerance
+  bool converged = true;     ///< an iteration, of the exact minimal trace or of Gauss-Newton, has settled
 };
 
 /// The phases of a step of EKF-SLAM with known association that are the same however P is held: linearisation

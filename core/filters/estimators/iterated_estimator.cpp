@@ -43,6 +43,7 @@ void IteratedEstimator::linearise(const PlanarTruth&) {
     }
     if (!(moved > kSettled)) return;
   }
+  set_not_converged();
 }
 
 double IteratedEstimator::cost() {

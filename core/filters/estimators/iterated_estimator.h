@@ -9,7 +9,7 @@ namespace credence {
 ///
 /// It has settled once a step is below 1e-10 m and rad, mostly after a few. From the eleventh on a step is
 /// halved as long as the sum of the squares is larger behind it; after kMostIterations the correction is
-/// where they led.
+/// where they led, and UpdateResult::converged is false.
 class IteratedEstimator final : public EkfEstimator {
  public:
   static constexpr int kPlainIterations = 10, kMostIterations = 200;

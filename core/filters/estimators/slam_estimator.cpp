@@ -70,6 +70,7 @@ UpdateResult SlamEstimator::update(Batch observations, const PlanarTruth& truth)
     ++result.initialised;
   }
   result.ok = refine(observations, truth);
+  result.converged = converged_;
   return result;
 }
 
@@ -80,11 +81,13 @@ UpdateResult SlamEstimator::judge(Batch observations, const PlanarTruth& truth) 
   if (result.dof == 0) return result;
   linearise(truth);
   result.ok = correct(result);
+  result.converged = converged_;
   return result;
 }
 
 void SlamEstimator::collect(Batch observations) {
   seen_.assign({0, 1, 2});
+  converged_ = true;
   z_.clear();
   placements_.clear();
   for (const Observation<PlanarModel>& o : observations) {

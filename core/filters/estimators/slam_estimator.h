@@ -105,6 +105,8 @@ class SlamEstimator {
   using Jacobian = Eigen::Matrix<double, 2, 3>;
 
   const EstimatorSettings& settings() const { return settings_; }
+  /// Says of the present update that an iteration ended before it had settled (UpdateResult::converged).
+  void set_not_converged() { converged_ = false; }
   Pose pose() const { return x_.head<3>(); }
   Point landmark(Index offset) const { return x_.segment<2>(offset); }
   /// The world's number of the landmark that starts at this state.
@@ -203,6 +205,7 @@ class SlamEstimator {
 
   std::vector<Index> seen_;  ///< the states that the batch touches, the pose first
   std::vector<Eigen::Vector2d> z_;
+  bool converged_ = true;  ///< of the present update
   PoseMatrix F_ = PoseMatrix::Identity();
   std::vector<Jacobian> placements_;
   const PanelKernel* kernel_ = &panel_kernel(best_instruction_set());

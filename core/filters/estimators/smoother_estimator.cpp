@@ -60,16 +60,19 @@ bool SmootherEstimator::refine(Batch observations, const PlanarTruth&) {
   now.seen.assign(observations.begin(), observations.end());
   moved_.setZero();
   moved_noise_.setZero();
-  double change = 0.0;
+  double change = 0.0, share = 1.0;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    change = iterate();
+    const double last = change;
+    change = iterate(share);
     if (!(change > kSettled)) break;
+    if (iteration >= kPlainIterations && !(change < last)) share = 0.5;  // it goes to and fro
   }
+  if (change > kSettled) set_not_converged();
   if (is_full()) move_window();
   return change == change;
 }
 
-double SmootherEstimator::iterate() {
+double SmootherEstimator::iterate(double share) {
   start_pass();
   for (std::size_t j = 0; j < count_; ++j) {
     if (j > 0) predict_frame(j);
@@ -79,7 +82,7 @@ double SmootherEstimator::iterate() {
       if (offset_of(o.landmark) >= n_) place_landmark(o, j);
     }
   }
-  return finish_pass();
+  return finish_pass(share);
 }
 
 void SmootherEstimator::start_pass() {
@@ -190,16 +193,16 @@ void SmootherEstimator::place_landmark(const Observation<PlanarModel>& o, std::s
   n_ += 2;
 }
 
-double SmootherEstimator::finish_pass() {
+double SmootherEstimator::finish_pass(double share) {
   double change = d_.head(n_).cwiseAbs().maxCoeff();
   for (std::size_t j = 0; j < count_; ++j) {
     const auto d = j + 1 < count_ ? d_.segment<3>(clone(j)) : d_.segment<3>(0);
     change = std::max(change, d.cwiseAbs().maxCoeff());
-    frames_[j].pose += d;
+    frames_[j].pose += share * d;
     frames_[j].pose[2] = wrap_angle(frames_[j].pose[2]);
   }
   x().head<3>() = frames_[count_ - 1].pose;
-  x().segment(3, n_ - 3) += d_.segment(3, n_ - 3);
+  x().segment(3, n_ - 3) += share * d_.segment(3, n_ - 3);
   for (Index c = 0; c < n_; ++c) P().col(c).segment(c, n_ - c) = C_.col(c).segment(c, n_ - c);
   return change;
 }

@@ -18,15 +18,20 @@ namespace credence {
 /// the frame of the vehicle. When the window moves on, its oldest pose is marginalised: the filter's state
 /// after the observations there and the motion to the next pose is the new prior, linear from then on.
 ///
+/// It has settled once a step is below 1e-5 m and rad, mostly after a few. Where a step from the eleventh on
+/// is no shorter than the one before, half of each is taken from then on; after kMostIterations the estimates
+/// are where they led, and UpdateResult::converged is false.
+///
 /// What has entered a prior is linearised at two places, one of the prior and another of its present
 /// estimate, which pretends to tell the heading. With `first_estimates` its Jacobians stay where they were
 /// taken for the prior ([Dong-Si 2011]).
 class SmootherEstimator final : public EkfEstimator {
  public:
+  static constexpr int kPlainIterations = 10, kMostIterations = 200;
+
   explicit SmootherEstimator(const EstimatorSettings& settings, bool first_estimates = false);
 
  private:
-  static constexpr int kMostIterations = 10;
   static constexpr std::array<Index, 3> kPoseStates = {0, 1, 2};
 
   /// A pose, the motion that led to it from the one before, and what was seen there.
@@ -42,14 +47,14 @@ class SmootherEstimator final : public EkfEstimator {
                  const PlanarTruth& truth) override;
   bool refine(Batch observations, const PlanarTruth& truth) override;
 
-  /// Gauss-Newton's step from the present estimates; sets P and the next prior. Returns its largest change,
-  /// m or rad; NaN where a factorisation failed.
-  double iterate();
+  /// A share of Gauss-Newton's step from the present estimates; sets P and the next prior. Returns the
+  /// largest change of the whole step, m or rad; NaN where a factorisation failed.
+  double iterate(double share);
   void start_pass();
   void predict_frame(std::size_t j);
   bool correct_frame(std::size_t j);
   void place_landmark(const Observation<PlanarModel>& o, std::size_t j);
-  double finish_pass();
+  double finish_pass(double share);
   void keep_prior();
   void move_window();
   void show_nothing() { show_jacobians(PoseMatrix::Identity(), kPoseStates, 0); }
