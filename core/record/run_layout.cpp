@@ -1,5 +1,7 @@
 #include "core/record/run_layout.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string_view>
 #include <utility>
@@ -7,9 +9,20 @@
 namespace credence {
 namespace {
 
+constexpr const char* kVehicle = "vehicle";
+
 std::string block_of(const std::string& state) { return state.substr(0, state.find('.')); }
 
 bool is_angle(const RunLayout& layout, Index state) { return layout.angles[static_cast<std::size_t>(state)]; }
+
+Index angles_among(const RunLayout& layout, const std::vector<Index>& states) {
+  return std::ranges::count_if(states, [&](Index i) { return is_angle(layout, i); });
+}
+
+/// In the plane.
+bool is_pose(const RunLayout& layout, const std::vector<Index>& states) {
+  return states.size() == 3 && angles_among(layout, states) == 1;
+}
 
 /// "x" of "vehicle.x".
 std::string_view within_block(const RunLayout& layout, Index state) {
@@ -53,11 +66,9 @@ void leave_single_landmarks(std::vector<Block>& blocks) {
 
 /// Names the parts of a vehicle and a map, where the blocks are such.
 void name_parts(RunLayout& layout) {
-  Block* const vehicle = find(layout, "vehicle");
+  Block* const vehicle = find(layout, kVehicle);
   if (vehicle == nullptr) return;
-  const bool planar = vehicle->states.size() == 3 && std::ranges::count_if(vehicle->states, [&](Index i) {
-                                                       return is_angle(layout, i);
-                                                     }) == 1;
+  const bool planar = is_pose(layout, vehicle->states);
   if (!planar && vehicle->states.size() != 1) return;
   if (planar) order_in_plane(layout, vehicle->states);
   const std::vector<Index> pose = vehicle->states;
@@ -93,6 +104,19 @@ void add_named_blocks(RunLayout& layout) {
     }
   }
   name_parts(layout);
+}
+
+std::string no_pose_sentence(const RunLayout& layout) {
+  std::vector<Index> states;
+  for (Index i = 0; i < std::ssize(layout.states); ++i) {
+    if (block_of(layout.states[static_cast<std::size_t>(i)]) == kVehicle) states.push_back(i);
+  }
+  if (states.size() < 2 || is_pose(layout, states)) return {};
+  return fmt::format(
+      "vehicle.… are {} states, {} of them angles, and judged as one block: a pose, of which position and "
+      "heading are judged too, has two states and one angle (x, y, heading:angle; other states under another "
+      "name).",
+      states.size(), angles_among(layout, states));
 }
 
 }  // namespace credence

@@ -65,4 +65,8 @@ struct RunLayout {
 /// a block of their own.
 void add_named_blocks(RunLayout& layout);
 
+/// Why states "vehicle.…" are no pose or position, and what would be one, in a sentence; empty where they are
+/// one, or there are none.
+std::string no_pose_sentence(const RunLayout& layout);
+
 }  // namespace credence

@@ -18,6 +18,8 @@ WorldStream stream_of(std::shared_ptr<const Experiment> experiment) {
   for (const Sensor& sensor : experiment->layout().sensors) {
     for (Index i = 1; i <= sensor.dim; ++i) stream.measurements.push_back(std::to_string(i));
   }
+  if (const std::string no_pose = no_pose_sentence(experiment->layout()); !no_pose.empty())
+    stream.notes = no_pose + "\n";
   stream.visit = [experiment = std::move(experiment)](std::int64_t run, const RowVisitor& take) {
     experiment->visit(run, [&](const TraceStep& now) {
       StreamRow row{.truth = now.truth};

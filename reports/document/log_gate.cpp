@@ -171,7 +171,7 @@ std::string markdown_summary(const CheckedLogs& logs) {
   }
   bullets(advice_sentences(j));
   bullets(calibration_sentences(logs.calibration));
-  bullets(logs.remarks);
+  bullets(logs.all_remarks());
   return text;
 }
 

@@ -128,7 +128,7 @@ std::string log_json(const CheckedLogs& logs) {
   j["rejected"] = rejected_json(s);
   j["unmatched_rows"] = logs.unmatched_rows;
   j["format"] = logs.format;
-  j["remarks"] = logs.remarks;
+  j["remarks"] = logs.all_remarks();
   j["poses"] = poses_json(logs.poses);
   if (logs.gate) j["baseline"] = gate_json(*logs.gate);
   j["calibration"] = logs.calibration.unit_count == 0 && logs.units.names.empty()

@@ -81,6 +81,13 @@ void add_tests(Document& document, const CheckedLogs& logs, const std::string& n
 
 }  // namespace
 
+std::vector<std::string> CheckedLogs::all_remarks() const {
+  std::vector<std::string> all = remarks;
+  if (std::string no_pose = no_pose_sentence(analysis.evidence.layout); !no_pose.empty())
+    all.push_back(std::move(no_pose));
+  return all;
+}
+
 Document log_document(CheckedLogs given) {
   const auto shared = std::make_shared<const CheckedLogs>(std::move(given));
   const CheckedLogs& logs = *shared;

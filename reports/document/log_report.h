@@ -41,6 +41,9 @@ struct CheckedLogs {
   UnitFactors units{};  ///< of it
   std::optional<LogGate> gate{};
   RunErrors first_run{};  ///< of the first file; without steps where it was not kept
+
+  /// `remarks`, and what their layout misses.
+  std::vector<std::string> all_remarks() const;
 };
 
 /// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read

@@ -56,11 +56,12 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
                                       logs.poses.front().charts.declared));
   }
   constexpr std::size_t kRemarks = 12;
-  for (std::size_t i = 0; i < std::min(kRemarks, logs.remarks.size()); ++i) {
-    table.notes.push_back(logs.remarks[i]);
+  const std::vector<std::string> remarks = logs.all_remarks();
+  for (std::size_t i = 0; i < std::min(kRemarks, remarks.size()); ++i) {
+    table.notes.push_back(remarks[i]);
   }
-  if (logs.remarks.size() > kRemarks) {
-    table.notes.push_back(fmt::format("{} more remarks are in the JSON.", logs.remarks.size() - kRemarks));
+  if (remarks.size() > kRemarks) {
+    table.notes.push_back(fmt::format("{} more remarks are in the JSON.", remarks.size() - kRemarks));
   }
   if (!s.has_truth && logs.analysis.judgement.nis.count > 0) {
     table.notes.push_back(

@@ -77,5 +77,16 @@ TEST(NamedBlocks, AsManyAsStandAloneAllDo) {
   EXPECT_EQ(std::ssize(named(states).blocks), 1 + kSingleLandmarks + 1);
 }
 
+TEST(NoPose, IsSaidOfAVehicleOfOtherStates) {
+  using testing::HasSubstr;
+  EXPECT_EQ(no_pose_sentence(named({"x", "y"})), "");
+  EXPECT_EQ(no_pose_sentence(named({"vehicle.x"})), "");
+  EXPECT_EQ(no_pose_sentence(named({"vehicle.x", "vehicle.y", "vehicle.heading"})), "");
+  EXPECT_THAT(no_pose_sentence(named({"vehicle.x", "vehicle.y", "vehicle.heading", "vehicle.speed"})),
+              HasSubstr("vehicle.… are 4 states, 1 of them angles"));
+  EXPECT_THAT(no_pose_sentence(named({"vehicle.x", "vehicle.y", "vehicle.yaw"})),
+              HasSubstr("3 states, 0 of them angles"));
+}
+
 }  // namespace
 }  // namespace credence

@@ -139,5 +139,13 @@ TEST(LogTable, StatisticsNameASensorUnlessItIsTheOnlyOne) {
   EXPECT_THAT(said, Not(Contains(HasSubstr("no law"))));
 }
 
+TEST(LogTable, SaysThatAVehicleIsNoPose) {
+  CheckedLogs logs = logs_with();
+  EXPECT_EQ(logs.all_remarks(), logs.remarks);
+  logs.analysis.evidence.layout.states = {"vehicle.x", "vehicle.y", "vehicle.heading"};
+  logs.analysis.evidence.layout.angles = {false, false, false};
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Contains(HasSubstr("vehicle.… are 3 states, 0 of them angles")));
+}
+
 }  // namespace
 }  // namespace credence
