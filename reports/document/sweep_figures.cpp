@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <string>
 
 #include "core/nan.h"
@@ -88,10 +89,14 @@ std::string label_of(const SweepPoint& point, std::size_t axis) {
 Panel curve_panel(const SweepAnalysis& sweep, std::size_t axis, const char* what, VerdictOf verdict) {
   std::map<std::string, RatioCurve> curves;
   ConsistencyBand band;
+  const auto value_of = [&](std::size_t n) { return swept_number(sweep.point(n).values[axis]); };
+  std::vector<std::size_t> order(sweep.studies.size());  // a line goes from left to right
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, value_of);
   std::vector<double> values;
-  for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
+  for (const std::size_t n : order) {
     const SweepPoint& point = sweep.point(n);
-    const double x = swept_number(point.values[axis]);
+    const double x = value_of(n);
     values.push_back(x);
     curves[label_of(point, axis)].add(x, sweep.studies[n].*verdict);
     band.add(x, sweep.studies[n].*verdict);

@@ -11,6 +11,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/study_json.h"
+#include "reports/document/sweep_figures.h"
 #include "reports/render/write_document.h"
 #include "tests/temporary_folder.h"
 
@@ -18,9 +19,10 @@ namespace credence {
 namespace {
 
 /// Of `studied` points of a sweep of three.
-SweepAnalysis sweep_of(std::size_t studied) {
+SweepAnalysis sweep_of(std::size_t studied, const std::string& sizes = "[1, 2, 3]") {
   SweepPlan plan = plan_sweep(read_scenario_text(
-      "[world]\nmodel = \"monobot\"\n[study]\nruns = 20\nsteps = 6\n[sweep]\nworld.landmarks = [1, 2, 3]\n",
+      "[world]\nmodel = \"monobot\"\n[study]\nruns = 20\nsteps = 6\n[sweep]\nworld.landmarks = " + sizes +
+          "\n",
       "sweep.toml"));
   plan.name = "sizes";
   std::vector<StudyAnalysis> studies;
@@ -72,6 +74,20 @@ TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
   const auto& table = std::get<ReportTable>(document.brief.front());
   EXPECT_EQ(table.rows.size(), 1U);
   EXPECT_THAT(table.notes, testing::Contains("1 of 3 configurations have results"));
+}
+
+// Whatever the order of the list, its line does not go to and fro.
+TEST(SweepFigures, ALineGoesFromTheSmallestValueToTheLargest) {
+  const std::vector<Figure> figures = sweep_figures(sweep_of(3, "[3, 1, 2]"));
+  const std::vector<Figure> ordered = sweep_figures(sweep_of(3));
+  ASSERT_EQ(figures.size(), 1U);
+  for (std::size_t panel = 0; panel < 2; ++panel) {
+    const std::vector<Series>& series = figures[0].panels[panel].series;
+    for (std::size_t i = 2; i < series.size(); ++i) {
+      EXPECT_TRUE(std::ranges::is_sorted(series[i].x));
+      EXPECT_EQ(series[i].y, ordered[0].panels[panel].series[i].y);
+    }
+  }
 }
 
 }  // namespace
