@@ -7,6 +7,7 @@
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/tell.h"
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/carpark_findings.h"
@@ -25,7 +26,7 @@ void append(std::vector<Claim>& all, std::vector<Claim> more) {
   for (Claim& claim : more) all.push_back(std::move(claim));
 }
 
-/// What the car park's run shows.
+/// What the car park's run shows; nothing of a study that was interrupted.
 std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
   if (options.data.empty()) {
     return {{.id = "carpark",
@@ -36,8 +37,10 @@ std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
   const CarparkLog log = read_carpark(data_set_folder(options.data, "carpark"));
   ProgressDisplay display("car park", options.quiet, "replays");
   CarparkStudyOptions study;
+  study.stop = &catch_interrupt();
   study.progress = [&](int done, int all) { display.show({.runs_done = done, .runs_total = all}); };
   const CarparkStudy result = run_carpark_study(log, carpark_settings(), study);
+  if (!result.complete) return {};
   std::vector<Claim> claims;
   for (const CarparkFinding& f : carpark_findings(result)) {
     claims.push_back({.id = f.id,
@@ -55,6 +58,10 @@ int claims(const ClaimsOptions& options) {
   append(all, planar_claims());
   append(all, timing_claims(&catch_interrupt()));
   append(all, carpark_claims(options));
+  if (catch_interrupt().load()) {
+    say("credence: claims interrupted, nothing is told");
+    return kInterrupted;
+  }
   tell(claims_document(all), options);
   return kDone;
 }

@@ -10,6 +10,7 @@
 #include "app/data_set_folder.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/tell.h"
 #include "datasets/replay/carpark_replay.h"
 #include "datasets/replay/carpark_study.h"
@@ -75,7 +76,10 @@ int study_variants(const ReplayOptions& options) {
     study_options.progress = [&](int done, int all) { display.show({.runs_done = done, .runs_total = all}); };
     study = run_carpark_study(log, settings, study_options);
   }
-  if (!study.complete) return kInterrupted;
+  if (!study.complete) {
+    say("credence: replay interrupted, nothing is told");
+    return kInterrupted;
+  }
   tell(carpark_study_document(study), options);
   return kDone;
 }

@@ -8,6 +8,7 @@
 
 #include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
+#include "core/stop_point.h"
 #include "datasets/logs/alignment.h"
 
 namespace credence {
@@ -221,6 +222,7 @@ void ReplayFilter::observe(double time_s, std::span<const LoggedObservation> obs
 
 /// One batch update; returns whether a measurement corrected the state or a landmark was added.
 bool ReplayFilter::update(std::span<const Candidate> candidates, double time_s) {
+  stop_point();
   std::vector<Observation<PlanarModel>> observations;
   for (const Candidate& candidate : candidates)
     observations.push_back({candidate.id, result_.records[candidate.observation].z});
