@@ -207,7 +207,8 @@ Figure rank_map_figure(std::span<const RankMapCell> cells) {
                     "How fast the covariance grows for a constant inflation ΔP, measured by the covariance "
                     "recursion; white cells are bounded, grey ones do not exist. Solid line: the exact "
                     "condition; dashed: the paper's eq. (22), rank ΔP ≤ rank O; no line where nothing is "
-                    "unbounded. Crosses: cells in which eq. (22) says bounded and P grows.",
+                    "unbounded. Crosses: cells in which eq. (22) errs: it says bounded and P grows, or the "
+                    "other way round.",
                 .rows = (panels + 1) / 2,
                 .cols = panels > 1 ? 2 : 1};
   for (const auto& [group, places] : groups) {

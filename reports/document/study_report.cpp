@@ -58,6 +58,9 @@ TableCell pose_cell(const StudyAnalysis& a) {
 
 bool is_inflated(const StudyAnalysis& a) { return a.scenario.filter.inflation != FilterInflation::none; }
 
+/// Whether the verdict is of the innovation covariance, and nothing is said of P.
+bool is_of_S_alone(const StudyAnalysis& a) { return !a.stop && a.word.of_S_alone; }
+
 /// What is wrong with one study, and its pose where that is hidden in the whole.
 std::string fault_clause(const StudyAnalysis& a) {
   if (a.stop || a.word.says.empty()) {
@@ -81,7 +84,7 @@ std::string names_of(const std::vector<const StudyAnalysis*>& studies) {
 std::string single_answer(const StudyAnalysis& a) {
   switch (overall_verdict(a)) {
     case Verdict::pessimistic:
-      if (!a.stop && a.word.of_S_alone) {
+      if (is_of_S_alone(a)) {
         return fmt::format("The innovation covariance S is larger than the innovations: {}", fault_clause(a));
       }
       return fmt::format("This covariance is larger than the errors{}: {}",
@@ -118,11 +121,11 @@ std::vector<std::string> explanation_notes(std::span<const ReportedStudy> studie
 }
 
 ReportAnswer answer_of_verdicts(std::span<const ReportedStudy> studies) {
-  std::vector<const StudyAnalysis*> unsafe, pessimistic, undecided;
+  std::vector<const StudyAnalysis*> unsafe, large_P, large_S, undecided;
   for (const auto& [a, trace, description] : studies) {
     const Verdict verdict = overall_verdict(a);
     if (is_unsafe(verdict)) unsafe.push_back(&a);
-    if (verdict == Verdict::pessimistic) pessimistic.push_back(&a);
+    if (verdict == Verdict::pessimistic) (is_of_S_alone(a) ? large_S : large_P).push_back(&a);
     if (verdict == Verdict::undecided) undecided.push_back(&a);
   }
   const std::size_t n = studies.size();
@@ -145,9 +148,10 @@ ReportAnswer answer_of_verdicts(std::span<const ReportedStudy> studies) {
     return {CellTone::caution,
             fmt::format("{} of {} filters undecided: {}", undecided.size(), n, names_of(undecided))};
   }
-  const std::string rest =
-      pessimistic.empty() ? "" : fmt::format("; larger than need be: {}", names_of(pessimistic));
-  return {pessimistic.empty() ? CellTone::good : CellTone::caution,
+  std::string rest;
+  if (!large_P.empty()) rest += fmt::format("; larger than need be: {}", names_of(large_P));
+  if (!large_S.empty()) rest += fmt::format("; S alone larger than need be: {}", names_of(large_S));
+  return {rest.empty() ? CellTone::good : CellTone::caution,
           fmt::format("Nothing says that any of these {} covariances is too small{}", n, rest)};
 }
 

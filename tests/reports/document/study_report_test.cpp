@@ -140,5 +140,17 @@ TEST(StudyDocument, NamesTheFirstFailuresAndCountsTheRest) {
   EXPECT_THAT(page, HasSubstr("and 3 more"));
 }
 
+TEST(StudyDocument, OfSeveralStudiesSaysWhichCovarianceIsTooLarge) {
+  const ReportedStudy large_P = with_verdict(monobot_study("first"), Verdict::pessimistic);
+  ReportedStudy large_S = with_verdict(monobot_study("second"), Verdict::pessimistic);
+  large_S.analysis.word.of_S_alone = true;
+  const std::string none = "Nothing says that any of these 2 covariances is too small";
+  EXPECT_EQ(study_document({large_P, large_S}).answer.text,
+            none + "; larger than need be: first; S alone larger than need be: second");
+  const ReportAnswer of_S = study_document({large_S, large_S}).answer;
+  EXPECT_EQ(of_S.text, none + "; S alone larger than need be: second, second");
+  EXPECT_EQ(of_S.tone, CellTone::caution);
+}
+
 }  // namespace
 }  // namespace credence
