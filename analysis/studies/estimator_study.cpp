@@ -36,6 +36,7 @@ constexpr std::size_t at(EstimatorBlock block) { return static_cast<std::size_t>
 struct Kept {
   std::vector<std::optional<EstimatorRunValues>> values;  ///< by run; none where it failed
   std::vector<RunFailure> failures;                       ///< by run, outcome ok where there is none
+  std::vector<std::int64_t> not_converged;                ///< steps, by run
   std::vector<float> windows;                             ///< of run r from r · windows on
 };
 
@@ -116,6 +117,7 @@ class Keeper final : public EstimatorListener {
       failed(e, k, Outcome::not_positive_definite);
       return false;
     }
+    if (!step.converged) ++kept_[e].not_converged[static_cast<std::size_t>(run_)];
     if (k == setting_.window_end(hearing.window)) {
       kept_[e].windows[static_cast<std::size_t>(run_ * setting_.windows + hearing.window)] =
           hearing.sums.window();
@@ -165,6 +167,7 @@ std::vector<std::byte> kept_bytes(const StudySetting& setting, std::int64_t firs
     for (std::int64_t r = first; r < last; ++r) {
       writer.put(of.values[static_cast<std::size_t>(r)]);
       writer.put(of.failures[static_cast<std::size_t>(r)]);
+      writer.put(of.not_converged[static_cast<std::size_t>(r)]);
     }
     for (std::int64_t w = first * setting.windows; w < last * setting.windows; ++w) {
       writer.put(of.windows[static_cast<std::size_t>(w)]);
@@ -180,6 +183,7 @@ void keep_bytes(const StudySetting& setting, std::int64_t first, std::int64_t la
     for (std::int64_t r = first; r < last; ++r) {
       reader.get(of.values[static_cast<std::size_t>(r)]);
       reader.get(of.failures[static_cast<std::size_t>(r)]);
+      reader.get(of.not_converged[static_cast<std::size_t>(r)]);
     }
     for (std::int64_t w = first * setting.windows; w < last * setting.windows; ++w) {
       reader.get(of.windows[static_cast<std::size_t>(w)]);
@@ -231,6 +235,10 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
   }
   for (const RunFailure& failure : kept.failures) {
     if (failure.outcome != Outcome::ok) row.failures.push_back(failure);
+  }
+  for (std::size_t r = 0; r < kept.not_converged.size(); ++r) {
+    if (kept.not_converged[r] == 0) continue;
+    row.not_converged.push_back({static_cast<std::int64_t>(r), kept.not_converged[r]});
   }
   for (std::size_t b = 0; b < kEstimatorBlocks; ++b) {
     row.nees[b] = run_mean_interval(nees[b], confidence);
@@ -347,6 +355,7 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
     done += end_of(task) - task * kRunsOfTask;
     if (options.progress) options.progress(done, runs);
   };
+    kept[e].not_converged.resize(count);
   SharedTasks tasks;
   tasks.count = (runs + kRunsOfTask - 1) / kRunsOfTask;
   tasks.identity =

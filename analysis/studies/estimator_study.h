@@ -42,8 +42,9 @@ using Band = std::array<double, kBandLevels.size()>;
 struct EstimatorRow {
   std::string name;
   EstimatorProfile profile;
-  std::int64_t runs = 0;             ///< that ended well
-  std::vector<RunFailure> failures;  ///< of the others
+  std::int64_t runs = 0;                         ///< that ended well
+  std::vector<RunFailure> failures;              ///< of the others
+  std::vector<RunNotConverged> not_converged{};  ///< of all runs
   std::array<MeanInterval, kEstimatorBlocks> nees{};
   std::array<Band, kEstimatorBlocks> bands{};  ///< quantiles over the runs
   MeanInterval heading_rmse_rad, position_rmse_m;

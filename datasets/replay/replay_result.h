@@ -116,7 +116,7 @@ struct ReplayResult {
       0;  ///< observations with more than one landmark within the gate (whatever became of them)
   Index mismatched =
       0;  ///< with association by compatibility: observations given another landmark than by survey
-  Index not_converged = 0;  ///< updates whose minimal-trace inflation missed its tolerance
+  Index not_converged = 0;  ///< updates in which an iteration did not settle (UpdateResult)
   Index rows_of_robots = 0, rows_of_unknown_barcodes = 0, rows_before_start = 0;  ///< MRCLAM: not used
 
   ReplayMean nis;            ///< of one observation, 2 dof: expected 2, or less within a gate (truncated law)

@@ -10,7 +10,7 @@ namespace credence {
 
 /// Plays the runs first_run … first_run + runs − 1, one after the other, each until it ends or fails, and
 /// shows them to the observer, if there is one. `run` has start(r), step(k) for k = 1 …, which returns an
-/// Outcome, show(observer, k), which shows step k, and add_to(StepStatistics&, RunNees&).
+/// Outcome, show(observer, k), which shows step k, and add_to(StepStatistics&, RunTotals&).
 template <class Run>
 StudyStatistics play_runs(Run& run, std::int64_t first_run, std::int64_t runs, Index steps,
                           ChunkObserver* observer) {
@@ -21,7 +21,7 @@ StudyStatistics play_runs(Run& run, std::int64_t first_run, std::int64_t runs, I
   for (std::int64_t r = first_run; r < first_run + runs; ++r) {
     run.start(r);
     if (observer != nullptr) observer->begin_runs(1);
-    RunNees sums;
+    RunTotals sums;
     Outcome outcome = Outcome::ok;
     Index k = 1;
     for (; k <= steps; ++k) {
@@ -34,7 +34,7 @@ StudyStatistics play_runs(Run& run, std::int64_t first_run, std::int64_t runs, I
       run.add_to(statistics.steps[static_cast<std::size_t>(k - 1)], sums);
     }
     if (observer != nullptr) observer->end_run(outcome, std::min(k, steps), 0);
-    if (k > steps) sums.add_to(statistics);
+    sums.add_to(statistics, r, outcome != Outcome::ok);
   }
   return statistics;
 }

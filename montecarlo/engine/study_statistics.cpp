@@ -9,8 +9,10 @@ namespace credence {
 namespace {
 
 constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kFormatNotConverged = 3;  // the same, and behind it the runs that are not_converged
 constexpr std::size_t kStepSize = sizeof(StepStatistics);
 constexpr std::size_t kFailureSize = 20;
+constexpr std::size_t kNotConvergedSize = sizeof(RunNotConverged);
 
 void put_averages(ByteWriter& w, const RunAverages& r) {
   w.put(r.moments);
@@ -55,6 +57,7 @@ void StudyStatistics::merge(const StudyStatistics& other) {
   nees_of_runs.merge(other.nees_of_runs);
   vehicle_nees_of_runs.merge(other.vehicle_nees_of_runs);
   failures.insert(failures.end(), other.failures.begin(), other.failures.end());
+  not_converged.insert(not_converged.end(), other.not_converged.begin(), other.not_converged.end());
   runs += other.runs;
 }
 
@@ -84,15 +87,16 @@ std::vector<double> StudyStatistics::dofs(Quantity quantity) const {
 }
 
 double most_stored_bytes(std::int64_t steps, std::int64_t runs) {
-  constexpr double kHead = sizeof(kFormat) + sizeof(std::int64_t) + 2 * sizeof(std::uint64_t);
+  constexpr double kHead = sizeof(kFormat) + sizeof(std::int64_t) + 3 * sizeof(std::uint64_t);
   constexpr double kAverages = 2 * (5 * sizeof(double) + sizeof(std::uint64_t));
-  constexpr double kOfARun = std::max(kFailureSize, 2 * sizeof(double));  // it fails, or has averages
+  constexpr double kOfARun =
+      std::max(kFailureSize, 2 * sizeof(double)) + kNotConvergedSize;  // it fails, or has averages
   return kHead + kAverages + static_cast<double>(steps) * kStepSize + static_cast<double>(runs) * kOfARun;
 }
 
 std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
   ByteWriter w;
-  w.put(kFormat);
+  w.put(statistics.not_converged.empty() ? kFormat : kFormatNotConverged);
   w.put(statistics.runs);
   w.put(statistics.steps);
   put_averages(w, statistics.nees_of_runs);
@@ -103,12 +107,14 @@ std::vector<std::byte> to_bytes(const StudyStatistics& statistics) {
     w.put(f.step);
     w.put(f.outcome);
   }
+  if (!statistics.not_converged.empty()) w.put(statistics.not_converged);
   return w.take();
 }
 
 StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
   ByteReader r(bytes, "a stored chunk");
-  if (r.get<std::uint32_t>() != kFormat) r.refuse("has another format");
+  const auto format = r.get<std::uint32_t>();
+  if (format != kFormat && format != kFormatNotConverged) r.refuse("has another format");
   StudyStatistics s;
   r.get(s.runs);
   s.steps.resize(r.get_count(kStepSize));
@@ -120,6 +126,10 @@ StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
     r.get(f.run);
     r.get(f.step);
     r.get(f.outcome);
+  }
+  if (format == kFormatNotConverged) {
+    s.not_converged.resize(r.get_count(kNotConvergedSize));
+    for (RunNotConverged& run : s.not_converged) r.get(run);
   }
   r.require_end();
   return s;

@@ -24,6 +24,9 @@ enum class Outcome : std::uint32_t {
   threw,                  ///< the filter under test threw an exception
 };
 
+inline constexpr std::array kOutcomes = {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite,
+                                         Outcome::threw};
+
 std::string_view to_string(Outcome outcome);
 
 /// A run that did not end well, and the step (from 1) at which that was seen; it counts up to the step
@@ -34,6 +37,14 @@ struct RunFailure {
   Outcome outcome = Outcome::ok;
 
   bool operator==(const RunFailure&) const = default;
+};
+
+/// A run in which an iteration of the filter ended before it had settled (UpdateResult::converged).
+struct RunNotConverged {
+  std::int64_t run = 0;
+  std::int64_t steps = 0;  ///< in so many of those that count
+
+  bool operator==(const RunNotConverged&) const = default;
 };
 
 /// A number that every run has at every step.
@@ -66,11 +77,12 @@ struct StepStatistics {
 
 /// All runs of a chunk, or of a whole configuration.
 struct StudyStatistics {
-  std::vector<StepStatistics> steps;  ///< step k is steps[k − 1]
-  RunAverages nees_of_runs;           ///< of the whole state
-  RunAverages vehicle_nees_of_runs;   ///< of the pose, where the world has one
-  std::vector<RunFailure> failures;   ///< in order of the run
-  std::int64_t runs = 0;              ///< started, failed ones included
+  std::vector<StepStatistics> steps;             ///< step k is steps[k − 1]
+  RunAverages nees_of_runs;                      ///< of the whole state
+  RunAverages vehicle_nees_of_runs;              ///< of the pose, where the world has one
+  std::vector<RunFailure> failures;              ///< in order of the run
+  std::vector<RunNotConverged> not_converged{};  ///< in order of the run; those with such steps
+  std::int64_t runs = 0;                         ///< started, failed ones included
 
   /// Adds the runs of `other`, which come after the runs here. Throws std::invalid_argument if the number of
   /// steps differs.
@@ -102,11 +114,15 @@ std::vector<std::byte> to_bytes(const StudyStatistics& statistics);
 /// Reads them back; throws std::runtime_error for bytes that are none of ours.
 StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes);
 
-/// NEES summed over one run on its way: of the whole state, and of the vehicle where there is one.
-struct RunNees {
+/// What is summed over one run on its way: NEES of the whole state, and of the vehicle where there is one.
+struct RunTotals {
   RunSum whole, vehicle;
+  std::int64_t not_converged = 0;  ///< steps
 
-  void add_to(StudyStatistics& statistics) const {
+  /// Adds run `run`; one that failed has no averages.
+  void add_to(StudyStatistics& statistics, std::int64_t run, bool failed) const {
+    if (not_converged > 0) statistics.not_converged.push_back({run, not_converged});
+    if (failed) return;
     whole.add_to(statistics.nees_of_runs);
     vehicle.add_to(statistics.vehicle_nees_of_runs);
   }

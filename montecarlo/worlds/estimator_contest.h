@@ -39,6 +39,7 @@ struct EstimatorStep {
   std::array<NeesValue, kEstimatorBlocks> nees;          ///< dof 0: not judged here; −1: P is no covariance
   double heading_squared = 0.0, heading_variance = 0.0;  ///< rad²: of the error, and what P says of it
   double position_squared = 0.0, position_variance = 0.0;  ///< m²
+  bool converged = true;                                   ///< UpdateResult::converged
 };
 
 /// The posterior Cramér-Rao bound on the mean squared errors of the vehicle, each averaged over the steps.

@@ -11,6 +11,8 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/posterior_bound.h"
 #include "montecarlo/worlds/registry.h"
+#include "reports/document/verdict_json.h"
+#include "reports/document/verdict_text.h"
 #include "reports/figures/estimator_figures.h"
 #include "reports/render/interval_text.h"
 #include "reports/render/json_numbers.h"
@@ -141,6 +143,7 @@ Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
     json["failures"].push_back(
         {{"run", failure.run}, {"step", failure.step}, {"outcome", to_string(failure.outcome)}});
   }
+  json["not_converged"] = not_converged_json(row.not_converged);
   json["pose_nees_over_time"] = json_numbers(row.pose_nees);
   Json bands = Json::array();
   for (const Band& band : row.pose_bands) bands.push_back(json_numbers({band.begin(), band.end()}));
@@ -228,8 +231,12 @@ ReportTable estimator_table(const EstimatorStudy& study) {
         row.profile.chart_text, nees_cell(nees_of(row, plane_pose)).text,
         nees_cell(nees_of(row, chart_position)).text));
   }
-  const std::vector<std::string> failures = failure_notes(study);
-  table.notes.insert(table.notes.end(), failures.begin(), failures.end());
+  for (std::string& note : failure_notes(study)) table.notes.push_back(std::move(note));
+  for (const EstimatorRow& row : study.rows) {
+    if (row.not_converged.empty()) continue;
+    table.notes.push_back(
+        fmt::format("{}: {}", row.name, not_converged_sentence(row.not_converged, study.runs)));
+  }
   return table;
 }
 

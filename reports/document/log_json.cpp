@@ -59,11 +59,7 @@ Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
 
 Json log_outcomes_json(const CheckedLogs& logs) {
   const StudyStatistics& s = logs.analysis.evidence.study;
-  Json j, failures = Json::array();
-  for (const Outcome outcome :
-       {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite, Outcome::threw}) {
-    j[std::string(to_string(outcome))] = s.count(outcome);
-  }
+  Json j = outcome_counts_json(s), failures = Json::array();
   for (const RunFailure& f : s.failures) {
     Json failure = {{"run", f.run}, {"step", f.step}, {"outcome", to_string(f.outcome)}};
     if (const auto said = logs.failures_said.find(f.run); said != logs.failures_said.end()) {

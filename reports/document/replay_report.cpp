@@ -111,7 +111,8 @@ ReportTable replay_table(const ReportedReplay& replay) {
   table.add({"final tr P of the landmarks (m²)", r.covariance.landmarks_final, "",
              fmt::format("{} landmarks", r.map.size())});
   if (r.not_converged > 0)
-    table.notes.push_back(fmt::format("{} minimal traces missed their tolerance.", r.not_converged));
+    table.notes.push_back(fmt::format(
+        "{} updates in which an iteration of the filter ended before it had settled.", r.not_converged));
   return table;
 }
 

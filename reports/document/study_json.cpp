@@ -49,10 +49,7 @@ Json stop_json(const StudyAnalysis& a) {
 }
 
 Json outcomes_json(const StudyAnalysis& a) {
-  Json j;
-  for (const Outcome outcome : {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite}) {
-    j[std::string(to_string(outcome))] = a.statistics.count(outcome);
-  }
+  Json j = outcome_counts_json(a.statistics);
   Json failures = Json::array();
   for (const RunFailure& f : a.statistics.failures) {
     failures.push_back({{"seed", a.scenario.study.seed},
@@ -61,6 +58,7 @@ Json outcomes_json(const StudyAnalysis& a) {
                         {"outcome", to_string(f.outcome)}});
   }
   j["failures"] = std::move(failures);
+  j["not_converged"] = not_converged_json(a.statistics.not_converged);
   return j;
 }
 

@@ -30,8 +30,10 @@ bool any_of(std::span<const ReportedStudy> studies, Predicate holds) {
 
 TableCell failures_cell(const StudyStatistics& s) {
   if (s.failures.empty()) return {0};
-  return {fmt::format("{} ({} diverged, {} not positive definite)", s.failures.size(),
-                      s.count(Outcome::diverged), s.count(Outcome::not_positive_definite)),
+  const std::int64_t threw = s.count(Outcome::threw);
+  return {fmt::format("{} ({} diverged, {} not positive definite{})", s.failures.size(),
+                      s.count(Outcome::diverged), s.count(Outcome::not_positive_definite),
+                      threw > 0 ? fmt::format(", {} threw", threw) : ""),
           CellTone::alarm};
 }
 
@@ -56,10 +58,10 @@ TableCell pose_cell(const StudyAnalysis& a) {
   return {against_expected(*a.vehicle_nees), is_unsafe(verdict) ? CellTone::alarm : CellTone::plain};
 }
 
-bool is_inflated(const StudyAnalysis& a) { return a.scenario.filter.inflation != FilterInflation::none; }
-
 /// Whether the verdict is of the innovation covariance, and nothing is said of P.
 bool is_of_S_alone(const StudyAnalysis& a) { return !a.stop && a.word.of_S_alone; }
+
+bool is_inflated(const StudyAnalysis& a) { return a.scenario.filter.inflation != FilterInflation::none; }
 
 /// What is wrong with one study, and its pose where that is hidden in the whole.
 std::string fault_clause(const StudyAnalysis& a) {
@@ -195,6 +197,10 @@ ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAn
       if (std::string proof = proof_sentence(*a.judgement); !proof.empty())
         table.notes.push_back(fmt::format("{}: {}", a.scenario.name, proof));
     }
+    if (const std::string open = not_converged_sentence(a.statistics.not_converged, a.statistics.runs);
+        !open.empty()) {
+      table.notes.push_back(fmt::format("{}: {}", a.scenario.name, open));
+    }
   }
   for (std::string& note : explanation_notes(studies)) table.notes.push_back(std::move(note));
   return table;
@@ -260,6 +266,10 @@ void add_study(Document& document, const ReportedStudy& study, const std::string
   if (a.stop) document.callout(verdict_cell(a.stop->verdict).tone, stop_sentence(a));
   if (a.judgement) document.bullets(advice_sentences(*a.judgement));
   add_failures(document, a);
+  if (std::string open = not_converged_sentence(a.statistics.not_converged, a.statistics.runs);
+      !open.empty()) {
+    document.callout(CellTone::caution, std::move(open));
+  }
   document.figures(study_figures(name, a, study.trace));
   document.folded("Statistics", [&] {
     add_statistics(document, a);

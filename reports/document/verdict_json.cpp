@@ -72,4 +72,16 @@ Json verdict_json(const ConsistencyVerdict& v) {
   return j;
 }
 
+Json outcome_counts_json(const StudyStatistics& statistics) {
+  Json j;
+  for (const Outcome outcome : kOutcomes) j[std::string(to_string(outcome))] = statistics.count(outcome);
+  return j;
+}
+
+Json not_converged_json(std::span<const RunNotConverged> runs) {
+  Json list = Json::array();
+  for (const RunNotConverged& of : runs) list.push_back({{"run", of.run}, {"steps", of.steps}});
+  return list;
+}
+
 }  // namespace credence

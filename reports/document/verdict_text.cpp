@@ -1,6 +1,10 @@
 #include "reports/document/verdict_text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <vector>
 
 #include "reports/render/number_text.h"
 
@@ -26,6 +30,20 @@ std::string filter_text(const FilterSettings& filter) {
   if (filter.process_scale != 1.0) text += fmt::format(", Q × {:g}", filter.process_scale);
   if (filter.measurement_scale != 1.0) text += fmt::format(", R × {:g}", filter.measurement_scale);
   return text;
+}
+
+std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::int64_t all) {
+  constexpr std::size_t kNamed = 5;
+  if (runs.empty()) return {};
+  std::int64_t steps = 0;
+  for (const RunNotConverged& of : runs) steps += of.steps;
+  std::vector<std::int64_t> named;
+  for (const RunNotConverged& of : runs.first(std::min(kNamed, runs.size()))) named.push_back(of.run);
+  return fmt::format(
+      "In {} step{} of {} of {} runs ({}{}) an iteration of the filter ended before it had settled: what it "
+      "says there is where it stood.",
+      steps, steps == 1 ? "" : "s", runs.size(), all, fmt::join(named, ", "),
+      runs.size() > kNamed ? ", …" : "");
 }
 
 TableCell verdict_cell(Verdict verdict) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
 
 #include "analysis/evidence/study_analysis.h"
@@ -18,6 +20,10 @@ std::string filter_text(const FilterSettings& filter);
 
 /// A verdict in words: its number, bounds, p-value and how many tests were made.
 std::string verdict_sentence(const char* what, const ConsistencyVerdict& verdict);
+
+/// "In 12 steps of 3 of 100 runs (5, 7, 9) an iteration of the filter ended before it had settled; …", of
+/// `all` runs. Empty where there are none.
+std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::int64_t all);
 
 /// A verdict as a cell.
 TableCell verdict_cell(Verdict verdict);

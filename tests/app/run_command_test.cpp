@@ -67,7 +67,7 @@ TEST_F(RunCommand, MoreStepsThanAStoreTakesAreRefusedBeforeTheyAreMade) {
   write("a.toml", kOneLandmark);
   const Finished f = run({"run", "a.toml", "--runs", "1", "--steps", "4000000", "--out", "out"});
   EXPECT_EQ(f.code, 2);
-  EXPECT_EQ(f.err, "credence: a.toml: study.steps = 4000000: at most 3906240 can be stored\n");
+  EXPECT_EQ(f.err, "credence: a.toml: study.steps = 4000000: at most 3906236 can be stored\n");
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 

@@ -106,8 +106,9 @@ class IntermittentExperiment::Run {
 
   void show(ChunkObserver& observer, Index) const { observer.add(now_, 0); }
 
-  void add_to(StepStatistics& s, RunNees& sums) const {
+  void add_to(StepStatistics& s, RunTotals& sums) const {
     sums.whole.add(now_.nees, now_.nees_dof);
+    sums.not_converged += filter().converged ? 0 : 1;
     const Matrix& P = now_.P;
     s[Quantity::nees].add(now_.nees);
     if (now_.nis_dof > 0) s[Quantity::nis].add(now_.nis);

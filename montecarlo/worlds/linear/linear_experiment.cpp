@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "core/linear_algebra/psd_root.h"
 #include "core/models/model_mismatch.h"
@@ -81,6 +82,11 @@ StudyStatistics LinearExperiment::run_chunk(std::int64_t first_run, std::int64_t
     s[Quantity::nis] = nis[k];
     s.nees_dof = runs * system_.steps[k].error_whitening.rows();
     s.nis_dof = runs * system_.steps[k].innovation_whitening.rows();
+  }
+  const auto not_converged =
+      std::ranges::count(std::span(filter_steps_).first(good_steps), false, &LinearFilterStep::converged);
+  for (std::int64_t r = first_run; not_converged > 0 && r < first_run + runs; ++r) {
+    statistics.not_converged.push_back({r, not_converged});
   }
   if (good_steps == statistics.steps.size()) {
     std::int64_t dof = 0, least = std::numeric_limits<std::int64_t>::max();

@@ -97,7 +97,7 @@ class PlanarExperiment final : public ShownExperiment {
       return outcome;
     }
 
-    void add_to(StepStatistics& s, RunNees& sums) const { step_.add_to(s, sums); }
+    void add_to(StepStatistics& s, RunTotals& sums) const { step_.add_to(s, sums); }
 
     /// For show(): with it a step keeps more of its factors.
     void keep_what_is_shown() { solver().keep_lead(3); }

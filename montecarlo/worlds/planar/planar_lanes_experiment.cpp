@@ -65,7 +65,7 @@ class PlanarLanesExperiment::Batch {
   /// Adds the runs that came to their end.
   void add_runs_to(StudyStatistics& statistics) const {
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
-      if (alive_[at(lane)]) sums_[at(lane)].add_to(statistics);
+      if (alive_[at(lane)]) sums_[at(lane)].add_to(statistics, first_run_ + lane, false);
     }
   }
 
@@ -124,7 +124,7 @@ class PlanarLanesExperiment::Batch {
   PlanarLanes lanes_;
   std::int64_t first_run_ = 0;
   std::array<bool, PlanarLanes::kLanes> alive_{};
-  std::array<RunNees, PlanarLanes::kLanes> sums_{};
+  std::array<RunTotals, PlanarLanes::kLanes> sums_{};
   std::array<RunFailure, PlanarLanes::kLanes> ends_{};  ///< ok: it did not fail
   NormalisedStep told_;
 };

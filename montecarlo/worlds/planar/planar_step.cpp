@@ -2,9 +2,10 @@
 
 namespace credence {
 
-void PlanarStep::add_to(StepStatistics& s, RunNees& sums) const {
+void PlanarStep::add_to(StepStatistics& s, RunTotals& sums) const {
   sums.whole.add(nees, nees_dof);
   sums.vehicle.add(vehicle_nees, vehicle_dof);
+  sums.not_converged += update.converged ? 0 : 1;
   s[Quantity::nees].add(nees);
   s.nees_dof += nees_dof;
   if (update.dof > 0) s[Quantity::nis].add(update.nis);

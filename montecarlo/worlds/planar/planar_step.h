@@ -22,7 +22,7 @@ struct PlanarStep {
   double map_error_squared = 0.0;  ///< summed over the landmarks in the state
   Index landmarks = 0;             ///< how many these are
 
-  void add_to(StepStatistics& s, RunNees& sums) const;
+  void add_to(StepStatistics& s, RunTotals& sums) const;
 };
 
 }  // namespace credence

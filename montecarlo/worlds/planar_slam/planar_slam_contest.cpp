@@ -33,6 +33,7 @@ class StepJudge {
     }
     const Index n = filter.size();
     if (with_map && n > 3) step[map] = map_solver_.solve(e.tail(n - 3), P.bottomRightCorner(n - 3, n - 3));
+    step.converged = run.update().converged;
     step.heading_squared = plane[2] * plane[2];
     step.position_squared = plane.head<2>().squaredNorm();
     step.heading_variance = P_plane(2, 2);

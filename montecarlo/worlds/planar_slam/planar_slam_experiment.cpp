@@ -61,7 +61,7 @@ class PlanarSlamExperiment::Run {
     return Outcome::ok;
   }
 
-  void add_to(StepStatistics& s, RunNees& sums) const { step_.add_to(s, sums); }
+  void add_to(StepStatistics& s, RunTotals& sums) const { step_.add_to(s, sums); }
 
   void show(ChunkObserver& observer, Index k) {
     shown_.step = k;

@@ -100,7 +100,7 @@ class RangeBearingTracking::Run {
 
   void show(ChunkObserver& observer, Index) const { observer.add(now_, 0); }
 
-  void add_to(StepStatistics& s, RunNees& sums) const {
+  void add_to(StepStatistics& s, RunTotals& sums) const {
     sums.whole.add(now_.nees, now_.nees_dof);
     s[Quantity::nees].add(now_.nees);
     if (now_.nis_dof > 0) s[Quantity::nis].add(now_.nis);

@@ -45,10 +45,13 @@ TEST(Moments, MergingIsAddingAllValues) {
 }
 
 TEST(StudyStatistics, BytesReadBackToTheSame) {
-  const StudyStatistics s = sample(1, 10);
+  StudyStatistics s = sample(1, 10);
+  EXPECT_EQ(statistics_from_bytes(to_bytes(s)), s);
+  EXPECT_LT(static_cast<double>(to_bytes(s).size()), most_stored_bytes(3, 1));
+  s.not_converged.push_back({.run = 5, .steps = 1});
   EXPECT_EQ(statistics_from_bytes(to_bytes(s)), s);
   EXPECT_EQ(static_cast<double>(to_bytes(s).size()), most_stored_bytes(3, 1))
-      << "3 steps, one run that failed";
+      << "3 steps, one run that failed, and had not converged before";
 }
 
 TEST(StudyStatistics, BytesThatAreCutOrChangedAreRefused) {
@@ -66,7 +69,10 @@ TEST(StudyStatistics, BytesThatAreCutOrChangedAreRefused) {
 
 TEST(StudyStatistics, CountsOutcomes) {
   StudyStatistics s = sample(1, 10);
-  s.merge(sample(2, 20, 10));
+  StudyStatistics later = sample(2, 20, 10);
+  later.not_converged.push_back({.run = 12, .steps = 2});
+  s.merge(later);
+  EXPECT_EQ(s.not_converged, later.not_converged);
   EXPECT_EQ(s.runs, 30);
   EXPECT_EQ(s.count(Outcome::ok), 28);
   EXPECT_EQ(s.count(Outcome::diverged), 2);

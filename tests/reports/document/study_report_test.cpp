@@ -9,6 +9,7 @@
 
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/worlds/registry.h"
+#include "reports/document/study_json.h"
 #include "reports/render/text_page.h"
 #include "reports/render/write_document.h"
 #include "tests/temporary_folder.h"
@@ -16,6 +17,7 @@
 namespace credence {
 namespace {
 
+using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -150,6 +152,28 @@ TEST(StudyDocument, OfSeveralStudiesSaysWhichCovarianceIsTooLarge) {
   const ReportAnswer of_S = study_document({large_S, large_S}).answer;
   EXPECT_EQ(of_S.text, none + "; S alone larger than need be: second, second");
   EXPECT_EQ(of_S.tone, CellTone::caution);
+}
+
+TEST(StudyDocument, SaysWhereAnIterationDidNotSettle) {
+  ReportedStudy study = monobot_study("loop");
+  EXPECT_TRUE(study_json(study.analysis)["outcomes"]["not_converged"].empty());
+  for (std::int64_t run = 1; run < 7; ++run) {
+    study.analysis.statistics.not_converged.push_back({.run = run, .steps = 2});
+  }
+  const auto& table = std::get<ReportTable>(study_document({study}).brief.front());
+  EXPECT_THAT(table.notes, Contains(HasSubstr("loop: In 12 steps of 6 of 20 runs (1, 2, 3, 4, 5, …)")));
+  const Json outcomes = study_json(study.analysis)["outcomes"];
+  EXPECT_EQ(outcomes["not_converged"][5]["run"], 6);
+  EXPECT_EQ(outcomes["not_converged"][5]["steps"], 2);
+}
+
+TEST(StudyJson, CountsEveryOutcome) {
+  ReportedStudy study = monobot_study("loop");
+  study.analysis.statistics.failures.push_back({.run = 1, .step = 2, .outcome = Outcome::threw});
+  const Json outcomes = study_json(study.analysis)["outcomes"];
+  EXPECT_EQ(outcomes["ok"], 19);
+  EXPECT_EQ(outcomes["threw"], 1);
+  for (const Outcome outcome : kOutcomes) EXPECT_TRUE(outcomes.contains(std::string(to_string(outcome))));
 }
 
 }  // namespace
