@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+#include <utility>
 
 namespace credence {
 
@@ -23,13 +25,41 @@ std::optional<std::size_t> EstimatorMap::cheapest(std::size_t point) const {
   return std::nullopt;
 }
 
+namespace {
+
+/// What is asked for, or of all what takes every point; the others go into `left_out`, each once.
+std::vector<std::string> names_of_all_points(const SweepPlan& plan, const std::vector<std::string>& asked,
+                                             std::vector<LeftOutEstimator>& left_out) {
+  std::vector<std::string> names = asked;
+  for (const SweepPoint& point : plan.points) {
+    ChosenEstimators chosen = choose_estimators(point.scenario, asked);
+    if (!asked.empty()) continue;
+    for (LeftOutEstimator& of : chosen.left_out) {
+      if (std::ranges::find(left_out, of.name, &LeftOutEstimator::name) == left_out.end())
+        left_out.push_back(std::move(of));
+    }
+    for (std::string& name : chosen.names) {
+      if (std::ranges::find(names, name) == names.end()) names.push_back(std::move(name));
+    }
+  }
+  std::erase_if(names, [&](const std::string& name) {
+    return std::ranges::find(left_out, name, &LeftOutEstimator::name) != left_out.end();
+  });
+  if (names.empty()) throw std::invalid_argument(left_out.front().reason);
+  return names;
+}
+
+}  // namespace
+
 EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& options) {
   EstimatorMap map;
   map.plan = plan;
+  const std::vector<std::string> names = names_of_all_points(plan, options.estimators, map.left_out);
   std::int64_t total = 0, before = 0;
   for (const SweepPoint& point : plan.points) total += point.scenario.study.runs;
   for (const SweepPoint& point : plan.points) {
     EstimatorStudyOptions of_point = options;
+    of_point.estimators = names;
     of_point.progress = [&](std::int64_t done, std::int64_t) {
       if (options.progress) options.progress(before + done, total);
     };

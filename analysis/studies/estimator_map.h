@@ -23,9 +23,10 @@ inline constexpr double kSameCost = 1.25;
 struct EstimatorMap {
   SweepPlan plan;
   std::vector<std::string> names;
-  std::vector<double> seconds_per_step;  ///< of each, mean over the points
-  std::vector<EstimatorStudy> studies;   ///< of each point
-  bool complete = true;                  ///< false: interrupted; the rest means nothing
+  std::vector<double> seconds_per_step;      ///< of each, mean over the points
+  std::vector<EstimatorStudy> studies;       ///< of each point
+  std::vector<LeftOutEstimator> left_out{};  ///< refused at some point, and therefore at none
+  bool complete = true;                      ///< false: interrupted; the rest means nothing
 
   /// Whether estimator `e` stays consistent at a point.
   bool stays_consistent(std::size_t point, std::size_t e) const;
@@ -34,7 +35,8 @@ struct EstimatorMap {
   std::optional<std::size_t> cheapest(std::size_t point) const;
 };
 
-/// Throws as study_estimators.
+/// Of all estimators, unless some are asked for, those that take every point. Throws as study_estimators, and
+/// std::invalid_argument where there are none.
 EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& options);
 
 }  // namespace credence

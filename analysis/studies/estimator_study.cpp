@@ -303,19 +303,6 @@ void profile(const EstimatorContest& contest, EstimatorRow& row) {
   row.rank_gap = rank.gap;
 }
 
-/// Those asked for, or all.
-std::vector<std::string> wanted_names(const Scenario& scenario, const EstimatorOffer& offer,
-                                      const EstimatorStudyOptions& options) {
-  const std::vector<std::string_view> offered = offer.names(&scenario);
-  for (const std::string& name : options.estimators) {
-    if (std::ranges::find(offered, name) != offered.end()) continue;
-    throw std::invalid_argument(
-        fmt::format("this scenario has no estimator \"{}\"; it has {}", name, fmt::join(offered, ", ")));
-  }
-  return options.estimators.empty() ? std::vector<std::string>(offered.begin(), offered.end())
-                                    : options.estimators;
-}
-
 std::string worlds_that_offer() {
   std::vector<std::string> names;
   for (const World* world : worlds()) {
@@ -324,25 +311,51 @@ std::string worlds_that_offer() {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+const EstimatorOffer& offer_of(const Scenario& scenario) {
+  if (const EstimatorOffer* offer = world_of(scenario).estimators) return *offer;
+  throw std::invalid_argument(fmt::format("world.model = \"{}\": estimators are compared in {}",
+                                          scenario.world.model, worlds_that_offer()));
+}
+
 }  // namespace
 
-EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options) {
-  const EstimatorOffer* offer = world_of(scenario).estimators;
-  if (offer == nullptr) {
-    throw std::invalid_argument(fmt::format("world.model = \"{}\": estimators are compared in {}",
-                                            scenario.world.model, worlds_that_offer()));
+ChosenEstimators choose_estimators(const Scenario& scenario, const std::vector<std::string>& asked) {
+  const EstimatorOffer& offer = offer_of(scenario);
+  const std::vector<std::string_view> offered = offer.names(&scenario);
+  for (const std::string& name : asked) {
+    if (std::ranges::find(offered, name) != offered.end()) continue;
+    throw std::invalid_argument(
+        fmt::format("this scenario has no estimator \"{}\"; it has {}", name, fmt::join(offered, ", ")));
   }
-  std::vector<std::string> names = wanted_names(scenario, *offer, options);
-  const StudySetting setting(scenario, offer->contest(scenario), std::move(names));
+  if (!asked.empty()) return {asked, {}};
+  ChosenEstimators chosen;
+  const std::unique_ptr<EstimatorContest> contest = offer.contest(scenario);
+  for (const std::string_view name : offered) {
+    try {
+      contest->player(std::array{std::string(name)});
+      chosen.names.emplace_back(name);
+    } catch (const std::invalid_argument& refusal) {
+      chosen.left_out.push_back({std::string(name), refusal.what()});
+    }
+  }
+  if (chosen.names.empty()) throw std::invalid_argument(chosen.left_out.front().reason);
+  return chosen;
+}
+
+EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options) {
+  ChosenEstimators chosen = choose_estimators(scenario, options.estimators);
+  const StudySetting setting(scenario, offer_of(scenario).contest(scenario), std::move(chosen.names));
   const std::int64_t runs = scenario.study.runs;
   EstimatorStudy study;
   study.scenario = scenario;
+  study.left_out = std::move(chosen.left_out);
   study.runs = runs;
   std::vector<Kept> kept(setting.names.size());
   for (std::size_t e = 0; e < kept.size(); ++e) {
     const auto count = static_cast<std::size_t>(runs);
     kept[e].values.resize(count);
     kept[e].failures.resize(count);
+    kept[e].not_converged.resize(count);
     kept[e].windows.resize(count * static_cast<std::size_t>(setting.windows));
     study.rows.emplace_back().name = setting.names[e];
     if (!is_helper(options.ranks)) profile(*setting.contest, study.rows.back());
@@ -355,7 +368,6 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
     done += end_of(task) - task * kRunsOfTask;
     if (options.progress) options.progress(done, runs);
   };
-    kept[e].not_converged.resize(count);
   SharedTasks tasks;
   tasks.count = (runs + kRunsOfTask - 1) / kRunsOfTask;
   tasks.identity =

@@ -67,9 +67,21 @@ struct PairedDifference {
   double gain = 1.0;
 };
 
+/// An estimator that was not asked for by its name and refuses the scenario.
+struct LeftOutEstimator {
+  std::string name, reason;
+};
+
+/// Those that a comparison has, each by its name.
+struct ChosenEstimators {
+  std::vector<std::string> names;
+  std::vector<LeftOutEstimator> left_out;
+};
+
 struct EstimatorStudy {
   Scenario scenario;
   std::vector<EstimatorRow> rows;
+  std::vector<LeftOutEstimator> left_out{};
   std::vector<PairedDifference> paired;
   std::vector<double> window_ends;  ///< last step of each window of pose_nees
   VehicleBound bound;               ///< NaN: not known
@@ -81,15 +93,20 @@ struct EstimatorStudy {
 };
 
 struct EstimatorStudyOptions {
-  std::vector<std::string> estimators{};  ///< empty: all there are
+  std::vector<std::string> estimators{};  ///< empty: all that take the scenario
   int threads = 0;
   const std::atomic<bool>* stop = nullptr;
   std::function<void(std::int64_t done, std::int64_t total)> progress{};  ///< runs; called under a lock
   Ranks* ranks = nullptr;  ///< share the runs among these; on others than rank 0 the study is not complete
 };
 
-/// Runs study.runs runs of the scenario with every estimator. Throws std::invalid_argument for a world that
-/// offers none (World::estimators), and for an estimator that it does not have.
+/// The estimators that are asked for, or all of the world that take the scenario. Throws
+/// std::invalid_argument for a world that offers none (World::estimators), for an estimator that it does not
+/// have, and for a scenario that none of them takes.
+ChosenEstimators choose_estimators(const Scenario& scenario, const std::vector<std::string>& asked);
+
+/// Runs study.runs runs of the scenario with every estimator. Throws as choose_estimators, and what an
+/// estimator that is asked for throws of the scenario.
 EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options);
 
 }  // namespace credence

@@ -143,6 +143,7 @@ ReportTable estimator_map_table(const EstimatorMap& map) {
           map.studies.front().runs, 100.0 * map.studies.front().scenario.study.confidence,
           kToleratedOptimism),
       fmt::format("Time of a step, mean over the points: {}.", costs)};
+  for (std::string& note : left_out_notes(map.left_out)) table.notes.push_back(std::move(note));
   return table;
 }
 
@@ -171,6 +172,7 @@ std::string estimator_map_json(const EstimatorMap& map) {
     json["estimators"].push_back(
         {{"estimator", map.names[e]}, {"seconds_per_step", json_number(map.seconds_per_step[e])}});
   }
+  json["left_out"] = left_out_json(map.left_out);
   json["points"] = Json::array();
   for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
     const auto best = map.cheapest(p);

@@ -237,6 +237,7 @@ ReportTable estimator_table(const EstimatorStudy& study) {
     table.notes.push_back(
         fmt::format("{}: {}", row.name, not_converged_sentence(row.not_converged, study.runs)));
   }
+  for (std::string& note : left_out_notes(study.left_out)) table.notes.push_back(std::move(note));
   return table;
 }
 
@@ -346,6 +347,19 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
 
 }  // namespace
 
+std::vector<std::string> left_out_notes(std::span<const LeftOutEstimator> left_out) {
+  std::vector<std::string> notes;
+  for (const LeftOutEstimator& of : left_out)
+    notes.push_back(fmt::format("{} is left out: {}.", of.name, of.reason));
+  return notes;
+}
+
+Json left_out_json(std::span<const LeftOutEstimator> left_out) {
+  Json list = Json::array();
+  for (const LeftOutEstimator& of : left_out) list.push_back({{"estimator", of.name}, {"reason", of.reason}});
+  return list;
+}
+
 std::string estimator_json(const EstimatorStudy& study) {
   Json json;
   json["schema"] = kSchema;
@@ -361,6 +375,7 @@ std::string estimator_json(const EstimatorStudy& study) {
   json["window_ends"] = json_numbers(study.window_ends);
   json["rows"] = Json::array();
   for (const EstimatorRow& row : study.rows) json["rows"].push_back(row_json(study, row));
+  json["left_out"] = left_out_json(study.left_out);
   json["paired"] = Json::array();
   for (const PairedDifference& paired : study.paired) json["paired"].push_back(paired_json(study, paired));
   json["null_reason"] = "no run that ended well, no finite bound, or a world without such states";

@@ -107,5 +107,21 @@ TEST_F(EstimatorsCommand, ExitCodesSayWhatWasFound) {
   EXPECT_EQ(optimistic.code, 1);
 }
 
+// What is not asked for by its name and cannot be had is left out, and said.
+TEST_F(EstimatorsCommand, LeavesOutWhatRefusesTheScenario) {
+  const std::vector<std::string> misses = {"estimators", scenario("linear_estimators"),    "--runs", "8",
+                                           "--set",      "noise.detection_probability=0.8"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), misses.begin(), misses.end());
+    return more;
+  };
+  const Json j = json(with({"--format", "json"}));
+  EXPECT_EQ(j["rows"].size(), 1U);
+  EXPECT_EQ(j["left_out"].back()["estimator"], "own-gain");
+  EXPECT_NE(run(misses).out.find("smoother is left out: filter.estimator = \"smoother\" needs every"),
+            std::string::npos);
+  EXPECT_EQ(run(with({"--estimators", "kalman,smoother"})).code, 2);
+}
+
 }  // namespace
 }  // namespace credence

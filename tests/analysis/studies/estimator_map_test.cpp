@@ -37,5 +37,18 @@ TEST(EstimatorMap, OtherWorldsAreRefused) {
   EXPECT_THROW(map_estimators(plan, {}), std::invalid_argument);
 }
 
+TEST(EstimatorMap, HasTheEstimatorsThatTakeEveryPoint) {
+  const SweepPlan plan =
+      plan_sweep(read_scenario_text("[world]\nmodel = \"linear\"\nF = [[0.9]]\nH = [[1]]\nQ = [[1]]\nR = "
+                                    "[[1]]\nP0 = [[1]]\n[study]\nruns = 4\nsteps = 10\n[sweep]\n"
+                                    "noise.detection_probability = [1.0, 0.8]\n",
+                                    "t.toml"));
+  const EstimatorMap map = map_estimators(plan, {});
+  EXPECT_EQ(map.names, std::vector<std::string>{"kalman"});
+  ASSERT_EQ(map.left_out.size(), 2U);
+  EXPECT_EQ(map.left_out[0].name, "steady-state");
+  EXPECT_EQ(map.left_out[1].name, "smoother");
+}
+
 }  // namespace
 }  // namespace credence

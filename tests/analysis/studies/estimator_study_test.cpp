@@ -221,5 +221,30 @@ TEST(EstimatorStudy, WhatItCannotCompareIsRefused) {
   EXPECT_THROW(study_estimators(load("huang_ring"), {.estimators = {"magic"}}), std::invalid_argument);
 }
 
+// Gains that depend on no data need every measurement.
+TEST(EstimatorStudy, OfAllEstimatorsThoseThatRefuseTheScenarioAreLeftOut) {
+  const Scenario misses = load("linear_estimators", {"noise.detection_probability=0.8", "study.runs=4"});
+  const EstimatorStudy study = study_estimators(misses, {});
+  ASSERT_EQ(study.rows.size(), 1U);
+  EXPECT_EQ(study.rows[0].name, "kalman");
+  const auto smoother = std::ranges::find(study.left_out, "smoother", &LeftOutEstimator::name);
+  ASSERT_NE(smoother, study.left_out.end());
+  EXPECT_THAT(smoother->reason, testing::HasSubstr("needs every measurement"));
+  EXPECT_THROW(study_estimators(misses, {.estimators = {"kalman", "smoother"}}), std::invalid_argument);
+}
+
+// What goes to and fro between two places is counted, by any threads.
+TEST(EstimatorStudy, CountsWhereAnIterationDidNotSettle) {
+  const Scenario annulus =
+      load("huang_annulus", {"study.runs=10", "study.steps=120", "noise.turn_rate_std=0.5"});
+  const auto study = [&](int threads) {
+    return study_estimators(annulus, {.estimators = {"smoother", "ekf"}, .threads = threads});
+  };
+  const EstimatorStudy one = study(1), two = study(2);
+  EXPECT_FALSE(one.rows[0].not_converged.empty());
+  EXPECT_EQ(one.rows[0].not_converged, two.rows[0].not_converged);
+  EXPECT_TRUE(one.rows[1].not_converged.empty());
+}
+
 }  // namespace
 }  // namespace credence
