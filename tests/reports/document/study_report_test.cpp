@@ -160,7 +160,7 @@ TEST(StudyDocument, SaysWhereAnIterationDidNotSettle) {
   for (std::int64_t run = 1; run < 7; ++run) {
     study.analysis.statistics.not_converged.push_back({.run = run, .steps = 2});
   }
-  const auto& table = std::get<ReportTable>(study_document({study}).brief.front());
+  const ReportTable table = std::get<ReportTable>(study_document({study}).brief.front());
   EXPECT_THAT(table.notes, Contains(HasSubstr("loop: In 12 steps of 6 of 20 runs (1, 2, 3, 4, 5, …)")));
   const Json outcomes = study_json(study.analysis)["outcomes"];
   EXPECT_EQ(outcomes["not_converged"][5]["run"], 6);
