@@ -194,12 +194,22 @@ void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
                    findings.gate->nis, findings.gate->expected, findings.gate->p_value)});
 }
 
-// Jacobians at the estimates shift those of a nonlinear filter a little, too: there the mean of the errors
-// must be most of what is wrong.
+// Jacobians at the estimates give the errors and the innovations of a nonlinear filter a mean, too: there a
+// bias must be most of what is wrong.
+constexpr double kMostOfExcess = 0.5;
+
 bool explains_the_errors(const ZeroMeanTest& mean, const Findings& findings) {
-  constexpr double kMost = 0.5;
   const double excess = findings.nees.mean - findings.nees.expected;
-  return !findings.nonlinear || mean.mean.squaredNorm() > kMost * std::max(0.0, excess);
+  return !findings.nonlinear || mean.mean.squaredNorm() > kMostOfExcess * std::max(0.0, excess);
+}
+
+// Of innovations of the right size nothing is to be explained.
+bool explains_the_innovations(const ZeroMeanTest& mean, const Findings& findings) {
+  if (!findings.nonlinear) return true;
+  const ConsistencyVerdict& nis = findings.nis;
+  const double mean_square = mean.mean.squaredNorm() / static_cast<double>(mean.mean.size());
+  return is_inconsistent(nis.verdict) && nis.mean > nis.expected &&
+         mean_square > kMostOfExcess * (nis.mean / nis.expected - 1.0);
 }
 
 // A filter that is fed late follows the truth of then: its innovations are as they should be, and its errors
@@ -225,7 +235,8 @@ void find_late_measurements(const Findings& findings, std::vector<CauseFound>& f
 
 void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
   const auto clear = [&](const ZeroMeanTest& test) { return test.p_value <= cause_level(findings); };
-  if (findings.innovation_mean && clear(*findings.innovation_mean)) {
+  if (findings.innovation_mean && clear(*findings.innovation_mean) &&
+      explains_the_innovations(*findings.innovation_mean, findings)) {
     const ZeroMeanTest& test = *findings.innovation_mean;
     found.push_back(
         {Cause::bias, fmt::format("the innovation has mean {:.2g} standard deviations (p = {:.2g})",

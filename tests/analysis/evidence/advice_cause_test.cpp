@@ -104,6 +104,22 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
 }
 
+// Linearisation gives innovations a mean, too: a bias of a nonlinear filter is most of what NIS has in
+// excess.
+TEST(CauseRules, AMeanOfInnovationsThatIsLittleOfTheirExcessIsNoBiasOfANonlinearFilter) {
+  const auto with = [](double nees, double nis, double mean, bool nonlinear) {
+    Findings findings = findings_of(nees, nis);
+    findings.nonlinear = nonlinear;
+    findings.innovation_mean = ZeroMeanTest{.mean = Vector::Constant(1, mean), .p_value = 1e-9};
+    return causes_of(findings);
+  };
+  EXPECT_EQ(with(1.5, 1.0, 0.02, false), CauseList{Cause::bias});
+  EXPECT_EQ(with(1.5, 1.0, 0.02, true), CauseList{Cause::linearisation});
+  // 0.99² is more than half of an excess of 1, 0.7² is less.
+  EXPECT_EQ(with(2.0, 2.0, 0.99, true), CauseList{Cause::bias});
+  EXPECT_EQ(with(2.0, 2.0, 0.7, true), CauseList{Cause::covariance_scale});
+}
+
 TEST(CauseRules, SensorsOfOnePriorAreCorrelatedMoreThanInTime) {
   Findings findings = findings_of(1.0, 1.3);
   findings.sensor_pairs = {{"left", "right", {.values = 1000, .largest = 0.3, .p_value = 1e-9}}};
