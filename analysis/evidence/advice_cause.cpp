@@ -72,14 +72,48 @@ bool any_step_outside(const ConsistencyVerdict& verdict, std::size_t first, std:
   return false;
 }
 
-// Whether single steps among the first fifth fail, and the excess there has all but gone in the second half.
-bool dies_out(const ConsistencyVerdict& verdict) {
+// What is less than this share of an excess is all but gone.
+constexpr double kAllButGone = 0.25;
+
+double excess_of_second_half(const ConsistencyVerdict& verdict) {
+  return excess_of_steps(verdict, verdict.steps.size() / 2, verdict.steps.size());
+}
+
+// Whether the second half has the excess still, and of the same sign.
+bool stays(double excess, const ConsistencyVerdict& verdict) {
+  const double late = excess_of_second_half(verdict);
+  return late * excess > 0.0 && std::abs(late) >= kAllButGone * std::abs(excess);
+}
+
+// Whether the first fifth fails, and the excess there has all but gone in the second half.
+bool dies_out(const ConsistencyVerdict& verdict, bool first_fails) {
   const std::size_t steps = verdict.steps.size();
   const std::size_t first = std::max<std::size_t>(1, steps / 5);
-  constexpr double kAllButGone = 0.25;
-  return is_inconsistent(verdict.verdict) && steps >= 5 && any_step_outside(verdict, 0, first) &&
-         std::abs(excess_of_steps(verdict, steps / 2, steps)) <
+  return is_inconsistent(verdict.verdict) && steps >= 5 && first_fails &&
+         std::abs(excess_of_second_half(verdict)) <
              kAllButGone * std::abs(excess_of_steps(verdict, 0, first));
+}
+
+std::size_t first_fifth(const ConsistencyVerdict& verdict) {
+  return std::max<std::size_t>(1, verdict.steps.size() / 5);
+}
+
+bool nees_dies_out(const Findings& findings) {
+  return dies_out(findings.nees, any_step_outside(findings.nees, 0, first_fifth(findings.nees)));
+}
+
+// NIS is white, so that its sum over the first fifth is χ²: a test of its own beside those of single steps.
+bool nis_dies_out(const Findings& findings) {
+  const ConsistencyVerdict& nis = findings.nis;
+  const std::size_t first = first_fifth(nis);
+  double dof = 0.0;
+  for (std::size_t k = 0; k < std::min(first, nis.steps.size()); ++k) {
+    if (nis.steps[k].count > 0) dof += nis.steps[k].total_dof;
+  }
+  const double deviations = std::abs(excess_of_steps(nis, 0, first)) * std::sqrt(0.5 * dof);
+  const boost::math::normal law;
+  return dies_out(nis, any_step_outside(nis, 0, first) ||
+                           2.0 * cdf(complement(law, deviations)) <= cause_level(findings));
 }
 
 // P(X ≥ count) of a binomial law.
@@ -94,7 +128,7 @@ double binomial_upper_tail(std::int64_t count, std::int64_t trials, double proba
 bool outliers_are_the_start(const Findings& findings) {
   const auto& [all, early, early_share, late] = findings.gross_outliers;
   const double level = cause_level(findings);
-  return dies_out(findings.nis) && binomial_upper_tail(early, all, early_share) <= level &&
+  return nis_dies_out(findings) && binomial_upper_tail(early, all, early_share) <= level &&
          binomial_upper_tail(late.total - late.inside, late.total, kGrossOutlier) > level;
 }
 
@@ -296,18 +330,87 @@ bool first_innovation_fits(const ConsistencyVerdict& nis) {
          first->mean <= first->simultaneous_upper;
 }
 
+// The steps before the first innovation, whose errors P0 and Q alone make.
+struct DeadReckoning {
+  std::size_t steps = 0;  // 0: a measurement is in the first step, or not every step is known
+  double excess = 0.0;    // of NEES over its dof
+  bool fits = false;
+};
+
+DeadReckoning dead_reckoning_of(const Findings& findings) {
+  const auto &nees = findings.nees.steps, &nis = findings.nis.steps;
+  const auto first = std::ranges::find_if(nis, [](const StepTest& step) { return step.count > 0; });
+  const auto steps = static_cast<std::size_t>(first - nis.begin());
+  const bool known = findings.nees_before_innovations.count > 0 && findings.nees.step_stride == 1 &&
+                     first != nis.end() && steps < nees.size() && findings.nees.verdict != Verdict::undecided;
+  if (!known || steps == 0) return {};
+  return {.steps = steps,
+          .excess = excess_of_steps(findings.nees, 0, steps),
+          .fits = !any_step_outside(findings.nees, 0, steps)};
+}
+
+// NEES of a Gaussian error of any covariance is Σ cᵢ χ²(1), whose variance 2 Σ cᵢ² is at most twice the
+// square of its mean. The ratio of a sample has the standard deviation √(24/runs) where one cᵢ is all.
+bool can_be_gaussian(const Moments& nees) {
+  constexpr double kMost = 2.0, kStandardErrors = 4.0;
+  if (nees.count < 2) return true;
+  return nees.variance() <= (kMost + kStandardErrors * std::sqrt(24.0 / static_cast<double>(nees.count))) *
+                                nees.mean * nees.mean;
+}
+
+// Errors that are wrong before any innovation: P0 is forgotten later, Q is not.
+void find_wrong_dead_reckoning(const Findings& findings, const DeadReckoning& before,
+                               std::vector<CauseFound>& found) {
+  const bool high = before.excess > 0.0;
+  const std::string why = fmt::format(
+      "mean NEES is {:.3g} times its dof before the first innovation, where P0 and Q alone make the errors, "
+      "and {:.3g} times in the second half",
+      1.0 + before.excess, 1.0 + excess_of_second_half(findings.nees));
+  if (findings.nonlinear && high && !can_be_gaussian(findings.nees_before_innovations)) {
+    found.push_back({Cause::nonlinear_start, why + ", and it varies more than that of any Gaussian error"});
+  } else if (!stays(before.excess, findings.nees)) {
+    found.push_back({Cause::initial_covariance, why});
+  } else {
+    found.push_back({high ? Cause::process_noise_too_small : Cause::process_noise_too_large, why});
+  }
+}
+
+// Where P fits before the first innovation, S = H P Hᵀ + R is wrong there for R, or for a linearisation that
+// is better later.
+void find_noise_of_first_innovation(const Findings& findings, const DeadReckoning& before,
+                                    std::vector<CauseFound>& found) {
+  const ConsistencyVerdict& nis = findings.nis;
+  const StepTest& first = nis.steps[before.steps];
+  const double excess = first.mean / first.expected - 1.0;
+  if (!any_step_outside(nis, before.steps, before.steps + 1) || !stays(excess, nis)) return;
+  found.push_back(
+      {excess > 0.0 ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
+       fmt::format("NIS is {:.3g} times its dof at the first innovation, before which NEES fits, and {:.3g} "
+                   "times in the second half",
+                   1.0 + excess, 1.0 + excess_of_second_half(nis))});
+}
+
+void find_by_dead_reckoning(const Findings& findings, std::vector<CauseFound>& found) {
+  const DeadReckoning before = dead_reckoning_of(findings);
+  if (before.steps == 0) return;
+  if (!before.fits) return find_wrong_dead_reckoning(findings, before, found);
+  find_noise_of_first_innovation(findings, before, found);
+}
+
 void find_start(const Findings& findings, std::vector<CauseFound>& found) {
-  const bool by_nis = dies_out(findings.nis);
-  const bool by_nees = dies_out(findings.nees) && !is_inconsistent(findings.nis.verdict);
+  const bool by_nis = nis_dies_out(findings);
+  const bool by_nees = nees_dies_out(findings) && !is_inconsistent(findings.nis.verdict);
   if (!by_nis && !by_nees) return find_start_beside_the_rest(findings, found);
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;
-  const bool of_linearisation = by_nis && findings.nonlinear && verdict.verdict == Verdict::optimistic &&
-                                first_innovation_fits(findings.nis);
-  if (of_linearisation) {
-    found.push_back({Cause::nonlinear_start,
-                     fmt::format("NIS is optimistic in the first steps only, most at step {}, and the first "
-                                 "innovation, which is that of P0 alone, fits",
-                                 verdict.step_of(verdict.worst_step + 1))});
+  const bool nees_before_fits = dead_reckoning_of(findings).fits;
+  const bool P0_fits = nees_before_fits || (by_nis && first_innovation_fits(findings.nis));
+  if (findings.nonlinear && verdict.verdict == Verdict::optimistic && P0_fits) {
+    found.push_back(
+        {Cause::nonlinear_start,
+         fmt::format("{} is optimistic in the first steps only, most at step {}, and {}",
+                     by_nis ? "NIS" : "NEES", verdict.step_of(verdict.worst_step + 1),
+                     nees_before_fits ? "NEES before the first innovation, which is that of P0 and Q, fits"
+                                      : "the first innovation, which is that of P0 alone, fits")});
     return;
   }
   found.push_back({Cause::initial_covariance,
@@ -430,17 +533,55 @@ void find_scale(const Findings& findings, std::vector<CauseFound>& found) {
                                                         verdict.mean, verdict.expected)});
 }
 
+// Consistent, or so nearly that the errors are wrong by more than ten times as much.
+bool innovations_fit(const Findings& findings) {
+  constexpr double kSmall = 0.05, kSmallBesideErrors = 0.1;
+  if (findings.nis.verdict == Verdict::consistent) return true;
+  if (findings.nis.verdict == Verdict::undecided) return false;
+  const double excess = std::abs(findings.nis.mean / findings.nis.expected - 1.0);
+  return excess < kSmall && std::abs(lag_1_outside(findings)) < kSmall &&
+         excess < kSmallBesideErrors * (findings.nees.mean / findings.nees.expected - 1.0);
+}
+
+// By how much NEES over its dof changes over the steps without an innovation, and over those with one. With P
+// too small (Σ ⪰ P) and the right F and Q it cannot grow in the first, P⁻ = F P Fᵀ + Q: tr (P⁻)⁻¹ F (Σ − P)
+// Fᵀ ≤ tr P⁻¹ (Σ − P); with the right H and R not in the others.
+struct NeesGrowth {
+  double without = 0.0, with = 0.0;
+};
+
+NeesGrowth nees_growth_of(const Findings& findings) {
+  const auto &nees = findings.nees.steps, &nis = findings.nis.steps;
+  NeesGrowth growth;
+  if (findings.nees.step_stride > 1) return growth;
+  for (std::size_t k = 1; k < std::min(nees.size(), nis.size()); ++k) {
+    if (nees[k].count == 0 || nees[k - 1].count == 0) continue;
+    const double change = nees[k].mean / nees[k].expected - nees[k - 1].mean / nees[k - 1].expected;
+    (nis[k].count > 0 ? growth.with : growth.without) += change;
+  }
+  return growth;
+}
+
 // Jacobians at changing estimates make directions seem observable that are not: P shrinks there, which no
 // innovation can show (theory, section 5, rank O at the estimates).
 void find_linearisation(const Findings& findings, std::vector<CauseFound>& found) {
   if (!findings.nonlinear || findings.nees.verdict != Verdict::optimistic) return;
-  if (findings.nis.verdict != Verdict::consistent) return;
+  if (!innovations_fit(findings)) return;
   if (findings.whiteness && !findings.whiteness->reason.empty()) return;  // nor is their size all that tells
-  found.push_back(
-      {Cause::linearisation,
-       fmt::format("mean NEES is {:.3g} of {:.3g} while the innovations are as they should be (mean NIS "
-                   "{:.4g} of {:.4g})",
-                   findings.nees.mean, findings.nees.expected, findings.nis.mean, findings.nis.expected)});
+  const std::string why = fmt::format(
+      "mean NEES is {:.3g} of {:.3g} while the innovations are as they should be (mean NIS "
+      "{:.4g} of {:.4g})",
+      findings.nees.mean, findings.nees.expected, findings.nis.mean, findings.nis.expected);
+  const NeesGrowth growth = nees_growth_of(findings);
+  if (growth.without > kMostOfExcess * (growth.without + std::max(0.0, growth.with)) &&
+      growth.without > kMostOfExcess * (findings.nees.mean / findings.nees.expected - 1.0)) {
+    found.push_back({Cause::process_noise_or_linearisation,
+                     fmt::format("{}, and NEES over its dof grows by {:.3g} over the steps without an "
+                                 "innovation, by {:.3g} over those with one",
+                                 why, growth.without, growth.with)});
+    return;
+  }
+  found.push_back({Cause::linearisation, why});
 }
 
 }  // namespace
@@ -486,6 +627,8 @@ std::string_view to_string(Cause cause) {
     case Cause::linearisation:
       return "the filter's linearisation at its own estimates, which takes directions for observable that "
              "are not";
+    case Cause::process_noise_or_linearisation:
+      return "process noise Q assumed too small, or the linearisation of the motion";
     case Cause::covariance_scale:
       return "the scale of the covariance";
     case Cause::inflation:
@@ -516,6 +659,7 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
     find_noise_beside_the_bias(findings, found);
   }
   find_inflation(findings, found);
+  if (found.empty()) find_by_dead_reckoning(findings, found);
   // A wrong P leaves some correlation too: weak ones name the noise only if nothing else is found.
   constexpr double kStrong = 0.1;
   if (found.empty()) find_coloured_noise(findings, kStrong, found);

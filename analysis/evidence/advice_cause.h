@@ -38,8 +38,9 @@ enum class Cause {
   heavy_tails,         ///< the covariance is right, the law is not Gaussian
   wrong_dof,           ///< the spread of NEES is that of another number of dof
   linearisation,       ///< a nonlinear filter gains information that is not there
-  covariance_scale,    ///< P is wrong by a factor, and nothing tells why
-  inflation,           ///< the filter inflates its covariance on purpose
+  process_noise_or_linearisation,  ///< steps without an innovation make the errors too large for P
+  covariance_scale,                ///< P is wrong by a factor, and nothing tells why
+  inflation,                       ///< the filter inflates its covariance on purpose
 };
 
 /// The cause in words.
@@ -83,6 +84,7 @@ struct Findings {
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
   CoverageCount narrow_angles = {};        ///< angles of the state whose σ is no wider than kWideAngle
   Moments nees_values = {};                ///< single NEES values over runs and steps
+  Moments nees_before_innovations = {};    ///< over runs, at the step before any innovation; else empty
   std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
   bool nonlinear = false;                              ///< the filter linearises at its own estimates
   bool inflated = false;                               ///< it is known to inflate its covariance
@@ -107,13 +109,14 @@ struct CauseFound {
 /// turn; an angle of the state wider than kWideAngle; outliers beyond the far tail; heavy tails with the
 /// right second moments; a law cut off at a gate; two sensors correlated at one step more than each is with
 /// itself in time; errors that are the way of some steps; a mean of the innovations, or of the errors, and
-/// beside it the noise, judged by the innovations less their mean; an inconsistency of the first fifth of the
-/// steps that is all but gone in the second half; innovations more correlated than a wrong gain makes them;
-/// the sign of the lag-1 autocorrelation with that of the NIS (gain too small: positive, too large:
-/// negative), or, for an S that is nearly R, innovations whiter than a wrong Q would leave them; Var(NEES) =
-/// 2 mean, as for another dof, against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a
-/// joint inconsistency that no block shares. Heuristic: a hint; signatures that are tests of their own need
-/// (1 − confidence) / 15.
+/// beside it the noise, judged by the innovations less their mean; NEES of the steps before the first
+/// innovation, which P0 and Q alone make, and the first innovation where that fits; an inconsistency of the
+/// first fifth of the steps that is all but gone in the second half; innovations more correlated than a wrong
+/// gain makes them; the sign of the lag-1 autocorrelation with that of the NIS (gain too small: positive, too
+/// large: negative), or, for an S that is nearly R, innovations whiter than a wrong Q would leave them;
+/// Var(NEES) = 2 mean, as for another dof, against 2 mean²/n of a wrong factor; whitened errors that are
+/// correlated, or a joint inconsistency that no block shares. Heuristic: a hint; signatures that are tests of
+/// their own need (1 − confidence) / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence

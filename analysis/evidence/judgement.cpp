@@ -478,6 +478,18 @@ Findings::GrossOutliers gross_outliers_of(const Evidence& e) {
   return gross;
 }
 
+/// Of the step before the first innovation of any run; empty where the first step has one, or of a map, whose
+/// landmarks begin with measurements that make no innovation.
+Moments nees_before_innovations(const Evidence& e) {
+  const auto& steps = e.study.steps;
+  const auto first =
+      std::ranges::find_if(steps, [](const StepStatistics& step) { return step[Quantity::nis].count > 0; });
+  const bool of_map = std::ranges::any_of(
+      e.blocks, [](const BlockSums& b) { return b.part == Part::landmark || b.part == Part::map; });
+  if (of_map || first == steps.begin() || first == steps.end()) return {};
+  return (*std::prev(first))[Quantity::nees];
+}
+
 std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   Findings findings{.nees = j.nees, .nis = j.nis};
   take_back(j.word, findings.nees);
@@ -496,6 +508,7 @@ std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   findings.block = j.responsible;
   if (speaks(j, kErrorCorrelation)) findings.error_correlation = j.error_correlation;
   findings.nees_values = e.whole_runs.nees_values;
+  findings.nees_before_innovations = nees_before_innovations(e);
   findings.nonlinear = e.layout.nonlinear;
   findings.lateness = test_lateness(e.lateness);
   if (share.count > 0) findings.measurement_noise_share = share.mean;

@@ -179,6 +179,103 @@ TEST(CauseRules, AFirstInnovationThatFitsClearsTheInitialCovarianceOfANonlinearF
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
 }
 
+// NIS from the fourth step on, of forty.
+ConsistencyVerdict nis_from_fourth_step(double first, double rest) {
+  std::vector<Moments> steps(40);
+  std::vector<double> dofs(40, 0.0);
+  for (std::size_t k = 3; k < 40; ++k) {
+    steps[k] = {.count = 100, .mean = k == 3 ? first : rest, .m2 = 1.0};
+    dofs[k] = 100.0;
+  }
+  return judge_nis(steps, dofs, 0.95);
+}
+
+// Of NEES of one dof: of a Gaussian error wrong by a factor, or of the square of one.
+Moments nees_of_100_runs(double mean, double variance) {
+  return {.count = 100, .mean = mean, .m2 = 99.0 * variance};
+}
+
+// P0 and Q alone make the errors before the first innovation, and what P0 made is forgotten later.
+TEST(CauseRules, ErrorsThatAreWrongBeforeTheFirstInnovationAreOfP0OrQ) {
+  Findings findings = findings_of(3.0, 1.0);
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  findings.nonlinear = true;
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  EXPECT_NE(find_causes(findings)[0].why.find("is 3 times its dof before the first innovation"),
+            std::string::npos);
+  findings.nees = verdict_of_means(std::vector<double>(40, 0.4), false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
+  findings.nees = verdict_of_means(start_and_rest(12, 3.0, 1.0), false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  // No Gaussian error has a NEES of a variance beyond twice the square of its mean.
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 8.0 * 9.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::nonlinear_start});
+  findings.nonlinear = false;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+TEST(CauseRules, AFirstInnovationThatDoesNotFitAfterErrorsThatDoIsOfR) {
+  const auto with = [](double nis_first, double nis_rest) {
+    Findings findings = findings_of(1.0, 1.0);
+    findings.nees = verdict_of_means(start_and_rest(3, 1.0, 2.0), false);
+    findings.nis = nis_from_fourth_step(nis_first, nis_rest);
+    findings.nees_before_innovations = nees_of_100_runs(1.0, 2.0);
+    findings.nonlinear = true;
+    return causes_of(findings);
+  };
+  EXPECT_EQ(with(3.0, 3.0), CauseList{Cause::measurement_noise_too_small});
+  EXPECT_EQ(with(0.3, 0.3), CauseList{Cause::measurement_noise_too_large});
+  // One that does not last is the linearisation of a start whose P0 fits.
+  EXPECT_EQ(with(3.0, 1.0), CauseList{Cause::nonlinear_start});
+}
+
+// Where the errors grow while no innovation comes, Q too small may have done it, and the linearisation of the
+// motion; where they jump at innovations, the linearisation of the sensor.
+TEST(CauseRules, ErrorsThatGrowBetweenInnovationsMayBeOfQ) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nonlinear = true;
+  std::vector<double> growing, jumping;
+  std::vector<Moments> nis(40);
+  std::vector<double> dofs(40, 0.0);
+  for (std::size_t k = 0; k < 40; ++k) {
+    if (k % 10 == 0) {
+      nis[k] = {.count = 100, .mean = 1.0, .m2 = 1.0};
+      dofs[k] = 100.0;
+    }
+    growing.push_back(1.0 + 0.05 * static_cast<double>(k - k / 10));
+    jumping.push_back(1.0 + 0.5 * static_cast<double>(k / 10));
+  }
+  findings.nis = judge_nis(nis, dofs, 0.95);
+  findings.nees = verdict_of_means(growing, false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+  findings.nees = verdict_of_means(jumping, false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+}
+
+// A hundredth of NIS is nothing beside errors that are ten times too large.
+TEST(CauseRules, LinearisationMayMoveNisByLittle) {
+  Findings findings = findings_of(10.0, 1.0);
+  findings.nonlinear = true;
+  findings.nis.mean = 1.02;
+  findings.nis.verdict = Verdict::optimistic;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.nees = verdict_of_means(std::vector<double>(40, 1.15), false);
+  findings.nees.verdict = Verdict::optimistic;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+// Innovations are white: those of the first fifth add up to a test that no single step is.
+TEST(CauseRules, AStartMayBeClearInItsStepsTogetherOnly) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(8, 1.35, 1.0), true);
+  findings.nis.verdict = Verdict::optimistic;  // as of more runs
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nis = verdict_of_means(start_and_rest(8, 1.1, 1.0), true);
+  findings.nis.verdict = Verdict::optimistic;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
 // Innovations of the right size whose whiteness could not be tested are not known to be as they should be.
 TEST(CauseRules, LinearisationIsNotNamedWhereWhitenessCouldNotBeTested) {
   Findings findings = findings_of(2.0, 1.0);
