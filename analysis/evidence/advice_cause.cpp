@@ -95,7 +95,8 @@ bool dies_out(const ConsistencyVerdict& verdict, bool first_fails) {
 }
 
 std::size_t first_fifth(const ConsistencyVerdict& verdict) {
-  return std::max<std::size_t>(1, verdict.steps.size() / 5);
+  const std::size_t steps = verdict.steps.size();
+  return std::min(steps, std::max<std::size_t>(1, steps / 5));
 }
 
 bool nees_dies_out(const Findings& findings) {
@@ -107,7 +108,7 @@ bool nis_dies_out(const Findings& findings) {
   const ConsistencyVerdict& nis = findings.nis;
   const std::size_t first = first_fifth(nis);
   double dof = 0.0;
-  for (std::size_t k = 0; k < std::min(first, nis.steps.size()); ++k) {
+  for (std::size_t k = 0; k < first; ++k) {
     if (nis.steps[k].count > 0) dof += nis.steps[k].total_dof;
   }
   const double deviations = std::abs(excess_of_steps(nis, 0, first)) * std::sqrt(0.5 * dof);
