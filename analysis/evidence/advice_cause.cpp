@@ -331,9 +331,10 @@ bool first_innovation_fits(const ConsistencyVerdict& nis) {
          first->mean <= first->simultaneous_upper;
 }
 
-// The steps before the first innovation, whose errors P0 and Q alone make.
+// The steps before the first innovation, whose errors P0 and Q alone make, where what lasts shows in a second
+// half that begins later.
 struct DeadReckoning {
-  std::size_t steps = 0;  // 0: a measurement is in the first step, or not every step is known
+  std::size_t steps = 0;  // 0: there are none, or not every step is known
   double excess = 0.0;    // of NEES over its dof
   bool fits = false;
 };
@@ -343,7 +344,8 @@ DeadReckoning dead_reckoning_of(const Findings& findings) {
   const auto first = std::ranges::find_if(nis, [](const StepTest& step) { return step.count > 0; });
   const auto steps = static_cast<std::size_t>(first - nis.begin());
   const bool known = findings.nees_before_innovations.count > 0 && findings.nees.step_stride == 1 &&
-                     first != nis.end() && steps < nees.size() && findings.nees.verdict != Verdict::undecided;
+                     first != nis.end() && steps < nees.size() / 2 &&
+                     findings.nees.verdict != Verdict::undecided;
   if (!known || steps == 0) return {};
   return {.steps = steps,
           .excess = excess_of_steps(findings.nees, 0, steps),

@@ -230,6 +230,27 @@ TEST(CauseRules, AFirstInnovationThatDoesNotFitAfterErrorsThatDoIsOfR) {
   EXPECT_EQ(with(3.0, 1.0), CauseList{Cause::nonlinear_start});
 }
 
+// What lasts cannot be told from the first innovation alone, nor from the errors before it.
+TEST(CauseRules, OneInnovationLateInARunSaysNothingOfWhatLasts) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<Moments> nis(40);
+  std::vector<double> dofs(40, 0.0);
+  nis[25] = {.count = 100, .mean = 3.0, .m2 = 1.0};
+  dofs[25] = 100.0;
+  findings.nis = judge_nis(nis, dofs, 0.95);
+  findings.nees = verdict_of_means(start_and_rest(26, 1.0, 2.0), false);
+  findings.nees_before_innovations = nees_of_100_runs(1.0, 2.0);
+  findings.nonlinear = true;
+  const auto is_told = [&](Cause cause) {
+    const CauseList causes = causes_of(findings);
+    return std::ranges::find(causes, cause) != causes.end();
+  };
+  EXPECT_FALSE(is_told(Cause::measurement_noise_too_small));
+  findings.nees = verdict_of_means(std::vector<double>(40, 3.0), false);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  EXPECT_FALSE(is_told(Cause::process_noise_too_small));
+}
+
 // Where the errors grow while no innovation comes, Q too small may have done it, and the linearisation of the
 // motion; where they jump at innovations, the linearisation of the sensor.
 TEST(CauseRules, ErrorsThatGrowBetweenInnovationsMayBeOfQ) {
