@@ -334,7 +334,7 @@ bool first_innovation_fits(const ConsistencyVerdict& nis) {
 // The steps before the first innovation, whose errors P0 and Q alone make, where what lasts shows in a second
 // half that begins later.
 struct DeadReckoning {
-  std::size_t steps = 0;  // 0: there are none, or not every step is known
+  std::size_t steps = 0;  // from two on; 0: they are not such, or not every step is known
   double excess = 0.0;    // of NEES over its dof
   bool fits = false;
 };
@@ -346,7 +346,12 @@ DeadReckoning dead_reckoning_of(const Findings& findings) {
   const bool known = findings.nees_before_innovations.count > 0 && findings.nees.step_stride == 1 &&
                      first != nis.end() && steps < nees.size() / 2 &&
                      findings.nees.verdict != Verdict::undecided;
-  if (!known || steps == 0) return {};
+  // A state that came since, as a landmark does, began with a measurement that made no innovation. One step
+  // is not enough: the states may have come in that.
+  if (!known || steps < 2) return {};
+  const auto of_other_states = [&](const StepTest& step) { return step.expected != nees.front().expected; };
+  if (std::any_of(nees.begin(), nees.begin() + static_cast<std::ptrdiff_t>(steps), of_other_states))
+    return {};
   return {.steps = steps,
           .excess = excess_of_steps(findings.nees, 0, steps),
           .fits = !any_step_outside(findings.nees, 0, steps)};

@@ -36,6 +36,7 @@ DOCUMENTS = {
     "sweep": ["sweep mistuned_sweep --runs 20 --steps 20"],
     "estimators": ["estimators ukfm_slam2d --estimators ekf,fej --runs 10 --steps 60",
                    "estimators linear_estimators --runs 10 --steps 40",
+                   "estimators linear_estimators --runs 4 --steps 20 --set noise.detection_probability=0.8",
                    "estimators zhang_3d --set world.landmarks=20 --runs 4 --steps 40"],
     "tune": ["tune tracking --runs 10 --steps 40"],
     "stability": ["stability figure2_two_landmarks", "stability figure3_one_landmark", "stability linear"],

@@ -251,6 +251,34 @@ TEST(CauseRules, OneInnovationLateInARunSaysNothingOfWhatLasts) {
   EXPECT_FALSE(is_told(Cause::process_noise_too_small));
 }
 
+// A state that comes later, or in the one step before the first innovation, came with a measurement.
+TEST(CauseRules, StatesThatBeginWithAMeasurementAreNoDeadReckoning) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  findings.nonlinear = true;
+  const auto is_of_Q = [&] { return causes_of(findings) == CauseList{Cause::process_noise_too_small}; };
+  std::vector<Moments> nees(40, Moments{.count = 100, .mean = 3.0, .m2 = 1.0});
+  std::vector<double> dofs(40, 100.0);
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  findings.nees = judge_nees(nees, dofs, 0.95);
+  ASSERT_TRUE(is_of_Q());
+  for (std::size_t k = 2; k < 40; ++k) {
+    nees[k].mean = 9.0;
+    dofs[k] = 300.0;
+  }
+  findings.nees = judge_nees(nees, dofs, 0.95);
+  EXPECT_FALSE(is_of_Q());
+  findings = findings_of(3.0, 1.0);
+  findings.nees_before_innovations = nees_of_100_runs(3.0, 2.0 * 9.0);
+  findings.nonlinear = true;
+  nees.assign(40, Moments{.count = 100, .mean = 1.0, .m2 = 1.0});
+  dofs.assign(40, 100.0);
+  nees[0] = {};
+  dofs[0] = 0.0;
+  findings.nis = judge_nis(nees, dofs, 0.95);
+  EXPECT_FALSE(is_of_Q());
+}
+
 // Where the errors grow while no innovation comes, Q too small may have done it, and the linearisation of the
 // motion; where they jump at innovations, the linearisation of the sensor.
 TEST(CauseRules, ErrorsThatGrowBetweenInnovationsMayBeOfQ) {

@@ -22,7 +22,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr Index kSteps = 24, kDelay = 3;
+constexpr Index kSwitchSteps = 24, kDelay = 3;
 
 const std::string kLinear =
     "[world]\nmodel = \"linear\"\nF = [[1, 0.5], [0, 0.9]]\nH = [[1, 0], [1, 1]]\n"
@@ -30,7 +30,7 @@ const std::string kLinear =
 
 /// A scenario of this world, short, that measures at every step.
 Scenario scenario_of(std::string_view model, std::vector<std::string> overrides) {
-  overrides.push_back(fmt::format("study.steps={}", kSteps));
+  overrides.push_back(fmt::format("study.steps={}", kSwitchSteps));
   if (model == "localisation" || model == "inertial") overrides.emplace_back("world.aiding_interval=1");
   const bool missed = !overrides.empty() && overrides.front().starts_with("noise.detection");
   if (model == "linear" && missed) overrides.emplace_back("world.R=[[1, 0], [0, 2]]");
@@ -73,8 +73,8 @@ TEST(NoiseSwitches, AChunkIsItsRuns) {
     for (const std::string& name : kSwitches) {
       const auto experiment = make_experiment(scenario_of(world->schema.name, {name}));
       const StudyStatistics chunk = experiment->run_chunk(0, 4);
-      std::vector<double> sums(static_cast<std::size_t>(kSteps), 0.0);
-      std::vector<double> counts(static_cast<std::size_t>(kSteps), 0.0);
+      std::vector<double> sums(static_cast<std::size_t>(kSwitchSteps), 0.0);
+      std::vector<double> counts(static_cast<std::size_t>(kSwitchSteps), 0.0);
       for (std::int64_t run = 0; run < 4; ++run) {
         experiment->visit(run, [&](const TraceStep& step) {
           if (step.step == 0 || step.outcome != Outcome::ok || step.nees_dof == 0) return;
@@ -116,7 +116,7 @@ TEST(NoiseSwitches, ALateMeasurementIsThatOfThen) {
 /// The filter of kLinear, and Σ of its error in a world whose R is so many times larger.
 std::vector<double> expected_nees(double factor) {
   const LinearProblem p = linear_problem(scenario_of("linear", {})).value();
-  const auto steps = linear_filter_steps(p.assumed, {}, kSteps);
+  const auto steps = linear_filter_steps(p.assumed, {}, kSwitchSteps);
   Matrix Sigma = p.truth.P0;
   std::vector<double> nees;
   for (const LinearFilterStep& step : steps) {
