@@ -59,7 +59,7 @@ TableCell pose_cell(const StudyAnalysis& a) {
 }
 
 /// Whether the verdict is of the innovation covariance, and nothing is said of P.
-bool is_of_S_alone(const StudyAnalysis& a) { return !a.stop && a.word.of_S_alone; }
+bool is_of_innovation_alone(const StudyAnalysis& a) { return !a.stop && a.word.of_S_alone; }
 
 bool is_inflated(const StudyAnalysis& a) { return a.scenario.filter.inflation != FilterInflation::none; }
 
@@ -86,7 +86,7 @@ std::string names_of(const std::vector<const StudyAnalysis*>& studies) {
 std::string single_answer(const StudyAnalysis& a) {
   switch (overall_verdict(a)) {
     case Verdict::pessimistic:
-      if (is_of_S_alone(a)) {
+      if (is_of_innovation_alone(a)) {
         return fmt::format("The innovation covariance S is larger than the innovations: {}", fault_clause(a));
       }
       return fmt::format("This covariance is larger than the errors{}: {}",
@@ -127,7 +127,7 @@ ReportAnswer answer_of_verdicts(std::span<const ReportedStudy> studies) {
   for (const auto& [a, trace, description] : studies) {
     const Verdict verdict = overall_verdict(a);
     if (is_unsafe(verdict)) unsafe.push_back(&a);
-    if (verdict == Verdict::pessimistic) (is_of_S_alone(a) ? large_S : large_P).push_back(&a);
+    if (verdict == Verdict::pessimistic) (is_of_innovation_alone(a) ? large_S : large_P).push_back(&a);
     if (verdict == Verdict::undecided) undecided.push_back(&a);
   }
   const std::size_t n = studies.size();
