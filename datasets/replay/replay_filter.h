@@ -22,8 +22,7 @@ struct ReplayStart {
   double time_s = 0;
   Pose pose = Pose::Zero();
   std::vector<Point> survey_m;
-  std::vector<int>
-      first_seen;  ///< surveyed landmarks in the order of first observation: the first become anchors
+  std::vector<int> first_seen;  ///< surveyed landmarks by first observation: the first become anchors
   /// The true pose at a time, where it is known; only needed for Jacobians at the truth.
   std::function<std::optional<Pose>(double time_s)> truth = {};
 };

@@ -163,6 +163,32 @@ class DenseWindow {
   Vector b_;
 };
 
+/// In standard deviations: where the plane lies and how it is turned is known least, by far.
+double deviations(const SmootherEstimator& filter, const DenseWindow& dense) {
+  const Vector off = filter.state() - dense.state();
+  return std::sqrt(off.dot(dense.covariance().llt().solve(off)));
+}
+
+/// Seven steps of a smoother beside the least squares of the same; `check` after each, until one fails.
+template <class Check>
+void beside_the_window(EstimatorTour& tour, Check check) {
+  SmootherEstimator filter(tour.settings);
+  const Pose start = tour.now + Pose(0.01, -0.01, 0.005);
+  const Eigen::Matrix3d P0 = 1e-2 * EstimatorTour::initial_covariance();
+  filter.reset(start, P0);
+  DenseWindow dense(tour.settings, start, P0);
+  for (const auto& numbers :
+       {std::vector<int>{3, 0}, {0, 3, 1}, {4, 3}, {1, 0, 4}, {2, 0}, {1, 3, 4}, {2, 4, 0}}) {
+    const Control read = tour.drive();
+    const auto observations = tour.see(numbers);
+    filter.predict(read, tour.truth());
+    const UpdateResult updated = filter.update(observations, tour.truth());
+    dense.add(read, observations);
+    check(updated, filter, dense);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
 // A filter through the window is the least squares of the window: prior, motions and observations, and what
 // has left it, settled to 10⁻⁵ m.
 TEST(SmootherEstimator, is_the_least_squares_of_its_window) {
@@ -173,25 +199,14 @@ TEST(SmootherEstimator, is_the_least_squares_of_its_window) {
       tour.settings.window = window;
       tour.settings.Q *= 1e-3;
       tour.settings.R *= 1e-3;
-      SmootherEstimator filter(tour.settings);
-      const Pose start = tour.now + Pose(0.01, -0.01, 0.005);
-      const Eigen::Matrix3d P0 = 1e-2 * EstimatorTour::initial_covariance();
-      filter.reset(start, P0);
-      DenseWindow dense(tour.settings, start, P0);
-      for (const auto& numbers :
-           {std::vector<int>{3, 0}, {0, 3, 1}, {4, 3}, {1, 0, 4}, {2, 0}, {1, 3, 4}, {2, 4, 0}}) {
-        const Control read = tour.drive();
-        const auto observations = tour.see(numbers);
-        filter.predict(read, tour.truth());
-        ASSERT_TRUE(filter.update(observations, tour.truth()).ok);
-        dense.add(read, observations);
-        // In standard deviations: where the plane lies and how it is turned is known least, by far.
-        const Vector off = filter.state() - dense.state();
-        EXPECT_LT(std::sqrt(off.dot(dense.covariance().llt().solve(off))), 0.03) << window;
+      beside_the_window(tour, [&](const UpdateResult& updated, const SmootherEstimator& filter,
+                                  const DenseWindow& dense) {
+        ASSERT_TRUE(updated.ok);
+        EXPECT_LT(deviations(filter, dense), 0.03) << window;
         EXPECT_LT((whole_covariance(filter) - dense.covariance()).norm(), 3e-3 * dense.covariance().norm())
             << window;
-        if (HasFailure()) return;
-      }
+      });
+      if (HasFailure()) return;
     }
   }
 }
@@ -206,22 +221,12 @@ TEST(SmootherEstimator, GoesOnUntilItHasSettled) {
         tour.settings.window = window;
         tour.settings.Q *= 30.0;
         tour.settings.R *= 30.0;
-        SmootherEstimator filter(tour.settings);
-        const Pose start = tour.now + Pose(0.01, -0.01, 0.005);
-        const Eigen::Matrix3d P0 = 1e-2 * EstimatorTour::initial_covariance();
-        filter.reset(start, P0);
-        DenseWindow dense(tour.settings, start, P0);
-        for (const auto& numbers :
-             {std::vector<int>{3, 0}, {0, 3, 1}, {4, 3}, {1, 0, 4}, {2, 0}, {1, 3, 4}, {2, 4, 0}}) {
-          const Control read = tour.drive();
-          const auto observations = tour.see(numbers);
-          filter.predict(read, tour.truth());
-          const UpdateResult updated = filter.update(observations, tour.truth());
+        beside_the_window(tour, [&](const UpdateResult& updated, const SmootherEstimator& filter,
+                                    const DenseWindow& dense) {
           ASSERT_TRUE(updated.ok && updated.converged) << window << " " << seed;
-          dense.add(read, observations);
-          const Vector off = filter.state() - dense.state();
-          ASSERT_LT(std::sqrt(off.dot(dense.covariance().llt().solve(off))), 1e-3) << window << " " << seed;
-        }
+          ASSERT_LT(deviations(filter, dense), 1e-3) << window << " " << seed;
+        });
+        if (HasFailure()) return;
       }
     }
   }
