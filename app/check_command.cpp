@@ -1,31 +1,25 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 
-#include "analysis/evidence/study_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
-#include "app/log_name.h"
 #include "app/progress.h"
 #include "app/say.h"
 #include "app/standard_input.h"
 #include "app/study_runner.h"
 #include "app/tell.h"
-#include "datasets/logs/judge_logs.h"
 #include "datasets/logs/log_format.h"
+#include "datasets/logs/log_name.h"
 #include "datasets/logs/number_field.h"
-#include "datasets/logs/run_errors.h"
+#include "reports/document/checked_logs.h"
 #include "reports/document/log_contents_report.h"
 #include "reports/document/log_gate.h"
-#include "reports/document/log_report.h"
 #include "reports/render/atomic_file.h"
 
 namespace credence {
@@ -33,16 +27,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct CheckOptions : CommonOptions {
+struct CheckArguments : CommonOptions {
   std::vector<std::string> logs;
-  double confidence = 0.95, within = 0.1;
-  bool sensitivity = false, list = false, partial = false, pool = false;
-  std::string input = "auto";
-  std::vector<std::string> truths;
-  std::string topic, truth_topic;
-  std::optional<int> instance;
+  CheckOptions how;
+  bool list = false, pool = false;
   std::string orientation_error, chart, truth_time = "interpolated", align = "none";
-  double max_time_difference_s = 0.02;
   std::string time_offset;
   std::vector<double> lever_arm;
   std::string baseline, junit, markdown;
@@ -55,7 +44,7 @@ TruthAlignment alignment_named(const std::string& name) {
                          : TruthAlignment::none;
 }
 
-std::optional<PoseChart> declared_chart(const CheckOptions& o) {
+std::optional<PoseChart> declared_chart(const CheckArguments& o) {
   if (!o.chart.empty()) return pose_chart_named(o.chart);
   const std::string& name = o.orientation_error;
   if (name.empty()) return std::nullopt;
@@ -63,7 +52,7 @@ std::optional<PoseChart> declared_chart(const CheckOptions& o) {
 }
 
 /// "estimate", or seconds.
-std::optional<double> named_time_offset(const CheckOptions& o) {
+std::optional<double> named_time_offset(const CheckArguments& o) {
   if (o.time_offset.empty() || o.time_offset == "estimate") return std::nullopt;
   const std::optional<double> seconds = parse_finite(o.time_offset);
   if (!seconds)
@@ -72,7 +61,7 @@ std::optional<double> named_time_offset(const CheckOptions& o) {
   return seconds;
 }
 
-std::optional<SpatialPose> named_lever_arm(const CheckOptions& o) {
+std::optional<SpatialPose> named_lever_arm(const CheckArguments& o) {
   const std::vector<double>& a = o.lever_arm;
   if (a.empty()) return std::nullopt;
   const auto length = [&] { return std::hypot(std::hypot(a[3], a[4]), std::hypot(a[5], a[6])); };
@@ -86,83 +75,32 @@ std::optional<SpatialPose> named_lever_arm(const CheckOptions& o) {
   return pose;
 }
 
-/// The format of every file, by name or from how the file begins.
-std::map<fs::path, const LogFormat*> formats_of(const CheckOptions& o, const std::vector<fs::path>& files) {
-  std::map<fs::path, const LogFormat*> formats;
-  for (const fs::path& file : files) {
-    const LogFormat& format = o.input == "auto" ? log_format_of(file) : log_format_named(o.input);
-    if (!o.truths.empty() && !format.takes_truth) {
-      throw std::invalid_argument(fmt::format("--truth: {} is read as {}, which {}", file.string(),
-                                              format.title, "holds its truth itself, or has none"));
-    }
-    if (!format.has_poses && (!o.time_offset.empty() || !o.lever_arm.empty())) {
-      throw std::invalid_argument(
-          fmt::format("{}: {} is read as {}; accepted are bags and trajectories of poses",
-                      o.time_offset.empty() ? "--lever-arm" : "--time-offset", file.string(), format.title));
-    }
-    formats.emplace(file, &format);
-  }
-  return formats;
+/// What the words of the command line mean.
+CheckOptions options_of(const CheckArguments& o) {
+  CheckOptions how = o.how;
+  how.name = log_name(o.logs.front());
+  how.threads = o.threads;
+  how.reading.chart = declared_chart(o);
+  TrajectoryMatching& matching = how.reading.matching;
+  matching.truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated;
+  matching.alignment = alignment_named(o.align);
+  matching.time_offset_s = named_time_offset(o).value_or(0.0);
+  matching.find_time_offset = o.time_offset == "estimate";
+  matching.lever_arm = named_lever_arm(o);
+  return how;
 }
 
-LogReadOptions read_options(const CheckOptions& o, const std::vector<fs::path>& files) {
-  return {.topic = o.topic,
-          .truth_topic = o.truth_topic,
-          .instance = o.instance,
-          .chart = declared_chart(o),
-          .matching = {.max_time_difference_s = o.max_time_difference_s,
-                       .truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated,
-                       .alignment = alignment_named(o.align),
-                       .time_offset_s = named_time_offset(o).value_or(0.0),
-                       .find_time_offset = o.time_offset == "estimate",
-                       .lever_arm = named_lever_arm(o)},
-          .truth = TruthFiles(files, o.truths),
-          .partial = o.partial};
-}
-
-/// "PX4 ULog, …; truth interpolated, …"
-std::string format_text(const CheckOptions& o, const std::map<fs::path, const LogFormat*>& formats) {
-  std::set<std::string_view> titles;
-  bool with_truth = false;
-  for (const auto& [file, format] : formats) {
-    titles.insert(format->title);
-    with_truth = with_truth || (format->takes_truth && (!o.truths.empty() || !o.truth_topic.empty()));
-  }
-  std::string text = fmt::format("{}", fmt::join(titles, ", "));
-  if (with_truth) {
-    text += fmt::format("; truth {}, at most {:g} s away; alignment of the truth: {}", o.truth_time,
-                        o.max_time_difference_s, o.align);
-  }
-  return text;
-}
-
-/// The sentences of several files; the same sentence of several only once.
-std::vector<std::string> remarks_of(const LogJudgeResult& result) {
-  std::vector<std::string> texts;
-  std::map<std::string, std::int64_t> times;
-  for (const LogRemark& remark : result.remarks) {
-    if (times[remark.sentence]++ == 0) texts.push_back(remark.sentence);
-  }
-  for (std::string& text : texts) {
-    if (const std::int64_t n = times[text]; n > 1) text += fmt::format(" ({} files.)", n);
-  }
-  return texts;
-}
-
-int list(const CheckOptions& o) {
-  const std::vector<fs::path> files = log_files(o.logs);
+int list(const CheckArguments& o) {
   std::vector<ListedLog> listed;
-  const std::map<fs::path, const LogFormat*> formats = formats_of(o, files);
-  for (const fs::path& file : files) {
-    const LogFormat& format = *formats.at(file);
+  for (const fs::path& file : log_files(o.logs)) {
+    const LogFormat& format = log_format_of(file, o.how.format);
     listed.push_back({file.string(), std::string(format.title), format.list(file)});
   }
   print(contents_document(std::move(listed)), o);
   return kDone;
 }
 
-LogJudgeResult judge(const CheckOptions& options, const std::vector<fs::path>& files,
-                     const LogFileReader& read) {
+CheckedLogs judge(const CheckArguments& options, const std::vector<fs::path>& files) {
   constexpr std::int64_t kMegabyte = 1'000'000;
   StudyProgress progress;
   for (const fs::path& file : files) {
@@ -172,20 +110,19 @@ LogJudgeResult judge(const CheckOptions& options, const std::vector<fs::path>& f
   }
   progress.runs_total = progress.runs_total / kMegabyte + 1;
   ProgressDisplay display("check", options.quiet, "MB");
-  LogJudgeOptions judging;
-  judging.threads = options.threads;
-  judging.stop = &catch_interrupt();
-  judging.partial = options.partial;
-  judging.progress = [&](std::int64_t bytes) {
+  CheckWatch watch;
+  watch.stop = &catch_interrupt();
+  watch.keep_first_run = !options.out.empty();
+  watch.progress = [&](std::int64_t bytes) {
     progress.runs_done = bytes / kMegabyte;
     display.show(progress);
   };
-  return judge_logs(files, read, judging);
+  return checked_logs(files, options_of(options), watch);
 }
 
 /// Runs of two filters have no verdict in common: that several logs are of one filter, the user must say. A
 /// folder says it, too.
-void require_one_filter(const CheckOptions& options) {
+void require_one_filter(const CheckArguments& options) {
   if (options.logs.size() < 2 || options.pool) return;
   throw std::invalid_argument(
       fmt::format("check: {} logs: --pool judges them together, as runs of one filter; those of two filters "
@@ -199,41 +136,21 @@ int interrupted_early() {
   return kInterrupted;
 }
 
-int check(const CheckOptions& options) {
+int check(const CheckArguments& options) {
   const auto begin = std::chrono::steady_clock::now();
   require_one_filter(options);
   const std::vector<fs::path> files = log_files(options.logs);
-  const std::map<fs::path, const LogFormat*> formats = formats_of(options, files);
-  const LogReadOptions reading = read_options(options, files);
   const std::string baseline =
       options.baseline.empty()
           ? ""
           : text_of_file(options.baseline,
                          fmt::format("--baseline {}: there is no such file", options.baseline));
-  RunErrors first_run;
-  LogJudgeResult result = judge(options, files, [&](const fs::path& file, LogSink& sink) {
-    FirstRunSink first(sink, first_run);
-    const bool drawn =
-        !options.out.empty() && &file == &files.front();  // read by one thread, like every file
-    formats.at(file)->read(file, reading, drawn ? static_cast<LogSink&>(first) : sink);
-  });
+  CheckedLogs logs = judge(options, files);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-  if (result.evidence.rows == 0 && !result.complete) return interrupted_early();
-  CheckedLogs logs{.name = log_name(options.logs.front()),
-                   .format = format_text(options, formats),
-                   .files = result.files,
-                   .unmatched_rows = result.unmatched_rows,
-                   .analysis = analyse_logs(std::move(result.evidence), {.confidence = options.confidence,
-                                                                         .sensitivity = options.sensitivity,
-                                                                         .margin = options.within}),
-                   .remarks = remarks_of(result),
-                   .poses = std::move(result.poses),
-                   .calibration = judge_calibration(result.calibration, options.confidence),
-                   .units = unit_factors(result.calibration),
-                   .first_run = std::move(first_run)};
-  logs.analysis.complete = result.complete;
-  if (!options.baseline.empty()) logs.gate = gate_against(logs, options.baseline, baseline, options.within);
-  if (!options.junit.empty()) write_file(options.junit, junit_xml(logs, options.confidence));
+  if (logs.analysis.evidence.rows == 0 && !logs.analysis.complete) return interrupted_early();
+  if (!options.baseline.empty())
+    logs.gate = gate_against(logs, options.baseline, baseline, options.how.within);
+  if (!options.junit.empty()) write_file(options.junit, junit_xml(logs, options.how.confidence));
   if (!options.markdown.empty()) write_file(options.markdown, markdown_summary(logs));
   const std::int64_t rows = logs.analysis.evidence.rows;
   const Evidence& s = logs.analysis.evidence;
@@ -253,30 +170,31 @@ int check(const CheckOptions& options) {
 
 void add_check_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("check", "verdicts on logs of any filter");
-  auto options = std::make_shared<CheckOptions>();
+  auto options = std::make_shared<CheckArguments>();
   command
       ->add_option("logs", options->logs, "log files, or folders of them (docs/logs.md); -: standard input")
       ->required();
   std::vector<std::string> inputs = {"auto"};
   for (const LogFormat& format : log_formats()) inputs.emplace_back(format.name);
-  command->add_option("--input", options->input, "format of the logs; auto: seen from how each begins")
+  command->add_option("--input", options->how.format, "format of the logs; auto: seen from how each begins")
       ->check(CLI::IsMember(inputs))
       ->capture_default_str();
   command->add_flag("--pool", options->pool, "several logs are runs of one filter: judge them together");
   command->add_flag("--list", options->list, "say what is in the logs, and judge nothing");
-  command->add_option("--topic", options->topic, "bags: the estimate, where several topics could be it");
-  command->add_option("--truth-topic", options->truth_topic,
+  command->add_option("--topic", options->how.reading.topic,
+                      "bags: the estimate, where several topics could be it");
+  command->add_option("--truth-topic", options->how.reading.truth_topic,
                       "bags, simulated flights: the truth, in the same file");
-  command->add_option("--instance", options->instance,
+  command->add_option("--instance", options->how.reading.instance,
                       "of several estimators in one flight log, the one to judge");
-  command->add_flag("--partial", options->partial,
+  command->add_flag("--partial", options->how.reading.partial,
                     "judge what comes before the place where a file is cut off or corrupted");
   command
-      ->add_option("--truth", options->truths,
+      ->add_option("--truth", options->how.truths,
                    "trajectories, bags: the truth, one file for all logs or one for each (repeatable)")
       ->allow_extra_args(false);
   command
-      ->add_option("--max-time-difference", options->max_time_difference_s,
+      ->add_option("--max-time-difference", options->how.reading.matching.max_time_difference_s,
                    "how far the truth used may be from an estimate, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -310,15 +228,15 @@ void add_check_command(CLI::App& app) {
                    "(docs/logs.md); tum, bags")
       ->check(CLI::IsMember(charts))
       ->excludes("--orientation-error");
-  command->add_option("--confidence", options->confidence, "of each verdict")
+  command->add_option("--confidence", options->how.confidence, "of each verdict")
       ->check(CLI::Range(kLeastConfidence, kMostConfidence))
       ->capture_default_str();
   command
-      ->add_option("--within", options->within,
+      ->add_option("--within", options->how.within,
                    "what counts as right: the factor on P between 1/(1 + this) and 1 + this")
       ->check(CLI::Range(1e-3, 10.0))
       ->capture_default_str();
-  command->add_flag("--sensitivity", options->sensitivity,
+  command->add_flag("--sensitivity", options->how.sensitivity,
                     "also the verdicts without gross outliers (beyond the upper 1e-6 quantile)");
   add_threads_option(*command, options->threads);
   add_fail_option(*command, *options);

@@ -92,9 +92,9 @@ Configuration logged(const RunOptions& options, const Configuration& c) {
 }
 
 /// Runs one configuration; with --log all of it, stored chunks or not, since every run is to be written.
-ConfigurationResult run_one(const RunOptions& options, const Configuration& c) {
+PlayedStudy run_one(const RunOptions& options, const Configuration& c) {
   const bool stored = options.log.empty();
-  ConfigurationResult result = std::move(
+  PlayedStudy result = std::move(
       run_configurations(std::span(&c, 1), stored ? canonical_toml(c.scenario) : "",
                          stored ? store_directory(options, c.scenario) : "", c.scenario.name, options)
           .front());
@@ -127,7 +127,7 @@ int run(const RunOptions& options) {
       if (!options.log.empty()) with_logs = logged(options, c);
       Configuration& played = with_logs ? *with_logs : c;
       if (!is_helper(launched_ranks())) take_evidence(played);
-      ConfigurationResult result = run_one(options, played);
+      PlayedStudy result = run_one(options, played);
       if (result.result.statistics.runs == 0) return;
       analyses.push_back(analyse(c, std::move(result)));
       explain(analyses.back(), played, options);

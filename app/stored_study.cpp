@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 std::int64_t StoredStudy::runs() const {
   std::int64_t sum = 0;
-  for (const ConfigurationResult& result : results) sum += result.result.statistics.runs;
+  for (const PlayedStudy& result : results) sum += result.result.statistics.runs;
   return sum;
 }
 

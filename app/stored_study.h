@@ -16,7 +16,7 @@ struct StoredStudy {
   std::filesystem::path directory;
   SweepPlan plan;  ///< of a study without [sweep] its one point
   std::vector<Configuration> configurations;
-  std::vector<ConfigurationResult>
+  std::vector<PlayedStudy>
       results;  ///< one for each configuration; without runs where none are stored
   std::string tool_version;
   std::optional<std::int64_t> writer;  ///< the process that goes on with it now

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <stdexcept>
 
-#include "analysis/evidence/sequential_study.h"
 #include "app/interrupt.h"
 #include "app/launched_ranks.h"
 #include "app/progress.h"
@@ -40,31 +39,12 @@ void say_if_slow(const CommonOptions& options) {
       "machine may have been given a model that hides them");
 }
 
-/// What the engine makes of configurations, with the looks of their stop rules.
-std::vector<ConfigurationResult> collect(std::span<const Configuration> configurations,
-                                         const EngineOptions& engine) {
-  std::vector<StudyTask> tasks;
-  std::vector<SequentialStudy> watches;
-  watches.reserve(configurations.size());
+std::vector<PlayedStudy> play(std::span<const Configuration> configurations, const EngineOptions& engine) {
+  std::vector<StudyToPlay> studies;
   for (const Configuration& c : configurations) {
-    StudyTask& task = tasks.emplace_back(
-        StudyTask{.id = c.id, .experiment = c.experiment.get(), .runs = c.scenario.most_runs()});
-    task.max_seconds = c.scenario.stop.max_seconds;
-    task.steps = c.scenario.study.steps;
-    if (c.evidence) c.evidence->keep_with(task);
-    SequentialStudy& watch = watches.emplace_back(c.scenario);
-    if (!c.scenario.stop.asked()) continue;
-    task.enough = [&watch](const StudyStatistics& chunk, const StudyStatistics& prefix) {
-      return watch.look(chunk, prefix);
-    };
+    studies.push_back({c.id, &c.scenario, c.experiment.get(), c.evidence.get()});
   }
-  std::vector<StudyResult> results = run_studies(tasks, engine);
-  std::vector<ConfigurationResult> all;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    all.push_back({std::move(results[i]), std::nullopt});
-    if (configurations[i].scenario.stop.asked()) all.back().stop = watches[i].decision();
-  }
-  return all;
+  return play_studies(studies, engine);
 }
 
 }  // namespace
@@ -78,7 +58,7 @@ void take_evidence(Configuration& c) {
   c.evidence = std::make_unique<EvidenceCollector>(*c.experiment, most);
 }
 
-StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result) {
+StudyAnalysis analyse(const Configuration& configuration, PlayedStudy result) {
   return analyse_study(configuration.scenario, *configuration.experiment, std::move(result.result),
                        result.stop);
 }
@@ -97,11 +77,11 @@ void explain(StudyAnalysis& analysis, const Configuration& configuration, const 
   add_posterior_bound(analysis, engine);
 }
 
-std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,
-                                                    const std::string& canonical,
-                                                    const std::filesystem::path& store_directory,
-                                                    const std::string& what, const CommonOptions& options,
-                                                    Shard shard) {
+std::vector<PlayedStudy> run_configurations(std::span<const Configuration> configurations,
+                                            const std::string& canonical,
+                                            const std::filesystem::path& store_directory,
+                                            const std::string& what, const CommonOptions& options,
+                                            Shard shard) {
   if (shard.of > 1) refuse_stop_rules(configurations);
   std::optional<ResultStore> store;
   if (!store_directory.empty() && !is_helper(launched_ranks())) {
@@ -121,13 +101,12 @@ std::vector<ConfigurationResult> run_configurations(std::span<const Configuratio
   engine.shard = shard.number;
   engine.shards = shard.of;
   engine.ranks = launched_ranks();
-  return collect(configurations, engine);
+  return play(configurations, engine);
 }
 
-std::vector<ConfigurationResult> stored_results(std::span<const Configuration> configurations,
-                                                ResultStore& store) {
+std::vector<PlayedStudy> stored_results(std::span<const Configuration> configurations, ResultStore& store) {
   static constexpr std::atomic<bool> kNothingNew{true};
-  return collect(configurations, {.threads = 1, .stop = &kNothingNew, .store = &store});
+  return play(configurations, {.threads = 1, .stop = &kNothingNew, .store = &store});
 }
 
 int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const CommonOptions& options) {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "analysis/evidence/evidence_collect.h"
+#include "analysis/evidence/play_studies.h"
 #include "analysis/evidence/study_analysis.h"
 #include "app/common_options.h"
-#include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/engine/result_store.h"
 #include "montecarlo/scenario/scenario.h"
@@ -39,14 +39,8 @@ struct Shard {
   int number = 1, of = 1;
 };
 
-/// What came of one configuration.
-struct ConfigurationResult {
-  StudyResult result;
-  std::optional<StopDecision> stop;  ///< the last look, of a scenario with a stop rule
-};
-
 /// Judges it; see analyse_study.
-StudyAnalysis analyse(const Configuration& configuration, ConfigurationResult result);
+StudyAnalysis analyse(const Configuration& configuration, PlayedStudy result);
 
 /// Adds the tests that explain the verdicts, the verdict over all blocks and the bound on the errors, for
 /// which the first runs are played where `evidence` has not seen them; adds nothing if it is interrupted.
@@ -54,15 +48,14 @@ void explain(StudyAnalysis& analysis, const Configuration& configuration, const 
 
 /// Runs configurations with progress, interrupt and, if `store_directory` is not empty, a store that belongs
 /// to the canonical text. One result for each, of a helper of other ranks without runs.
-std::vector<ConfigurationResult> run_configurations(std::span<const Configuration> configurations,
-                                                    const std::string& canonical,
-                                                    const std::filesystem::path& store_directory,
-                                                    const std::string& what, const CommonOptions& options,
-                                                    Shard shard = {});
+std::vector<PlayedStudy> run_configurations(std::span<const Configuration> configurations,
+                                            const std::string& canonical,
+                                            const std::filesystem::path& store_directory,
+                                            const std::string& what, const CommonOptions& options,
+                                            Shard shard = {});
 
 /// What a store holds of these configurations so far: one result for each, and nothing is run.
-std::vector<ConfigurationResult> stored_results(std::span<const Configuration> configurations,
-                                                ResultStore& store);
+std::vector<PlayedStudy> stored_results(std::span<const Configuration> configurations, ResultStore& store);
 
 /// The exit code of finished studies: interrupted, failed runs, inconsistent verdicts, in this order.
 int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const CommonOptions& options);

@@ -50,7 +50,7 @@ int sweep(SweepOptions& options) {
   if (options.out.empty()) options.out = default_directory(plan).string();
 
   std::vector<Configuration> configurations;
-  std::vector<ConfigurationResult> results = naming_file(options.scenario, [&] {
+  std::vector<PlayedStudy> results = naming_file(options.scenario, [&] {
     double bytes = 0.0;
     for (const SweepPoint& point : plan.points) bytes += least_experiment_bytes(point.scenario);
     require_memory(bytes, fmt::format("[sweep] of {} points with study.runs = {}", plan.points.size(),

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "app/log_name.h"
+#include "datasets/logs/log_name.h"
 #include "app/tell.h"
 #include "app/tune_command.h"
 #include "datasets/logs/innovation_record.h"

@@ -21,6 +21,7 @@
 #include "python/interruptible.h"
 #include "python/told.h"
 #include "python/tuned_filter.h"
+#include "reports/document/judged.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/text_page.h"
 #include "reports/render/write_document.h"
@@ -108,12 +109,20 @@ class Collector {
 
   Told judge(const std::string& name, const std::string& source, double confidence, bool sensitivity) {
     const py::gil_scoped_release released;
-    JudgedFilter filter(name, source, std::move(evidence_),
-                        {.confidence = confidence, .sensitivity = sensitivity}, calibration_);
+    CheckedLogs runs;
+    runs.name = name;
+    runs.format = source;
+    runs.analysis =
+        analyse_logs(std::move(evidence_), {.confidence = confidence, .sensitivity = sensitivity});
+    if (!calibration_.runs.empty()) {
+      runs.calibration = judge_calibration(calibration_, confidence);
+      runs.units = unit_factors(calibration_);
+    }
+    runs.failures_said = std::move(failures_said_);
     evidence_ = {};
     calibration_ = {};
-    for (const auto& [run, said] : failures_said_) filter.explain_failure(run, said);
-    return tell(std::move(filter));
+    failures_said_ = {};
+    return tell(JudgedFilter(judged_logs(std::move(runs))));
   }
 
  private:

@@ -21,7 +21,7 @@ struct Told {
   Document document{};
 };
 
-Told tell(JudgedFilter filter);
+Told tell(const JudgedFilter& filter);
 
 /// Runs a scenario as `credence run` does.
 Told run_scenario(const Scenario& scenario, int threads, const std::atomic<bool>& stop);

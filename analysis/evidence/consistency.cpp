@@ -25,31 +25,6 @@ SumLaw white_steps(const std::vector<StepTest>& tested) {
 
 }  // namespace
 
-Verdict direction_of(bool optimistic, bool pessimistic) {
-  return optimistic && pessimistic ? Verdict::mixed
-         : optimistic              ? Verdict::optimistic
-         : pessimistic             ? Verdict::pessimistic
-                                   : Verdict::consistent;
-}
-
-std::string_view to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::consistent:
-      return "consistent";
-    case Verdict::optimistic:
-      return "optimistic";
-    case Verdict::pessimistic:
-      return "pessimistic";
-    case Verdict::not_gaussian:
-      return "not Gaussian";
-    case Verdict::mixed:
-      return "mixed";
-    case Verdict::undecided:
-      return "undecided";
-  }
-  return "undecided";
-}
-
 ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
                               double confidence, const RunAverages* runs) {
   const bool of_runs = runs != nullptr && runs->moments.count >= kFewestRunsCompared;

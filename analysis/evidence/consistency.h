@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis/evidence/verdict.h"
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/student.h"
 #include "core/nan.h"
@@ -30,27 +31,6 @@
 /// the outcome (failed runs are reported elsewhere).
 
 namespace credence {
-
-/// What the data say about a covariance.
-enum class Verdict {
-  consistent,    ///< nothing against it at this confidence
-  optimistic,    ///< errors larger than P says: the statistic is too high
-  pessimistic,   ///< errors smaller than P says: the statistic is too low
-  mixed,         ///< both, at different steps or in different parts of the state
-  not_gaussian,  ///< the covariance is right, the law is not χ²: heavy tails
-  undecided,     ///< not testable, see the reason
-};
-
-/// "consistent", "optimistic", "pessimistic", "mixed", "not Gaussian" or "undecided".
-std::string_view to_string(Verdict verdict);
-
-/// The verdict of what each direction rejects.
-Verdict direction_of(bool optimistic, bool pessimistic);
-
-/// Whether the data speak against the covariance, in either direction.
-inline bool is_inconsistent(Verdict verdict) {
-  return verdict == Verdict::optimistic || verdict == Verdict::pessimistic || verdict == Verdict::mixed;
-}
 
 /// The test of one step; a step without data has count 0 or total_dof 0 and NaN elsewhere.
 struct StepTest {

@@ -53,8 +53,9 @@ std::span<const LogFormat> log_formats();
 /// The format with this name. Throws std::invalid_argument that names all.
 const LogFormat& log_format_named(std::string_view name);
 
-/// The format of a file, from how it begins. Throws DataError that says what is accepted.
-const LogFormat& log_format_of(const std::filesystem::path& file);
+/// The format of a file, from how it begins, or the one with this name. Throws DataError that says what is
+/// accepted, and as log_format_named.
+const LogFormat& log_format_of(const std::filesystem::path& file, std::string_view name = "auto");
 
 /// The files that arguments mean: a file itself, of a folder those with the extension of a format (in the
 /// order of their names). Throws DataError for a folder without any, and for a file that is there twice.

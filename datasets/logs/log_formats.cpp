@@ -54,7 +54,8 @@ const LogFormat& log_format_named(std::string_view name) {
   return *found;
 }
 
-const LogFormat& log_format_of(const std::filesystem::path& file) {
+const LogFormat& log_format_of(const std::filesystem::path& file, std::string_view name) {
+  if (name != "auto") return log_format_named(name);
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw DataError(file, "", "there is no such file");
   if (!std::filesystem::is_regular_file(file, error)) throw DataError(file, "", "is not a regular file");

@@ -1,45 +1,29 @@
 #include "reports/document/judged_filter.h"
 
-#include <fmt/format.h>
-
 #include <utility>
 
-#include "reports/render/number_text.h"
+#include "reports/document/judged.h"
 #include "reports/render/text_page.h"
 #include "reports/render/write_document.h"
 
 namespace credence {
 
-JudgedFilter::JudgedFilter(std::string name, std::string source, Evidence evidence,
-                           const JudgementContext& context, const CalibrationUnits& calibration) {
-  logs_.name = std::move(name);
-  logs_.format = std::move(source);
-  logs_.analysis = analyse_logs(std::move(evidence), context);
-  if (calibration.runs.empty()) return;
-  logs_.calibration = judge_calibration(calibration, context.confidence);
-  logs_.units = unit_factors(calibration);
-}
+JudgedFilter::JudgedFilter(Judged judged) : judged_(std::make_shared<const Judged>(std::move(judged))) {}
 
-std::string JudgedFilter::text() const { return text_page(document()); }
+Verdict JudgedFilter::verdict() const { return judged_->verdict; }
+double JudgedFilter::p_value() const { return judged_->p_value; }
+const std::string& JudgedFilter::says() const { return judged_->says; }
+const Factor& JudgedFilter::factor() const { return judged_->factor; }
+const std::vector<NamedCause>& JudgedFilter::causes() const { return judged_->causes; }
+const std::vector<FailedRun>& JudgedFilter::failures() const { return judged_->failures; }
+bool JudgedFilter::complete() const { return judged_->complete; }
 
-std::string JudgedFilter::json() const { return document().json(); }
+std::string JudgedFilter::text() const { return text_page(judged_->document); }
 
-void JudgedFilter::write_report(const ReportFolder& directory) const {
-  write_document(document(), directory);
-}
+std::string JudgedFilter::json() const { return judged_->document.json(); }
 
-std::string JudgedFilter::word_says(const Word& word, const ConsistencyVerdict& nees) {
-  if (!word.says.empty()) return word.says;
-  if (word.verdict == Verdict::undecided) {
-    return nees.reason.empty() ? "there is not enough data" : nees.reason;
-  }
-  return fmt::format("nothing speaks against the covariance, p = {}", number_text(word.p_value, 3));
-}
-
-void JudgedFilter::set_bound(PosteriorBound bound) {
-  LogAnalysis& a = logs_.analysis;
-  add_bound(bound, a.evidence.study, 0, a.judgement.nees.confidence, a.judgement.accuracy);
-  a.bound = std::move(bound);
+void JudgedFilter::write_report(const std::filesystem::path& directory) const {
+  write_document(judged_->document, directory);
 }
 
 }  // namespace credence

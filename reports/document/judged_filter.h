@@ -1,48 +1,64 @@
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <memory>
 #include <string>
+#include <vector>
 
-#include "reports/document/log_report.h"
-#include "reports/figures/paper_style.h"
+#include "analysis/evidence/verdict.h"
 
 namespace credence {
 
-/// A filter that was judged by its runs: the answer, and all forms of telling it. For who has the evidence in
-/// memory; files of logs are those of `credence check`.
+struct Judged;
+
+/// A factor on a covariance with its interval; NaN, and a reason, where it is not known.
+struct Factor {
+  double value = 0.0, lower = 0.0, upper = 0.0;
+  std::string reason;
+};
+
+/// What most likely is wrong, and what speaks for it.
+struct NamedCause {
+  std::string name, why;
+};
+
+/// A run that did not end well: when, how, and what its filter said, if it threw.
+struct FailedRun {
+  std::int64_t run = 0, step = 0;
+  std::string outcome, said;
+};
+
+/// A filter that was judged by its runs, wherever they came from: the answer, and all forms of telling it.
 class JudgedFilter {
  public:
-  /// Judges the evidence. `name` is for titles and files, `source` says in words where the runs came from.
-  /// `calibration`: its runs, where they were kept as well.
-  JudgedFilter(std::string name, std::string source, Evidence evidence, const JudgementContext& context = {},
-               const CalibrationUnits& calibration = {});
+  explicit JudgedFilter(Judged judged);
 
-  Verdict verdict() const { return judgement().word.verdict; }
-  double p_value() const { return judgement().word.p_value; }
+  /// The one word over NEES, NIS and every block of the state.
+  Verdict verdict() const;
+  /// Of everything together: the verdict is not `consistent` iff this is at most 1 − confidence.
+  double p_value() const;
   /// What is wrong, where and when, in a few words; of a consistent filter what was seen.
-  std::string says() const { return word_says(judgement().word, judgement().nees); }
+  const std::string& says() const;
+  /// On P: the true covariance over the claimed one, on average over steps.
+  const Factor& factor() const;
+  /// The most specific first; a hint, not a proof.
+  const std::vector<NamedCause>& causes() const;
+  const std::vector<FailedRun>& failures() const;
+  /// False after an interruption: fewer runs than asked for.
+  bool complete() const;
 
-  const Judgement& judgement() const { return logs_.analysis.judgement; }
-  const Evidence& evidence() const { return logs_.analysis.evidence; }
-
-  /// What `credence check` says, for text_page and write_document.
-  Document document() const { return log_document(logs_); }
-  /// What `credence check` prints on a terminal.
+  /// What `credence run` or `credence check` prints on a terminal.
   std::string text() const;
-  /// What `credence check --format json` prints.
+  /// What `--format json` prints (docs/formats.md): every number there is.
   std::string json() const;
-  /// What `credence check --out DIR` writes. Throws OutputError.
-  void write_report(const ReportFolder& directory) const;
-  /// Says of a failed run what its filter said; by number of the run.
-  void explain_failure(std::int64_t run, const std::string& why) { logs_.failures_said[run] = why; }
+  /// What `--out DIR` writes: DIR/index.html, figures, and every step as CSV. Throws OutputError.
+  void write_report(const std::filesystem::path& directory) const;
 
-  /// Sets the bound on its errors beside them.
-  void set_bound(PosteriorBound bound);
-
-  /// The word of any study in a few words.
-  static std::string word_says(const Word& word, const ConsistencyVerdict& nees);
+  const Judged& judged() const { return *judged_; }
 
  private:
-  CheckedLogs logs_;
+  std::shared_ptr<const Judged> judged_;
 };
 
 }  // namespace credence

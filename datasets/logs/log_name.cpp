@@ -1,4 +1,4 @@
-#include "app/log_name.h"
+#include "datasets/logs/log_name.h"
 
 #include <filesystem>
 

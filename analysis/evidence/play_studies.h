@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/evidence/evidence_collect.h"
+#include "analysis/evidence/sequential.h"
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/scenario/scenario.h"
+
+namespace credence {
+
+/// A configuration, ready to be played.
+struct StudyToPlay {
+  std::string id;  ///< configuration_id of its scenario
+  const Scenario* scenario = nullptr;
+  const Experiment* experiment = nullptr;
+  EvidenceCollector* evidence = nullptr;  ///< none: nothing but the statistics
+};
+
+/// What came of a configuration.
+struct PlayedStudy {
+  StudyResult result;
+  std::optional<StopDecision> stop;  ///< the last look, of a scenario with a stop rule
+};
+
+/// Plays configurations until their runs are done, their stop rules say enough or their time is over. One
+/// result for each, of one that was stopped before without runs.
+std::vector<PlayedStudy> play_studies(std::span<const StudyToPlay> studies, const EngineOptions& options);
+
+}  // namespace credence

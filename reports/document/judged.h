@@ -1,0 +1,28 @@
+#pragma once
+
+#include "reports/document/document.h"
+#include "reports/document/judged_filter.h"
+#include "reports/document/log_report.h"
+#include "reports/document/study_report.h"
+
+namespace credence {
+
+/// What a JudgedFilter tells.
+struct Judged {
+  Verdict verdict = Verdict::undecided;
+  double p_value = 0.0;
+  std::string says;
+  Factor factor;
+  std::vector<NamedCause> causes;
+  std::vector<FailedRun> failures;
+  bool complete = true;
+  Document document;
+};
+
+/// Of logs, or of runs in memory.
+Judged judged_logs(CheckedLogs logs);
+
+/// Of a study of our own.
+Judged judged_study(ReportedStudy study);
+
+}  // namespace credence
