@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kBytes = sizeof(double);
@@ -83,4 +83,4 @@ void frames_to_csv(const std::filesystem::path& frames, const std::filesystem::p
   if (!output) throw std::runtime_error(fmt::format("{}: cannot be written", csv.string()));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

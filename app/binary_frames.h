@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 
 /// The first line of a stream of binary frames: after it lines that begin with #, the names of the columns as
 /// in CSV, and then every row as so many little-endian float64, NaN where CSV has a blank.
@@ -26,4 +26,4 @@ bool holds_frames(const std::filesystem::path& file);
 /// stream that breaks off within its names or a row, or that cannot be written.
 void frames_to_csv(const std::filesystem::path& frames, const std::filesystem::path& csv);
 
-}  // namespace credence
+}  // namespace credence::internal

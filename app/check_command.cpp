@@ -22,7 +22,7 @@
 #include "reports/document/log_gate.h"
 #include "reports/render/atomic_file.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -36,13 +36,6 @@ struct CheckArguments : CommonOptions {
   std::vector<double> lever_arm;
   std::string baseline, junit, markdown;
 };
-
-TruthAlignment alignment_named(const std::string& name) {
-  return name == "se2"   ? TruthAlignment::se2
-         : name == "se3" ? TruthAlignment::se3
-         : name == "yaw" ? TruthAlignment::yaw
-                         : TruthAlignment::none;
-}
 
 std::optional<PoseChart> declared_chart(const CheckArguments& o) {
   if (!o.chart.empty()) return pose_chart_named(o.chart);
@@ -83,7 +76,7 @@ CheckOptions options_of(const CheckArguments& o) {
   how.reading.chart = declared_chart(o);
   TrajectoryMatching& matching = how.reading.matching;
   matching.truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated;
-  matching.alignment = alignment_named(o.align);
+  matching.alignment = truth_alignment_named(o.align);
   matching.time_offset_s = named_time_offset(o).value_or(0.0);
   matching.find_time_offset = o.time_offset == "estimate";
   matching.lever_arm = named_lever_arm(o);
@@ -271,4 +264,4 @@ void add_check_command(CLI::App& app) {
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

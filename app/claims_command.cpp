@@ -15,7 +15,7 @@
 #include "datasets/replay/replay_settings.h"
 #include "reports/document/claims_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct ClaimsOptions : CommonOptions {
@@ -82,4 +82,4 @@ void add_claims_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{claims(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

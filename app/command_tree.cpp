@@ -13,7 +13,7 @@
 #include "core/version.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kOptionColumn = 26, kWidestHelp = 100;
@@ -190,4 +190,4 @@ void dress_commands(CLI::App& app) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

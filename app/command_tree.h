@@ -12,7 +12,7 @@ class Option;
 /// @file
 /// The commands and their options as data, from which help, completion and the man page are made.
 
-namespace credence {
+namespace credence::internal {
 
 /// An option, or a word that a command takes.
 struct OptionShape {
@@ -43,4 +43,4 @@ std::vector<CommandShape> command_shapes(const CLI::App& app);
 /// Gives every command the look of our help, --version, and its group in the list.
 void dress_commands(CLI::App& app);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@ class App;
 /// @file
 /// Each command adds itself to the command line; its callback throws ExitStatus when it is done.
 
-namespace credence {
+namespace credence::internal {
 
 /// How a command ended.
 struct ExitStatus {
@@ -40,4 +40,4 @@ void add_schema_command(CLI::App& app);
 void add_help_command(CLI::App& app);
 void add_completion_command(CLI::App& app);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 
 std::vector<std::string> CommonOptions::overrides() const {
   std::vector<std::string> all = settings;
@@ -89,4 +89,4 @@ std::string scenario_examples(std::span<const char* const> lines) {
   return examples(lines) + "\n\nAll keys of a scenario, for the file and for --set: credence help scenario";
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@ namespace CLI {
 class App;
 }
 
-namespace credence {
+namespace credence::internal {
 
 /// Exit codes of every command.
 enum ExitCode : int { kDone = 0, kInconsistent = 1, kBadInput = 2, kSomeFailed = 3, kInterrupted = 130 };
@@ -61,4 +61,4 @@ std::string examples(std::span<const char* const> lines);
 /// The same of a command on a scenario, with where its keys are told.
 std::string scenario_examples(std::span<const char* const> lines);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "app/tell.h"
 #include "reports/document/comparison_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -94,4 +94,4 @@ void add_compare_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{compare(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

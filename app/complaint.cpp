@@ -10,7 +10,7 @@
 #include "app/command_tree.h"
 #include "app/suggestion.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The command that was called, or the program itself.
@@ -50,4 +50,4 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   return fmt::format("credence: {0}: {1} (credence help {0})", command.get_name(), what);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,9 +7,9 @@ class App;
 class ParseError;
 }  // namespace CLI
 
-namespace credence {
+namespace credence::internal {
 
 /// What is wrong with the arguments, in one sentence with a proposal, and where the right ones are listed.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "app/shell_word.h"
 #include "montecarlo/scenario/scenario_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<std::string> setting_keys() {
@@ -176,4 +176,4 @@ std::string fish_completion(std::span<const CommandShape> commands) {
   return text;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 /// @file
 /// What a shell completes after `credence`: commands, options, their values, keys of --set, scenarios, files.
 
-namespace credence {
+namespace credence::internal {
 
 std::string bash_completion(std::span<const CommandShape> commands);
 std::string zsh_completion(std::span<const CommandShape> commands);
@@ -17,4 +17,4 @@ std::string fish_completion(std::span<const CommandShape> commands);
 /// The manual, section 1, in the language of man.
 std::string man_page(std::span<const CommandShape> commands);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 
 std::filesystem::path data_set_folder(const std::string& directory, const char* name) {
   const std::filesystem::path folder = directory;
@@ -43,4 +43,4 @@ ReplaySettings with_overrides(ReplaySettings settings, const std::vector<std::st
   return settings;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

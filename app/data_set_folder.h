@@ -6,7 +6,7 @@
 
 #include "datasets/replay/replay_settings.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Where the files of a data set are: in DIR/`name` if there is such a folder, else in DIR itself.
 std::filesystem::path data_set_folder(const std::string& directory, const char* name);
@@ -21,4 +21,4 @@ std::filesystem::path carpark_folder(const std::vector<std::string>& directories
 /// Settings of a replay with those of --set. Throws std::invalid_argument that names the key.
 ReplaySettings with_overrides(ReplaySettings settings, const std::vector<std::string>& overrides);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include <span>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 
 /// A file of the project that the program carries with it, so that it works wherever it is installed.
 struct EmbeddedFile {
@@ -14,4 +14,4 @@ struct EmbeddedFile {
 /// All of them: the scenarios, the examples of own filters, and the schemas of the JSON documents.
 std::span<const EmbeddedFile> embedded_files();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "reports/document/estimator_map_report.h"
 #include "reports/document/estimator_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct EstimatorsCommand : CommonOptions {
@@ -98,4 +98,4 @@ void add_estimators_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{estimators(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

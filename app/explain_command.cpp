@@ -11,7 +11,7 @@
 #include "app/say.h"
 #include "reports/document/glossary.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 int explain(const std::vector<std::string>& words) {
@@ -41,4 +41,4 @@ void add_explain_command(CLI::App& app) {
   command->callback([words] { throw ExitStatus{explain(*words)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "app/suggestion.h"
 #include "montecarlo/scenario/scenario_help.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr const char* kScenarioTopic = "scenario";
@@ -71,4 +71,4 @@ void add_completion_command(CLI::App& app) {
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

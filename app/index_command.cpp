@@ -11,7 +11,7 @@
 #include "reports/document/report_index.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 
 void add_index_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("index", "one page above all reports of a folder");
@@ -26,4 +26,4 @@ void add_index_command(CLI::App& app) {
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

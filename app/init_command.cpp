@@ -12,7 +12,7 @@
 #include "app/scenario_files.h"
 #include "reports/render/atomic_file.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -131,4 +131,4 @@ void add_init_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{init(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::atomic<bool> interrupted{false};
@@ -37,4 +37,4 @@ const std::atomic<bool>& catch_interrupt() {
   return static_cast<void>(caught), interrupted;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,10 +2,10 @@
 
 #include <atomic>
 
-namespace credence {
+namespace credence::internal {
 
 /// From the first call on Ctrl-C, SIGTERM and SIGHUP set the flag, and say so, instead of ending the process;
 /// a second one ends it. A command that has nothing to save leaves the signals alone: they end it at once.
 const std::atomic<bool>& catch_interrupt();
 
-}  // namespace credence
+}  // namespace credence::internal

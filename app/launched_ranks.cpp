@@ -12,7 +12,7 @@
 
 #include "montecarlo/engine/shared_tasks.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -73,4 +73,4 @@ void leave_ranks() {
   joined().reset();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "montecarlo/engine/ranks.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The processes that mpirun or srun started together with this one, null where it was started alone. The
 /// first call joins them, through a module beside the program (app/mpi), and from then on a helper's output
@@ -14,4 +14,4 @@ Ranks* launched_ranks();
 /// Leaves them; the last that the process does with them.
 void leave_ranks();
 
-}  // namespace credence
+}  // namespace credence::internal

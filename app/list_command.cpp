@@ -11,7 +11,7 @@
 #include "app/terminal_text.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct ListOptions : CommonOptions {
@@ -71,4 +71,4 @@ void add_list_command(CLI::App& app) {
   command->callback([options, &app] { throw ExitStatus{list(app, *options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

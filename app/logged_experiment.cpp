@@ -22,8 +22,7 @@
 #include "reports/document/run_log.h"
 #include "reports/render/atomic_file.h"
 
-namespace credence {
-
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kPrefix = "run-", kSuffixes[] = {".csv", ".npz", ".mcap"};
@@ -151,4 +150,4 @@ StudyStatistics LoggedExperiment::play(std::int64_t first_run, std::int64_t runs
   return statistics;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

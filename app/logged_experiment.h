@@ -6,7 +6,7 @@
 
 #include "montecarlo/engine/shown_experiment.h"
 
-namespace credence {
+namespace credence::internal {
 
 enum class RunLogFormat {
   csv,
@@ -45,4 +45,4 @@ class LoggedExperiment final : public ShownExperiment {
   RunLogFormat format_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -23,7 +23,7 @@
 #include "core/version.h"
 #include "montecarlo/engine/shared_tasks.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A standard stream that was closed would give its number to the next file that is opened, and what is said
@@ -143,10 +143,10 @@ int obey(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal
 
 int main(int argc, char** argv) {
-  using namespace credence;
+  using namespace credence::internal;
   occupy_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is then an error of the write
   try {

@@ -7,7 +7,7 @@
 #include "app/completion.h"
 #include "core/version.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Text of a line of roff: a backslash and a minus are themselves, a dot or quote at its beginning is no
@@ -98,4 +98,4 @@ folder of the data sets of \fBcredence replay\fR
 )";
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "montecarlo/scenario/scenario.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What `work` returns. The libraries know keys and values but no files: what they refuse
 /// (std::invalid_argument) is thrown on as a ScenarioError that begins with the file of these values.
@@ -20,4 +20,4 @@ auto naming_file(const std::string& file, Work work) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

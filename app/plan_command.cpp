@@ -14,7 +14,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/plan_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct PlanCommand : CommonOptions {
@@ -79,4 +79,4 @@ void add_plan_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{plan(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "app/terminal_text.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Seconds = std::chrono::duration<double>;
@@ -95,4 +95,4 @@ void ProgressDisplay::put(std::initializer_list<std::string> texts) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

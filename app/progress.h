@@ -6,7 +6,7 @@
 
 #include "montecarlo/engine/engine.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Shows on stderr how far a study is: a bar on a terminal, else a line every few seconds; nothing for what
 /// takes less than two seconds.
@@ -33,4 +33,4 @@ class ProgressDisplay {
   Clock::time_point begin_ = Clock::now(), last_ = begin_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

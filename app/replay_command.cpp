@@ -18,7 +18,7 @@
 #include "reports/document/carpark_study_report.h"
 #include "reports/document/replay_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -124,4 +124,4 @@ void add_replay_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{replay(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "montecarlo/engine/result_store.h"
 
-namespace credence {
+namespace credence::internal {
 
 void require_stored(const std::filesystem::path& directory) {
   if (ResultStore::exists(directory)) return;
@@ -12,4 +12,4 @@ void require_stored(const std::filesystem::path& directory) {
                                directory.string()));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "datasets/logs/arrays/npz_writer.h"
 #include "datasets/logs/assumed_noise.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Vectors and their covariances, padded with NaN to one dimension.
@@ -79,4 +79,4 @@ std::string run_arrays(const RunLayout& layout, std::span<const Step> steps) {
   return npz_bytes(arrays);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

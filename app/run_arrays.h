@@ -6,11 +6,11 @@
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The steps of one run as the arrays of docs/logs.md, error, P, innovation and S, in the bytes of an .npz
 /// file. States and measurements that are not there are NaN; without any innovation there is no such array.
 /// The steps are not none.
 std::string run_arrays(const RunLayout& layout, std::span<const Step> steps);
 
-}  // namespace credence
+}  // namespace credence::internal

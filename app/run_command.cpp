@@ -23,7 +23,7 @@
 #include "reports/document/study_report.h"
 #include "reports/document/trace_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -200,4 +200,4 @@ void add_run_command(CLI::App& app) {
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

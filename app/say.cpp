@@ -6,7 +6,7 @@
 
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 
 void say(std::string_view line) {
   std::string text;
@@ -19,4 +19,4 @@ void say(std::string_view line) {
   std::fputs(text.c_str(), stderr);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

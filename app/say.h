@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 
 /// Writes a line to stderr, where a command says what is no result: messages, and where its report is.
 ///
@@ -11,4 +11,4 @@ namespace credence {
 /// dropped: no work is lost for want of somebody to talk to.
 void say(std::string_view line);
 
-}  // namespace credence
+}  // namespace credence::internal

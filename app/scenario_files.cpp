@@ -13,7 +13,7 @@
 #include "montecarlo/scenario/scenario_hash.h"
 #include "montecarlo/scenario/scenario_value.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -104,4 +104,4 @@ std::filesystem::path default_directory(const SweepPlan& plan) {
          fmt::format("{}-{:08x}", plan.name, stable_hash(canonical_toml(plan)) & 0xffffffffU);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 /// @file
 /// What a user names as a scenario: a file, or one that comes with the program, by its name alone.
 
-namespace credence {
+namespace credence::internal {
 
 /// A scenario that comes with the program.
 struct OwnScenario {
@@ -46,4 +46,4 @@ SweepPlan open_sweep(const std::string& name, std::span<const std::string> overr
 /// changed begins anew.
 std::filesystem::path default_directory(const SweepPlan& plan);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "app/embedded_files.h"
 #include "reports/document/scenario_json_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kScenarioSchema = "scenario", kSchemaFolder = "docs/schemas/",
@@ -60,4 +60,4 @@ void add_schema_command(CLI::App& app) {
   command->callback([name] { throw ExitStatus{schema(*name)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

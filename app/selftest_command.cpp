@@ -13,7 +13,7 @@
 #include "app/tell.h"
 #include "reports/document/selftest_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct SelftestCommand : CommonOptions {
@@ -60,4 +60,4 @@ void add_selftest_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{selftest(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 
 /// A word as a shell takes it: between single quotes.
 inline std::string in_quotes(std::string_view word) {
@@ -20,4 +20,4 @@ inline std::string shell_word(std::string_view word) {
   return plain ? std::string(word) : in_quotes(word);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

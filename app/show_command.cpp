@@ -15,7 +15,7 @@
 #include "reports/document/study_report.h"
 #include "reports/document/sweep_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct StoredOptions : CommonOptions {
@@ -133,4 +133,4 @@ void add_report_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{report(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "app/shell_word.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -98,4 +98,4 @@ SlurmScripts slurm_scripts(const SlurmSweep& sweep) {
   return {array_script(sweep), merge_script(sweep), submit_script(sweep)};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

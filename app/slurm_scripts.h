@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// A sweep as jobs of Slurm: an array of which each task runs a shard, and a job that joins them.
 struct SlurmSweep {
@@ -35,4 +35,4 @@ inline constexpr const char* kShardFolder = "shards";
 /// lines.
 SlurmScripts slurm_scripts(const SlurmSweep& sweep);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -22,7 +22,7 @@
 #include "reports/document/planar_table_report.h"
 #include "reports/document/stability_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct StabilityOptions : CommonOptions {
@@ -142,4 +142,4 @@ void add_stability_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{stability(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "app/binary_frames.h"
 #include "app/interrupt.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -75,4 +75,4 @@ std::string text_of_file(const std::string& file, const std::string& complaint) 
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// What comes on standard input as a file, for as long as this lives: formats of logs are seen from how a
 /// file begins, and some are read twice. Binary frames become the CSV that they stand for.
@@ -26,4 +26,4 @@ class StandardInputFile {
 /// All of a file that an argument names; throws std::invalid_argument with the complaint.
 std::string text_of_file(const std::string& file, const std::string& complaint);
 
-}  // namespace credence
+}  // namespace credence::internal

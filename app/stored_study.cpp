@@ -8,7 +8,7 @@
 #include "montecarlo/engine/result_store_error.h"
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 
 namespace fs = std::filesystem;
 
@@ -78,4 +78,4 @@ std::optional<StudyAnalysis> judge(StoredStudy& study, const CommonOptions& opti
   return std::move(analyses.front());
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,15 +9,14 @@
 #include "app/study_runner.h"
 #include "montecarlo/scenario/sweep_plan.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What a folder holds of a study so far, read without disturbing the process that may be writing there.
 struct StoredStudy {
   std::filesystem::path directory;
   SweepPlan plan;  ///< of a study without [sweep] its one point
   std::vector<Configuration> configurations;
-  std::vector<PlayedStudy>
-      results;  ///< one for each configuration; without runs where none are stored
+  std::vector<PlayedStudy> results;  ///< one for each configuration; without runs where none are stored
   std::string tool_version;
   std::optional<std::int64_t> writer;  ///< the process that goes on with it now
 
@@ -44,4 +43,4 @@ std::vector<StudyAnalysis> analyse(StoredStudy& study);
 /// all blocks. Nothing where there are no runs yet, or the user ended it.
 std::optional<StudyAnalysis> judge(StoredStudy& study, const CommonOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 
 void require_storable(const Scenario& scenario) {
   const double head = most_stored_bytes(0, kChunkRuns), step = most_stored_bytes(1, kChunkRuns) - head;
@@ -115,4 +115,4 @@ int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const
   return options.fail_on_inconsistent && any_inconsistent ? kInconsistent : kDone;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

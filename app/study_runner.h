@@ -15,7 +15,7 @@
 #include "montecarlo/engine/result_store.h"
 #include "montecarlo/scenario/scenario.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A configuration under its id, ready to run.
 struct Configuration {
@@ -60,4 +60,4 @@ std::vector<PlayedStudy> stored_results(std::span<const Configuration> configura
 /// The exit code of finished studies: interrupted, failed runs, inconsistent verdicts, in this order.
 int study_exit_code(bool complete, bool any_failed, bool any_inconsistent, const CommonOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "reports/render/atomic_file.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -117,4 +117,4 @@ void add_submit_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{submit(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

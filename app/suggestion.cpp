@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/scenario/scenario_value.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// "--set world.landmarks=…" for "--landmarks", where the command takes --set.
@@ -46,4 +46,4 @@ std::string option_proposal(const CLI::App& command, std::string_view option) {
   return close.empty() ? "" : fmt::format("; did you mean {}?", close);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@ class App;
 /// @file
 /// What may have been meant by a word that the command line does not know.
 
-namespace credence {
+namespace credence::internal {
 
 /// "; did you mean run?", else where the commands are listed.
 std::string command_proposal(const CLI::App& app, std::string_view word);
@@ -18,4 +18,4 @@ std::string command_proposal(const CLI::App& app, std::string_view word);
 /// The same of an option of a command. One that is called like a key of a scenario is proposed as --set.
 std::string option_proposal(const CLI::App& command, std::string_view option);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -24,7 +24,7 @@
 #include "reports/document/sweep_report.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct SweepOptions : CommonOptions {
@@ -145,4 +145,4 @@ void add_merge_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{merge(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

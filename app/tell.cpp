@@ -10,7 +10,7 @@
 #include "app/this_command.h"
 #include "reports/render/write_document.h"
 
-namespace credence {
+namespace credence::internal {
 
 void print(const Document& document, const CommonOptions& options) {
   fmt::print("{}", options.format == "json" ? document.json() + "\n" : terminal_text(document));
@@ -29,4 +29,4 @@ void tell(const Document& document, const CommonOptions& options) {
   write_report(document, options);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "app/common_options.h"
 #include "reports/document/document.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// On stdout, as text or as JSON.
 void print(const Document& document, const CommonOptions& options);
@@ -14,4 +14,4 @@ void write_report(const Document& document, const CommonOptions& options);
 /// Both: print, and then write.
 void tell(const Document& document, const CommonOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

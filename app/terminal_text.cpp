@@ -10,7 +10,7 @@
 #include "reports/render/text_page.h"
 #include "reports/render/text_table.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Under mpirun every rank has a terminal of its own, whatever mpirun writes to.
@@ -40,4 +40,4 @@ std::string terminal_text(const ReportTable& table) {
   return text_table(table, is_terminal() && wants_colour(), terminal_width(STDOUT_FILENO));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

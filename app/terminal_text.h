@@ -5,7 +5,7 @@
 
 #include "reports/document/document.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Columns of the terminal behind a descriptor; 0 where it is none, or does not say.
 std::size_t terminal_width(int descriptor);
@@ -15,4 +15,4 @@ std::size_t terminal_width(int descriptor);
 std::string terminal_text(const Document& document);
 std::string terminal_text(const ReportTable& table);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "app/shell_word.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::string this_command() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
@@ -25,4 +25,4 @@ std::string this_command() {
   return command;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

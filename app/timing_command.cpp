@@ -12,7 +12,7 @@
 #include "app/tell.h"
 #include "reports/document/timing_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct TimingCommand : CommonOptions {
@@ -63,4 +63,4 @@ void add_timing_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{timing(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "app/scenario_files.h"
 #include "montecarlo/scenario/scenario.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -78,4 +78,4 @@ void add_tune_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{tune_input(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 /// @file
 /// The three kinds of input of `credence tune`.
 
-namespace credence {
+namespace credence::internal {
 
 struct TuneOptions : CommonOptions {
   std::vector<std::string> inputs;
@@ -23,4 +23,4 @@ int tune_logs(const TuneOptions& options);
 /// `carpark` or `mrclam`.
 int tune_data_set(const TuneOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "datasets/replay/replay_tuning.h"
 #include "reports/document/replay_tune_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kReplayConfidence = 0.95;
@@ -67,4 +67,4 @@ int tune_data_set(const TuneOptions& options) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,14 +3,14 @@
 #include <stdexcept>
 #include <vector>
 
-#include "datasets/logs/log_name.h"
 #include "app/tell.h"
 #include "app/tune_command.h"
 #include "datasets/logs/innovation_record.h"
 #include "datasets/logs/log_format.h"
+#include "datasets/logs/log_name.h"
 #include "reports/document/log_tune_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -39,4 +39,4 @@ int tune_logs(const TuneOptions& options) {
   return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "reports/document/tune_report.h"
 #include "reports/render/atomic_file.h"
 
-namespace credence {
+namespace credence::internal {
 
 int tune_scenario_file(const TuneOptions& options) {
   ProgressDisplay search("tune", options.quiet, "plays of the runs"), fresh("fresh noise", options.quiet);
@@ -41,4 +41,4 @@ int tune_scenario_file(const TuneOptions& options) {
   return options.fail_on_inconsistent && inconsistent ? kInconsistent : kDone;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -17,7 +17,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/world_stream.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct WorldOptions : CommonOptions {
@@ -106,4 +106,4 @@ void add_world_command(CLI::App& app) {
   command->callback([options] { throw ExitStatus{stream(*options)}; });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

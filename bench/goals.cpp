@@ -1,6 +1,6 @@
 #include "bench/ratio_table.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::span<const RatioGoal> ratio_goals() {
   static const std::vector<RatioGoal> goals = {
@@ -174,4 +174,4 @@ std::span<const RatioGoal> ratio_goals() {
   return goals;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 
 namespace {
 
-using credence::BenchmarkTimes;
+using credence::internal::BenchmarkTimes;
 
 /// Shows what a ConsoleReporter shows, and keeps the times of every repetition.
 class CollectingReporter final : public benchmark::ConsoleReporter {
@@ -76,8 +76,8 @@ int main(int argc, char** argv) {
   int count = static_cast<int>(arguments.size());
   benchmark::Initialize(&count, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
-  benchmark::AddCustomContext("instruction_set",
-                              credence::instruction_set_name(credence::best_instruction_set()));
+  benchmark::AddCustomContext("instruction_set", credence::internal::instruction_set_name(
+                                                     credence::internal::best_instruction_set()));
   CollectingReporter reporter;
   MedianJsonReporter json;
   // Google Benchmark asks for a file to write to when it is given a reporter for it.
@@ -86,6 +86,6 @@ int main(int argc, char** argv) {
   });
   benchmark::RunSpecifiedBenchmarks(&reporter, to_file ? &json : nullptr);
   std::cout << '\n';
-  const int missing = credence::write_ratio_table(std::cout, reporter.times());
+  const int missing = credence::internal::write_ratio_table(std::cout, reporter.times());
   if (missing > 0) std::cout << fmt::format("\n{} goals left out: their benchmarks were not run.\n", missing);
 }

@@ -10,7 +10,7 @@
 #include "core/simd/cpu_dispatch.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string full_name(std::string name) {
@@ -67,4 +67,4 @@ int write_ratio_table(std::ostream& out, std::span<const BenchmarkTimes> times) 
   return missing;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

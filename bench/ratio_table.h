@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// What is read off one benchmark: its time, or its time divided by one of its counters.
 struct BenchmarkQuantity {
@@ -38,4 +38,4 @@ struct BenchmarkTimes {
 /// largest over the repetitions, the goal. Returns how many goals were left out because a name is missing.
 int write_ratio_table(std::ostream& out, std::span<const BenchmarkTimes> times);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@ function(credence_embed target)
   file(CONFIGURE OUTPUT ${source} @ONLY CONTENT [[
 #include "app/embedded_files.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr EmbeddedFile kFiles[] = {
@@ -21,7 +21,7 @@ constexpr EmbeddedFile kFiles[] = {
 
 std::span<const EmbeddedFile> embedded_files() { return kFiles; }
 
-}  // namespace credence
+}  // namespace credence::internal
 ]])
   target_sources(${target} PRIVATE ${source})
   set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 
 double memory_limit() {
   const double machine =
@@ -24,4 +24,4 @@ void require_memory(double bytes, const std::string& what) {
                                           what, 1e-9 * bytes, 1e-9 * limit));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 
 /// Bytes that a process may have: the memory of the machine, or less by a limit of the process (ulimit -v).
 double memory_limit();
@@ -11,4 +11,4 @@ double memory_limit();
 /// and values that need it. `bytes` is a lower bound, so that nothing is refused which can be done.
 void require_memory(double bytes, const std::string& what);
 
-}  // namespace credence
+}  // namespace credence::internal

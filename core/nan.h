@@ -2,9 +2,9 @@
 
 #include <limits>
 
-namespace credence {
+namespace credence::internal {
 
 /// Stands for a number that is not known; reports say why instead of printing it.
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-}  // namespace credence
+}  // namespace credence::internal

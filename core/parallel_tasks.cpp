@@ -14,7 +14,7 @@
 
 #include "core/stop_point.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// As many threads as are wished and can be had. TBB makes its workers in its workers, where a failure ends
@@ -106,4 +106,4 @@ void for_each_task(std::int64_t count, int threads, const std::atomic<bool>* sto
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace credence {
+namespace credence::internal {
 
 /// The number of threads that a user's wish means: 0 is one for each processor.
 int thread_count(int wished);
@@ -18,4 +18,4 @@ int thread_count(int wished);
 void for_each_task(std::int64_t count, int threads, const std::atomic<bool>* stop,
                    const std::function<void(std::int64_t)>& task);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 thread_local const std::atomic<bool>* flag_of_this_thread = nullptr;
@@ -39,4 +39,4 @@ void stop_point(std::int64_t steps) {
   if (flag_of_this_thread != nullptr && flag_of_this_thread->load(std::memory_order_relaxed)) throw Stopped{};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

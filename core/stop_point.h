@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace credence {
+namespace credence::internal {
 
 /// Thrown by stop_point. No std::exception: nothing is wrong, and what handles errors shall not take it.
 struct Stopped {};
@@ -52,4 +52,4 @@ class PulseScope {
 /// the innermost PulseScope counts. Costs two loads.
 void stop_point(std::int64_t steps = 1);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,6 +7,8 @@
 /// namespace credence is the interface (docs/cpp.md); credence::internal may change at any time.
 
 // A filter and a world of one's own, judged: judge_model, judge_filter, judge_experiment (docs/plugin.md).
+#include "montecarlo/worlds/plugged/function_bound.h"
+#include "montecarlo/worlds/plugged/function_ukf.h"
 #include "reports/document/judge_filter.h"
 
 // A planar SLAM filter of one's own in the planar worlds of the scenarios (docs/own_filter.md).

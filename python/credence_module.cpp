@@ -11,9 +11,12 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "datasets/arrays/array_evidence.h"
+#include "datasets/data_error.h"
+#include "datasets/logs/log_name.h"
 #include "montecarlo/engine/result_store_error.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/scenario_io.h"
@@ -21,6 +24,7 @@
 #include "python/interruptible.h"
 #include "python/told.h"
 #include "python/tuned_filter.h"
+#include "reports/document/checked_logs.h"
 #include "reports/document/judged.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/text_page.h"
@@ -32,7 +36,7 @@
 
 namespace py = pybind11;
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Doubles = py::array_t<double, 0>;
@@ -195,6 +199,7 @@ PYBIND11_MODULE(_credence, m) {
   py::register_exception<OutputError>(m, "OutputError", PyExc_OSError);
   py::register_exception<StoreError>(m, "StoreError", PyExc_OSError);
   py::register_exception<ScenarioError>(m, "ScenarioError", PyExc_ValueError);
+  py::register_exception<DataError>(m, "DataError", PyExc_ValueError);
 
   py::class_<Told>(m, "Told")
       .def_readonly("verdict", &Told::verdict)
@@ -216,6 +221,27 @@ PYBIND11_MODULE(_credence, m) {
       .value("single", ArrayIndexing::single)
       .value("stacked", ArrayIndexing::stacked)
       .value("listed", ArrayIndexing::listed);
+
+  py::class_<CheckOptions>(m, "CheckOptions")
+      .def(py::init([](std::string name, std::string format, std::vector<std::string> truths,
+                       std::string topic, std::string truth_topic, std::optional<int> instance,
+                       double max_time_difference, bool partial, double confidence, double within,
+                       bool sensitivity, int threads) {
+        CheckOptions options;
+        options.name = std::move(name);
+        options.format = std::move(format);
+        options.truths = std::move(truths);
+        options.reading.topic = std::move(topic);
+        options.reading.truth_topic = std::move(truth_topic);
+        options.reading.instance = instance;
+        options.reading.matching.max_time_difference_s = max_time_difference;
+        options.reading.partial = partial;
+        options.confidence = confidence;
+        options.within = within;
+        options.sensitivity = sensitivity;
+        options.threads = threads;
+        return options;
+      }));
 
   py::class_<ArrayBundle>(m, "Bundle")
       .def(py::init<std::optional<Doubles>, std::optional<Doubles>,
@@ -249,6 +275,19 @@ PYBIND11_MODULE(_credence, m) {
       .def("normals", &normals)
       .def("normals_of_four_steps", &normals_of_four_steps);
 
+  m.def("check_logs", [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
+                         const std::string& align, const std::variant<double, std::string>& time_offset) {
+    TrajectoryMatching& matching = options.reading.matching;
+    if (!chart.empty()) options.reading.chart = pose_chart_named(chart);
+    matching.alignment = truth_alignment_named(align);
+    matching.find_time_offset = std::holds_alternative<std::string>(time_offset);
+    if (!matching.find_time_offset) matching.time_offset_s = std::get<double>(time_offset);
+    if (options.name.empty()) options.name = log_name(logs.front());
+    return interruptible([&](const std::atomic<bool>& stop) {
+      CheckWatch watch{.stop = &stop, .progress = {}, .keep_first_run = true};
+      return tell(JudgedFilter(judged_logs(checked_logs(log_files(logs), options, watch))));
+    });
+  });
   m.def("noise_group", [](const std::string& file, const std::optional<std::string>& text,
                           const std::vector<std::string>& overrides) {
     return noise_group(text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides));
@@ -279,4 +318,4 @@ PYBIND11_MODULE(_credence, m) {
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <future>
 
-namespace credence {
+namespace credence::internal {
 
 /// work(stop) on a thread of its own, without the GIL. Ctrl-C sets `stop`, and is raised once the work has
 /// ended.
@@ -29,4 +29,4 @@ auto interruptible(const Work& work) {
   return result.get();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

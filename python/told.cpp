@@ -23,7 +23,7 @@
 #include "reports/document/sweep_report.h"
 #include "reports/document/tune_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 EngineOptions engine_options(int threads, const std::atomic<bool>& stop) {
@@ -104,4 +104,4 @@ Told tune(const Scenario& scenario, const std::string& free, int threads, const 
   return told;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

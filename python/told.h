@@ -9,7 +9,7 @@
 #include "reports/document/document.h"
 #include "reports/document/judged_filter.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What is told of a judged filter, wherever its runs came from.
 struct Told {
@@ -37,4 +37,4 @@ Told load_stored(const std::filesystem::path& directory, int threads, const std:
 /// where nothing could be told.
 Told tune(const Scenario& scenario, const std::string& free, int threads, const std::atomic<bool>& stop);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 
 namespace py = pybind11;
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<FilterFactor> named(const std::vector<std::pair<std::string, double>>& factors) {
@@ -96,4 +96,4 @@ Told tune_filter(const std::vector<std::pair<std::string, double>>& factors, std
   return {.p_value = kNaN, .document = std::move(document)};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 
 #include "python/told.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What the innovations of each run score with some factors, from Python: values, Σ NIS and Σ lag-one
 /// products of each run; steps and components of all; whether they mean anything.
@@ -22,4 +22,4 @@ using PlayedScores = std::tuple<pybind11::array_t<double>, pybind11::array_t<dou
 Told tune_filter(const std::vector<std::pair<std::string, double>>& factors, std::int64_t runs,
                  double confidence, const pybind11::function& play);
 
-}  // namespace credence
+}  // namespace credence::internal

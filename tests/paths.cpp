@@ -1,9 +1,9 @@
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::filesystem::path source_folder() { return CREDENCE_SOURCE_DIR; }
 
 std::filesystem::path credence_binary() { return CREDENCE_BINARY; }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 
 /// A folder of its own for the files of one test, removed with everything in it.
 class TemporaryFolder {
@@ -49,4 +49,4 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "analysis/laws/run_mean.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using UnitSums = std::vector<const CalibrationSum*>;
@@ -306,4 +306,4 @@ std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitF
   return changes;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 /// correlation times of NEES. Every mean over units takes the tests of run_mean.h, which need neither a
 /// Gaussian law nor independence in time.
 
-namespace credence {
+namespace credence::internal {
 
 /// The factor between true and claimed variance of one state where it claims standard deviations in a range.
 struct SigmaBin {
@@ -127,4 +127,4 @@ inline UnitFactors unit_factors(const CalibrationUnits& units) {
 std::vector<FactorChange> compare_factors(const UnitFactors& second, const UnitFactors& first,
                                           double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "analysis/laws/thinned_series.h"
 #include "core/linear_algebra/squared_norm.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Of the open run; with fewer than half of them two are joined.
@@ -236,4 +236,4 @@ std::vector<CalibrationRun> CalibrationRecorder::take() {
   return std::exchange(runs_, {});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -17,7 +17,7 @@
 /// @file
 /// Where and by how much a covariance is wrong, as sums over stretches of runs; calibration.h concludes.
 
-namespace credence {
+namespace credence::internal {
 
 /// Sums over some rows of one run; two of them add up to the sums over both.
 struct CalibrationSum {
@@ -119,4 +119,4 @@ struct CalibrationUnits {
 /// all where none is.
 std::vector<Block> calibration_parts(const RunLayout& layout);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 
 void DistanceSums::Bin::merge(const Bin& later) {
   rows += later.rows;
@@ -29,4 +29,4 @@ void DistanceSums::widen(double length_m) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

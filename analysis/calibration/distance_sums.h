@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// What a filter believes and errs over the way that its body has come, in equal lengths of the way.
 ///
@@ -36,4 +36,4 @@ class DistanceSums {
   std::vector<Bin> bins_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "analysis/laws/student_positive_mean.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// "m" or "rad"; nothing where a block mixes angles and others.
@@ -32,7 +32,9 @@ MeanInterval efficiency(double bound, MeanInterval squared) {
   return squared;
 }
 
-MeanInterval BlockAccuracy::efficiency() const { return credence::efficiency(bound, squared_error); }
+MeanInterval BlockAccuracy::efficiency() const {
+  return credence::internal::efficiency(bound, squared_error);
+}
 
 std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confidence) {
   std::vector<BlockAccuracy> all;
@@ -72,4 +74,4 @@ void add_bound(const PosteriorBound& bound, const StudyStatistics& statistics, I
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 /// @file
 /// How large errors are, beside how large P says they are and how small they could be.
 
-namespace credence {
+namespace credence::internal {
 
 /// One block of the state. All values are squared, summed over its states, of a map for each landmark.
 struct BlockAccuracy {
@@ -41,4 +41,4 @@ std::vector<BlockAccuracy> block_accuracy(const Evidence& evidence, double confi
 void add_bound(const PosteriorBound& bound, const StudyStatistics& statistics, Index landmarks,
                double confidence, std::vector<BlockAccuracy>& accuracy);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "analysis/laws/multiple_tests.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 double standardised_deviation(const ConsistencyVerdict& verdict) {
@@ -100,4 +100,4 @@ SettlingRuns runs_to_settle(const ConsistencyVerdict& verdict, const VerdictDesi
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// What to do about a verdict: which block is responsible, by what to scale, and how many runs would tell
 /// more.
 
-namespace credence {
+namespace credence::internal {
 
 /// A factor on a covariance with its interval.
 struct ScaleAdvice {
@@ -70,4 +70,4 @@ struct SettlingRuns {
 SettlingRuns runs_to_settle(const ConsistencyVerdict& verdict, const VerdictDesign& design, double runs,
                             double power);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "analysis/evidence/evidence.h"
 #include "analysis/laws/tail_weight.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Of the distribution functions of NIS and its law: a factor 1.15 on the scale makes 0.05, and of 2 dof three
@@ -686,4 +686,4 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   return found;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 #include "analysis/laws/whiteness.h"
 #include "analysis/laws/zero_mean.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What a wrong filter most likely has wrong.
 enum class Cause {
@@ -119,4 +119,4 @@ struct CauseFound {
 /// their own need (1 − confidence) / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
-}  // namespace credence
+}  // namespace credence::internal

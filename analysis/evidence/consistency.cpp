@@ -5,7 +5,7 @@
 #include "analysis/evidence/consistency_judge.h"
 #include "analysis/laws/run_mean.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 SumLaw chi_square_step(double total_dof, double /*count*/) { return chi_square_law(total_dof); }
@@ -46,4 +46,4 @@ ConsistencyVerdict judge_nis(std::span<const Moments> per_step, std::span<const 
                      .method = "every step (Bonferroni) and the chi-square sum over runs and white steps"});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

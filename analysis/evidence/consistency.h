@@ -30,7 +30,7 @@
 /// Assumed: errors and innovations Gaussian, runs independent, and the count of runs of a step not chosen by
 /// the outcome (failed runs are reported elsewhere).
 
-namespace credence {
+namespace credence::internal {
 
 /// The test of one step; a step without data has count 0 or total_dof 0 and NaN elsewhere.
 struct StepTest {
@@ -99,4 +99,4 @@ ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const
 ConsistencyVerdict judge_nis(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
                              double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "analysis/evidence/consistency_judge.h"
 #include "analysis/laws/chi_square_truncated.h"
 
-namespace credence {
+namespace credence::internal {
 
 ConsistencyVerdict judge_gated_nis(std::span<const Moments> per_step, double dof, double gate,
                                    double confidence) {
@@ -25,4 +25,4 @@ ConsistencyVerdict judge_gated_nis(std::span<const Moments> per_step, double dof
                                "both by the truncated chi-square law of a gated innovation"});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

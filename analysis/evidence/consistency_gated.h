@@ -2,7 +2,7 @@
 
 #include "analysis/evidence/consistency.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The verdict on NIS that had to pass a gate, all of dimension `dof`: each step and the sum, as judge_nis,
 /// with the law of χ²(dof) truncated at `gate` (chi_square_truncated.h).
@@ -13,4 +13,4 @@ namespace credence {
 ConsistencyVerdict judge_gated_nis(std::span<const Moments> per_step, double dof, double gate,
                                    double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

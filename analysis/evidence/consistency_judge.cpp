@@ -15,7 +15,7 @@
 #include "analysis/laws/run_mean.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_input(std::span<const Moments> per_step, std::span<const double> dofs, double confidence) {
@@ -321,4 +321,4 @@ ConsistencyVerdict judge_sums(std::span<const Moments> per_step, std::span<const
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// @file
 /// How a verdict is made from any laws of its sums: what judge_nees, judge_nis and their relatives share.
 
-namespace credence {
+namespace credence::internal {
 
 /// The law of a sum of values under consistency.
 struct SumLaw {
@@ -47,4 +47,4 @@ struct VerdictLaws {
 ConsistencyVerdict judge_sums(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
                               double confidence, const VerdictLaws& laws);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
@@ -108,4 +108,4 @@ NormalisedError normalised_error(VectorRef error, MatrixRef P) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A normalised squared error eᵀ P⁻¹ e with the degrees of freedom that P really has.
 struct NormalisedError {
@@ -26,4 +26,4 @@ struct NormalisedError {
 /// differ. Cost n³/6 at full rank. Serves NEES and NIS alike.
 NormalisedError normalised_error(VectorRef error, MatrixRef P);
 
-}  // namespace credence
+}  // namespace credence::internal

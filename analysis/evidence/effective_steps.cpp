@@ -6,7 +6,7 @@
 
 #include "montecarlo/engine/moments.h"
 
-namespace credence {
+namespace credence::internal {
 
 double measured_effective_steps(std::span<const std::vector<double>> runs) {
   if (runs.size() < 2) {
@@ -32,4 +32,4 @@ double measured_effective_steps(std::span<const std::vector<double>> runs) {
   return static_cast<double>(steps) * independent / of_sums.variance();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

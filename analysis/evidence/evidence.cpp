@@ -6,7 +6,7 @@
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/lateness.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 template <class T>
@@ -190,4 +190,4 @@ SensorPairSums& Evidence::sensor_pair(const std::string& first, const std::strin
   return sensor_pairs.emplace_back(SensorPairSums{first, second, first_dim});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

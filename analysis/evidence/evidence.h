@@ -20,7 +20,7 @@
 /// What the steps of a filter add up to, whoever produced them: the engine, a log, a replay or the selftest.
 /// Sums only; judgement.h concludes. Everything merges, in the order of the runs for the same bits.
 
-namespace credence {
+namespace credence::internal {
 
 /// One number at one step over all runs, with the sum of its dof.
 struct StepSums {
@@ -176,4 +176,4 @@ inline constexpr double kWideAngle = std::numbers::pi / 3.0;
 /// filter.
 inline constexpr double kGrossOutlier = 1e-6;
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "montecarlo/engine/byte_stream.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
@@ -279,4 +279,4 @@ Evidence evidence_from_bytes(std::span<const std::byte> bytes, const RunLayout& 
   return evidence;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

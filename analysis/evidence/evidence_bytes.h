@@ -6,7 +6,7 @@
 
 #include "analysis/evidence/evidence.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The bytes that a result store keeps of the evidence of a chunk; exact.
 std::vector<std::byte> to_bytes(const Evidence& evidence);
@@ -15,4 +15,4 @@ std::vector<std::byte> to_bytes(const Evidence& evidence);
 /// another layout.
 Evidence evidence_from_bytes(std::span<const std::byte> bytes, const RunLayout& layout);
 
-}  // namespace credence
+}  // namespace credence::internal

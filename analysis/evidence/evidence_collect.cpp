@@ -8,7 +8,7 @@
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Hands what a chunk shows to a recorder.
@@ -118,4 +118,4 @@ std::optional<Evidence> collect_evidence(const Experiment& experiment, std::int6
   return EvidenceCollector(experiment, runs).take(runs, options);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/experiment.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Runs of a study that its further evidence is taken of: at most 1,024, fewer where a state of n dimensions
 /// makes them dear, and whole chunks.
@@ -59,4 +59,4 @@ class EvidenceCollector {
 std::optional<Evidence> collect_evidence(const Experiment& experiment, std::int64_t runs,
                                          const EngineOptions& options = {});
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -17,7 +17,7 @@
 #include "core/linear_algebra/squared_norm.h"
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The value beyond which a χ²(dof) is a gross outlier.
@@ -491,4 +491,4 @@ void EvidenceRecorder::close_run(OpenRun& run, bool well) {
   runs.last_covariance.push_back(std::move(run.last.P));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

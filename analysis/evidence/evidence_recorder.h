@@ -15,7 +15,7 @@
 #include "core/record/step.h"
 #include "montecarlo/engine/engine.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Adds the steps of runs to the sums: NEES over the range of P, NIS, and their relatives.
 ///
@@ -117,4 +117,4 @@ class EvidenceRecorder {
   Vector first_variance_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -18,7 +18,7 @@
 #include "analysis/laws/thinned_series.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Moments and dof of every step, as the judges want them.
@@ -622,4 +622,4 @@ std::optional<ConsistencyVerdict> judge_vehicle(const StudyStatistics& s, double
   return judge_nees(pose, dof, confidence, &s.vehicle_nees_of_runs);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

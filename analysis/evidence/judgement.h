@@ -29,7 +29,7 @@
 /// test holds its own false-alarm rate, and `adjusted` tells which of them still speak when all are taken
 /// together.
 
-namespace credence {
+namespace credence::internal {
 
 /// How near the false-alarm rate of a test is to its level.
 enum class Exactness {
@@ -123,4 +123,4 @@ Judgement judge(const Evidence& evidence, const JudgementContext& context = {});
 /// The verdict on the NEES of the pose; none where the study has no pose.
 std::optional<ConsistencyVerdict> judge_vehicle(const StudyStatistics& statistics, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/tail_weight.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// With fewer runs a mean over them says little without a law.
@@ -185,4 +185,4 @@ LawJudgement judge_law(const Evidence& e, const StudyStatistics& all_runs, doubl
   return j;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

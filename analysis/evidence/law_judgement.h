@@ -18,7 +18,7 @@
 /// proved right within a margin, and whether errors that are not χ² are so because of P or of their law
 /// (docs/statistics.md, "The covariance, and the law").
 
-namespace credence {
+namespace credence::internal {
 
 /// The shape of P: whether every direction of it is right.
 struct ShapeJudgement {
@@ -101,4 +101,4 @@ struct LawJudgement {
 LawJudgement judge_law(const Evidence& evidence, const StudyStatistics& all_runs, double confidence,
                        double margin);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "analysis/evidence/step_series.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Whether a vector of `dim` is added to the moments; those of a smaller one make place.
@@ -76,4 +76,4 @@ void RunLaw::add_to(LawSums& sums, const std::string& averaged) const {
 
 bool is_shape_step(std::int64_t step) { return std::has_single_bit(static_cast<std::uint64_t>(step)); }
 
-}  // namespace credence
+}  // namespace credence::internal

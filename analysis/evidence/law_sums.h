@@ -14,7 +14,7 @@
 /// Sums that tell a covariance that is wrong from errors that are not Gaussian, and a direction of P that is
 /// wrong from a common factor. Units are whole runs, or the runs at one step.
 
-namespace credence {
+namespace credence::internal {
 
 /// Of all runs.
 struct LawSums {
@@ -55,4 +55,4 @@ struct RunLaw {
 /// densely at the start, where P changes.
 bool is_shape_step(std::int64_t step);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "analysis/evidence/sequential_study.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::vector<PlayedStudy> play_studies(std::span<const StudyToPlay> studies, const EngineOptions& options) {
   std::vector<StudyTask> tasks;
@@ -30,4 +30,4 @@ std::vector<PlayedStudy> play_studies(std::span<const StudyToPlay> studies, cons
   return played;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A configuration, ready to be played.
 struct StudyToPlay {
@@ -30,4 +30,4 @@ struct PlayedStudy {
 /// result for each, of one that was stopped before without runs.
 std::vector<PlayedStudy> play_studies(std::span<const StudyToPlay> studies, const EngineOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kLags = 10;
@@ -271,4 +271,4 @@ MapConsistency judge_map(VectorRef estimate, VectorRef truth, VectorRef aligned,
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -19,7 +19,7 @@
 /// There are no repetitions to average over, so every test here says what it assumes, and gives no result,
 /// with a reason, where a recording is too short for it.
 
-namespace credence {
+namespace credence::internal {
 
 /// The innovations of one run.
 struct RecordedInnovations {
@@ -94,4 +94,4 @@ struct MapConsistency {
 /// for sizes that differ.
 MapConsistency judge_map(VectorRef estimate, VectorRef truth, VectorRef aligned, MatrixRef P);
 
-}  // namespace credence
+}  // namespace credence::internal

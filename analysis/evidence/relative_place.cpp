@@ -2,7 +2,7 @@
 
 #include "core/manifold/trigonometry.h"
 
-namespace credence {
+namespace credence::internal {
 
 RelativePlace relative_place(const RelativePlace::State& x) {
   const double c = cosine(x[2]), s = sine(x[2]);
@@ -13,4 +13,4 @@ RelativePlace relative_place(const RelativePlace::State& x) {
   return place;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

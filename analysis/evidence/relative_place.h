@@ -2,7 +2,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Where a landmark l lies in the frame of a pose in the plane, r = R(θ)ᵀ (l − p), with its Jacobian.
 struct RelativePlace {
@@ -14,4 +14,4 @@ struct RelativePlace {
 
 RelativePlace relative_place(const RelativePlace::State& x);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "analysis/laws/proper_scores.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void add(ScoreMoments& sums, double value, double expected) {
@@ -33,16 +33,16 @@ void RunScore::add(double nees, Index dof, double log_determinant) {
 void RunScore::add_to(ScoreSums& sums) const {
   if (steps > 0) {
     const double of_a_step = 1.0 / static_cast<double>(steps);
-    credence::add(sums.log, log * of_a_step, log_expected * of_a_step);
+    credence::internal::add(sums.log, log * of_a_step, log_expected * of_a_step);
   }
   if (last_position.error.size() > 0) {
     const Score score = energy_score(last_position.error, last_position.P);
     sums.of_position = true;
-    credence::add(sums.energy, score.value, score.expected);
+    credence::internal::add(sums.energy, score.value, score.expected);
   } else if (last_dof > 0) {
     const Score score = whitened_energy_score(last_nees, static_cast<double>(last_dof));
-    credence::add(sums.energy, score.value, score.expected);
+    credence::internal::add(sums.energy, score.value, score.expected);
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 /// Proper scores of the error under the law N(0, P) that the filter claims (proper_scores.h): which of two
 /// filters is better, where a test says only whether one is right.
 
-namespace credence {
+namespace credence::internal {
 
 /// A score over runs beside what it would be on average if P were right.
 struct ScoreMoments {
@@ -41,4 +41,4 @@ struct RunScore {
   void add_to(ScoreSums& sums) const;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "analysis/laws/run_mean.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_rule(const StopRule& rule) {
@@ -145,4 +145,4 @@ StopDecision look(const StopRule& rule, const StudyPrefix& prefix) {
   return decision;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

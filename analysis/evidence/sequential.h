@@ -20,7 +20,7 @@
 /// filter is ever called optimistic or pessimistic) ≤ α. Decide only on the contiguous prefix of finished
 /// chunks, in their order: the same study then stops at the same chunk whatever the threads did.
 
-namespace credence {
+namespace credence::internal {
 
 /// When to stop; a study always ends at its `max_runs`.
 struct StopRule {
@@ -58,4 +58,4 @@ struct StopDecision {
 /// 95 % with min_runs 30). Throws std::invalid_argument for a rule outside its range or sizes that differ.
 StopDecision look(const StopRule& rule, const StudyPrefix& prefix);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "analysis/laws/require.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -152,4 +152,4 @@ ChiSquareBounds scale_confidence_sequence(std::span<const Moments> per_step,
   return bounds;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

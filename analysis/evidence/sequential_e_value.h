@@ -19,7 +19,7 @@
 /// and the mean over a = 1, 10, 100, 1000, 10⁴ serves deviations from a factor 2 to 1 %. Both directions
 /// count.
 
-namespace credence {
+namespace credence::internal {
 
 /// ln of that mean for one sum; 0 for dof 0, infinite for an infinite sum, NaN for a NaN or negative one.
 /// Throws std::invalid_argument for a negative or non-finite dof.
@@ -40,4 +40,4 @@ ChiSquareBounds scale_confidence_sequence(std::span<const Moments> per_step,
                                           std::span<const double> total_dof_per_step, bool white,
                                           double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 StopRule rule_of(const Scenario& scenario) {
@@ -27,14 +27,14 @@ bool SequentialStudy::look(const StudyStatistics& chunk, const StudyStatistics& 
   const std::vector<Moments> nees = prefix.series(Quantity::nees), nis = prefix.series(Quantity::nis);
   const std::vector<double> nees_dof = prefix.dofs(Quantity::nees);
   const std::vector<double> nis_dof = prefix.dofs(Quantity::nis);
-  decision_ = credence::look(rule_, {.nees = nees,
-                                     .nees_dof = nees_dof,
-                                     .nis = nis,
-                                     .nis_dof = nis_dof,
-                                     .runs = &prefix.nees_of_runs,
-                                     .betting = &betting_,
-                                     .last = prefix.runs == most_runs_});
+  decision_ = credence::internal::look(rule_, {.nees = nees,
+                                               .nees_dof = nees_dof,
+                                               .nis = nis,
+                                               .nis_dof = nis_dof,
+                                               .runs = &prefix.nees_of_runs,
+                                               .betting = &betting_,
+                                               .last = prefix.runs == most_runs_});
   return decision_.stop;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

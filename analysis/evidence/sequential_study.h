@@ -4,7 +4,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Watches the chunks of one study for its stop rule; what it decides depends on the chunks alone, in their
 /// order.
@@ -25,4 +25,4 @@ class SequentialStudy {
   StopDecision decision_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

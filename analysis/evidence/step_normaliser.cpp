@@ -7,7 +7,7 @@
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/laws/lateness.h"
 
-namespace credence {
+namespace credence::internal {
 void StepPlaces::find(const std::vector<Index>& step_states, const RunLayout& layout) {
   if (step_states == states && of_block.size() == layout.blocks.size()) return;
   states = step_states;
@@ -249,4 +249,4 @@ std::string_view StepNormaliser::normalise_innovations(const Step& step, const R
   return {};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/record/step.h"
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Where the states of each block of a layout are in a step, whose states may be fewer.
 struct StepPlaces {
@@ -64,4 +64,4 @@ class StepNormaliser {
   std::vector<Index> certain_;  ///< states of the step that are known to the rounding of their estimate
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// A run may have any number of steps, and what is kept of each of them takes some hundred bytes: beyond
 /// kMostSteps only every s-th step from the first on has sums, s = 2, 4, 8, …, and entry k is step 1 + k s.
 
-namespace credence {
+namespace credence::internal {
 
 inline constexpr std::int64_t kMostSteps = std::int64_t{1} << 17;
 
@@ -35,4 +35,4 @@ void merge_series(std::vector<Sums>& series, const std::vector<Sums>& later) {
   for (std::size_t k = 0; k < later.size(); ++k) series[k].merge(later[k]);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<double> means(const StudyStatistics& statistics, Quantity quantity) {
@@ -172,4 +172,4 @@ LogAnalysis analyse_logs(Evidence evidence, const JudgementContext& context) {
   return a;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 /// @file
 /// From the sums of a study to what is reported of it: verdicts, covariance curves, outcomes.
 
-namespace credence {
+namespace credence::internal {
 
 /// Mean traces of the filter's covariance at steps 1 … T.
 struct CovarianceCurves {
@@ -88,4 +88,4 @@ struct LogAnalysis {
 /// counts.
 LogAnalysis analyse_logs(Evidence evidence, const JudgementContext& context);
 
-}  // namespace credence
+}  // namespace credence::internal

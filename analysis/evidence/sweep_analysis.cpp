@@ -9,7 +9,7 @@
 #include "analysis/evidence/sweep_verdicts.h"
 #include "montecarlo/scenario/scenario_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::size_t point_of(const SweepPlan& plan, const StudyAnalysis& study) {
@@ -51,4 +51,4 @@ SweepAnalysis analyse_sweep(SweepPlan plan, std::vector<StudyAnalysis> studies) 
   return sweep;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

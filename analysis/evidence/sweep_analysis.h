@@ -7,7 +7,7 @@
 #include "analysis/studies/rank_map.h"
 #include "montecarlo/scenario/sweep_plan.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A sweep: the study of each configuration, and what they say together.
 struct SweepAnalysis {
@@ -28,4 +28,4 @@ void forget_steps(StudyAnalysis& study);
 /// Cost: in a map of ranks, the long covariance recursion of every cell.
 SweepAnalysis analyse_sweep(SweepPlan plan, std::vector<StudyAnalysis> studies);
 
-}  // namespace credence
+}  // namespace credence::internal

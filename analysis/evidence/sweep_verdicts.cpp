@@ -5,7 +5,7 @@
 
 #include "analysis/laws/multiple_tests.h"
 
-namespace credence {
+namespace credence::internal {
 std::vector<double> sweep_p_values(std::span<const StudyAnalysis> analyses) {
   std::vector<double> p_values;
   p_values.reserve(analyses.size());
@@ -13,4 +13,4 @@ std::vector<double> sweep_p_values(std::span<const StudyAnalysis> analyses) {
   return benjamini_yekutieli(p_values);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "analysis/evidence/study_analysis.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One p-value for each configuration of a sweep, adjusted so that among those at or below 1 − confidence the
 /// expected share of consistent filters is at most 1 − confidence, whatever noise the configurations share
@@ -15,4 +15,4 @@ namespace credence {
 /// for an undecided configuration.
 std::vector<double> sweep_p_values(std::span<const StudyAnalysis> analyses);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -1,6 +1,6 @@
 #include "analysis/evidence/verdict.h"
 
-namespace credence {
+namespace credence::internal {
 
 Verdict direction_of(bool optimistic, bool pessimistic) {
   return optimistic && pessimistic ? Verdict::mixed
@@ -8,6 +8,12 @@ Verdict direction_of(bool optimistic, bool pessimistic) {
          : pessimistic             ? Verdict::pessimistic
                                    : Verdict::consistent;
 }
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 std::string_view to_string(Verdict verdict) {
   switch (verdict) {

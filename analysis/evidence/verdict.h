@@ -17,12 +17,16 @@ enum class Verdict {
 /// "consistent", "optimistic", "pessimistic", "mixed", "not Gaussian" or "undecided".
 std::string_view to_string(Verdict verdict);
 
-/// The verdict of what each direction rejects.
-Verdict direction_of(bool optimistic, bool pessimistic);
-
 /// Whether the data speak against the covariance, in either direction.
 inline bool is_inconsistent(Verdict verdict) {
   return verdict == Verdict::optimistic || verdict == Verdict::pessimistic || verdict == Verdict::mixed;
 }
 
 }  // namespace credence
+
+namespace credence::internal {
+
+/// The verdict of what each direction rejects.
+Verdict direction_of(bool optimistic, bool pessimistic);
+
+}  // namespace credence::internal

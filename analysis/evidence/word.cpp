@@ -9,7 +9,7 @@
 #include "analysis/laws/joint_tests.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Both directions; a verdict's p-values are two-sided.
@@ -105,4 +105,4 @@ Word join_verdicts(std::span<const WordPart> parts, double confidence) {
   return word;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "analysis/evidence/advice.h"
 #include "analysis/evidence/consistency.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One verdict on its way into the word.
 struct WordPart {
@@ -49,4 +49,4 @@ std::vector<WordPart> word_parts(const ConsistencyVerdict& nees, const Consisten
 /// When a verdict rejects, in words: "at step 11", "in steps 1 to 3", "from step 40 on", "throughout".
 std::string when_text(const ConsistencyVerdict& verdict, Verdict direction);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "analysis/laws/log_mean_exp.h"
 #include "analysis/laws/require.h"
 
-namespace credence {
+namespace credence::internal {
 
 double chi_square_excess(double dof, double strike) {
   require_positive("dof", dof);
@@ -72,4 +72,4 @@ double RunBetting::log_e_value() const {
   return log_mean_exp(std::array{log_optimistic(), log_pessimistic()});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

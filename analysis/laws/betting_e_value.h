@@ -24,7 +24,7 @@
 /// A share of almost one serves averages that vary little, small ones those that vary much;
 /// docs/statistics.md has the power measured.
 
-namespace credence {
+namespace credence::internal {
 
 /// The stakes: shares λ of W⁺, and strikes b each with shares λ for W⁻.
 inline constexpr std::array kOptimisticShares{0.1, 0.25, 0.5, 0.99};
@@ -77,4 +77,4 @@ class RunBetting {
   std::array<double, kPessimisticStrikes.size() * kPessimisticShares.size()> pessimistic_{};
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "analysis/laws/sample_correlation.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first) {
   BlockCorrelationTest result{.values = u.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
   const Index n = u.mean.size();
@@ -40,4 +40,4 @@ BlockCorrelationTest test_block_correlation(const VectorMoments& u, Index first)
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

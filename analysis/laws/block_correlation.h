@@ -5,7 +5,7 @@
 
 #include "analysis/laws/consistency_vector_moments.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether two groups of components are uncorrelated with each other.
 struct BlockCorrelationTest {
@@ -26,4 +26,4 @@ struct BlockCorrelationTest {
 /// dimension of u.
 BlockCorrelationTest test_block_correlation(const VectorMoments& values, Index first);
 
-}  // namespace credence
+}  // namespace credence::internal

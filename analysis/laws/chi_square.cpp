@@ -11,7 +11,7 @@
 
 #include "analysis/laws/require.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace bmp = boost::math::policies;
@@ -143,4 +143,4 @@ double chi_square_lower_tail_mean(double probability, double dof) {
   return std::clamp(dof - 2.0 * q * chi_square_density(q, dof) / probability, 0.0, q);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 /// score is then below 1e-9 in the range of any test. A dof that is not finite and positive throws
 /// std::invalid_argument; a statistic that is NaN gives NaN, because it is data.
 
-namespace credence {
+namespace credence::internal {
 
 /// P(χ²(dof) ≤ x); 0 for x ≤ 0.
 double chi_square_cdf(double x, double dof);
@@ -47,4 +47,4 @@ double chi_square_upper_tail_mean(double probability, double dof);
 /// E[X | X in its lower tail of the given probability]: dof − 2 q f(q) / probability.
 double chi_square_lower_tail_mean(double probability, double dof);
 
-}  // namespace credence
+}  // namespace credence::internal

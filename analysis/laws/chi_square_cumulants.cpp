@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // X = mean + scale (χ²(dof) − dof); a negative scale mirrors the law for a negative third cumulant.
@@ -50,4 +50,4 @@ ChiSquareBounds sum_bounds(const Cumulants& cumulants, double confidence) {
   return law.scale > 0.0 ? ChiSquareBounds{at_lower, at_upper} : ChiSquareBounds{at_upper, at_lower};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// else, with an error that falls as the number of terms grows: for few unequal terms its lower tail is cut
 /// off too early, as its support is.
 
-namespace credence {
+namespace credence::internal {
 
 /// The first cumulants of a sum; those of independent parts add up.
 struct Cumulants {
@@ -39,4 +39,4 @@ double upper_p_value(double x, const Cumulants& cumulants);
 /// 0 < confidence < 1.
 ChiSquareBounds sum_bounds(const Cumulants& cumulants, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

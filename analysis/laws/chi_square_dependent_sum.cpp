@@ -11,7 +11,7 @@
 
 #include "analysis/laws/require.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kSmallestPValue = 1e-300;
@@ -87,4 +87,4 @@ double dependent_sum_p_value(double sum, std::span<const double> dofs) {
   return std::min(1.0, 2.0 * std::min(tails.lower, tails.upper));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 /// strongly correlated terms: for many dof it asks for 2.34 standard deviations of one term where
 /// 1.96 are needed when all terms are equal.
 
-namespace credence {
+namespace credence::internal {
 
 /// The interval that holds Σ X_k with probability at least `confidence`, half of the rest on each side.
 /// Dofs that are not finite and positive, or none, throw std::invalid_argument.
@@ -34,4 +34,4 @@ TailPValues dependent_sum_tails(double sum, std::span<const double> dofs);
 /// NaN for a NaN sum; 0 below 1e-300.
 double dependent_sum_p_value(double sum, std::span<const double> dofs);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "analysis/laws/chi_square.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_gate(double gate) {
@@ -34,4 +34,4 @@ Cumulants truncated_chi_square_cumulants(double dof, double gate) {
           .third = third - 3.0 * first * second + 2.0 * first * first * first};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// is 1.907 and not 2, so a plain NIS test calls every gated filter pessimistic once enough values are in
 /// (theory, section 7). dof and gate must be > 0 (std::invalid_argument); an infinite gate is no gate.
 
-namespace credence {
+namespace credence::internal {
 
 /// P(X ≤ x | X ≤ gate), X ~ χ²(dof).
 double truncated_chi_square_cdf(double x, double dof, double gate);
@@ -18,4 +18,4 @@ double truncated_chi_square_cdf(double x, double dof, double gate);
 /// E[X^j | X ≤ gate] = dof (dof + 2) … (dof + 2j − 2) F_{dof+2j}(gate) / F_dof(gate).
 Cumulants truncated_chi_square_cumulants(double dof, double gate);
 
-}  // namespace credence
+}  // namespace credence::internal

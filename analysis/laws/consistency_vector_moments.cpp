@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 
 void VectorMoments::add(VectorRef u) {
   if (count == 0) {
@@ -45,4 +45,4 @@ void VectorMoments::merge(const VectorMoments& other) {
   scatter += other.scatter + delta * delta.transpose() * (na * nb / (na + nb));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Count, mean and scatter Σ (u − ū)(u − ū)ᵀ of vectors: additive (Chan), merged in index order for the same
 /// bits.
@@ -21,4 +21,4 @@ struct VectorMoments {
   Vector delta_{};  ///< of the last value, so that adding allocates nothing
 };
 
-}  // namespace credence
+}  // namespace credence::internal

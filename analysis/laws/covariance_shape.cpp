@@ -13,7 +13,7 @@
 #include "analysis/laws/wishart_roots.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Cumulants likelihood_ratio_cumulants(double runs, Index n) {
@@ -93,4 +93,4 @@ double shape_equivalence_p_value(const CovarianceShape& shape, double delta) {
                   chi_square_survival(runs * shape.factors[0] * (1.0 + delta), runs));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

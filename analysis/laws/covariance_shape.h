@@ -25,7 +25,7 @@
 /// correction, which matches the first alone, has 7.8 % at n = 12, M = 13, and the plain χ² law 95 %.
 /// Assumed: Gaussian errors, independent runs.
 
-namespace credence {
+namespace credence::internal {
 
 /// The factors between Σ and P over all directions: eigenvalues of P^{-1/2} Σ P^{-T/2}, which those of C
 /// estimate.
@@ -60,4 +60,4 @@ CovarianceShape test_covariance_shape(const VectorMoments& whitened, double conf
 /// direction. NaN where there is no test. Throws std::invalid_argument unless δ > 0 is finite.
 double shape_equivalence_p_value(const CovarianceShape& shape, double delta);
 
-}  // namespace credence
+}  // namespace credence::internal

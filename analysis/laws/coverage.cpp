@@ -15,7 +15,7 @@
 #include "analysis/laws/require.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_count(const CoverageCount& count) {
@@ -104,4 +104,4 @@ CoverageVerdict judge_coverage(std::span<const CoverageCount> per_step, std::spa
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

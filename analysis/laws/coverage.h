@@ -12,7 +12,7 @@
 /// The truth is inside when NEES ≤ k²; a consistent filter of dof n does so with probability P(χ²(n) ≤ k²):
 /// 68.3, 95.4, 99.7 % for k = 1, 2, 3 in one dimension, 39.3, 86.5, 98.9 % in two.
 
-namespace credence {
+namespace credence::internal {
 
 /// P(χ²(dof) ≤ k²). Throws std::invalid_argument unless k ≥ 0 and dof > 0.
 double expected_coverage(double k_sigma, double dof);
@@ -74,4 +74,4 @@ struct CoverageVerdict {
 CoverageVerdict judge_coverage(std::span<const CoverageCount> per_step, std::span<const double> expected,
                                double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

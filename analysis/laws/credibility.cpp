@@ -15,7 +15,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kDecibel = 10.0 * std::numbers::log10e;
@@ -109,4 +109,4 @@ CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<con
   return index;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

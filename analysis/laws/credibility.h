@@ -6,7 +6,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// How far the claimed covariances are from the errors really made, in decibels [Li 2006].
 struct CredibilityIndex {
@@ -37,4 +37,4 @@ struct CredibilityIndex {
 CredibilityIndex credibility_index(std::span<const Vector> errors, std::span<const Matrix> covariances,
                                    double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "analysis/laws/student_positive_mean.h"
 
-namespace credence {
+namespace credence::internal {
 
 RmseInterval rmse_interval(const Moments& squared_errors, double confidence) {
   const MeanInterval square = positive_mean_interval(squared_errors, confidence);
@@ -15,4 +15,4 @@ RmseInterval rmse_interval(const Moments& squared_errors, double confidence) {
           .reason = square.reason};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

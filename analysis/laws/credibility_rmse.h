@@ -5,7 +5,7 @@
 
 #include "montecarlo/engine/moments.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A root mean square error with its interval.
 struct RmseInterval {
@@ -23,4 +23,4 @@ struct RmseInterval {
 /// variance gives the interval [rmse, rmse]. Throws std::invalid_argument unless 0 < confidence < 1.
 RmseInterval rmse_interval(const Moments& squared_errors, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // W with W P Wᵀ = I on the range of P, judged in correlation form as in consistency_nees.h; rank × n.
@@ -206,4 +206,4 @@ TimeAverageTest test_single_run(std::span<const double> normalised_nees, double 
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -17,7 +17,7 @@
 /// correlation of the whitened errors at steps k and l. Summed over a run its variance is 2 Σ_kl ‖C_kl‖_F²,
 /// and not 2 Σ n_k, which is why the time-sum is no χ²(Σ n_k) (theory, section 7).
 
-namespace credence {
+namespace credence::internal {
 
 /// The law of the NEES of one run of a consistent filter.
 struct NeesTimeLaw {
@@ -76,4 +76,4 @@ SkewedMoments stretch_averages(std::span<const std::vector<double>> normalised_n
 /// 4000 steps, 3,000 studies each): alarms at nominal 5 % in 0.2 to 6.1 % of all runs, an undecided run none.
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

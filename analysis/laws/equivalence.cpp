@@ -11,7 +11,7 @@
 #include "analysis/laws/require.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kFewestRunsForPower = 20.0;
@@ -76,4 +76,4 @@ std::int64_t runs_for_equivalence(double relative_variance, double delta, double
   return static_cast<std::int64_t>(most);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

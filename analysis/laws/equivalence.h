@@ -12,7 +12,7 @@
 /// level is shared: it is proved iff the interval of confidence 1 − 2α lies inside. A mean of NEES: of
 /// P⁻¹ Σ averaged over directions and steps, and not of every direction (covariance_shape.h proves that).
 
-namespace credence {
+namespace credence::internal {
 
 /// The p-value of "the mean lies outside [1/(1 + δ), 1 + δ]": proved within δ iff it is ≤ α. NaN as
 /// run_mean_p_values. Throws as that, and unless δ > 0 is finite.
@@ -34,4 +34,4 @@ double equivalence_power(double runs, double relative_variance, double delta, do
 /// and unless 0 < power < 1, or where more than 10¹² runs are needed.
 std::int64_t runs_for_equivalence(double relative_variance, double delta, double alpha, double power);
 
-}  // namespace credence
+}  // namespace credence::internal

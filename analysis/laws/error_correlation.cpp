@@ -6,7 +6,7 @@
 #include "analysis/laws/sample_correlation.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 
 ErrorCorrelationTest test_error_correlation(const VectorMoments& whitened) {
   ErrorCorrelationTest result{.runs = whitened.count, .largest = kNaN, .statistic = kNaN, .p_value = kNaN};
@@ -38,4 +38,4 @@ ErrorCorrelationTest test_error_correlation(const VectorMoments& whitened) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

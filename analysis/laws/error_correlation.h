@@ -5,7 +5,7 @@
 
 #include "analysis/laws/consistency_vector_moments.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether the components of a whitened error are uncorrelated.
 struct ErrorCorrelationTest {
@@ -27,4 +27,4 @@ struct ErrorCorrelationTest {
 /// time.
 ErrorCorrelationTest test_error_correlation(const VectorMoments& whitened);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "core/nan.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kLargestExact = 140;
@@ -222,4 +222,4 @@ std::vector<double> gated_nis_to_uniform(std::span<const double> nis, double dof
   return uniform;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 /// consistency the results are independent and uniform on [0, 1]. Assumed: white innovations; all values of a
 /// study may then be tested together.
 
-namespace credence {
+namespace credence::internal {
 
 /// Both tests of uniformity.
 struct GoodnessOfFit {
@@ -44,4 +44,4 @@ std::vector<double> nis_to_uniform(std::span<const double> nis, std::span<const 
 /// The same for gated NIS, all of one dimension.
 std::vector<double> gated_nis_to_uniform(std::span<const double> nis, double dof, double gate);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 
 UniformHistogram::UniformHistogram(std::size_t bins) : counts_(bins, 0) {
   if (bins < 2) throw std::invalid_argument(fmt::format("bins = {} must be >= 2", bins));
@@ -76,4 +76,4 @@ GoodnessOfFit test_uniform(const UniformHistogram& histogram) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "analysis/laws/goodness_of_fit.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Counts of NIS in bins that are equally likely under its law: the goodness of fit of any number of values
 /// in bounded memory, and what a histogram and a QQ plot are drawn from.
@@ -42,4 +42,4 @@ class UniformHistogram {
 /// Riemann sum. No test, with a reason, for an empty histogram or one with invalid values.
 GoodnessOfFit test_uniform(const UniformHistogram& histogram);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 
 double sample_skewness(const SkewedMoments& moments) {
   if (!(moments.m2 > 0.0)) return 0.0;
@@ -30,4 +30,4 @@ double mean_of_hall_score(const SkewedMoments& moments, double z) {
   return moments.mean - std::sqrt(moments.variance()) * u;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

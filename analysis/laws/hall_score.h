@@ -11,7 +11,7 @@
 /// γ the sample skewness. It is N(0, 1) up to O(1/M), where Student's score errs by O(1/√M), and monotone in
 /// μ.
 
-namespace credence {
+namespace credence::internal {
 
 /// γ = (m₃/M)/(m₂/M)^{3/2}; 0 without a variance.
 double sample_skewness(const SkewedMoments& moments);
@@ -23,4 +23,4 @@ double hall_score(const SkewedMoments& moments, double expected);
 /// The mean whose score is z.
 double mean_of_hall_score(const SkewedMoments& moments, double z);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "analysis/laws/require.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 double& least_of(JointTests& joint, Departure departure) {
@@ -69,4 +69,4 @@ JointTests join_tests(std::span<const TestFamily> families) {
   return joint;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

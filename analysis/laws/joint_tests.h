@@ -16,7 +16,7 @@
 /// rejection may be told with its own direction and span, and directions that are both rejected are both real
 /// ("mixed"): never "pessimistic, hence safe" while an optimistic test rejects.
 
-namespace credence {
+namespace credence::internal {
 
 /// What a small p-value speaks for.
 enum class Departure {
@@ -64,4 +64,4 @@ struct JointTests {
 /// positive or a p-value outside [0, 1].
 JointTests join_tests(std::span<const TestFamily> families);
 
-}  // namespace credence
+}  // namespace credence::internal

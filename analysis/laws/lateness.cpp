@@ -6,7 +6,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Places in the averages of a run.
@@ -77,4 +77,4 @@ LatenessTest test_lateness(const VectorMoments& runs) {
           .explained = excess > 0.0 ? less / excess : 0.0};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

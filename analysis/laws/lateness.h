@@ -14,7 +14,7 @@
 /// about −d a. Of the exact filter E[e_k | z_1 … z_k] = 0, and b_k is a function of what was measured: E[bᵀu]
 /// = 0 at every step, however the errors are correlated in time.
 
-namespace credence {
+namespace credence::internal {
 
 /// Of the run at hand.
 class RunLateness {
@@ -50,4 +50,4 @@ struct LatenessTest {
 /// Gaussian. No test with fewer than ten runs, or where less than a tenth of bᵀb is left.
 LatenessTest test_lateness(const VectorMoments& runs);
 
-}  // namespace credence
+}  // namespace credence::internal

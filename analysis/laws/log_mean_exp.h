@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-namespace credence {
+namespace credence::internal {
 
 /// ln of the mean of e^{logs}, of at least one, without overflow: the logarithm of a mixture of e-values.
 inline double log_mean_exp(std::span<const double> logs) {
@@ -15,4 +15,4 @@ inline double log_mean_exp(std::span<const double> logs) {
   return largest + std::log(sum / static_cast<double>(logs.size()));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

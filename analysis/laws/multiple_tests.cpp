@@ -9,7 +9,7 @@
 
 #include "analysis/laws/require.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Positions of the tests with a p-value.
@@ -97,4 +97,4 @@ std::vector<double> benjamini_yekutieli(std::span<const double> p_values) {
   return step_up(p_values, harmonic);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

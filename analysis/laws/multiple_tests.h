@@ -9,7 +9,7 @@
 /// A NaN p-value (a test without data) is no member of the family and stays NaN. A value outside [0, 1]
 /// throws std::invalid_argument. Results are in the order of the input.
 
-namespace credence {
+namespace credence::internal {
 
 /// [Holm 1979]: P(any false rejection) ≤ α under any dependence, never weaker than Bonferroni.
 std::vector<double> holm(std::span<const double> p_values);
@@ -28,4 +28,4 @@ std::vector<double> benjamini_hochberg(std::span<const double> p_values);
 /// [Benjamini 2001]: the same under any dependence, at the price of a factor Σ 1/i.
 std::vector<double> benjamini_yekutieli(std::span<const double> p_values);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "core/nan.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Vector logarithms(std::span<const double> values) {
@@ -47,4 +47,4 @@ PowerLaw fit_power_law(std::span<const double> x, std::span<const double> y, dou
   return law;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

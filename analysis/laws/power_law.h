@@ -2,7 +2,7 @@
 
 #include <span>
 
-namespace credence {
+namespace credence::internal {
 
 /// y = c x^exponent, fitted by least squares of log y on log x.
 struct PowerLaw {
@@ -20,4 +20,4 @@ struct PowerLaw {
 /// std::invalid_argument for fewer than two points or two different x, or values that are not positive.
 PowerLaw fit_power_law(std::span<const double> x, std::span<const double> y, double confidence = 0.95);
 
-}  // namespace credence
+}  // namespace credence::internal

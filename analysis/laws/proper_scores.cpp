@@ -11,7 +11,7 @@
 #include "analysis/laws/require.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_nees(double nees) {
@@ -88,4 +88,4 @@ Score whitened_energy_score(double nees, double dof) {
   return {.value = distance - expected, .expected = expected};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// Average both numbers over steps and runs; the runs are the units of any interval (student.h), as steps are
 /// correlated.
 
-namespace credence {
+namespace credence::internal {
 
 /// A score and its mean under the claimed law.
 struct Score {
@@ -53,4 +53,4 @@ Score energy_score(VectorRef error, MatrixRef P);
 /// std::invalid_argument unless nees ≥ 0 and dof > 0 is finite.
 Score whitened_energy_score(double nees, double dof);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 
 void require_confidence(double confidence) { require_fraction("confidence", confidence); }
 
@@ -27,4 +27,4 @@ void require_positive(const char* name, double value) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "analysis/laws/student_positive_mean.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // From here on the scores hold their level on the pessimistic side too.
@@ -114,4 +114,4 @@ RunMeanTest test_run_mean(const SkewedMoments& run_averages, double confidence, 
   return test;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -38,7 +38,7 @@
 /// | 200  | 1.5 … 2.5        | 2.3 … 2.9         | ≤ 5.1  |
 /// | 1000 | 1.9 … 2.9        | 2.3 … 2.9         | ≤ 5.5  |
 
-namespace credence {
+namespace credence::internal {
 
 /// Fewer runs than these are judged by the bound for every dependence, which loses little there.
 inline constexpr std::int64_t kFewestRunsCompared = 5;
@@ -73,4 +73,4 @@ struct RunMeanTest {
 /// Tests E X = 1. Throws as run_mean_interval.
 RunMeanTest test_run_mean(const SkewedMoments& run_averages, double confidence, double least_dof = 1.0);
 
-}  // namespace credence
+}  // namespace credence::internal

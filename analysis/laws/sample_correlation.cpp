@@ -3,7 +3,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::optional<Matrix> sample_correlation(const VectorMoments& values) {
   if (values.count < 2) return std::nullopt;
@@ -18,4 +18,4 @@ double log_determinant(const Matrix& R) {
   return factor.info() == Eigen::Success ? 2.0 * factor.matrixLLT().diagonal().array().log().sum() : kNaN;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

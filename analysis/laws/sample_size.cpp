@@ -14,7 +14,7 @@
 #include "analysis/laws/require.h"
 #include "analysis/laws/run_mean.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kMostRuns = 1e12;
@@ -177,4 +177,4 @@ std::int64_t runs_for_precision(const VerdictDesign& design, double precision) {
   return static_cast<std::int64_t>(std::max(2.0, std::min(kMostRuns, std::ceil(runs))));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// factor = true covariance / claimed P: above 1 the filter is optimistic, below 1 pessimistic. The sum of
 /// the statistic is then factor · χ², so that the power of each test is exact.
 
-namespace credence {
+namespace credence::internal {
 
 /// Power of the two-sided χ² test of one sum at this level (one step: level 1 − confidence, dof = runs × n).
 /// Throws std::invalid_argument unless factor > 0, dof > 0 and 0 < level < 1.
@@ -58,4 +58,4 @@ DetectableFactors detectable_factors(const VerdictDesign& design, double runs, d
 /// half-width: z² 2 / (n T_eff precision²), at least 2. Throws std::invalid_argument unless precision > 0.
 std::int64_t runs_for_precision(const VerdictDesign& design, double precision);
 
-}  // namespace credence
+}  // namespace credence::internal

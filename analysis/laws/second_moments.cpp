@@ -13,7 +13,7 @@
 #include "analysis/laws/require.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Eigenvalues of every symmetric matrix within lower ≤ A ≤ upper, entry by entry, by Weyl's inequality: those
@@ -146,4 +146,4 @@ SecondMomentTest test_second_moments(const SecondMoments& moments, double confid
   return test;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

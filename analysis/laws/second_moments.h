@@ -20,7 +20,7 @@
 /// the entries is not used, as it does not hold its level for averages so skewed. Gaussian errors are assumed
 /// only with fewer than 20 runs, by the bound of run_mean.h.
 
-namespace credence {
+namespace credence::internal {
 
 /// e_p for sign 0 (q = p), else (e_p + sign e_q)/√2 with q < p.
 struct SecondMomentDirection {
@@ -75,4 +75,4 @@ struct SecondMomentTest {
 /// tests. Throws std::invalid_argument unless 0 < confidence < 1.
 SecondMomentTest test_second_moments(const SecondMoments& moments, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "analysis/laws/require.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_dof(double dof) {
@@ -61,4 +61,4 @@ MeanInterval student_interval(const Moments& moments, double confidence) {
   return interval;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

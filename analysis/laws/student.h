@@ -5,7 +5,7 @@
 
 #include "montecarlo/engine/moments.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// An estimated mean with its confidence interval.
 struct MeanInterval {
@@ -37,4 +37,4 @@ double student_upper_p_value(double t, double dof);
 /// P(|T| ≥ |t|), T ~ t(dof); NaN for a NaN t.
 double student_two_sided_p_value(double t, double dof);
 
-}  // namespace credence
+}  // namespace credence::internal

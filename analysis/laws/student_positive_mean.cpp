@@ -9,7 +9,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // The c of the header, the variance of the cube root.
@@ -60,4 +60,4 @@ MeanInterval positive_mean_interval(const Moments& moments, double confidence) {
   return interval;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 /// exactly). Measured over 20,000 studies of M = 10, 20, 50, 200 values of χ²(2), χ²(5), χ²(20): between 5.1
 /// and 5.8 % at 5 %, between 0.9 and 1.3 % at 1 %. Two-sided; an approximation for laws that are not gamma.
 
-namespace credence {
+namespace credence::internal {
 
 /// The score z of the hypothesis that the mean is `expected`: large when the sample mean is. For at least two
 /// values of positive mean and variance, else NaN.
@@ -31,4 +31,4 @@ double positive_mean_p_value(const Moments& moments, double expected);
 /// few and scattered that no mean is too large. Reasons and errors as student_interval.
 MeanInterval positive_mean_interval(const Moments& moments, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

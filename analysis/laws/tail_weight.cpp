@@ -7,7 +7,7 @@
 #include "analysis/laws/student.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 
 void RunTails::add(double nees, double dof) {
   squares_ += nees * nees;
@@ -34,4 +34,4 @@ double far_tail_p_value(const CoverageCount& within, double quantile) {
   return outside > 10.0 * std::max(1.0, expected) ? p : 1.0;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

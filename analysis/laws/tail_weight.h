@@ -15,7 +15,7 @@
 /// has mean 1 under consistency whatever the dependence in time, and 1 + (c − 1)² under a common factor c on
 /// P: of a wrong scale it sees the second order only.
 
-namespace credence {
+namespace credence::internal {
 
 /// The sums of one run.
 class RunTails {
@@ -47,4 +47,4 @@ double heavy_tail_p_value(const SkewedMoments& run_values);
 /// as binomial_p_value does.
 double far_tail_p_value(const CoverageCount& within, double quantile);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace credence {
+namespace credence::internal {
 
 ThinnedSeries thinned(std::span<const double> values, std::size_t longest) {
   constexpr std::size_t kLongest = 20'000;
@@ -17,4 +17,4 @@ ThinnedSeries thinned(std::span<const double> values, std::size_t longest) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

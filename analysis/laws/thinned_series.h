@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// A series, or of a long one averages of so many successive values that at most 20,000 are left: its
 /// correlation time costs the square of its length.
@@ -16,4 +16,4 @@ struct ThinnedSeries {
 /// longest: of the series that are looked at together, so that all are thinned alike; 0: this one.
 ThinnedSeries thinned(std::span<const double> values, std::size_t longest = 0);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // E‖C_0^{-1/2} C_h C_0^{-1/2}‖_F² for white Gaussian values.
@@ -165,4 +165,4 @@ WhitenessTest test_whiteness(const LagProducts& products, double confidence) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 /// be zero and is not subtracted: a biased innovation is not white either (zero_mean.h names
 /// that cause).
 
-namespace credence {
+namespace credence::internal {
 
 /// Σ u_k u_{k−h}ᵀ for the lags h = 0 … H over any number of runs: additive, so chunks merge by summing.
 class LagProducts {
@@ -82,4 +82,4 @@ struct WhitenessTest {
 /// innovations. Approximate: needs N well above H m². Lags without products are left out, with their dof.
 WhitenessTest test_whiteness(const LagProducts& products, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/require.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // TW₁ ≈ kScale/2 χ²(2 kShape) + kShift [Chiani 2014].
@@ -84,4 +84,4 @@ double smallest_root_quantile(double probability, double runs, Index n) {
   return std::exp(centre - scale * tracy_widom_upper_quantile(probability)) / runs;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

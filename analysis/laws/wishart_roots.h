@@ -18,7 +18,7 @@
 /// Anal. 129 (2014). One dimension is exact, χ²(M)/M. Measured at 2.5 % a side for n = 2 … 30, M = n + 2 …
 /// 200 n: 1.6 to 3.1 %.
 
-namespace credence {
+namespace credence::internal {
 
 /// P(λ_max ≥ x). Throws std::invalid_argument unless n ≥ 1 and M > n; NaN for a NaN x. So do all below.
 double largest_root_p_value(double x, double runs, Index n);
@@ -32,4 +32,4 @@ double largest_root_quantile(double probability, double runs, Index n);
 /// The x with P(λ_min ≤ x) = probability, in (0, 1).
 double smallest_root_quantile(double probability, double runs, Index n);
 
-}  // namespace credence
+}  // namespace credence::internal

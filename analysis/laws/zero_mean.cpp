@@ -7,7 +7,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 
 ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
   ZeroMeanTest result;
@@ -37,4 +37,4 @@ ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

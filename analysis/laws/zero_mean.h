@@ -6,7 +6,7 @@
 #include "analysis/laws/consistency_vector_moments.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Two tests that normalised vectors, innovations or errors, have mean zero.
 struct ZeroMeanTest {
@@ -24,4 +24,4 @@ struct ZeroMeanTest {
 /// of each value, and only T² and its p-value have a meaning.
 ZeroMeanTest test_zero_mean(const VectorMoments& moments);
 
-}  // namespace credence
+}  // namespace credence::internal

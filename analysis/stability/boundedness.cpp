@@ -8,7 +8,7 @@
 #include "analysis/stability/marginal_modes.h"
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kInvertible = 1e-13;
@@ -101,4 +101,4 @@ MeasuredBoundedness measure_boundedness(const RiccatiProblem& problem, const Mat
   return measured;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// Does a covariance with inflation stay bounded? What the exact condition says, what the paper's eq. (22)
 /// says, and what is measured (theory, section 5). P0 > 0 throughout.
 
-namespace credence {
+namespace credence::internal {
 
 /// Why an exact condition came out as it did.
 enum class BoundednessReason {
@@ -100,4 +100,4 @@ struct MeasuredBoundedness {
 /// Follows P from P0 through up to 2^doublings steps: bounded unless `RiccatiGrowth::grows`.
 MeasuredBoundedness measure_boundedness(const RiccatiProblem& problem, const Matrix& P0, int doublings = 21);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 unsigned eigen_options(SvdVectors vectors) {
@@ -38,4 +38,4 @@ DenseSvd dense_svd(MatrixRef M, SvdVectors vectors) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

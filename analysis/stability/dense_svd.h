@@ -2,7 +2,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// M = U diag(s) Vᵀ with s falling; U or V complete to a square where the full one is asked for.
 struct DenseSvd {
@@ -18,4 +18,4 @@ enum class SvdVectors { none, left, right, full_left, full_right };
 /// One place that compiles Eigen's divide-and-conquer SVD, which is dear to compile.
 DenseSvd dense_svd(MatrixRef M, SvdVectors vectors = SvdVectors::none);
 
-}  // namespace credence
+}  // namespace credence::internal

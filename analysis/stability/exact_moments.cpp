@@ -10,7 +10,7 @@
 #include "core/linear_algebra/psd_root.h"
 #include "core/models/model_mismatch.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kLeastReciprocalCondition = 1e-12;
@@ -135,4 +135,4 @@ std::vector<ExactMoments> exact_moments(std::span<const LinearModel> truth,
   return moments;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// @file
 /// The exact second moment of a suboptimal linear filter, without Monte Carlo (theory, section 3).
 
-namespace credence {
+namespace credence::internal {
 
 /// What a filter's error is really like after one step, and what its tests then average to.
 struct ExactMoments {
@@ -58,4 +58,4 @@ ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma);
 /// has no variance (core/linear_algebra/psd_root.h).
 ExpectedSquare expected_square(MatrixRef P, MatrixRef Sigma, VectorRef before);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "analysis/stability/dense_svd.h"
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Complex = std::complex<double>;
@@ -163,4 +163,4 @@ Matrix power_bounded_part(MatrixRef Lambda) {
   return dense_svd(vectors, SvdVectors::left).U.leftCols(std::min(q, vectors.cols()));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

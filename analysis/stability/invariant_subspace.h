@@ -8,7 +8,7 @@
 /// @file
 /// Which eigenvalues of F lie inside, on and outside the unit circle, and the subspaces that belong to them.
 
-namespace credence {
+namespace credence::internal {
 
 enum class UnitCircle { inside, on, outside };
 
@@ -46,4 +46,4 @@ class InvariantSubspaces {
 /// circle: the part on which powers of Λ stay bounded. It is everything unless Λ has Jordan chains.
 Matrix power_bounded_part(MatrixRef Lambda);
 
-}  // namespace credence
+}  // namespace credence::internal

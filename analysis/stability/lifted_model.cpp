@@ -5,7 +5,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 
 LinearModel lifted_model(std::span<const LinearModel> period) {
   const LinearModel& first = period.front();
@@ -42,4 +42,4 @@ LinearModel lifted_model(std::span<const LinearModel> period) {
   return lifted;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

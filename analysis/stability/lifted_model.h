@@ -4,7 +4,7 @@
 
 #include "core/models/linear_model.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A periodic model seen once a period: the time-invariant model of s = x at the end of a period ([Bittanti
 /// 2009]), so that everything known of time-invariant systems can be asked of it.
@@ -20,4 +20,4 @@ namespace credence {
 /// definite.
 LinearModel lifted_model(std::span<const LinearModel> period);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "analysis/stability/dense_svd.h"
 #include "analysis/stability/invariant_subspace.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// F restricted to the range of orthonormal columns that it maps into themselves.
@@ -47,4 +47,4 @@ MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt, double psd_
   return modes;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 /// The modes on and outside the unit circle that no measurement sees or no noise touches: they decide
 /// whether P stays bounded and what it tends to (theory, sections 3 and 5).
 
-namespace credence {
+namespace credence::internal {
 
 /// A cosine between two subspaces above which they count as not orthogonal.
 inline constexpr double kPairingTolerance = 1e-7;
@@ -41,4 +41,4 @@ MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt,
 /// Rank of leftᵀ · right for orthonormal columns, by the cosines of the angles between their spans.
 RankDecision pair_subspaces(const Matrix& left, const Matrix& right);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "analysis/stability/dense_svd.h"
 #include "core/linear_algebra/psd_root.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// C with Q_t = C Cᵀ, as many columns as its rank, which may be 0.
@@ -25,6 +25,11 @@ Matrix whitened_observation(const RiccatiProblem& problem) {
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 NoiseCondition noise_condition(const RiccatiProblem& problem, MatrixRef P0, double psd_tolerance,
                                double tolerance) {

@@ -37,7 +37,7 @@ struct NoiseCondition {
 /// Ranks are decided with `psd_tolerance` for Q_t, which the range below it is left out of, and with
 /// `tolerance` for H on that range. Throws std::invalid_argument for an F that is not the identity and for
 /// what `require_valid` refuses. O(n³).
-NoiseCondition noise_condition(const RiccatiProblem& problem, MatrixRef P0,
+NoiseCondition noise_condition(const internal::RiccatiProblem& problem, MatrixRef P0,
                                double psd_tolerance = kPsdRankTolerance, double tolerance = kRankTolerance);
 
 }  // namespace credence

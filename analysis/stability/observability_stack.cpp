@@ -5,7 +5,7 @@
 #include "analysis/stability/dense_svd.h"
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 
 ObservabilityStack::ObservabilityStack(Index states)
     : states_(states), stack_(Matrix::Zero(3 * states, states)) {}
@@ -29,4 +29,4 @@ RankDecision ObservabilityStack::rank(double tolerance) {
   return decide_rank(dense_svd(stack_.topRows(rows_)).s, tolerance);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

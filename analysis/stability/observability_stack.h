@@ -2,7 +2,7 @@
 
 #include "analysis/stability/ranks.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A stack of rows of n unknowns, kept as its triangular factor: O(n²) of memory, and of time for each row.
 class ObservabilityStack {
@@ -21,4 +21,4 @@ class ObservabilityStack {
   Matrix stack_;  ///< the triangular factor over new rows
 };
 
-}  // namespace credence
+}  // namespace credence::internal

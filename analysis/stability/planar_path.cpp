@@ -15,7 +15,7 @@
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Seen = std::span<const Observation<PlanarModel>>;
@@ -164,4 +164,4 @@ PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearis
   return follow(std::move(filter), std::move(world), longer, per_loop, at);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

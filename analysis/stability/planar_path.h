@@ -8,7 +8,7 @@
 /// @file
 /// EKF-SLAM driven round and round its nominal path, with everything kept that stability is judged by.
 
-namespace credence {
+namespace credence::internal {
 
 /// One loop of a filter, the last: Jacobians, noise and gains at every step, in the state of its end.
 struct PlanarLoopRecord {
@@ -39,4 +39,4 @@ Index planar_steps_per_loop(const Scenario& scenario);
 /// Throws std::invalid_argument where there is not enough memory for that.
 PlanarPathRun follow_planar_path(const Scenario& scenario, Index loops, Linearisation at);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "core/inflation/inflation_rule.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Above the accuracy of an exact minimal trace, whose error would else fill the kernel of the noise.
@@ -130,4 +130,4 @@ PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops) 
   return a;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

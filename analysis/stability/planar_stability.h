@@ -12,7 +12,7 @@
 /// Does EKF-SLAM in the plane with inflated covariance stay stable? Ranks and growth along the nominal path,
 /// with Jacobians at the truth and at the filter's own estimates (theory, section 5, planar table).
 
-namespace credence {
+namespace credence::internal {
 
 /// Where the Jacobians of F_k and H_k are taken.
 enum class Linearisation {
@@ -73,4 +73,4 @@ inline constexpr double kPlanarResolution = 2e-3;
 /// O(loops · steps · n³).
 PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops);
 
-}  // namespace credence
+}  // namespace credence::internal

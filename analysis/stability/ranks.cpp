@@ -13,7 +13,7 @@
 #include "analysis/stability/dense_svd.h"
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kMaxScale = 16384.0;  // what is nothing but rounding noise must not be scaled up to count
@@ -249,6 +249,11 @@ Matrix stacked_observations(std::span<const Matrix> F, std::span<const Matrix> H
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 RankDecision decide_rank(const Vector& values, double tolerance) {
   RankDecision decision;

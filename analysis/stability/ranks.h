@@ -38,9 +38,9 @@ RankDecision decide_rank(const Vector& values, double tolerance = kRankTolerance
 /// Negative eigenvalues count as their modulus: they are then visible in the singular values.
 RankDecision psd_rank(MatrixRef M, double tolerance = kPsdRankTolerance);
 
-/// Orthonormal bases of the range and the null space of a symmetric positive semidefinite matrix, decided
-/// as in `psd_rank`.
+/// An orthonormal basis of the range of a symmetric positive semidefinite matrix, decided as in `psd_rank`.
 Matrix psd_range(MatrixRef M, double tolerance = kPsdRankTolerance);
+/// Likewise of the null space.
 Matrix psd_null_space(MatrixRef M, double tolerance = kPsdRankTolerance);
 
 /// The reachable part of (F, B).

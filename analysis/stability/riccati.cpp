@@ -10,7 +10,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kMaxRegularDoublings = 14;
@@ -93,6 +93,11 @@ RiccatiSolution solve_scaled(const RiccatiProblem& problem, const ScaledRiccati&
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 std::string_view to_string(RiccatiKind kind) {
   switch (kind) {

@@ -23,6 +23,7 @@ enum class RiccatiKind {
 /// "stabilising", "strong", "psd depending on P0", "none", "undecided".
 std::string_view to_string(RiccatiKind kind);
 
+/// What is computed beside the limit.
 struct RiccatiOptions {
   /// F − F K H is O(n³) more; without them `spectral_radius` is NaN and the vector empty.
   bool closed_loop_eigenvalues = true;
@@ -54,11 +55,11 @@ struct RiccatiSolution {
 /// only reported where the two agree. Works for singular Q_t and P0, unstabilisable, undetectable, defective
 /// and badly scaled problems: each has a named outcome. O(n³). Throws std::invalid_argument as
 /// `require_valid` does.
-RiccatiSolution solve_riccati(const RiccatiProblem& problem, const Matrix& P0,
+RiccatiSolution solve_riccati(const internal::RiccatiProblem& problem, const Matrix& P0,
                               const RiccatiOptions& options = {});
 
 /// The same from P0 = I in balanced units: P0 > 0.
-RiccatiSolution solve_riccati(const RiccatiProblem& problem, const RiccatiOptions& options = {});
+RiccatiSolution solve_riccati(const internal::RiccatiProblem& problem, const RiccatiOptions& options = {});
 
 /// Eigenvalues of F − F K H for a filter gain K (not the predictor's), by falling modulus; empty when the
 /// iteration does not converge.

@@ -10,7 +10,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_shape(const char* name, MatrixRef M, Index rows, Index cols) {
@@ -127,7 +127,7 @@ void RiccatiMap::allocate() {
 
 void RiccatiMap::densify() {
   Gamma_ = Matrix::Zero(A_.rows(), A_.rows());
-  multiply_.add_lower(Gamma_, Factor::transposed(N_), N_);
+  multiply_.add_lower(Gamma_, ProductFactor::transposed(N_), N_);
   mirror_lower(Gamma_);
   dense_ = true;
 }
@@ -158,7 +158,7 @@ bool RiccatiMap::square_factored() {
 
   multiply_.set(product_, A_, Theta_);
   next_Theta_.setZero();
-  multiply_.add_lower(next_Theta_, product_, Factor::transposed(A_));
+  multiply_.add_lower(next_Theta_, product_, ProductFactor::transposed(A_));
   if (r > 0) {
     const Matrix EA = E * A_.transpose();
     next_Theta_.triangularView<Eigen::Lower>() -= EA.transpose() * EA;
@@ -196,7 +196,7 @@ bool RiccatiMap::square_dense() {
   X_ = lu_.solve(A_);
   multiply_.set(product_, Gamma_, X_);
   next_Gamma_ = Gamma_;
-  multiply_.add_lower(next_Gamma_, Factor::transposed(A_), product_);
+  multiply_.add_lower(next_Gamma_, ProductFactor::transposed(A_), product_);
   mirror_lower(next_Gamma_);
 
   W_ = lu_.transpose().solve(A_.transpose());
@@ -281,4 +281,4 @@ RiccatiGrowth riccati_growth(const RiccatiProblem& problem, const Matrix& P0, in
   return growth;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// @file
 /// The filter Riccati equation as a map that is closed under composition (theory, section 3; [Chu 2004]).
 
-namespace credence {
+namespace credence::internal {
 
 /// A filter Riccati problem in predictor form: P is the PRIOR covariance P_{k+1|k} and
 ///
@@ -117,4 +117,4 @@ enum class GrowthGuard {
 RiccatiGrowth riccati_growth(const RiccatiProblem& problem, const Matrix& P0, int doublings = 21,
                              GrowthGuard guard = GrowthGuard::two_maps);
 
-}  // namespace credence
+}  // namespace credence::internal

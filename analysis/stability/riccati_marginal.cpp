@@ -10,7 +10,7 @@
 #include "analysis/stability/riccati_newton.h"
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kMaxDoublings = 60;
@@ -217,4 +217,4 @@ RiccatiSolution solve_marginal_riccati(const RiccatiProblem& problem, const Matr
   return solution;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

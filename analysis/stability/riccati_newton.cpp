@@ -6,7 +6,7 @@
 #include "core/linear_algebra/matrix_product.h"
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kMaxNewtonSteps = 6;
@@ -21,7 +21,7 @@ bool smith_doubling(Matrix A, const Matrix& C, Matrix& X) {
   Matrix sum = C / size, product, added(A.rows(), A.cols());
   MatrixProduct multiply;
   for (int k = 0; k < kMaxSquarings; ++k) {
-    multiply.set(product, sum, Factor::transposed(A));
+    multiply.set(product, sum, ProductFactor::transposed(A));
     added.setZero();
     multiply.add_lower(added, A, product);
     mirror_lower(added);
@@ -47,7 +47,7 @@ RiccatiResidual riccati_residual(const RiccatiProblem& problem, const Matrix& P)
   Matrix FP;
   multiply.set(FP, problem.F, P);
   result.defect = problem.Qt - P;
-  multiply.add_lower(result.defect, FP, Factor::transposed(problem.F));
+  multiply.add_lower(result.defect, FP, ProductFactor::transposed(problem.F));
   result.closed_loop = problem.F;
   if (problem.H.rows() > 0) {
     const Matrix PHt = P * problem.H.transpose();
@@ -84,4 +84,4 @@ bool newton_refine(const RiccatiProblem& problem, Matrix& P, RiccatiResidual& re
   return residual.relative <= kAcceptable;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

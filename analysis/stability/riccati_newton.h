@@ -5,7 +5,7 @@
 /// @file
 /// The last digits of a stabilising Riccati solution (theory, section 3, "accuracy, regular case").
 
-namespace credence {
+namespace credence::internal {
 
 /// The fixed-point error of a P, and what the filter with this P does.
 struct RiccatiResidual {
@@ -27,4 +27,4 @@ RiccatiResidual riccati_residual(const RiccatiProblem& problem, const Matrix& P)
 bool newton_refine(const RiccatiProblem& problem, Matrix& P, RiccatiResidual& residual,
                    double target = 5e-15);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/linear_algebra/cholesky.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kMaxSweeps = 20;
@@ -99,4 +99,4 @@ ScaledRiccati scale_riccati(const RiccatiProblem& problem, MatrixRef P0) {
   return scaled;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 /// @file
 /// Units that a Riccati problem is best solved in.
 
-namespace credence {
+namespace credence::internal {
 
 /// The same problem in states x' = D⁻¹ x, D = diag(d), and measurements whitened to R = I.
 ///
@@ -23,4 +23,4 @@ struct ScaledRiccati {
 /// Scales a valid problem.
 ScaledRiccati scale_riccati(const RiccatiProblem& problem, MatrixRef P0);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "core/filters/linear_filter.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Steps computed at a time: each keeps several n×n matrices.
@@ -68,6 +68,11 @@ void compare_initial_covariances(StabilityAnalysis& a, const RiccatiProblem& pro
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationRule& rule, Index steps,
                                     Index horizon, const std::vector<std::string>& states) {

@@ -54,9 +54,6 @@ struct StabilityAnalysis {
   LongHorizon long_horizon;
 };
 
-/// Limits nearer than this are the same.
-inline constexpr double kInitialEffectTolerance = 1e-6;
-
 /// Analyses the filter that `assumed` and `rule` define: ranks, eigenvalues and Riccati limit with the K and
 /// ΔP of step `steps`, and the covariance recursion over `horizon` steps.
 ///
@@ -68,3 +65,10 @@ StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationR
                                     Index horizon, const std::vector<std::string>& states = {});
 
 }  // namespace credence
+
+namespace credence::internal {
+
+/// Limits nearer than this are the same.
+inline constexpr double kInitialEffectTolerance = 1e-6;
+
+}  // namespace credence::internal

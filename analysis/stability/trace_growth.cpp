@@ -4,6 +4,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 std::string_view to_string(LongRun verdict) {
   switch (verdict) {
     case LongRun::bounded:

@@ -9,7 +9,7 @@
 
 #include "analysis/stability/dense_svd.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kListedComponents = 4;
@@ -201,4 +201,4 @@ std::vector<std::string> state_names(const BlockLayout& layout) {
   return names;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

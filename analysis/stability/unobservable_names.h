@@ -9,7 +9,7 @@
 /// @file
 /// What cannot be observed, in the words of the state.
 
-namespace credence {
+namespace credence::internal {
 
 /// A direction of the state space with its name.
 struct NamedDirection {
@@ -42,4 +42,4 @@ std::vector<NamedDirection> name_unobservable(const Matrix& unobservable,
 /// The names of the states: r, f1, f2 … in one dimension; x, y, heading, f1x, f1y … in the plane; x1 … else.
 std::vector<std::string> state_names(const BlockLayout& layout);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// @file
 /// What the paper claims, each with what is measured of it.
 
-namespace credence {
+namespace credence::internal {
 
 enum class ClaimVerdict {
   holds,
@@ -50,4 +50,4 @@ std::vector<Claim> timing_claims(const std::atomic<bool>* stop = nullptr);
 /// 12 m (theory, section 5). Takes a few seconds.
 std::vector<Claim> planar_claims();
 
-}  // namespace credence
+}  // namespace credence::internal

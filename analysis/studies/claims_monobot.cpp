@@ -14,7 +14,7 @@
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/monobot/monobot_world.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kQ = 0.1, kR = 0.1, kP0 = 1.0;
@@ -335,4 +335,4 @@ std::vector<Claim> monobot_claims() {
           one_landmark_map(),   larger_variance(),  rank_condition(),           anchored_is_bounded()};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include "analysis/studies/claims.h"
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kLoops = 20;
@@ -117,4 +117,4 @@ std::vector<Claim> planar_claims() {
           map_bounded_claim(free)};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "analysis/studies/claims.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Between linear and quadratic.
@@ -53,4 +53,4 @@ std::vector<Claim> timing_claims(const std::atomic<bool>* stop) {
   return {linear_time_claim(times)};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

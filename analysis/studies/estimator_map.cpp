@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 
 bool EstimatorMap::stays_consistent(std::size_t point, std::size_t e) const {
   const EstimatorRow& row = studies[point].rows[e];
@@ -79,4 +79,4 @@ EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& 
   return map;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// @file
 /// Which estimator is the cheapest that stays consistent, over the points of a sweep.
 
-namespace credence {
+namespace credence::internal {
 
 /// An estimator stays consistent at a point where no run failed and the interval of its pose NEES reaches
 /// down to this: so much more squared error than P claims is not held against it.
@@ -39,4 +39,4 @@ struct EstimatorMap {
 /// std::invalid_argument where there are none.
 EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -22,7 +22,7 @@
 #include "montecarlo/worlds/posterior_bound.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kRunsOfTask = 8;
@@ -405,4 +405,4 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
   return study;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -21,7 +21,7 @@
 /// Gaussian; of the pose also what comes of P when it is transported to x̂ − x to first order at the estimate,
 /// as published tables do for invariant filters. A run that fails is counted, named, and in no average.
 
-namespace credence {
+namespace credence::internal {
 
 class Ranks;
 
@@ -109,4 +109,4 @@ ChosenEstimators choose_estimators(const Scenario& scenario, const std::vector<s
 /// estimator that is asked for throws of the scenario.
 EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

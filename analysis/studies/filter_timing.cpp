@@ -22,7 +22,7 @@
 #include "montecarlo/worlds/monobot/plain_monobot.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 const Eigen::Matrix2d kControlNoise = Eigen::Vector2d(0.01, 0.0025).asDiagonal();
@@ -347,4 +347,4 @@ TimingResult time_filters(const FilterTimingPlan& plan, const std::atomic<bool>*
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

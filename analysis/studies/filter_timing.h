@@ -14,7 +14,7 @@
 /// What a step costs against the size of the map, for the filters of the core, and what a Monte Carlo study
 /// costs.
 
-namespace credence {
+namespace credence::internal {
 
 enum class TimedFilter {
   full,   ///< EkfSlam: dense P, each element of one triangle touched once an update
@@ -103,4 +103,4 @@ std::vector<GrowthFit> fit_growth(std::span<const FilterTime> times);
 /// For every number observed.
 std::vector<Crossover> find_crossovers(std::span<const FilterTime> times);
 
-}  // namespace credence
+}  // namespace credence::internal

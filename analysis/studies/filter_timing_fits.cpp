@@ -4,7 +4,7 @@
 
 #include "analysis/studies/filter_timing.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// From where on the map's share of the cost outweighs all else.
@@ -83,4 +83,4 @@ std::vector<Crossover> find_crossovers(std::span<const FilterTime> times) {
   return crossovers;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 double now_s(TimedClock clock) {
@@ -97,4 +97,4 @@ std::vector<MeasuredTime> time_interleaved(
   return measured;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

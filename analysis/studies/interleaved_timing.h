@@ -10,7 +10,7 @@
 /// Times that can be compared: medians of repetitions taken in turn, so that what disturbs the machine for a
 /// while disturbs all of them.
 
-namespace credence {
+namespace credence::internal {
 
 /// Which time is meant.
 enum class TimedClock {
@@ -54,4 +54,4 @@ std::vector<MeasuredTime> time_interleaved(
     std::span<const TimedWork> works, const TimingPlan& plan, const std::atomic<bool>* stop = nullptr,
     const std::function<void(std::int64_t done, std::int64_t total)>& progress = {});
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "core/parallel_tasks.h"
 #include "core/simd/cpu_dispatch.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string processor_name() {
@@ -40,4 +40,4 @@ MachineDescription describe_machine() {
           .load = load};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

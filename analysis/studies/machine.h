@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 
 /// What a time depends on beside the program.
 struct MachineDescription {
@@ -15,4 +15,4 @@ struct MachineDescription {
 
 MachineDescription describe_machine();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "analysis/laws/multiple_tests.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 double error_growth_of(const std::vector<ExactMoments>& exact) {
@@ -75,4 +75,4 @@ std::vector<RankMapSummary> summarise(std::span<const RankMapCell> cells, double
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// The map of rank ΔP against rank O: where does a filter with a constant inflation keep its covariance
 /// bounded, by what is measured, by the exact condition, and by the paper's eq. (22) (theory, section 5)?
 
-namespace credence {
+namespace credence::internal {
 
 /// One configuration of the map: a monobot with a constant ΔP.
 struct RankMapCell {
@@ -53,4 +53,4 @@ struct RankMapSummary {
 /// Counts by observability and range, in their order; `confidence` is that of the verdict on NEES.
 std::vector<RankMapSummary> summarise(std::span<const RankMapCell> cells, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

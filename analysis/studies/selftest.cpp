@@ -8,7 +8,7 @@
 #include "analysis/studies/selftest_filter.h"
 #include "analysis/studies/selftest_power.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kFamilyLevel = 1e-3;
@@ -66,4 +66,4 @@ SelftestResult run_selftest(const SelftestOptions& options) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

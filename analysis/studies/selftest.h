@@ -21,7 +21,7 @@
 /// and a row fails when the whole interval lies above the level of the test, or for one that is not
 /// conservative, below. With calibrated tests any row of a selftest fails with at most 0.1 % probability.
 
-namespace credence {
+namespace credence::internal {
 
 class Ranks;
 
@@ -66,7 +66,7 @@ struct PowerRow {
 };
 
 /// A cause and the share of studies in which the advice named it first.
-struct NamedCause {
+struct CauseShare {
   Cause cause = Cause::outliers;
   double share = 0.0;
 };
@@ -83,7 +83,7 @@ struct WrongFilterResult {
   Cause expected = Cause::outliers;
   StudyShare named = {};  ///< studies in which the advice names the right cause first
   double named_wanted = 0.0;
-  std::vector<NamedCause> causes = {};  ///< all that were named first, the most frequent first
+  std::vector<CauseShare> causes = {};  ///< all that were named first, the most frequent first
   bool ok = false;
 };
 
@@ -118,4 +118,4 @@ void judge_selftest(SelftestResult& result);
 /// threads ≥ 0. Cost: about 5 ms of one core for each of `studies`.
 SelftestResult run_selftest(const SelftestOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

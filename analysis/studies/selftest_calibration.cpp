@@ -13,7 +13,7 @@
 #include "analysis/studies/selftest_study.h"
 #include "analysis/studies/selftest_tests.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kLevels[] = {0.05, 0.01};
@@ -241,4 +241,4 @@ void calibrate(const SelftestOptions& options, SelftestWorkers& workers, Selftes
   calibrate_single_runs(options, workers, result);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

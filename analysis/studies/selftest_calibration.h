@@ -4,7 +4,7 @@
 
 #include "analysis/studies/selftest_workers.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Work items of calibrate.
 std::int64_t calibration_work(const SelftestOptions& options);
@@ -13,4 +13,4 @@ std::int64_t calibration_work(const SelftestOptions& options);
 /// sweep and of single runs; and of what is often done instead.
 void calibrate(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result);
 
-}  // namespace credence
+}  // namespace credence::internal

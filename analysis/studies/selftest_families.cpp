@@ -8,7 +8,7 @@
 #include "analysis/laws/multiple_tests.h"
 #include "analysis/studies/selftest_study.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // The sums of a growing study.
@@ -140,4 +140,4 @@ std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// The parts of the selftest that need more than one study of one filter: a study that is looked at while it
 /// grows, a sweep of filters, and single long runs.
 
-namespace credence {
+namespace credence::internal {
 
 /// A study that grows by a chunk of kRuns runs and is looked at after each.
 struct SequentialOutcome {
@@ -55,4 +55,4 @@ class SyntheticSweep {
 /// is undecided.
 std::array<double, SyntheticFilter::kRuns> single_run_p_values(const NoiseSource& noise, std::int64_t block);
 
-}  // namespace credence
+}  // namespace credence::internal

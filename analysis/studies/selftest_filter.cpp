@@ -6,7 +6,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kMeasurementVariance = 0.01;  // rad²
@@ -228,4 +228,4 @@ std::vector<Matrix> SyntheticFilter::transitions() const {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

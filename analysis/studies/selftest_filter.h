@@ -8,7 +8,7 @@
 #include "core/types.h"
 #include "montecarlo/random/noise.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What is wrong with a synthetic filter, or with its log.
 enum class Defect {
@@ -91,4 +91,4 @@ class SyntheticFilter {
   std::vector<Step> steps_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

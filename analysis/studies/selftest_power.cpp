@@ -10,7 +10,7 @@
 #include "analysis/studies/selftest_study.h"
 #include "analysis/studies/selftest_tests.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kWrongBlocks = 4;  // of kRuns runs each, in a study of a wrong filter
@@ -92,7 +92,7 @@ WrongFilterResult try_wrong_filter(const SelftestOptions& options, SelftestWorke
   for (const auto& [cause, count] : counts) {
     result.causes.push_back({cause, static_cast<double>(count) / static_cast<double>(studies)});
   }
-  std::ranges::stable_sort(result.causes, std::ranges::greater{}, &NamedCause::share);
+  std::ranges::stable_sort(result.causes, std::ranges::greater{}, &CauseShare::share);
   result.named = share_of(counts[wrong.cause], studies);
   return result;
 }
@@ -142,4 +142,4 @@ void measure_power(const SelftestOptions& options, SelftestWorkers& workers, Sel
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "analysis/studies/selftest_workers.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Work items of measure_power.
 std::int64_t power_work(const SelftestOptions& options);
@@ -13,4 +13,4 @@ std::int64_t power_work(const SelftestOptions& options);
 /// that are clearly wrong.
 void measure_power(const SelftestOptions& options, SelftestWorkers& workers, SelftestResult& result);
 
-}  // namespace credence
+}  // namespace credence::internal

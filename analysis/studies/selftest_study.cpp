@@ -5,7 +5,7 @@
 #include "analysis/evidence/evidence_recorder.h"
 #include "analysis/laws/chi_square.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The gate of gated innovations: the 95 % quantile of their law.
@@ -117,4 +117,4 @@ std::vector<double> synthetic_dofs(const std::vector<Moments>& steps, double dof
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

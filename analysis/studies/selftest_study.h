@@ -7,7 +7,7 @@
 #include "analysis/evidence/evidence.h"
 #include "analysis/studies/selftest_filter.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The evidence of the first `runs` runs from block `first_block` on, collected as of any other filter; run i
 /// is of filter i modulo their number, so that P differs between runs if there are several. A filter with one
@@ -29,4 +29,4 @@ void add_samples(const SyntheticFilter& filter, std::span<const SyntheticFilter:
 /// `dof` of one value, summed over those of each step.
 std::vector<double> synthetic_dofs(const std::vector<Moments>& steps, double dof);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "analysis/laws/betting_e_value.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 double betting_e_value_p(const RunAverages& runs) {
@@ -54,4 +54,4 @@ std::vector<TestResult> shipped_tests(const Evidence& e, const Judgement& j, con
   return results;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "analysis/evidence/judgement.h"
 #include "montecarlo/engine/byte_stream.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One test on one study.
 struct TestResult {
@@ -34,4 +34,4 @@ inline void read_value(ByteReader& r, TestResult& result) {
 std::vector<TestResult> shipped_tests(const Evidence& evidence, const Judgement& judgement,
                                       const Calibration& calibration);
 
-}  // namespace credence
+}  // namespace credence::internal

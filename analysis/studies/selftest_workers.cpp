@@ -5,7 +5,7 @@
 #include "core/version.h"
 #include "montecarlo/engine/shared_tasks.h"
 
-namespace credence {
+namespace credence::internal {
 
 void SelftestWorkers::for_each(const Items& items) {
   SharedTasks tasks;
@@ -41,4 +41,4 @@ bool SelftestWorkers::stopped() const {
          (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

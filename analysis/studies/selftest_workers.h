@@ -14,7 +14,7 @@
 /// What the parts of the selftest share: threads and ranks with one progress, noise of their own, shares of
 /// studies.
 
-namespace credence {
+namespace credence::internal {
 
 /// The level at which wrong filters are to be found.
 inline constexpr double kSelftestPowerLevel = 0.05;
@@ -69,4 +69,4 @@ inline StudyShare share_of(std::int64_t hits, std::int64_t studies) {
   return {.count = {.inside = hits, .total = studies}};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

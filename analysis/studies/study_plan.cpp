@@ -19,7 +19,7 @@
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kPilotSeconds = 0.5;
@@ -222,4 +222,4 @@ JobCost job_cost(std::span<const StudyPlan> plans, std::size_t configurations) {
   return cost;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// @file
 /// How many runs a study needs, and how long it takes, before it is run.
 
-namespace credence {
+namespace credence::internal {
 
 /// What is asked of a study.
 struct PlanQuestion {
@@ -107,4 +107,4 @@ struct JobCost {
 /// Of all configurations, with the mean of those that were planned.
 JobCost job_cost(std::span<const StudyPlan> plans, std::size_t configurations);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 
 TextbookEkf::TextbookEkf(const PlanarModel& model, const Eigen::Matrix2d& Q, const Eigen::Matrix2d& R)
     : model_(model), Q_(Q), R_(R) {}
@@ -52,4 +52,4 @@ UpdateResult TextbookEkf::update(std::span<const Observation<PlanarModel>> obser
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "core/filters/ekf_slam.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// EKF-SLAM in the plane as a textbook states it, of a map that is known from the start: dense products of
 /// Eigen, Joseph's form. What a fast filter is timed against.
@@ -31,4 +31,4 @@ class TextbookEkf {
   std::vector<int> ids_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "core/linear_algebra/cholesky.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kFewestUnits = 10;  // of an estimated covariance
@@ -110,4 +110,4 @@ Matrix BlackBoxScore::expected_information(const Vector& phi) const {
   return n / (n - 1.0) * centred * centred.transpose();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "analysis/tuning/score_model.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A factor on something of a filter, or a number of it, that is known by its name alone.
 struct FilterFactor {
@@ -80,4 +80,4 @@ class BlackBoxScore : public ScoreModel {
   mutable std::int64_t plays_ = 0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

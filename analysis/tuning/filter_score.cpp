@@ -7,7 +7,7 @@
 #include "core/parallel_tasks.h"
 #include "core/stop_point.h"
 
-namespace credence {
+namespace credence::internal {
 
 FilterScore::FilterScore(std::vector<FilterFactor> factors, Make make, std::int64_t runs, int threads,
                          const std::atomic<bool>* stop)
@@ -38,4 +38,4 @@ UnitScores FilterScore::play(const std::vector<double>& factors) const {
   return unit_scores(runs);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "analysis/tuning/black_box_score.h"
 #include "montecarlo/engine/experiment.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The log score of the innovations of any experiment's filter, whose runs are played again with other
 /// factors and the same noise. Every run is a unit; a run that fails leaves no score.
@@ -35,4 +35,4 @@ class FilterScore final : public BlackBoxScore {
   const std::atomic<bool>* stop_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kSettled = 1e-14;  // at which rounding moves it
@@ -133,4 +133,4 @@ Matrix InnovationSensitivities::expected_information(Index steps) const {
   return information;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "analysis/tuning/noise_parameters.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What one step of a Kalman filter and its derivatives by φ do to data, beside the data.
 ///
@@ -52,4 +52,4 @@ class InnovationSensitivities {
   bool ok_ = true;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

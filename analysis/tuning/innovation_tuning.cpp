@@ -13,7 +13,7 @@
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/multiple_tests.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kFewestRunsLeftOut = 3;  // that are left out one by one
@@ -174,4 +174,4 @@ InnovationTuning tune_innovations(const SensorRecord& record, double confidence)
   return t;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

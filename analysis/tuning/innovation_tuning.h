@@ -11,7 +11,7 @@
 /// What a log of innovations ν and their covariance S alone can say of a filter's noise: by what S is wrong,
 /// and to which side the gain. Q and R can only be told apart by a model, F and H, which a log does not hold.
 
-namespace credence {
+namespace credence::internal {
 
 /// The innovations of one sensor.
 struct SensorRecord {
@@ -63,4 +63,4 @@ struct InnovationTuning {
 /// std::invalid_argument for a record without innovations.
 InnovationTuning tune_innovations(const SensorRecord& record, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

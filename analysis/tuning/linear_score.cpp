@@ -9,7 +9,7 @@
 
 #include "core/parallel_tasks.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kRunsOfScoreTask = 16;
@@ -93,4 +93,4 @@ Matrix LinearScore::expected_information(const Vector& phi) const {
   return static_cast<double>(runs()) * filter.expected_information(steps());
 }
 
-}  // namespace credence
+}  // namespace credence::internal

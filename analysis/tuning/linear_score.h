@@ -6,7 +6,7 @@
 #include "analysis/tuning/noise_parameters.h"
 #include "analysis/tuning/score_model.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One run as a linear filter meets it.
 struct MeasuredRun {
@@ -47,4 +47,4 @@ class LinearScore final : public ScoreModel {
   Index stretches_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <nlopt.hpp>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kMostEvaluations = 500;
@@ -113,4 +113,4 @@ Maximum maximise(const ScoreModel& model, const Vector& start, const SearchBox& 
   return Search(model, start, box, free, scale).run();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

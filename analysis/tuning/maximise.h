@@ -4,7 +4,7 @@
 
 #include "analysis/tuning/score_model.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Where a sum of log scores is sought.
 struct SearchBox {
@@ -28,4 +28,4 @@ struct Maximum {
 Maximum maximise(const ScoreModel& model, const Vector& start, const SearchBox& box,
                  const std::vector<bool>& free, const Vector& scale);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 
 #include "core/linear_algebra/cholesky.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The member of that name, of a model or of a derivative.
@@ -210,4 +210,4 @@ std::vector<NoiseValue> NoiseParameters::values(const Vector& phi) const {
   return values;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// @file
 /// What of the noise that a linear filter believes in is free, and the coordinates in which it is sought.
 
-namespace credence {
+namespace credence::internal {
 
 /// A covariance of LinearModel.
 enum class NoiseMatrix { Q, R, P0 };
@@ -84,4 +84,4 @@ class NoiseParameters {
   Vector start_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

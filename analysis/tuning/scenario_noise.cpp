@@ -17,7 +17,7 @@
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Sets a key from an array of rows.
@@ -190,4 +190,4 @@ std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
   return std::make_unique<PlayedScenarioScore>(scenario, free, threads, stop, watch);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

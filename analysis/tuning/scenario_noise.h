@@ -13,7 +13,7 @@
 /// @file
 /// What of a scenario's filter is free, and the runs of its world that tell.
 
-namespace credence {
+namespace credence::internal {
 
 /// The score of a scenario's runs with the way back from φ to the scenario.
 class ScenarioScore {
@@ -51,4 +51,4 @@ std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
 /// Doubles of measurements that are kept at most: 1.6 GB.
 inline constexpr double kMostDoubles = 2e8;
 
-}  // namespace credence
+}  // namespace credence::internal

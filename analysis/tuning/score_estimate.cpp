@@ -6,7 +6,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kDifference = 1e-2;  // of the scales: the cubic term is 1e-4 of the curvature
@@ -116,4 +116,4 @@ ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estim
   return {limit(-1.0, box.lower[coordinate]), limit(1.0, box.upper[coordinate])};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

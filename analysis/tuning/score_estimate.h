@@ -7,7 +7,7 @@
 #include "analysis/tuning/maximise.h"
 #include "analysis/tuning/score_model.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The maximum of a score with its curvature.
 struct ScoreEstimate {
@@ -46,4 +46,4 @@ ProfileLimits profile_limits(const ScoreModel& model, const ScoreEstimate& estim
                              const std::vector<bool>& free, const Vector& scale, Index coordinate,
                              double drop);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A number that is reported, such as an element of Q, with what it takes to give it an interval.
 struct NoiseValue {
@@ -54,4 +54,4 @@ class ScoreModel {
   virtual Matrix expected_information(const Vector& phi) const = 0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<double> evenly(double low, double high, int points) {
@@ -90,4 +90,4 @@ ScoreSurface score_surface(const ScoreModel& model, const Tuning& tuning, Index 
   return surface;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 /// @file
 /// What the score looks like around its maximum, for figures and for whoever would tune by NIS alone.
 
-namespace credence {
+namespace credence::internal {
 
 /// The profile of one coordinate: the score with it held and the others sought again.
 struct ScoreProfile {
@@ -44,4 +44,4 @@ struct ScoreSurface {
 ScoreSurface score_surface(const ScoreModel& model, const Tuning& tuning, Index first, Index second,
                            double reach, int points = 33);
 
-}  // namespace credence
+}  // namespace credence::internal

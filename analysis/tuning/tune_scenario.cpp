@@ -12,7 +12,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kPower = 0.8;
@@ -113,4 +113,4 @@ std::optional<ScenarioTuning> tune_scenario(const Scenario& scenario, const Tune
   return all;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

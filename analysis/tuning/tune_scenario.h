@@ -15,7 +15,7 @@
 #include "analysis/tuning/tuning.h"
 #include "montecarlo/engine/engine.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What is asked.
 struct TuneRequest {
@@ -48,4 +48,4 @@ struct ScenarioTuning {
 /// Throws std::invalid_argument as make_scenario_score and tune do; nothing where request.stop was set.
 std::optional<ScenarioTuning> tune_scenario(const Scenario& scenario, const TuneRequest& request);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "analysis/laws/chi_square.h"
 #include "core/linear_algebra/cholesky.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kReach = 1e6;          // factor from the present value within which one is sought
@@ -305,4 +305,4 @@ Tuning tune(const ScoreModel& model, const Vector& start, double confidence) {
   return Tuner(model, start, confidence).run();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// @file
 /// From log scores of data to the noise that makes them highest, with what the data can and cannot tell.
 
-namespace credence {
+namespace credence::internal {
 
 /// What is known of one number.
 struct TunedParameter {
@@ -86,4 +86,4 @@ inline constexpr double kRidgeCorrelation = 0.95;
 /// std::invalid_argument where the present filter has no scores: an S that is not positive definite.
 Tuning tune(const ScoreModel& model, const Vector& start, double confidence = 0.95);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "analysis/tuning/tuning.h"
 #include "core/linear_algebra/cholesky.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kDependent = 1e-9;
@@ -64,4 +64,4 @@ TuningForecast forecast_tuning(const ScoreModel& model, const Vector& start, dou
   return forecast;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kTag = 1;
 
-class MpiRanks : public credence::Ranks {
+class MpiRanks : public credence::internal::Ranks {
  public:
   MpiRanks() {
     int threads = MPI_THREAD_SINGLE;
@@ -41,7 +41,7 @@ class MpiRanks : public credence::Ranks {
                 &request);
     }
     // MPI itself would wait by looking all the time.
-    credence::GrowingPause pause;
+    credence::internal::GrowingPause pause;
     while (!is_done(request)) std::this_thread::sleep_for(pause.next());
   }
 
@@ -74,4 +74,4 @@ class MpiRanks : public credence::Ranks {
 
 }  // namespace
 
-extern "C" credence::Ranks* credence_open_ranks() { return new MpiRanks(); }
+extern "C" credence::internal::Ranks* credence_open_ranks() { return new MpiRanks(); }

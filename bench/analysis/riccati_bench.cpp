@@ -8,7 +8,7 @@
 #include "bench/analysis/riccati_problems.h"
 #include "core/models/linear_model.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RiccatiProblem monobot_problem(Index landmarks, Index anchors) {
@@ -105,4 +105,4 @@ BENCHMARK(BM_MatrixProduct)->Arg(10)->Arg(50)->Arg(100)->Arg(200)->Unit(benchmar
 BENCHMARK(BM_MatrixProductEigen)->Arg(10)->Arg(50)->Arg(100)->Arg(200)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

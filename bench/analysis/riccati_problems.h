@@ -8,7 +8,7 @@
 /// @file
 /// The problems that Riccati solvers are timed on.
 
-namespace credence {
+namespace credence::internal {
 
 inline Matrix random_matrix(Index rows, Index cols, std::mt19937_64& generator) {
   std::normal_distribution<double> normal;
@@ -26,4 +26,4 @@ inline RiccatiProblem random_problem(Index n) {
           G * G.transpose(), Matrix::Identity(m, m)};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

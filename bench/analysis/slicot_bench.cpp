@@ -20,7 +20,7 @@ extern "C" void sb02od_(const char* dico, const char* jobb, const char* fact, co
                         int* info, std::size_t, std::size_t, std::size_t, std::size_t, std::size_t,
                         std::size_t);
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The control equation of A = Fᵀ, B = Hᵀ has the filter's solution.
@@ -73,6 +73,6 @@ void BM_RiccatiSlicot(benchmark::State& state) {
 BENCHMARK(BM_RiccatiSlicot)->Arg(50)->Arg(100)->Arg(200)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal
 
 #endif

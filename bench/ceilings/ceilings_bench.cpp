@@ -11,7 +11,7 @@
 #include <immintrin.h>
 #endif
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kRounds = 4096;
@@ -99,4 +99,4 @@ BENCHMARK_CAPTURE(stream_triangle, avx2, InstructionSet::avx2)->Arg(100)->Arg(50
 BENCHMARK_CAPTURE(stream_triangle, avx512, InstructionSet::avx512)->Arg(100)->Arg(500)->Arg(1000);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

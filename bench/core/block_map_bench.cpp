@@ -10,7 +10,7 @@
 #include "core/filters/block_map_ekf_slam.h"
 #include "core/filters/ekf_slam.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Filter = BlockMapEkfSlam<PlanarModel>;
@@ -152,4 +152,4 @@ void dense_step(benchmark::State& state) {
 BENCHMARK(dense_step)->Args({100, 1})->Args({1000, 1});
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A filter that has seen all landmarks on a ring around it.
@@ -69,4 +69,4 @@ void monobot_step(benchmark::State& state) {
 BENCHMARK(monobot_step)->Arg(1)->Arg(2)->Arg(10);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Observations = std::vector<Observation<PlanarModel>>;
@@ -74,4 +74,4 @@ void full_step(benchmark::State& state) {
 BENCHMARK(full_step)->ArgsProduct({{100, 500, 1000}, {1}})->Args({1000, 10});
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

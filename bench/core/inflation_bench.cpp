@@ -6,7 +6,7 @@
 #include "core/inflation/min_trace.h"
 #include "core/inflation/rank_one_bound.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Matrix random_covariance(Index n, unsigned seed) {
@@ -118,4 +118,4 @@ BENCHMARK(rank_one_scalars)->RangeMultiplier(10)->Range(10, 100000)->Complexity(
 BENCHMARK(rank_one_planar)->RangeMultiplier(10)->Range(10, 100000)->Complexity(benchmark::oN);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

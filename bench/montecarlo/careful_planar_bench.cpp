@@ -16,7 +16,7 @@
 #include "montecarlo/worlds/planar/planar_simulation.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kRunSteps = 100;
@@ -260,4 +260,4 @@ BENCHMARK(study_planar)->ArgsProduct({{10}, {0, 1}, {200, 20000}})->Unit(benchma
 BENCHMARK(study_planar)->ArgsProduct({{50, 100, 300}, {0}, {20}})->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void run_engine(benchmark::State& state, const Scenario& scenario) {
@@ -152,4 +152,4 @@ void planar_world_alone(benchmark::State& state) {
 BENCHMARK(planar_world_alone);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

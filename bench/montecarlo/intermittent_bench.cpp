@@ -10,7 +10,7 @@
 #include "montecarlo/worlds/linear/intermittent_experiment.h"
 #include "montecarlo/worlds/monobot/monobot_world.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The argument is N.
@@ -68,4 +68,4 @@ BENCHMARK_CAPTURE(noise_and_events_alone, avx2, InstructionSet::avx2)->Arg(1);
 BENCHMARK_CAPTURE(noise_and_events_alone, avx512, InstructionSet::avx512)->Arg(1);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

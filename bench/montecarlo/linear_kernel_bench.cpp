@@ -12,7 +12,7 @@
 #include "core/linear_algebra/psd_root.h"
 #include "montecarlo/worlds/monobot/plain_monobot.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kSteps = 100;
@@ -86,4 +86,4 @@ void plain_loop(benchmark::State& state) {
 BENCHMARK(plain_loop)->Arg(1)->Arg(2)->Arg(5);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

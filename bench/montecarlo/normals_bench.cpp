@@ -7,7 +7,7 @@
 
 #include "montecarlo/random/noise.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kCount = 2048;  // stays in the L1 cache
@@ -63,4 +63,4 @@ BENCHMARK_CAPTURE(normals_of_slots, avx2, InstructionSet::avx2)->Arg(2)->Arg(20)
 BENCHMARK_CAPTURE(normals_of_slots, avx512, InstructionSet::avx512)->Arg(2)->Arg(20)->Arg(1000);
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
@@ -215,4 +215,4 @@ double landmark_nees(VectorRef e, const ArrowCovariance& P, Index j) {
   return factor.whitened(e.segment(P.layout().landmark_offset(j), P.layout().landmark)).squaredNorm();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

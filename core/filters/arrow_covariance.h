@@ -5,7 +5,7 @@
 #include "core/simd/block_map_kernel.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A covariance of vehicle and map whose landmarks are uncorrelated with each other: P_rr (n_r×n_r), P_rf
 /// (n_r×n_f) and one d×d block for each of N landmarks (theory, section 4, O(N) filter).
@@ -82,4 +82,4 @@ ArrowNees arrow_nees(VectorRef e, const ArrowCovariance& P);
 /// NEES of landmark j alone; NaN where its block is not positive definite.
 double landmark_nees(VectorRef e, const ArrowCovariance& P, Index j);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,6 +2,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 template class BlockMapEkfSlam<PlanarModel>;
 template class BlockMapEkfSlam<MonobotModel>;
 

@@ -20,9 +20,9 @@ namespace credence {
 /// the initialisation of m. The pending changes of state() and covariance() are applied when they are read,
 /// O(N); hence one filter belongs to one thread, even to read.
 template <class Model>
-class BlockMapEkfSlam : public SlamPhases<Model> {
+class BlockMapEkfSlam : public internal::SlamPhases<Model> {
  public:
-  using Phases = SlamPhases<Model>;
+  using Phases = internal::SlamPhases<Model>;
   using Phases::kPose, Phases::kLandmark, Phases::kMeasurement;
   using typename Phases::ControlMatrix;
   using typename Phases::ControlVector;
@@ -34,7 +34,8 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
   /// `Q` is the covariance of the noise on the control, `R` that of one measurement; both symmetric, Q psd
   /// and R positive definite where it is not diagonal.
   BlockMapEkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R,
-                  MapBound bound = MapBound::least_trace, std::span<const Anchor<Model>> anchors = {})
+                  internal::MapBound bound = internal::MapBound::least_trace,
+                  std::span<const internal::Anchor<Model>> anchors = {})
       : Phases(std::move(model), Q, R, anchors), bound_(bound) {
     if (!R_.isDiagonal(0.0)) {
       const Eigen::LLT<MeasurementMatrix> llt(R_);
@@ -52,7 +53,7 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
 
   /// Starts with a pose and the landmarks `ids` in the state already. Throws std::invalid_argument for sizes
   /// that do not match.
-  void reset(VectorRef x, ArrowCovariance P, std::span<const int> ids);
+  void reset(VectorRef x, internal::ArrowCovariance P, std::span<const int> ids);
 
   /// Time update: x_r ← f(x_r, u), P_rr ← F P_rr Fᵀ + G Q Gᵀ, P_rf ← F P_rf.
   void predict(const ControlVector& u);
@@ -84,7 +85,7 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
     map_.flush();
     return map_.x();
   }
-  const ArrowCovariance& covariance() const {
+  const internal::ArrowCovariance& covariance() const {
     map_.flush();
     return map_.covariance();
   }
@@ -100,7 +101,7 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
   std::size_t bytes() const { return map_.bytes() + table_.bytes(); }
 
  private:
-  using Scalar = typename BlockMapState<kPose, kLandmark>::Scalar;
+  using Scalar = typename internal::BlockMapState<kPose, kLandmark>::Scalar;
   using Phases::table_, Phases::Q_, Phases::R_, Phases::rows_, Phases::nu_, Phases::S_;
   using typename Phases::MeasurementVector;
   using typename Phases::Row;
@@ -137,26 +138,26 @@ class BlockMapEkfSlam : public SlamPhases<Model> {
 
   MeasurementMatrix root_ = MeasurementMatrix::Zero();  ///< R = root rootᵀ, if it is not diagonal
   bool whiten_ = false, keep_gain_ = false;
-  MapBound bound_;
-  mutable BlockMapState<kPose, kLandmark> map_;  ///< reading it applies what is pending
+  internal::MapBound bound_;
+  mutable internal::BlockMapState<kPose, kLandmark> map_;  ///< reading it applies what is pending
 
   // Of the last update; kept to be read and so that a step allocates nothing.
   std::vector<Measured> measured_;  // of the rows
   std::vector<Scalar> scalars_;
-  MatrixBuffer S_root_, whitened_;
+  internal::MatrixBuffer S_root_, whitened_;
   Matrix K_;
 };
 
 // Not in the class: what is defined there is inline, and compiled again wherever it is called.
 template <class Model>
 void BlockMapEkfSlam<Model>::reset(const PoseVector& pose, const PoseMatrix& P) {
-  ArrowCovariance arrow(kPose, kLandmark);
+  internal::ArrowCovariance arrow(kPose, kLandmark);
   arrow.set_vehicle(P);
   reset(pose, std::move(arrow), {});
 }
 
 template <class Model>
-void BlockMapEkfSlam<Model>::reset(VectorRef x, ArrowCovariance P, std::span<const int> ids) {
+void BlockMapEkfSlam<Model>::reset(VectorRef x, internal::ArrowCovariance P, std::span<const int> ids) {
   const Index n = kPose + kLandmark * static_cast<Index>(ids.size());
   if (x.size() != n || P.state_dim() != n || P.layout().vehicle != kPose ||
       P.layout().landmark != kLandmark) {

@@ -6,7 +6,7 @@
 #include "core/linear_algebra/mirror.h"
 #include "core/linear_algebra/polar.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// (C Cᵀ)^{1/2} and (Cᵀ C)^{1/2}.
@@ -460,4 +460,4 @@ std::size_t BlockMapState<kVehicle, kLandmark>::bytes() const {
 template class BlockMapState<3, 2>;
 template class BlockMapState<1, 1>;
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "core/simd/block_map_kernel.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// State and covariance of the O(N) filter: scalar updates whose inflation keeps the map block diagonal
 /// (theory, sections 4 and 5), as sequential_update does it with a dense P.
@@ -153,4 +153,4 @@ class BlockMapState {
 extern template class BlockMapState<3, 2>;
 extern template class BlockMapState<1, 1>;
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -42,7 +42,7 @@ class ChartEkf {
   void predict(const G& moved, const Jacobian& F, const Jacobian& Q) {
     x_ = moved;
     P_ = (F * P_ * F.transpose() + Q).eval();
-    symmetrise(P_);
+    internal::symmetrise(P_);
   }
 
   /// Measurement update by ν = z − h(x̂), m, where h(x̂ Exp(ξ)) = h(x̂) + H ξ to first order; R is m×m. Joseph's
@@ -61,7 +61,7 @@ class ChartEkf {
     const G& about = reset_ == CovarianceReset::full ? before : x_;
     const Jacobian M = plus_jacobian(x_, about, chart_) * T;
     P_ = (M * P_ * M.transpose()).eval();
-    symmetrise(P_);
+    internal::symmetrise(P_);
     return true;
   }
 

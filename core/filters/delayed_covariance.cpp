@@ -5,7 +5,7 @@
 
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 
 void DelayedCovariance::set(const MatrixRef& P) {
   P_ = P;
@@ -127,4 +127,4 @@ void DelayedCovariance::pass(const double* W, Index panel_stride, Index columns)
                      .columns = columns});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "core/simd/panel_kernel.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The dense covariance of a vehicle and a map, whose corrections pass over the map together.
 ///
@@ -81,4 +81,4 @@ class DelayedCovariance {
   mutable Index waiting_columns_ = 0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,6 +2,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 template class EkfSlam<PlanarModel>;
 template class EkfSlam<MonobotModel>;
 

@@ -34,9 +34,9 @@ namespace credence {
 /// that vague, or a singular R), or that would leave a variance negative, is done in Joseph's form instead,
 /// and counted.
 template <class Model>
-class EkfSlam : public SlamPhases<Model> {
+class EkfSlam : public internal::SlamPhases<Model> {
  public:
-  using Phases = SlamPhases<Model>;
+  using Phases = internal::SlamPhases<Model>;
   using Phases::kPose, Phases::kLandmark, Phases::kMeasurement;
   using Phases::layout;
   using typename Phases::ControlMatrix;
@@ -52,7 +52,8 @@ class EkfSlam : public SlamPhases<Model> {
   /// `Q` is the covariance of the noise on the control, `R` that of one measurement; both symmetric psd. No
   /// bit depends on the instruction set, which must be there.
   EkfSlam(Model model, const ControlMatrix& Q, const MeasurementMatrix& R, InflationRule rule = {},
-          std::span<const Anchor<Model>> anchors = {}, InstructionSet set = best_instruction_set())
+          std::span<const internal::Anchor<Model>> anchors = {},
+          internal::InstructionSet set = internal::best_instruction_set())
       : Phases(std::move(model), Q, R, anchors), rule_(std::move(rule)), P_(kPose, set), factor_(set) {
     const Eigen::LLT<MeasurementMatrix> R_llt(R);
     R_is_definite_ = R_llt.info() == Eigen::Success;
@@ -103,7 +104,7 @@ class EkfSlam : public SlamPhases<Model> {
   /// P with the inflation that the next update will begin with, n×n.
   Matrix inflated_prior() const {
     Matrix P = covariance();
-    InflationAlongRun copy = inflation_;
+    internal::InflationAlongRun copy = inflation_;
     inflate_prior(P, copy);
     return P;
   }
@@ -136,7 +137,7 @@ class EkfSlam : public SlamPhases<Model> {
   }
 
   /// All that is added before an update; within it a sequential rule adds the rest.
-  InflationStep inflate_prior(Matrix& P, InflationAlongRun& along) const {
+  InflationStep inflate_prior(Matrix& P, internal::InflationAlongRun& along) const {
     if (has_constant()) P += rule_.constant;
     return along.apply(P, layout(), rule_);
   }
@@ -179,18 +180,18 @@ class EkfSlam : public SlamPhases<Model> {
   bool R_is_definite_ = false;
   InflationRule rule_;
   Vector x_;
-  DelayedCovariance P_;
-  InflationAlongRun inflation_;
+  internal::DelayedCovariance P_;
+  internal::InflationAlongRun inflation_;
 
   // Of the last update; kept to be read and so that a step allocates nothing.
   bool corrected_ = false;
   Index joseph_updates_ = 0;
-  MatrixBuffer K_, PHt_, columns_, H_, r_;
-  PanelCholesky factor_;
-  JosephUpdate joseph_;
+  internal::MatrixBuffer K_, PHt_, columns_, H_, r_;
+  internal::PanelCholesky factor_;
+  internal::JosephUpdate joseph_;
   Matrix corrected_P_;  ///< by Joseph's form
   Vector squares_, change_;
-  SequentialWorkspace sequential_;
+  internal::SequentialWorkspace sequential_;
 };
 
 // Not in the class: what is defined there is inline, and compiled again wherever it is called.
@@ -220,7 +221,8 @@ void EkfSlam<Model>::predict(const ControlVector& u) {
   auto P = P_.vehicle_columns();
   const PoseMatrix P_rr = P.template topRows<kPose>();
   const PoseMatrix predicted = motion.F * P_rr * motion.F.transpose() + motion.G * Q_ * motion.G.transpose();
-  auto moved = columns_.resize(whole_panels(P.rows()), kPose);  // P_fr Fᵀ, and above it what is not used
+  auto moved =
+      columns_.resize(internal::whole_panels(P.rows()), kPose);  // P_fr Fᵀ, and above it what is not used
   const double* from[kPose];
   for (Index c = 0; c < kPose; ++c) from[c] = P.col(c).data();
   const Eigen::Matrix<double, kPose, kPose, Eigen::RowMajor> F = motion.F;
@@ -234,8 +236,8 @@ template <class Model>
 void EkfSlam<Model>::project() {
   const Index n = x_.size();
   const auto P_r = P_.vehicle_columns();
-  auto columns = columns_.resize(whole_panels(n), kLandmark);
-  auto PHt = PHt_.resize(whole_panels(n), kMeasurement * std::ssize(rows_));
+  auto columns = columns_.resize(internal::whole_panels(n), kLandmark);
+  auto PHt = PHt_.resize(internal::whole_panels(n), kMeasurement * std::ssize(rows_));
   const double* from[kPose + kLandmark];
   for (Index c = 0; c < kPose; ++c) from[c] = P_r.col(c).data();
   for (Index a = 0; a < kLandmark; ++a) from[kPose + a] = columns.col(a).data();
@@ -269,7 +271,7 @@ void EkfSlam<Model>::compute_innovation_covariance() {
     }
   }
   for (Index i = 0; i < S.cols(); i += kMeasurement) S.template block<kMeasurement, kMeasurement>(i, i) += R_;
-  mirror_lower(S);
+  internal::mirror_lower(S);
 }
 
 template <class Model>
@@ -316,7 +318,7 @@ bool EkfSlam<Model>::sequential_correct() {
     r.template block<kMeasurement, 1>(kMeasurement * static_cast<Index>(i), 0) = R_.diagonal();
   }
   const bool ok = P_.change([&](Matrix& P) {
-    return sequential_update(P, layout(), jacobian(), r.col(0), K, sequential_, *rule_.map_bound());
+    return internal::sequential_update(P, layout(), jacobian(), r.col(0), K, sequential_, *rule_.map_bound());
   });
   if (!ok) return false;
   x_.noalias() += K * nu_.vector();

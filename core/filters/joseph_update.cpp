@@ -2,7 +2,7 @@
 
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 
 void JosephUpdate::apply(Matrix& P, const MatrixRef& H_of_all, const MatrixRef& K, const MatrixRef& R) {
   states_.clear();
@@ -48,4 +48,4 @@ void JosephUpdate::apply(Matrix& P, const MatrixRef& H_of_all, const MatrixRef& 
   symmetrise(P);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

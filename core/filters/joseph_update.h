@@ -5,7 +5,7 @@
 #include "core/linear_algebra/matrix_buffer.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// P ← T P Tᵀ + K R Kᵀ with T = I − K H (Joseph's form) for symmetric dense P; R is one block of the block
 /// diagonal covariance of the measurement.
@@ -22,4 +22,4 @@ class JosephUpdate {
   MatrixBuffer H_, P_rows_, K_rows_, T_, KR_, HP_, A_, A_columns_, measured_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A landmark at a known place, which is no state.
 template <class Model>
@@ -95,4 +95,4 @@ class LandmarkTable {
   std::vector<int> ids_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/linear_algebra/mirror.h"
 #include "core/linear_algebra/psd_root.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A step from the posterior P of the one before; `gain(P⁻, factor of S)` gives K.
@@ -112,4 +112,4 @@ void RtsSmoother::smooth(std::span<Vector> estimates) const {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// What may estimate a linear system beside the Kalman filter: filters whose gain is another one, and the
 /// smoother. None of them depends on data, so each is computed once for all runs.
 
-namespace credence {
+namespace credence::internal {
 
 /// A filter with one gain at all steps, x̂ = x̂⁻ + K ν, and P by Joseph's form, which is the covariance of its
 /// error whatever the gain. K is n×m. A step that is not finite, or whose S is not positive definite, ends
@@ -45,4 +45,4 @@ class RtsSmoother {
   std::vector<Matrix> C_, P_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

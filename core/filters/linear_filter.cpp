@@ -6,7 +6,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Gain and Joseph-form update; false when S is not positive definite.
@@ -129,4 +129,4 @@ std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, co
   return steps_of({&assumed, 1}, rule, steps, along);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/inflation/inflation_rule.h"
 #include "core/models/linear_model.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One step of a linear filter's covariance: predict, inflate, update (the order of theory, section 6).
 struct LinearFilterStep {
@@ -70,4 +70,4 @@ std::vector<LinearFilterStep> linear_filter_steps(std::span<const LinearModel> p
 std::vector<LinearFilterStep> linear_filter_steps(const LinearModel& assumed, const InflationRule& rule,
                                                   Index steps, InflationAlongRun& along);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/inflation/batch_bound.h"
 #include "core/inflation/rank_one_bound.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Takes l lᵀ, of one or several columns, from the vehicle and its correlations.
@@ -144,4 +144,4 @@ bool sequential_update(Matrix& P, const BlockLayout& layout, const MatrixRef& H,
   return true;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

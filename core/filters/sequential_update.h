@@ -5,7 +5,7 @@
 #include "core/record/block_layout.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What sequential_update works with, kept by the caller so that a step allocates nothing.
 struct SequentialWorkspace {
@@ -24,4 +24,4 @@ bool sequential_update(Matrix& P, const BlockLayout& layout, const MatrixRef& H,
                        Eigen::Ref<Matrix> K, SequentialWorkspace& workspace,
                        MapBound bound = MapBound::least_trace);
 
-}  // namespace credence
+}  // namespace credence::internal

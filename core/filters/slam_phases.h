@@ -28,6 +28,10 @@ struct UpdateResult {
   bool converged = true;     ///< an iteration, of the exact minimal trace or of Gauss-Newton, has settled
 };
 
+}  // namespace credence
+
+namespace credence::internal {
+
 /// The phases of a step of EKF-SLAM with known association that are the same however P is held: linearisation
 /// at the estimate, and initialisation of what is seen for the first time.
 ///
@@ -116,4 +120,4 @@ class SlamPhases {
   MatrixBuffer nu_, S_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

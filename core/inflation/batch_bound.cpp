@@ -9,7 +9,7 @@
 #include "core/linear_algebra/mirror.h"
 #include "core/linear_algebra/polar.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The ascent ends when a sweep has lowered ‖M‖² by less than this share of tr L Lᵀ, or after so many.
@@ -324,4 +324,4 @@ template BatchBound<3, 2> batch_bound<3, 2>(const BatchRows& L, const BatchBasis
 template BatchBound<1, 1> batch_bound<1, 1>(const BatchRows& L, const BatchBasis<1>& Q,
                                             const BatchOthers<1>& others, double map_trace);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "core/linear_algebra/mirror.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Scalar measurements that one batch bound takes at most; more are taken in several.
 inline constexpr Index kMostBatchScalars = 32;
@@ -71,4 +71,4 @@ template <int r, int d>
 BatchBound<r, d> batch_bound(const BatchRows& L, const BatchBasis<r>& Q, const BatchOthers<r>& others,
                              double map_trace);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/inflation/pairwise_bound.h"
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_square(const MatrixRef& P, const BlockLayout& layout) {
@@ -85,6 +85,11 @@ void describe_spectrum(InflationReport& report, const Matrix& delta, double tole
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 void inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution) {
   inflate(P, layout, inflation, solution, nullptr, MinTraceOptions{});

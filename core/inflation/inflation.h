@@ -29,7 +29,7 @@ enum class InflationSolution {
 /// P is n×n symmetric psd, n = layout.state_dim(); its symmetry is kept exactly. Throws std::invalid_argument
 /// for a P of another size, and for `sequential`, `batch` and `drop`, which are rules within an update and
 /// not maps of P.
-void inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution);
+void inflate(Matrix& P, const internal::BlockLayout& layout, Inflation inflation, InflationSolution solution);
 
 /// What one call of `inflate` did to P.
 struct InflationStep {
@@ -41,8 +41,9 @@ struct InflationStep {
 
 /// The same, faster along a run: min_trace starts from where the last step ended, kept in `state` by the
 /// caller (one per run), and returns its certificate, which belongs to every verdict on boundedness.
-InflationStep inflate(Matrix& P, const BlockLayout& layout, Inflation inflation, InflationSolution solution,
-                      MinTraceState& state, const MinTraceOptions& options = {});
+InflationStep inflate(Matrix& P, const internal::BlockLayout& layout, Inflation inflation,
+                      InflationSolution solution, internal::MinTraceState& state,
+                      const internal::MinTraceOptions& options = {});
 
 /// What a ΔP is like on the set that it decorrelates.
 struct InflationReport {
@@ -63,7 +64,7 @@ struct InflationReport {
 /// they do not depend on the units of the states. O(n³). Throws std::invalid_argument for sizes that do not
 /// match.
 InflationReport describe_inflation(const MatrixRef& P_before, const MatrixRef& P_after,
-                                   const BlockLayout& layout, Inflation inflation,
+                                   const internal::BlockLayout& layout, Inflation inflation,
                                    double rank_tolerance = 1e-8);
 
 }  // namespace credence

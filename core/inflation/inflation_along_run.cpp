@@ -1,6 +1,6 @@
 #include "core/inflation/inflation_along_run.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The blocks of the map side by side, d×n_f.
@@ -46,4 +46,4 @@ InflationStep InflationAlongRun::apply(Matrix& P, const BlockLayout& layout, con
   return step;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

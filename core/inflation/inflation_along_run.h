@@ -5,7 +5,7 @@
 #include "core/record/block_layout.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The decorrelation before each update of one run, with what is remembered of the last: where the exact
 /// solver ended, and the map's blocks D.
@@ -31,4 +31,4 @@ class InflationAlongRun {
   double trace_ = 0.0;  ///< tr D
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "core/inflation/rank_one_bound.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The bound of a solution that inflates within the update, O(N); none of one that inflates before it.
 inline std::optional<MapBound> map_bound(InflationSolution solution) {
@@ -15,6 +15,10 @@ inline std::optional<MapBound> map_bound(InflationSolution solution) {
   if (solution == InflationSolution::drop) return MapBound::drop;
   return std::nullopt;
 }
+
+}  // namespace credence::internal
+
+namespace credence {
 
 /// The covariance inflation of a filter: a rule that decorrelates, or a constant ΔP, or both.
 struct InflationRule {
@@ -25,7 +29,7 @@ struct InflationRule {
   /// Inflation within the update and not before it.
   bool is_sequential() const { return inflation != Inflation::none && map_bound().has_value(); }
 
-  std::optional<MapBound> map_bound() const { return credence::map_bound(solution); }
+  std::optional<internal::MapBound> map_bound() const { return credence::internal::map_bound(solution); }
 };
 
 }  // namespace credence

@@ -15,7 +15,7 @@
 #include "core/linear_algebra/polar.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Blocks = std::vector<DiagonalBlock>;
@@ -314,4 +314,4 @@ MinTraceBound decorrelate_min_trace(Eigen::Ref<Matrix> A, const BlockLayout& lay
   return bound;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

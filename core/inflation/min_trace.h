@@ -3,7 +3,7 @@
 #include "core/record/block_layout.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What the caller keeps from one call to the next, so that the next starts where the last ended.
 ///
@@ -53,4 +53,4 @@ MinTraceBound min_trace_bound(const MatrixRef& A, const BlockLayout& layout,
 MinTraceBound decorrelate_min_trace(Eigen::Ref<Matrix> A, const BlockLayout& layout,
                                     const MinTraceOptions& options = {}, MinTraceState* state = nullptr);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Cholesky = Eigen::LLT<Matrix>;
@@ -135,4 +135,4 @@ MinTraceInteriorPoint min_trace_interior_point(const Matrix& O, const std::vecto
   return best;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One diagonal block: its first row and its size.
 struct DiagonalBlock {
@@ -27,4 +27,4 @@ struct MinTraceInteriorPoint {
 MinTraceInteriorPoint min_trace_interior_point(const Matrix& O, const std::vector<DiagonalBlock>& blocks,
                                                const Matrix& E, double relative_gap);
 
-}  // namespace credence
+}  // namespace credence::internal

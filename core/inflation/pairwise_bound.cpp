@@ -7,7 +7,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/polar.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kDynamic = Eigen::Dynamic;
@@ -181,4 +181,4 @@ void decorrelate_by_dominance(Eigen::Ref<Matrix> A, const BlockLayout& layout) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

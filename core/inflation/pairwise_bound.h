@@ -3,7 +3,7 @@
 #include "core/record/block_layout.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The two square roots that belong to one off-diagonal block C: what decorrelating two blocks costs each.
 ///
@@ -32,4 +32,4 @@ void decorrelate_pairwise(Eigen::Ref<Matrix> A, const BlockLayout& layout);
 /// Preconditions and errors as for decorrelate_pairwise.
 void decorrelate_by_dominance(Eigen::Ref<Matrix> A, const BlockLayout& layout);
 
-}  // namespace credence
+}  // namespace credence::internal

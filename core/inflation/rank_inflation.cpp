@@ -12,7 +12,7 @@
 #include "core/linear_algebra/polar.h"
 #include "core/manifold/trigonometry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Independent standard normals, the same on every machine with IEEE arithmetic.
@@ -75,6 +75,11 @@ Matrix directions(const BlockLayout& layout, const MatrixRef& G, const RankInfla
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 Index max_inflation_rank(const BlockLayout& layout, InflationRange range) {
   const Index n_f = layout.landmark * layout.landmarks;

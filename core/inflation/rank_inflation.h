@@ -24,7 +24,7 @@ struct RankInflation {
 };
 
 /// The largest rank that fits into a range: n, n_f, n or n_f − d.
-Index max_inflation_rank(const BlockLayout& layout, InflationRange range);
+Index max_inflation_rank(const internal::BlockLayout& layout, InflationRange range);
 
 /// ΔP, n×n, symmetric to the last bit, of exactly the rank asked for.
 ///
@@ -32,6 +32,6 @@ Index max_inflation_rank(const BlockLayout& layout, InflationRange range);
 /// Box-Muller, columns in order), so that the range of a lower rank lies within that of a higher one.
 /// G is n×q, needed for with_vehicle. Throws std::invalid_argument for a rank that does not fit
 /// (with_vehicle: from 1 to below rank G too), a negative or infinite scale, or a G of other height.
-Matrix rank_inflation(const BlockLayout& layout, const MatrixRef& G, const RankInflation& spec);
+Matrix rank_inflation(const internal::BlockLayout& layout, const MatrixRef& G, const RankInflation& spec);
 
 }  // namespace credence

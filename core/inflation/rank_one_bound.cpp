@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_blocks(Index rows, Index d) {
@@ -97,4 +97,4 @@ void reduce_and_inflate(const ReductionBound& bound, const MatrixRef& L, Index d
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A bound in closed form for a map that is block diagonal minus a low rank, P_f = D − L Lᵀ, as one update
 /// leaves it: E_j = factor_j L_j L_jᵀ, with L_j the d×m rows of landmark j (theory, sections 4 and 5).
@@ -89,4 +89,4 @@ void add_bound(const ReductionBound& bound, const MatrixRef& L, Index d, Eigen::
 /// doing it in two steps. O(N), symmetric to the last bit.
 void reduce_and_inflate(const ReductionBound& bound, const MatrixRef& L, Index d, Eigen::Ref<Matrix> blocks);
 
-}  // namespace credence
+}  // namespace credence::internal

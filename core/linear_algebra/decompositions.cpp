@@ -16,10 +16,10 @@ template JacobiSVD<Matrix3d>& JacobiSVD<Matrix3d>::compute(const Matrix3d&, unsi
 
 }  // namespace Eigen
 
-namespace credence {
+namespace credence::internal {
 
 Matrix orthonormal_columns(const Eigen::HouseholderSequence<Matrix, Vector>& Q, Index columns) {
   return Q * Matrix::Identity(Q.rows(), columns);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

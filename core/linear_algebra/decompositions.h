@@ -29,9 +29,9 @@ extern template JacobiSVD<Matrix3d>& JacobiSVD<Matrix3d>::compute(const Matrix3d
 
 }  // namespace Eigen
 
-namespace credence {
+namespace credence::internal {
 
 /// The first columns of the orthogonal matrix of a QR decomposition (its householderQ()).
 Matrix orthonormal_columns(const Eigen::HouseholderSequence<Matrix, Vector>& Q, Index columns);
 
-}  // namespace credence
+}  // namespace credence::internal

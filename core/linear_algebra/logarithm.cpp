@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// (ln((1 + s)/(1 − s)) − 2s)/s³ in z = s² ≤ (√2 − 1)⁴, lowest power first
@@ -75,4 +75,4 @@ double log_determinant_of_factor(const MatrixRef& L) {
   return 2.0 * log_of_product(L.data(), L.rows(), L.outerStride() + 1);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// ln x with the same bits on every machine (core/manifold/trigonometry.h tells why), within one unit in the
 /// last place. −∞ at 0, not a number below.
@@ -15,4 +15,4 @@ double log_of_product(const double* x, Index count, Index stride);
 /// ln |L Lᵀ| of a triangular factor by its diagonal.
 double log_determinant_of_factor(const MatrixRef& L);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A matrix (or with one column a vector) that keeps its memory when its size changes, where Eigen's own
 /// would let it go: what a filter works with from step to step, however many landmarks it sees.
@@ -32,4 +32,4 @@ class MatrixBuffer {
   Index rows_ = 0, cols_ = 1;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,11 +5,11 @@
 
 #include "core/simd/panel_kernel.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Panels of eight rows, filled up with zeros.
-void pack(const Factor& M, AlignedVector& packed) {
+void pack(const ProductFactor& M, AlignedVector& packed) {
   const Index panels = (M.rows + kPanelRows - 1) / kPanelRows;
   packed.resize(static_cast<std::size_t>(std::max<Index>(1, panels * kPanelRows * M.columns)));  // never null
   double* to = packed.data();
@@ -25,19 +25,20 @@ void pack(const Factor& M, AlignedVector& packed) {
 
 }  // namespace
 
-Factor Factor::transposed(Factor M) {
+ProductFactor ProductFactor::transposed(ProductFactor M) {
   std::swap(M.rows, M.columns);
   std::swap(M.row_step, M.column_step);
   return M;
 }
 
-void MatrixProduct::multiply(Matrix& C, const Factor& A, const Factor& B, bool add, bool lower) {
+void MatrixProduct::multiply(Matrix& C, const ProductFactor& A, const ProductFactor& B, bool add,
+                             bool lower) {
   if (A.columns != B.rows || (add && (C.rows() != A.rows || C.cols() != B.columns))) {
     throw std::invalid_argument("MatrixProduct: the shapes do not match");
   }
   if (!add) C.resize(A.rows, B.columns);
   pack(A, A_);
-  pack(Factor::transposed(B), B_);
+  pack(ProductFactor::transposed(B), B_);
   kernel_->multiply({.A = A_.data(),
                      .B = B_.data(),
                      .rows = A.rows,
@@ -49,4 +50,4 @@ void MatrixProduct::multiply(Matrix& C, const Factor& A, const Factor& B, bool a
                      .lower = lower});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

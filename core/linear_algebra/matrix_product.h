@@ -4,17 +4,17 @@
 #include "core/simd/product_kernel.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A factor of a product: a matrix or its transpose.
-struct Factor {
+struct ProductFactor {
   const double* data;
   Index rows, columns, row_step, column_step;
 
-  Factor(const Matrix& M)
+  ProductFactor(const Matrix& M)
       : data(M.data()), rows(M.rows()), columns(M.cols()), row_step(1), column_step(M.rows()) {}
   /// Of a factor that is itself a transpose: the matrix.
-  static Factor transposed(Factor M);
+  static ProductFactor transposed(ProductFactor M);
 };
 
 /// Products of dense matrices at the speed of the machine's widest registers and with the same bits on every
@@ -27,16 +27,16 @@ class MatrixProduct {
 
   /// C = A B. C is resized and must be none of the factors. Throws std::invalid_argument for shapes that do
   /// not match.
-  void set(Matrix& C, const Factor& A, const Factor& B) { multiply(C, A, B, false, false); }
+  void set(Matrix& C, const ProductFactor& A, const ProductFactor& B) { multiply(C, A, B, false, false); }
 
   /// C += A B for a symmetric sum: only the lower triangle of C is good afterwards. C has the shape of A B.
-  void add_lower(Matrix& C, const Factor& A, const Factor& B) { multiply(C, A, B, true, true); }
+  void add_lower(Matrix& C, const ProductFactor& A, const ProductFactor& B) { multiply(C, A, B, true, true); }
 
  private:
-  void multiply(Matrix& C, const Factor& A, const Factor& B, bool add, bool lower);
+  void multiply(Matrix& C, const ProductFactor& A, const ProductFactor& B, bool add, bool lower);
 
   const ProductKernel* kernel_;
   AlignedVector A_, B_;  ///< packed
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Copies the lower triangle over the upper one: a computed symmetric matrix becomes symmetric to the last
 /// bit.
@@ -32,4 +32,4 @@ void symmetrise(Eigen::MatrixBase<Derived>& M) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

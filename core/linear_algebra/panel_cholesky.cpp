@@ -5,7 +5,7 @@
 
 #include "core/linear_algebra/logarithm.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Panel = Eigen::Matrix<double, kPanelRows, 1>;
@@ -169,4 +169,4 @@ void PanelCholesky::downdate_columns(Eigen::Ref<Matrix> P) {
                       .lower = false});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

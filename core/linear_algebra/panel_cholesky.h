@@ -7,7 +7,7 @@
 #include "core/simd/product_kernel.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// S = L Lᵀ with what a filter makes of L, at the speed of the machine's widest registers and with the same
 /// bits on every machine: W = Y L⁻ᵀ, y = L⁻¹ν, P − W Wᵀ. Keeps its memory, so that a matrix of no larger size
@@ -82,4 +82,4 @@ class PanelCholesky {
   Vector inverse_diagonal_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

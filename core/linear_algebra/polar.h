@@ -10,7 +10,7 @@
 /// Polar factors of tall, thin matrices: G = V H with orthonormal columns in V and H = (GᵀG)^{1/2} ⪰ 0.
 /// No product GᵀG is formed, so small singular values keep their digits. Shared by the inflation bounds.
 
-namespace credence {
+namespace credence::internal {
 
 /// The orthogonal polar factor of a 2×2 matrix C = [a b; c d]: (C ± cof C)/‖C‖_*, the sign that of det C.
 /// Zero for C = 0, when any orthogonal matrix would do.
@@ -106,4 +106,4 @@ Eigen::Matrix<double, D, D> polar(const Eigen::Matrix<double, Eigen::Dynamic, D>
   return H;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/linear_algebra/decompositions.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Whether a factor's pivots are more than rounding.
@@ -77,4 +77,4 @@ Matrix psd_whitening(const Matrix& A, VectorRef before, double tolerance) {
   return whitening;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A square root L of a psd matrix, A = L Lᵀ: the Cholesky factor where it exists, else from the
 /// eigenvectors (negative eigenvalues, which are rounding, count as zero).
@@ -30,4 +30,4 @@ std::vector<Index> states_with_variance(MatrixRef A, VectorRef before);
 Matrix psd_whitening(const Matrix& A, double tolerance = 1e-13);
 Matrix psd_whitening(const Matrix& A, VectorRef before, double tolerance = 1e-13);
 
-}  // namespace credence
+}  // namespace credence::internal

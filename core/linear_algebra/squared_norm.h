@@ -4,7 +4,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Σ v_i² over these places. A plain loop: GCC 12 warns of what it makes of an indexed view.
 inline double squared_norm(const Vector& values, const std::vector<Index>& places) {
@@ -13,4 +13,4 @@ inline double squared_norm(const Vector& values, const std::vector<Index>& place
   return sum;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,9 +3,13 @@
 #include <cmath>
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 
 inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+}  // namespace credence::internal
+
+namespace credence {
 
 /// The angle equal to `angle_rad` modulo 2π that lies in (−π, π].
 ///

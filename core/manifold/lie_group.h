@@ -47,6 +47,7 @@ template <LieGroup G>
 typename G::Jacobian right_jacobian(const typename G::Tangent& xi) {
   return G::left_jacobian(-xi);
 }
+/// J_r(ξ)⁻¹.
 template <LieGroup G>
 typename G::Jacobian right_jacobian_inverse(const typename G::Tangent& xi) {
   return G::left_jacobian_inverse(-xi);

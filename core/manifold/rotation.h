@@ -9,7 +9,7 @@
 /// Rotations in the plane and the group SE_{1+N}(2) of a pose and N landmarks, on which the invariant filters
 /// live ([Barrau 2015]).
 
-namespace credence {
+namespace credence::internal {
 
 /// R(φ).
 inline Eigen::Matrix2d rotation(double angle_rad) {
@@ -54,4 +54,4 @@ inline Eigen::Matrix2d exponential_curvature(double angle_rad) {
   return W;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

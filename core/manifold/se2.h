@@ -19,10 +19,12 @@ class SE2 : public LieTypes<3> {
   const SO2& rotation() const { return rotation_; }
   const Eigen::Vector2d& translation() const { return translation_; }
 
-  static SE2 Exp(const Tangent& xi) { return {SO2(xi[2]), exponential_factor(xi[2]) * xi.head<2>()}; }
+  static SE2 Exp(const Tangent& xi) {
+    return {SO2(xi[2]), internal::exponential_factor(xi[2]) * xi.head<2>()};
+  }
   Tangent Log() const {
     Tangent xi;
-    xi << logarithm_factor(rotation_.angle_rad()) * translation_, rotation_.angle_rad();
+    xi << internal::logarithm_factor(rotation_.angle_rad()) * translation_, rotation_.angle_rad();
     return xi;
   }
   SE2 operator*(const SE2& other) const {
@@ -32,14 +34,14 @@ class SE2 : public LieTypes<3> {
     const SO2 back = rotation_.inverse();
     return {back, -(back * translation_)};
   }
-  Jacobian adjoint() const { return joined(rotation_.matrix(), -quarter_turn(translation_)); }
+  Jacobian adjoint() const { return joined(rotation_.matrix(), -internal::quarter_turn(translation_)); }
 
   /// [V, −W J ρ; 0, 1] with V = s_1 I + θ s_2 J, W = s_2 I + θ s_3 J.
   static Jacobian left_jacobian(const Tangent& xi) {
-    return joined(exponential_factor(xi[2]), rotation_column(xi));
+    return joined(internal::exponential_factor(xi[2]), rotation_column(xi));
   }
   static Jacobian left_jacobian_inverse(const Tangent& xi) {
-    const Eigen::Matrix2d V_inverse = logarithm_factor(xi[2]);
+    const Eigen::Matrix2d V_inverse = internal::logarithm_factor(xi[2]);
     return joined(V_inverse, -(V_inverse * rotation_column(xi)));
   }
 
@@ -49,9 +51,9 @@ class SE2 : public LieTypes<3> {
 
  private:
   static Eigen::Vector2d rotation_column(const Tangent& xi) {
-    const TrigonometricSeries s = trigonometric_series(xi[2]);
-    const Eigen::Vector2d turned = quarter_turn(xi.head<2>());
-    return -(s.s2 * turned + xi[2] * s.s3 * quarter_turn(turned));
+    const internal::TrigonometricSeries s = internal::trigonometric_series(xi[2]);
+    const Eigen::Vector2d turned = internal::quarter_turn(xi.head<2>());
+    return -(s.s2 * turned + xi[2] * s.s3 * internal::quarter_turn(turned));
   }
   static Jacobian joined(const Eigen::Matrix2d& A, const Eigen::Vector2d& b) {
     Jacobian M;

@@ -98,7 +98,7 @@ class SEk3 : public LieTypes<3 * k + 3> {
   /// ρ^/2 + s_3 (φ^ρ^ + ρ^φ^ + φ^ρ^φ^) + s_4 (φ^φ^ρ^ + ρ^φ^φ^ − 3 φ^ρ^φ^)
   ///      + (s_4 − 3 s_5)/2 (φ^ρ^φ^φ^ + φ^φ^ρ^φ^).
   static Eigen::Matrix3d coupling(const Eigen::Vector3d& rho, const Eigen::Vector3d& phi) {
-    const TrigonometricSeries s = trigonometric_series(phi.norm());
+    const internal::TrigonometricSeries s = internal::trigonometric_series(phi.norm());
     const Eigen::Matrix3d p = cross_matrix(phi), r = cross_matrix(rho);
     const Eigen::Matrix3d pr = p * r, prp = pr * p;
     return 0.5 * r + s.s3 * (pr + r * p + prp) + s.s4 * (p * pr + r * p * p - 3.0 * prp) +
@@ -109,7 +109,7 @@ class SEk3 : public LieTypes<3 * k + 3> {
   Vectors vectors_ = Vectors::Zero();
 };
 
-using SE3 = SEk3<1>;
+using SE3 = SEk3<1>;   ///< position, attitude
 using SE23 = SEk3<2>;  ///< position, velocity, attitude
 
 }  // namespace credence

@@ -16,7 +16,7 @@ class SO2 : public LieTypes<1> {
 
   static SO2 Exp(const Tangent& xi) { return SO2(xi[0]); }
   double angle_rad() const { return angle_rad_; }
-  Eigen::Matrix2d matrix() const { return rotation(angle_rad_); }
+  Eigen::Matrix2d matrix() const { return internal::rotation(angle_rad_); }
   Tangent Log() const { return Tangent(angle_rad_); }
   SO2 operator*(const SO2& other) const { return SO2(angle_rad_ + other.angle_rad_); }
   Eigen::Vector2d operator*(const Eigen::Vector2d& v) const { return matrix() * v; }

@@ -25,7 +25,7 @@ class SO3 : public LieTypes<3> {
 
   static SO3 Exp(const Tangent& phi) {
     const double angle = phi.norm();
-    const SineCosine half = sine_cosine(0.5 * angle);
+    const internal::SineCosine half = internal::sine_cosine(0.5 * angle);
     Eigen::Quaterniond q;
     q.w() = half.cosine;
     q.vec() = (angle > 0.0 ? half.sine / angle : 0.5) * phi;
@@ -37,7 +37,7 @@ class SO3 : public LieTypes<3> {
   Tangent Log() const {
     const double sign = quaternion_.w() < 0.0 ? -1.0 : 1.0;
     const double w = sign * quaternion_.w(), sine = quaternion_.vec().norm();
-    return sign * (sine > 0.0 ? 2.0 * arc_tangent(sine, w) / sine : 2.0) * quaternion_.vec();
+    return sign * (sine > 0.0 ? 2.0 * internal::arc_tangent(sine, w) / sine : 2.0) * quaternion_.vec();
   }
   SO3 operator*(const SO3& other) const { return SO3(quaternion_ * other.quaternion_); }
   Eigen::Vector3d operator*(const Eigen::Vector3d& v) const { return quaternion_ * v; }
@@ -46,12 +46,12 @@ class SO3 : public LieTypes<3> {
 
   /// I + s_2 φ^ + s_3 φ^².
   static Jacobian left_jacobian(const Tangent& phi) {
-    const TrigonometricSeries s = trigonometric_series(phi.norm());
+    const internal::TrigonometricSeries s = internal::trigonometric_series(phi.norm());
     return quadratic(phi, s.s2, s.s3);
   }
   /// I − φ^/2 + (1 − (θ/2) cot(θ/2)) / θ² φ^², whose last factor is (s_3 − 2 s_4) / (2 s_2).
   static Jacobian left_jacobian_inverse(const Tangent& phi) {
-    const TrigonometricSeries s = trigonometric_series(phi.norm());
+    const internal::TrigonometricSeries s = internal::trigonometric_series(phi.norm());
     return quadratic(phi, -0.5, (s.s3 - 2.0 * s.s4) / (2.0 * s.s2));
   }
 

@@ -2,7 +2,7 @@
 
 #include "core/manifold/trigonometry.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// s_1 … s_5 of an angle θ, s_m = Σ_n (−1)ⁿ θ²ⁿ / (2n + m)!: of what the closed forms of the groups of
 /// rotations and rigid motions are made.
@@ -33,4 +33,4 @@ inline TrigonometricSeries trigonometric_series(double theta) {
   return {s1, s2, s3, (0.5 - s2) / q, (1.0 / 6.0 - s3) / q};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

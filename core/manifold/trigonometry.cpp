@@ -8,7 +8,7 @@
 
 #include "core/simd/fused_multiply_add.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "core/simd/lane_pack_scalar.inc"
@@ -47,4 +47,4 @@ double arc_tangent(double y, double x) {
   return has_plain_sides<LanePack>(y, x) ? arc_tangent_lanes<LanePack>(y, x) : arc_tangent_of_any_sides(y, x);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 /// Sine, cosine and arc tangent with the same bits on every machine: the library of a system chooses other
 /// operations by the processor, and their last bits differ. Errors are below one unit in the last place.
 
-namespace credence {
+namespace credence::internal {
 
 struct SineCosine {
   double sine, cosine;
@@ -32,4 +32,4 @@ void arc_tangents(const double* y, const double* x, double* out, std::size_t cou
 /// The same for sine_cosine.
 void sine_cosines(const double* angles_rad, double* sines, double* cosines, std::size_t count);
 
-}  // namespace credence
+}  // namespace credence::internal

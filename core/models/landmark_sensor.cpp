@@ -5,7 +5,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/trigonometry.h"
 
-namespace credence {
+namespace credence::internal {
 
 Eigen::Vector2d LandmarkSensor::measure(const Vector2& rho) const {
   if (kind == LandmarkSensorKind::relative_position) return rho;
@@ -40,4 +40,4 @@ Eigen::Vector2d LandmarkSensor::innovation(const Vector2& z, const Vector2& pred
   return nu;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

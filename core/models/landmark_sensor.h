@@ -2,7 +2,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What a planar sensor tells of a landmark at ρ = R(θ)ᵀ (l − p), its place in the vehicle's frame.
 enum class LandmarkSensorKind {
@@ -25,4 +25,4 @@ struct LandmarkSensor {
   Vector2 innovation(const Vector2& z, const Vector2& predicted) const;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_variance(const char* name, double value) {
@@ -15,6 +15,11 @@ void require_variance(const char* name, double value) {
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 LinearModel monobot_model(Index landmarks, Index anchors, double process_variance,
                           double measurement_variance, double initial_variance) {

@@ -16,7 +16,7 @@ namespace credence {
 /// Shapes: F n×n, G n×q, Q q×q, H m×n, R m×m, P0 n×n; Q, R, P0 symmetric, Q and P0 may be singular.
 struct LinearModel {
   Matrix F, G, Q, H, R, P0;
-  BlockLayout layout;  ///< which states are the vehicle and which the landmarks
+  internal::BlockLayout layout;  ///< which states are the vehicle and which the landmarks
 
   Index state_dim() const { return F.rows(); }
   Index measurement_dim() const { return H.rows(); }

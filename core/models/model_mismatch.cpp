@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace credence {
+namespace credence::internal {
 
 bool knows_dynamics(const LinearModel& truth, const LinearModel& assumed) {
   return truth.F == assumed.F && truth.H == assumed.H;
@@ -48,4 +48,4 @@ Matrix padded(const Matrix& matrix, Index rows, Index columns) {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/models/linear_model.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether a filter that assumes `assumed` knows F and H of the truth; its error then depends on x no more.
 bool knows_dynamics(const LinearModel& truth, const LinearModel& assumed);
@@ -27,4 +27,4 @@ std::vector<LinearModel> error_models(std::span<const LinearModel> truth,
 /// A matrix of n rows with zeros below (`rows` in all) or, of n columns, with zeros behind (`columns`).
 Matrix padded(const Matrix& matrix, Index rows, Index columns);
 
-}  // namespace credence
+}  // namespace credence::internal

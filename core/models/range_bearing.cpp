@@ -5,7 +5,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/trigonometry.h"
 
-namespace credence {
+namespace credence::internal {
 
 PredictedRangeBearing predict_range_bearing(const Pose& pose, const Point& landmark) {
   const double dx = landmark[0] - pose[0], dy = landmark[1] - pose[1];
@@ -35,4 +35,4 @@ RangeBearing range_bearing_innovation(const RangeBearing& z, const RangeBearing&
   return {z[0] - predicted[0], wrap_angle(z[1] - predicted[1])};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

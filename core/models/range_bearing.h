@@ -8,8 +8,12 @@
 
 namespace credence {
 
-using Point = Eigen::Vector2d;
-using RangeBearing = Eigen::Vector2d;
+using Point = Eigen::Vector2d;         ///< [x; y], m
+using RangeBearing = Eigen::Vector2d;  ///< [range m; bearing rad]
+
+}  // namespace credence
+
+namespace credence::internal {
 
 /// A predicted measurement with H_r = ∂h/∂x and H_l = ∂h/∂l.
 struct PredictedRangeBearing {
@@ -37,4 +41,4 @@ PlacedLandmark place_landmark(const Pose& pose, const RangeBearing& z);
 /// z − z_predicted with the bearing wrapped.
 RangeBearing range_bearing_innovation(const RangeBearing& z, const RangeBearing& predicted);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -19,12 +19,14 @@ struct PlanarModel {
   double dt_s = 0.1;
 
   Motion move(const Pose& pose, const Control& u) const { return vehicle.move(pose, u, dt_s); }
-  static PredictedRangeBearing predict(const Pose& pose, const Point& landmark) {
-    return predict_range_bearing(pose, landmark);
+  static internal::PredictedRangeBearing predict(const Pose& pose, const Point& landmark) {
+    return internal::predict_range_bearing(pose, landmark);
   }
-  static PlacedLandmark place(const Pose& pose, const RangeBearing& z) { return place_landmark(pose, z); }
+  static internal::PlacedLandmark place(const Pose& pose, const RangeBearing& z) {
+    return internal::place_landmark(pose, z);
+  }
   static RangeBearing innovation(const RangeBearing& z, const RangeBearing& predicted) {
-    return range_bearing_innovation(z, predicted);
+    return internal::range_bearing_innovation(z, predicted);
   }
   static void wrap_pose(Pose& pose) { pose[2] = wrap_angle(pose[2]); }
 };

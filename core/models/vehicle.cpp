@@ -3,7 +3,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/trigonometry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Motion move_unicycle(const Pose& pose, const Control& u, double dt) {
@@ -49,6 +49,11 @@ Motion move_car(const Pose& pose, const Control& u, double dt, const VehicleGeom
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 Motion Vehicle::move(const Pose& pose, const Control& u, double dt_s) const {
   switch (kind) {

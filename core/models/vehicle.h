@@ -7,9 +7,10 @@
 
 namespace credence {
 
-using Pose = Eigen::Vector3d;
-using Control = Eigen::Vector2d;
+using Pose = Eigen::Vector3d;     ///< [x m; y m; heading rad]
+using Control = Eigen::Vector2d;  ///< of its kind: VehicleGeometry
 
+/// The model of its motion.
 enum class VehicleKind {
   unicycle,  ///< u = (speed m/s, turn rate rad/s)
   bicycle,   ///< u = (speed m/s, steering rad), both position lines use the old heading

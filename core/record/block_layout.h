@@ -2,7 +2,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// How a SLAM state x = [x_r; x_f1; …; x_fN] is cut into blocks: the vehicle first, then equal landmarks.
 struct BlockLayout {
@@ -14,4 +14,4 @@ struct BlockLayout {
   Index landmark_offset(Index i) const { return vehicle + landmark * i; }
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// What a step shows (step.h) once its errors and innovations are normalised by their covariances. Whoever
 /// has the Cholesky factors of P and S at hand fills it in; of other steps they are computed.
 
-namespace credence {
+namespace credence::internal {
 
 /// eᵀ C⁻¹ e of some error and its covariance.
 struct NormalisedSquare {
@@ -65,4 +65,4 @@ struct NormalisedStep {
   std::vector<NormalisedInnovation> innovations{};  ///< one for each sensor
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr const char* kVehicle = "vehicle";
@@ -93,19 +93,6 @@ void name_parts(RunLayout& layout) {
 
 }  // namespace
 
-void add_named_blocks(RunLayout& layout) {
-  for (Index i = 0; i < std::ssize(layout.states); ++i) {
-    const std::string name = block_of(layout.states[static_cast<std::size_t>(i)]);
-    Block* const block = find(layout, name);
-    if (block == nullptr) {
-      layout.blocks.push_back({name, Part::other, {i}});
-    } else {
-      block->states.push_back(i);
-    }
-  }
-  name_parts(layout);
-}
-
 std::string no_pose_sentence(const RunLayout& layout) {
   std::vector<Index> states;
   for (Index i = 0; i < std::ssize(layout.states); ++i) {
@@ -117,6 +104,25 @@ std::string no_pose_sentence(const RunLayout& layout) {
       "heading are judged too, has two states and one angle (x, y, heading:angle; other states under another "
       "name).",
       states.size(), angles_among(layout, states));
+}
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
+
+void add_named_blocks(RunLayout& layout) {
+  for (Index i = 0; i < std::ssize(layout.states); ++i) {
+    const std::string name = block_of(layout.states[static_cast<std::size_t>(i)]);
+    Block* const block = find(layout, name);
+    if (block == nullptr) {
+      layout.blocks.push_back({name, Part::other, {i}});
+    } else {
+      block->states.push_back(i);
+    }
+  }
+  name_parts(layout);
 }
 
 }  // namespace credence

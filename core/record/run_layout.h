@@ -9,13 +9,17 @@
 /// What the steps of a run have in common. Whoever produces the steps writes it once, and nobody guesses it
 /// from dimensions or names.
 
+namespace credence::internal {
+
+/// Landmarks with a block of their own, the first by number; beyond that only all together.
+inline constexpr Index kSingleLandmarks = 50;
+
+}  // namespace credence::internal
+
 namespace credence {
 
 /// What a block of states is to a report.
 enum class Part { other, pose, position, heading, landmark, map };
-
-/// Landmarks with a block of their own, the first by number; beyond that only all together.
-inline constexpr Index kSingleLandmarks = 50;
 
 /// Some states that are judged together, beside the whole.
 struct Block {
@@ -65,8 +69,12 @@ struct RunLayout {
 /// a block of their own.
 void add_named_blocks(RunLayout& layout);
 
+}  // namespace credence
+
+namespace credence::internal {
+
 /// Why states "vehicle.…" are no pose or position, and what would be one, in a sentence; empty where they are
 /// one, or there are none.
 std::string no_pose_sentence(const RunLayout& layout);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -19,11 +19,6 @@ struct Innovation {
   Matrix R{};  ///< of the measurement, as the filter assumes it; empty: not known but for Sensor::variances
 };
 
-/// An innovation of which only νᵀS⁻¹ν is known (Sensor::nis_alone): it has this NIS and dimension.
-inline Innovation nis_alone(double nis, Index dim) {
-  return {Vector::Constant(dim, std::sqrt(nis / static_cast<double>(dim))), Matrix::Identity(dim, dim)};
-}
-
 /// One step of one run.
 struct Step {
   std::int64_t step = 0;                  ///< from 1
@@ -37,3 +32,12 @@ struct Step {
 };
 
 }  // namespace credence
+
+namespace credence::internal {
+
+/// An innovation of which only νᵀS⁻¹ν is known (Sensor::nis_alone): it has this NIS and dimension.
+inline Innovation nis_alone(double nis, Index dim) {
+  return {Vector::Constant(dim, std::sqrt(nis / static_cast<double>(dim))), Matrix::Identity(dim, dim)};
+}
+
+}  // namespace credence::internal

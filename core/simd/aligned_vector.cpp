@@ -6,7 +6,7 @@
 #include <sys/mman.h>
 #endif
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kCacheLine = 64, kLargePage = std::size_t{1} << 21;
@@ -30,4 +30,4 @@ double* allocate_doubles(std::size_t count) {
 
 void free_doubles(double* p, std::size_t count) noexcept { ::operator delete(p, alignment(count)); }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include <new>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// Memory for large arrays of doubles: starts on a cache line; from some megabytes on, on large pages where
 /// the system has them. Throws std::bad_alloc.
@@ -26,4 +26,4 @@ struct AlignedAllocator {
 /// Doubles that kernels stream through.
 using AlignedVector = std::vector<double, AlignedAllocator<double>>;
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "core/simd/kernel_choice.h"
 
-namespace credence {
+namespace credence::internal {
 
 const BlockMapKernel* block_map_kernel(InstructionSet set, int vehicle, int landmark) {
   return find_kernel(set, CREDENCE_KERNELS(block_map_kernel), vehicle, landmark);
@@ -19,4 +19,4 @@ const BlockMapKernel& block_map_kernel(int vehicle, int landmark) {
       fmt::format("no map kernel for a vehicle of {} and landmarks of {}", vehicle, landmark));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

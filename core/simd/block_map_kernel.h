@@ -10,7 +10,7 @@
 /// Every pass gives the same bits on every instruction set: products are fused where written so, and sums
 /// have eight parts, that of landmark j being j mod 8, which are joined in this order.
 
-namespace credence {
+namespace credence::internal {
 
 inline constexpr std::int64_t kMapPack = 8;   ///< landmarks of a pack
 inline constexpr int kMaxDirections = 2;      ///< scalar measurements of one pass
@@ -79,4 +79,4 @@ const BlockMapKernel* block_map_kernel_scalar(int vehicle, int landmark);
 const BlockMapKernel* block_map_kernel_avx2(int vehicle, int landmark);
 const BlockMapKernel* block_map_kernel_avx512(int vehicle, int landmark);
 
-}  // namespace credence
+}  // namespace credence::internal

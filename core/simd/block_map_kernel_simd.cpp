@@ -2,7 +2,7 @@
 
 #include "core/simd/kernel_set.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "core/simd/lane_pack.inc"
@@ -272,4 +272,4 @@ const BlockMapKernel* CREDENCE_OF_SET(block_map_kernel)(int vehicle, int landmar
   return passes_for(vehicle, landmark);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr InstructionSet kFromTheWidest[] = {InstructionSet::avx512, InstructionSet::avx2,
@@ -65,4 +65,4 @@ const char* instruction_set_name(InstructionSet set) {
   return "unknown";
 }
 
-}  // namespace credence
+}  // namespace credence::internal

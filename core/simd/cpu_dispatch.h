@@ -3,7 +3,7 @@
 /// @file
 /// Which of its instruction sets this portable binary uses on the machine at hand.
 
-namespace credence {
+namespace credence::internal {
 
 /// Instruction sets that a kernel may be compiled for; all of them give the same bits.
 enum class InstructionSet {
@@ -29,4 +29,4 @@ bool multiplies_and_adds_at_once(InstructionSet set);
 /// "scalar", "avx2" or "avx512".
 const char* instruction_set_name(InstructionSet set);
 
-}  // namespace credence
+}  // namespace credence::internal

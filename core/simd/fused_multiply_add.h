@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace credence {
+namespace credence::internal {
 
 /// a·b − p for the rounded product p, exactly ([Dekker 1971]); |a|, |b| ≤ 2^990, and p is 0 or |p| ≥ 2^−900.
 inline double error_of_product(double a, double b, double p) {
@@ -46,4 +46,4 @@ inline double fused_multiply_add(double a, double b, double c) {
 #endif
 }
 
-}  // namespace credence
+}  // namespace credence::internal

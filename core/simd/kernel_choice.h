@@ -17,7 +17,7 @@
 #define CREDENCE_KERNELS(name) name##_scalar, nullptr, nullptr
 #endif
 
-namespace credence {
+namespace credence::internal {
 
 /// The kernel for `set`, null where the machine or the binary does not have it. `arguments` go to the
 /// function of the set; no other is called.
@@ -48,4 +48,4 @@ const Kernel& require_kernel(InstructionSet set, const Kernel* (*scalar)(),
                               instruction_set_name(set));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 /// Arithmetic, the same at every width: every sum takes its terms one by one, ascending, by fused
 /// multiply-adds.
 
-namespace credence {
+namespace credence::internal {
 
 inline constexpr std::int64_t kPanelRows = 8;
 
@@ -99,4 +99,4 @@ const PanelKernel* panel_kernel_scalar();
 const PanelKernel* panel_kernel_avx2();
 const PanelKernel* panel_kernel_avx512();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/simd/kernel_set.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "core/simd/lane_pack.inc"
@@ -200,4 +200,4 @@ constexpr PanelKernel kPanelKernel{&factor, &downdate, &subtract, &subtract_squa
 
 const PanelKernel* CREDENCE_OF_SET(panel_kernel)() { return &kPanelKernel; }
 
-}  // namespace credence
+}  // namespace credence::internal

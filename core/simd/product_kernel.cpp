@@ -2,10 +2,10 @@
 
 #include "core/simd/kernel_choice.h"
 
-namespace credence {
+namespace credence::internal {
 
 const ProductKernel& product_kernel(InstructionSet set) {
   return require_kernel(set, CREDENCE_KERNELS(product_kernel));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// core/linear_algebra/matrix_product.h. Plain types only, since the files that include this are compiled for
 /// more than the portable machine.
 
-namespace credence {
+namespace credence::internal {
 
 /// A product C = A B of packed factors. Rows of A and columns of B come in panels of eight, filled up with
 /// zeros: element (8 p + i, k) of A at 8 (p depth + k) + i, element (k, 8 q + j) of B at 8 (q depth + k) + j.
@@ -37,4 +37,4 @@ const ProductKernel* product_kernel_scalar();
 const ProductKernel* product_kernel_avx2();
 const ProductKernel* product_kernel_avx512();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "core/simd/kernel_set.h"
 #include "core/simd/panel_kernel.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "core/simd/lane_pack.inc"
@@ -53,4 +53,4 @@ const ProductKernel* CREDENCE_OF_SET(product_kernel)() {
   return &kernel;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "core/manifold/trigonometry.h"
 #include "core/simd/kernel_choice.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// What the kernel leaves is done one by one.
@@ -54,4 +54,4 @@ void sine_cosines(const double* angles_rad, double* sines, double* cosines, std:
   sine_cosines_by(kernel, angles_rad, sines, cosines, count);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

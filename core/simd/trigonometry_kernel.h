@@ -8,7 +8,7 @@
 /// The compiled kernels behind core/manifold/trigonometry.h, one for each instruction set. Plain types only,
 /// since the files that include this are compiled for more than the portable machine.
 
-namespace credence {
+namespace credence::internal {
 
 /// The functions of one instruction set. They return how many elements they did from the front; the next few
 /// hold one that takes the long way, or there are fewer than a pack.
@@ -32,4 +32,4 @@ void arc_tangents_by(const TrigonometryKernel& kernel, const double* y, const do
 void sine_cosines_by(const TrigonometryKernel& kernel, const double* angles_rad, double* sines,
                      double* cosines, std::size_t count);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/simd/kernel_set.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "core/simd/lane_pack.inc"
@@ -40,4 +40,4 @@ constexpr TrigonometryKernel kTrigonometryKernel{&arc_tangents_of_packs, &sine_c
 
 const TrigonometryKernel* CREDENCE_OF_SET(trigonometry_kernel)() { return &kTrigonometryKernel; }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "datasets/arrays/array_reader.h"
 #include "montecarlo/engine/engine.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t last,
@@ -57,4 +57,4 @@ Evidence add_arrays(const ArrayRuns& arrays, int threads, const std::atomic<bool
   return all;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "analysis/evidence/evidence.h"
 #include "datasets/arrays/array_runs.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Adds up all rows, with the sums that a log of the same numbers gives, bit for bit.
 ///
@@ -18,4 +18,4 @@ namespace credence {
 Evidence add_arrays(const ArrayRuns& arrays, int threads = 0, const std::atomic<bool>* stop = nullptr,
                     CalibrationUnits* calibration = nullptr);
 
-}  // namespace credence
+}  // namespace credence::internal

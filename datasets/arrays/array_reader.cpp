@@ -7,7 +7,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // How far the two triangles of a covariance may differ, in units of the standard deviations.
@@ -134,4 +134,4 @@ void ArrayReader::read(std::int64_t run, std::int64_t row, Step& step) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

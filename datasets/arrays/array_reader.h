@@ -7,7 +7,7 @@
 #include "core/record/step.h"
 #include "datasets/arrays/array_runs.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Reads rows of arrays as the steps of a filter. Angles of the layout are wrapped, P and S are taken from
 /// their upper triangles.
@@ -36,4 +36,4 @@ class ArrayReader {
   std::vector<Index> kept_;  ///< the components of the row at hand that are there
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// @file
 /// Runs of a filter that lie in memory as arrays: what `credence check` reads from files, without the files.
 
-namespace credence {
+namespace credence::internal {
 
 /// Rows of doubles, one for each step; within a row they lie one after the other. A stride of 0 says the same
 /// at every step.
@@ -52,4 +52,4 @@ struct ArrayRuns {
   std::int64_t first_run = 0;  ///< the number of runs[0], for messages
 };
 
-}  // namespace credence
+}  // namespace credence::internal

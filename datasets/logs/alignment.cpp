@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void check_lengths(std::size_t a, std::size_t b) {
@@ -52,4 +52,4 @@ double rms_distance_aligned(const std::vector<Eigen::Vector2d>& truth,
   return rms_distance(moved, estimate);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

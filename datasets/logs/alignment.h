@@ -5,7 +5,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The rigid motion of the plane (no scale, no mirror) that takes `from` to `to` with the least squared
 /// error.
@@ -24,4 +24,4 @@ double rms_distance(const std::vector<Eigen::Vector2d>& a, const std::vector<Eig
 double rms_distance_aligned(const std::vector<Eigen::Vector2d>& truth,
                             const std::vector<Eigen::Vector2d>& estimate);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -1,6 +1,6 @@
 #include "datasets/logs/assumed_noise.h"
 
-namespace credence {
+namespace credence::internal {
 
 void take_assumed_noise(const Matrix& noise, Index piece, std::span<const Index> kept, Matrix& R) {
   const Index m = noise.size() == 0 ? 0 : std::ssize(kept);
@@ -29,4 +29,4 @@ Matrix assumed_noise(const Sensor& sensor, Index measurements) {
   return variances.asDiagonal();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

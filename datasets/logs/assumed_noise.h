@@ -5,7 +5,7 @@
 #include "core/record/run_layout.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// R of the components `kept` of an innovation. `noise`: R of all of them, or of one observation of `piece`
 /// components, of which the innovation holds several that are independent; empty: not known, as R then is.
@@ -15,4 +15,4 @@ void take_assumed_noise(const Matrix& noise, Index piece, std::span<const Index>
 /// observation; empty where it is not known.
 Matrix assumed_noise(const Sensor& sensor, Index measurements);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The distance that a truth has travelled since its first place.
 class DistanceTravelled {
@@ -19,4 +19,4 @@ class DistanceTravelled {
   double travelled_m_ = 0.0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

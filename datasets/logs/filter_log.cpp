@@ -15,7 +15,7 @@
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/symmetry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // A step beyond this is a mistake, and would ask for gigabytes; and so is one far beyond the rows there are.
@@ -384,4 +384,4 @@ LogFormat own_format() {
           .read = read_own_log};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

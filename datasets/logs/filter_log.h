@@ -11,7 +11,7 @@
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/log_format.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The rows of a log in the project's own CSV format (docs/formats.md), streamed in bounded memory.
 ///
@@ -76,4 +76,4 @@ class FilterLogReader {
 /// --input credence.
 LogFormat own_format();
 
-}  // namespace credence
+}  // namespace credence::internal

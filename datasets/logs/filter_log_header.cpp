@@ -12,7 +12,7 @@
 
 #include "datasets/logs/number_field.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kLargestDimension = 2000;
@@ -306,4 +306,4 @@ FilterLogHeader parse_filter_log_header(std::string_view line) {
   return parser.finish(column);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// @file
 /// The first line of a log in the project's own format (docs/formats.md): which column holds what.
 
-namespace credence {
+namespace credence::internal {
 
 /// Where the numbers of a log stand; −1 for a column that is not there.
 struct FilterLogHeader {
@@ -41,4 +41,4 @@ struct FilterLogHeader {
 /// nothing to judge.
 FilterLogHeader parse_filter_log_header(std::string_view line);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // WGS 84.
@@ -44,4 +44,4 @@ Eigen::Matrix3d east_north_up(const Eigen::Vector3d& place) {
   return R;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

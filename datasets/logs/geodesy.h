@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace credence {
+namespace credence::internal {
 
 /// A point of the earth in Cartesian coordinates that turn with it, m.
 ///
@@ -16,4 +16,4 @@ Eigen::Vector3d geodetic(const Eigen::Vector3d& earth_fixed);
 /// The rotation from earth-fixed axes to east, north, up at a place (latitude, longitude, height).
 Eigen::Matrix3d east_north_up(const Eigen::Vector3d& geodetic);
 
-}  // namespace credence
+}  // namespace credence::internal

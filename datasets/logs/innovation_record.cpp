@@ -8,7 +8,7 @@
 #include "core/stop_point.h"
 #include "datasets/logs/run_fingerprints.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 class InnovationSink final : public LogSink {
@@ -97,4 +97,4 @@ std::vector<SensorRecord> read_innovations(std::span<const std::filesystem::path
   return sink.take();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

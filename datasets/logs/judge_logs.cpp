@@ -18,7 +18,7 @@
 #include "datasets/logs/run_fingerprints.h"
 #include "montecarlo/engine/engine.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kGroupFiles = static_cast<std::size_t>(kChunkRuns);
@@ -200,4 +200,4 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "analysis/evidence/evidence_recorder.h"
 #include "datasets/logs/log_sink.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Reads one file and hands over its runs. Throws DataError.
 using LogFileReader = std::function<void(const std::filesystem::path& file, LogSink& sink)>;
@@ -53,4 +53,4 @@ struct LogJudgeResult {
 LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const LogFileReader& read,
                           const LogJudgeOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "core/stop_point.h"
 #include "datasets/data_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kFirstBuffer = std::size_t{1} << 16;
@@ -67,4 +67,4 @@ void LineReader::fail(const std::string& problem) const {
   throw DataError(file_, std::to_string(line_number_), problem);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// The lines of a text file one after another, in bounded memory, with LF or CR LF ends.
 ///
@@ -38,4 +38,4 @@ class LineReader {
   std::int64_t line_number_ = 0, bytes_read_ = 0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One series of messages, or one array, in a log.
 struct LogTopic {
@@ -28,4 +28,4 @@ struct LogContents {
 /// (count − 1) / (last − first), times in seconds; NaN for fewer than two.
 double message_rate(std::int64_t count, double first_s, double last_s);
 
-}  // namespace credence
+}  // namespace credence::internal

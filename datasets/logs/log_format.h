@@ -26,10 +26,14 @@ struct LogReadOptions {
   std::optional<int> instance{};     ///< of several filters in one log: which one
   std::optional<PoseChart> chart{};  ///< none: what the format means by itself
   TrajectoryMatching matching{};
-  TruthFiles truth{};  ///< --truth
+  internal::TruthFiles truth{};  ///< --truth
   /// Of a file that is cut off or corrupted what comes before is read, with a remark, if it is anything.
   bool partial = false;
 };
+
+}  // namespace credence
+
+namespace credence::internal {
 
 /// A format of logs.
 struct LogFormat {
@@ -61,4 +65,4 @@ const LogFormat& log_format_of(const std::filesystem::path& file, std::string_vi
 /// order of their names). Throws DataError for a folder without any, and for a file that is there twice.
 std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "datasets/logs/rtklib.h"
 #include "datasets/logs/trajectory_log.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kBeginning = 4096;
@@ -103,4 +103,4 @@ std::vector<std::filesystem::path> log_files(std::span<const std::string> argume
   return files;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "datasets/logs/pose_facts.h"
 #include "montecarlo/engine/study_statistics.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Takes what a reader of logs finds in one file: runs of steps, and what has to be said of them.
 class LogSink {
@@ -62,4 +62,4 @@ class ForwardingSink : public LogSink {
   LogSink& next_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

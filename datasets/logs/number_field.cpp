@@ -3,7 +3,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 
 std::optional<double> parse_finite(std::string_view field) {
   double number = 0;
@@ -26,4 +26,4 @@ std::string_view trim_blanks(std::string_view field) {
   return field.substr(first, field.find_last_not_of(" \t") - first + 1);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

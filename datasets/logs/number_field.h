@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 
 /// The finite number that a field is, as a whole; nothing for anything else (words, nan, inf, trailing
 /// characters, an empty field).
@@ -16,4 +16,4 @@ std::string shown_field(std::string_view text);
 /// `field` without blanks at its ends.
 std::string_view trim_blanks(std::string_view field);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/log_format.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Calls `scan`, which collects what is then judged; with LogReadOptions::partial a DataError ends the
 /// collecting where `anything` says that there is something, and a remark says where. Returns whether all was
@@ -22,4 +22,4 @@ bool read_part(const LogReadOptions& options, LogSink& sink, Scan scan, Anything
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

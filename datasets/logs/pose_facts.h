@@ -11,7 +11,7 @@
 /// @file
 /// What readers of poses find beside errors: numbers for the report, in which nothing is judged.
 
-namespace credence {
+namespace credence::internal {
 
 /// The NEES of a log of poses in one chart (pose_chart.h).
 struct ChartNees {
@@ -45,4 +45,4 @@ struct LogPoses {
   std::optional<TimeOffset> time_offset{};
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -17,7 +17,7 @@
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/partial_read.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kDay_s = 86400.0, kWeek_s = 7.0 * kDay_s;
@@ -272,4 +272,4 @@ LogFormat rtklib_format() {
           .read = read_solution};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

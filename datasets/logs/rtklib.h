@@ -2,7 +2,7 @@
 
 #include "datasets/logs/log_format.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One epoch of a positioning solution.
 struct GnssFix {
@@ -31,4 +31,4 @@ GnssSolution read_rtklib(const std::filesystem::path& file, GnssSolution* part =
 /// and up of each quality that is there, so that each has a verdict of its own.
 LogFormat rtklib_format();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 
 RunErrors::RunErrors(const RunLayout& layout) {
   for (std::size_t i = 0; i < std::min(kStates, layout.states.size()); ++i) {
@@ -39,4 +39,4 @@ void FirstRunSink::add(const Step& step) {
   ForwardingSink::add(step);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/record/step.h"
 #include "datasets/logs/log_sink.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The errors of one run with what the filter believed of them, for a figure: of its first states.
 struct RunErrors {
@@ -40,4 +40,4 @@ class FirstRunSink final : public ForwardingSink {
   int runs_ = 0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "datasets/data_error.h"
 #include "montecarlo/scenario/scenario_hash.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string_view bytes_of(const auto& number) {
@@ -93,4 +93,4 @@ void RunFingerprints::require_distinct() {
                                          : text(other, other.file->string())));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

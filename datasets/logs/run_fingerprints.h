@@ -6,7 +6,7 @@
 
 #include "core/record/step.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Knows a run again, in another file or under another name: runs that are independent share no row of
 /// numbers but by design, as the row they start from.
@@ -53,4 +53,4 @@ class RunFingerprints {
   std::int64_t rows_ = 0, numbers_ = 0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

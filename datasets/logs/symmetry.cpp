@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 
 bool is_symmetric(const Matrix& P, double tolerance) {
   for (Index i = 0; i < P.rows(); ++i) {
@@ -22,4 +22,4 @@ bool make_symmetric(Matrix& P, double tolerance) {
   return symmetric;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/number_field.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string read_whole(const std::filesystem::path& file) {
@@ -68,4 +68,4 @@ TextTable read_text_table(const std::filesystem::path& file, Index columns) {
   return table;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

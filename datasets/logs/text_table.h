@@ -6,7 +6,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A text file of numbers in columns separated by blanks, with lines of comment that begin with '#'.
 struct TextTable {
@@ -26,4 +26,4 @@ struct TextTable {
 /// its end (a file cut in the middle of a number would otherwise pass for a whole one).
 TextTable read_text_table(const std::filesystem::path& file, Index columns);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "analysis/laws/student.h"
 #include "montecarlo/engine/moments.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kFarthest_s = 1.0;
@@ -236,4 +236,4 @@ TrajectoryMatching with_time_offset(std::span<const OffsetSample> samples, const
   return matching;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

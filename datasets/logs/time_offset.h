@@ -7,7 +7,7 @@
 #include "datasets/logs/pose_facts.h"
 #include "datasets/logs/trajectory_errors.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// An estimate with those of its six components that are estimated.
 struct OffsetSample {
@@ -39,4 +39,4 @@ TrajectoryMatching with_time_offset(std::span<const OffsetSample> samples, const
                                     TrajectoryMatching matching, PoseErrorAxes axes, bool joint_covariance,
                                     LogSink& sink);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kUnitTolerance = 0.01;
@@ -258,4 +258,4 @@ Trajectory read_truth(const std::filesystem::path& file) {
   return read_rows(lines, named_columns(lines, line, false), {});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -20,6 +20,10 @@ struct SpatialPose {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< takes the body to the world
 };
 
+}  // namespace credence
+
+namespace credence::internal {
+
 /// What the orientation's part of a covariance speaks of.
 enum class OrientationError {
   body,    ///< R = R̂ Exp(e)
@@ -85,4 +89,4 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
 /// Errors as read_estimate.
 Trajectory read_truth(const std::filesystem::path& file);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "datasets/data_error.h"
 #include "datasets/logs/alignment.h"
@@ -12,6 +13,33 @@
 #include "datasets/logs/distance_travelled.h"
 
 namespace credence {
+
+std::string_view to_string(TruthAlignment alignment) {
+  switch (alignment) {
+    case TruthAlignment::none:
+      return "none";
+    case TruthAlignment::se2:
+      return "se2";
+    case TruthAlignment::yaw:
+      return "yaw";
+    case TruthAlignment::se3:
+      return "se3";
+  }
+  return "none";
+}
+
+}  // namespace credence
+
+namespace credence::internal {
+
+TruthAlignment truth_alignment_named(std::string_view name) {
+  for (const TruthAlignment alignment :
+       {TruthAlignment::none, TruthAlignment::se2, TruthAlignment::yaw, TruthAlignment::se3}) {
+    if (name == to_string(alignment)) return alignment;
+  }
+  throw std::invalid_argument(fmt::format("alignment '{}': accepted are none, se2, yaw, se3", name));
+}
+
 namespace {
 
 SpatialPose interpolated(const SpatialPose& a, const SpatialPose& b, double share) {
@@ -144,7 +172,7 @@ TruthComparison::TruthComparison(const Trajectory& truth, const TrajectoryMatchi
 }
 
 std::optional<UncertainPose> TruthComparison::truth_at(double time_s) const {
-  std::optional<UncertainPose> truth = credence::truth_at(truth_, time_s, matching_);
+  std::optional<UncertainPose> truth = credence::internal::truth_at(truth_, time_s, matching_);
   if (!truth) return std::nullopt;
   truth->pose = {motion_ * truth->pose.position, turn_ * truth->pose.orientation};
   if (truth_.covariances.empty()) return truth;
@@ -218,4 +246,4 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

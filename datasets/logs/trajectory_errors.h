@@ -33,6 +33,10 @@ enum class TruthAlignment {
   se3,  ///< rotation and position
 };
 
+/// "none", "se2", "yaw" or "se3".
+std::string_view to_string(TruthAlignment alignment);
+
+/// How estimates and a truth with its own times are brought together.
 struct TrajectoryMatching {
   double max_time_difference_s = 0.02;  ///< to the truth used: to the nearest, or to both neighbours
   TruthTime truth_time = TruthTime::interpolated;
@@ -43,6 +47,13 @@ struct TrajectoryMatching {
   /// body's own frame, and the estimate to the point of a truth without.
   std::optional<SpatialPose> lever_arm{};
 };
+
+}  // namespace credence
+
+namespace credence::internal {
+
+/// The alignment of this name. Throws std::invalid_argument that names all.
+TruthAlignment truth_alignment_named(std::string_view name);
 
 /// A pose with its covariance, which is zero where it is not known.
 struct UncertainPose {
@@ -118,4 +129,4 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
                                    const TrajectoryMatching& matching, ConventionCheck* conventions = nullptr,
                                    LogSink* sink = nullptr);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "datasets/logs/partial_read.h"
 #include "datasets/logs/time_offset.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string_view name_of(TrajectoryFormat format) {
@@ -144,4 +144,4 @@ LogFormat cnspy_format() {
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,10 +5,10 @@
 /// @file
 /// Trajectories in text files as formats of logs; their truth is in files of its own.
 
-namespace credence {
+namespace credence::internal {
 
 LogFormat tum_format();
 LogFormat openvins_format();
 LogFormat cnspy_format();
 
-}  // namespace credence
+}  // namespace credence::internal

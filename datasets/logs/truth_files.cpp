@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 
 TruthFiles::TruthFiles(std::span<const std::filesystem::path> logs, std::vector<std::string> truths)
     : logs_(logs.begin(), logs.end()), truths_(std::move(truths)) {
@@ -29,4 +29,4 @@ std::shared_ptr<const Trajectory> TruthFiles::of(const std::filesystem::path& lo
   return common_->truth;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "datasets/logs/trajectory.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The files that hold the truth of logs which do not hold it themselves.
 class TruthFiles {
@@ -38,4 +38,4 @@ class TruthFiles {
   std::shared_ptr<Common> common_ = std::make_shared<Common>();
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kDegreesPerBeam = 0.5;
@@ -44,4 +44,4 @@ std::vector<BeaconObservation> extract_beacons(const CarparkScan& scan, const Be
   return observations;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "datasets/replay/carpark.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Which beams of a laser scan are a reflective beacon, and which of them belong together.
 struct BeaconExtraction {
@@ -29,4 +29,4 @@ struct BeaconObservation {
 std::vector<BeaconObservation> extract_beacons(const CarparkScan& scan,
                                                const BeaconExtraction& settings = {});
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "datasets/replay/mat_file.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kMaxSpeedMps = 50.0;
@@ -138,4 +138,4 @@ CarparkLog read_carpark(const std::filesystem::path& folder) {
   return log;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A position of the car park's GPS receiver, 2 cm kinematic, in the local frame x = East, y = North.
 struct CarparkGps {
@@ -52,4 +52,4 @@ struct CarparkLog {
 /// time, or impossible (an index out of range, a steering angle beyond a right angle, a negative range).
 CarparkLog read_carpark(const std::filesystem::path& folder);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/manifold/angle.h"
 #include "datasets/data_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Filter = EkfSlam<PlanarModel>;
@@ -136,4 +136,4 @@ std::vector<ScanObservations> associate_by_survey(const CarparkLog& log, double 
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/replay_filter.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What was seen in one scan, each observation with its surveyed beacon, and where the vehicle was.
 struct ScanObservations {
@@ -33,4 +33,4 @@ Pose carpark_start(const CarparkLog& log, double heading_rad);
 std::vector<ScanObservations> associate_by_survey(const CarparkLog& log, double heading_rad,
                                                   double max_distance_m = 2.0);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using enum Inflation;
@@ -184,4 +184,4 @@ std::vector<CarparkFinding> carpark_findings(const CarparkStudy& study) {
   return findings;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

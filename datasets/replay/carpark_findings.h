@@ -5,7 +5,7 @@
 
 #include "datasets/replay/carpark_study.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One statement on the car park run with what was measured.
 struct CarparkFinding {
@@ -32,4 +32,4 @@ std::string growth_words(const LongHorizonResult& result);
 /// Largest over smallest final landmark trace of a variant over the P0 of independence_initials().
 double spread_over_initials(const CarparkStudy& study, const CarparkVariant& variant);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "core/manifold/angle.h"
 #include "datasets/replay/carpark_association.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A model whose motion is prescribed: the reference path. The noise enters as a factor of its covariance.
@@ -212,4 +212,4 @@ LongHorizonResult carpark_long_horizon(const CarparkLog& log, const ReplaySettin
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

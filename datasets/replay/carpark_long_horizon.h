@@ -5,7 +5,7 @@
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/replay_settings.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// How far the car park is driven: forth along the recorded path, back along it, and so on.
 struct LongHorizonPlan {
@@ -52,4 +52,4 @@ struct LongHorizonResult {
 LongHorizonResult carpark_long_horizon(const CarparkLog& log, const ReplaySettings& settings,
                                        const LongHorizonPlan& plan);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "datasets/replay/carpark_association.h"
 #include "datasets/replay/replay_filter.h"
 
-namespace credence {
+namespace credence::internal {
 
 ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& settings) {
   check_replay_settings(settings);
@@ -48,4 +48,4 @@ ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& setting
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/replay_result.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// EKF-SLAM with the car model on the car park run (the paper's Figures 5 to 8).
 ///
@@ -13,4 +13,4 @@ namespace credence {
 /// fewer than half of the observations point at a surveyed beacon (swapped columns, or another survey).
 ReplayResult replay_carpark(const CarparkLog& log, const ReplaySettings& settings);
 
-}  // namespace credence
+}  // namespace credence::internal

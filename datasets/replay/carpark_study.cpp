@@ -10,7 +10,7 @@
 #include "core/parallel_tasks.h"
 #include "datasets/replay/carpark_replay.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using enum Inflation;
@@ -125,4 +125,4 @@ CarparkStudy run_carpark_study(const CarparkLog& log, const ReplaySettings& sett
   return study;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// The paper's Figures 5 to 8 and all their neighbours on the car park run: which inflation, by which bound,
 /// with how many anchors, from which P0, and for how long.
 
-namespace credence {
+namespace credence::internal {
 
 /// One way to decorrelate.
 struct CarparkVariant {
@@ -80,4 +80,4 @@ struct CarparkStudyOptions {
 CarparkStudy run_carpark_study(const CarparkLog& log, const ReplaySettings& settings,
                                const CarparkStudyOptions& options = {});
 
-}  // namespace credence
+}  // namespace credence::internal

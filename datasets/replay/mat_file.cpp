@@ -7,7 +7,7 @@
 
 #include "datasets/data_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void close(void* mat) { Mat_Close(static_cast<mat_t*>(mat)); }
@@ -104,4 +104,4 @@ Vector MatFile::vector(const std::string& name) const {
   return values.reshaped();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/types.h"
 #include "datasets/replay/mat_structure.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The real two-dimensional arrays of a MATLAB MAT-file of version 5, read through libmatio.
 ///
@@ -39,4 +39,4 @@ class MatFile {
   std::unique_ptr<void, void (*)(void*)> handle_;  ///< libmatio's mat_t
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "datasets/data_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint64_t kHeaderBytes = 128;
@@ -205,4 +205,4 @@ class Scanner {
 
 std::vector<MatArray> scan_mat_file(const std::filesystem::path& file) { return Scanner(file).scan(); }
 
-}  // namespace credence
+}  // namespace credence::internal

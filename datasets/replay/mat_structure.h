@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// What the header of one array in a MAT-file says, checked against the bytes that are there.
 struct MatArray {
@@ -24,4 +24,4 @@ struct MatArray {
 /// sparse).
 std::vector<MatArray> scan_mat_file(const std::filesystem::path& file);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "datasets/logs/text_table.h"
 #include "datasets/replay/mrclam_checks.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kRobots = 5;
@@ -169,4 +169,4 @@ std::optional<Eigen::Vector3d> truth_at(const std::vector<MrclamPose>& truth, do
   return pose;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

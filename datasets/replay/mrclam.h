@@ -7,7 +7,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One sample of a robot's wheel odometry; it holds until the next.
 struct MrclamOdometry {
@@ -70,4 +70,4 @@ std::vector<int> mrclam_robots(const std::filesystem::path& folder);
 std::optional<Eigen::Vector3d> truth_at(const std::vector<MrclamPose>& truth, double time_s,
                                         double max_gap_s = 0.5);
 
-}  // namespace credence
+}  // namespace credence::internal

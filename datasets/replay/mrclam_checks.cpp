@@ -6,7 +6,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // A robot that hardly moved proves nothing.
@@ -84,4 +84,4 @@ std::string measurement_contradiction(const MrclamLog& log) {
                      fit, judged);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

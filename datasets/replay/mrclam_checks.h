@@ -4,7 +4,7 @@
 
 #include "datasets/replay/mrclam.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether the truth moves where it heads: the mean cosine between course and heading over second-long steps
 /// must exceed ½. Swapped or mirrored coordinates fail this. Returns the problem, or an empty string.
@@ -17,4 +17,4 @@ std::string odometry_contradiction(const MrclamLog& log);
 /// within 0.5 m and 10°. The wrong robot's file and a wrong table of barcodes fail this.
 std::string measurement_contradiction(const MrclamLog& log);
 
-}  // namespace credence
+}  // namespace credence::internal

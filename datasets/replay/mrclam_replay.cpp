@@ -10,7 +10,7 @@
 #include "datasets/data_error.h"
 #include "datasets/replay/replay_filter.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kMaxStepS = 0.02;
@@ -136,4 +136,4 @@ ReplayResult replay_mrclam(const MrclamLog& log, const ReplaySettings& settings)
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

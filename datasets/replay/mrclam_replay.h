@@ -3,7 +3,7 @@
 #include "datasets/replay/mrclam.h"
 #include "datasets/replay/replay_result.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Unicycle EKF-SLAM on the log of one MRCLAM robot, judged by motion capture: pose NEES of 3 dof.
 ///
@@ -16,4 +16,4 @@ ReplayResult replay_mrclam(const MrclamLog& log, const ReplaySettings& settings)
 
 inline constexpr double kMrclamMaxHoldS = 1.5;
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "core/stop_point.h"
 #include "datasets/logs/alignment.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Probability beyond which an observation that fits no landmark is a new one; between the gate and this it
@@ -386,4 +386,4 @@ ReplayResult ReplayFilter::finish() {
   return std::move(result_);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "datasets/replay/replay_result.h"
 #include "datasets/replay/replay_slam.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One observation as the log has it: which surveyed landmark it is, −1 if none.
 struct LoggedObservation {
@@ -98,4 +98,4 @@ class ReplayFilter {
   ReplayResult result_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/models/slam_model.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Where the Jacobians of one step are taken when not at the estimates.
 struct ReplayTruthPoint {
@@ -56,4 +56,4 @@ struct ReplayModel : PlanarModel {
       0;  ///< EkfSlam asks for the observations of an update in their order
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 
 double gate_threshold(double gate_probability) { return -2.0 * std::log1p(-gate_probability); }
 
@@ -12,4 +12,4 @@ double expected_nis(double gate_probability) {
   return 2.0 - gate_threshold(gate_probability) * (1.0 - gate_probability) / gate_probability;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

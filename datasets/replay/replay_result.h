@@ -8,7 +8,7 @@
 #include "core/types.h"
 #include "datasets/replay/replay_settings.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A mean with what a consistent filter would have; no mean without samples.
 struct ReplayMean {
@@ -146,4 +146,4 @@ double expected_nis(double gate_probability);
 /// The 2-dof chi-square quantile, −2 ln(1 − p).
 double gate_threshold(double gate_probability);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 
 #include "core/filters/estimators/estimators.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// One key: how to write a value and how to show it. `limits` says in words what is accepted.
@@ -257,4 +257,4 @@ std::vector<ReplaySettingText> replay_settings_text(const ReplaySettings& settin
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/models/vehicle.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// How an observation finds its landmark.
 enum class ReplayAssociation {
@@ -113,4 +113,4 @@ struct ReplaySettingText {
 };
 std::vector<ReplaySettingText> replay_settings_text(const ReplaySettings& settings);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "datasets/replay/replay_model.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 double nis_of(const RangeBearing& innovation, const Eigen::Matrix2d& S) {
@@ -177,4 +177,4 @@ std::unique_ptr<ReplaySlam> make_replay_slam(const ReplaySettings& settings, con
   return std::make_unique<EstimatorReplay>(settings, inputs);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

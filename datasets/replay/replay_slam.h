@@ -8,7 +8,7 @@
 #include "core/filters/ekf_slam.h"
 #include "datasets/replay/replay_settings.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A surveyed landmark that is no state.
 struct ReplayAnchor {
@@ -64,4 +64,4 @@ struct ReplaySlamInputs {
 /// of core/filters/estimators.
 std::unique_ptr<ReplaySlam> make_replay_slam(const ReplaySettings& settings, const ReplaySlamInputs& inputs);
 
-}  // namespace credence
+}  // namespace credence::internal

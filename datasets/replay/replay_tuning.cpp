@@ -14,7 +14,7 @@
 #include "datasets/replay/carpark_replay.h"
 #include "datasets/replay/mrclam_replay.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kFifths = 5;
@@ -282,4 +282,4 @@ ReplayTuning tune_replays(const std::vector<ReplayedLog>& logs, const ReplayScor
   return all;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 /// @file
 /// Which noise makes EKF-SLAM right on real data, and whether it does on data that it was not chosen by.
 
-namespace credence {
+namespace credence::internal {
 
 /// A log that can be replayed with other noise, the same observations being used whatever the noise.
 struct ReplayedLog {
@@ -87,4 +87,4 @@ struct ReplayTuning {
 /// innovations of that by the others' noise. Throws as ReplayScore and tune do, and Stopped.
 ReplayTuning tune_replays(const std::vector<ReplayedLog>& logs, const ReplayScore& score, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

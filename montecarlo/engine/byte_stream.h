@@ -15,7 +15,7 @@
 /// @file
 /// Values as bytes one after the other, as this machine has them, to be stored or sent and read back exactly.
 
-namespace credence {
+namespace credence::internal {
 
 static_assert(std::endian::native == std::endian::little, "what is stored and sent is little-endian");
 
@@ -107,4 +107,4 @@ class ByteReader {
   const char* what_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

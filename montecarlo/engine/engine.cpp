@@ -14,7 +14,7 @@
 #include "montecarlo/engine/result_store.h"
 #include "montecarlo/engine/shared_tasks.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct Chunk {
@@ -278,4 +278,4 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
   return collector.take();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

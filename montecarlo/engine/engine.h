@@ -11,7 +11,7 @@
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/engine/study_statistics.h"
 
-namespace credence {
+namespace credence::internal {
 
 class Ranks;
 class ResultStore;
@@ -74,4 +74,4 @@ struct StudyResult {
 /// the results have no runs; see for_each_shared_task.
 std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const EngineOptions& options);
 
-}  // namespace credence
+}  // namespace credence::internal

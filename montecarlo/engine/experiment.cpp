@@ -4,6 +4,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 std::vector<Outcome> Experiment::visit_runs(std::int64_t first_run, std::int64_t runs,
                                             const RunsVisitor& take) const {
   std::vector<Outcome> outcomes;

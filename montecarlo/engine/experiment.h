@@ -44,7 +44,7 @@ class ChunkObserver {
   virtual void begin_runs(std::int64_t runs) = 0;
   /// The next step of the i-th of them, in one of two forms.
   virtual void add(const Step& step, std::size_t i) = 0;
-  virtual void add(const NormalisedStep& step, std::size_t i) = 0;
+  virtual void add(const internal::NormalisedStep& step, std::size_t i) = 0;
   /// How they ended, in their order, each with its last step.
   virtual void end_run(Outcome outcome, std::int64_t step, std::size_t i) = 0;
 };
@@ -108,6 +108,10 @@ class Experiment {
   RunLayout layout_;
 };
 
+}  // namespace credence
+
+namespace credence::internal {
+
 /// What is seen at step k of a run. A step that failed has no statistics, whose numbers would be those of the
 /// step before.
 inline TraceStep shown_at(Index k, Outcome outcome, TraceStep now) {
@@ -130,4 +134,4 @@ Outcome visit_steps(Index steps, const StepVisitor& take, Step step, Show show) 
   return outcome;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 
 /// Pauses between looks at something that takes its time: short after it has moved, since more may follow,
 /// then each twice the one before. Every look takes a core from those that work.
@@ -20,4 +20,4 @@ class GrowingPause {
   std::chrono::microseconds pause_ = kShortest;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kLevel = 1;
@@ -37,4 +37,4 @@ std::vector<std::byte> unpacked(std::span<const std::byte> frame) {
   return bytes;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "montecarlo/engine/byte_stream.h"
 #include "montecarlo/scenario/scenario_hash.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint32_t kMessageFormat = 0x43725201;  // "CrR", version 1
@@ -57,4 +57,4 @@ RankMessage rank_message_from_bytes(std::span<const std::byte> bytes) {
   return m;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

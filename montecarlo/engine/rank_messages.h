@@ -11,7 +11,7 @@
 /// @file
 /// What ranks tell each other.
 
-namespace credence {
+namespace credence::internal {
 
 struct TaskRecord {
   std::int64_t task = 0;
@@ -45,4 +45,4 @@ std::vector<std::byte> to_bytes(const RankMessage& message);
 /// Throws std::runtime_error for bytes that are no message of this version, or whose checksum does not fit.
 RankMessage rank_message_from_bytes(std::span<const std::byte> bytes);
 
-}  // namespace credence
+}  // namespace credence::internal

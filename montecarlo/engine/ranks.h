@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// The processes that share a study: this one has the number rank() of count(), and 0 leads. Messages of one
 /// rank to another arrive whole and in their order. All members may be called by several threads.
@@ -35,4 +35,4 @@ class Ranks {
 /// Whether this process works for another and has no results: it stores, prints and reports nothing.
 inline bool is_helper(const Ranks* ranks) { return ranks != nullptr && ranks->rank() > 0; }
 
-}  // namespace credence
+}  // namespace credence::internal

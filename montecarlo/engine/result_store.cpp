@@ -12,7 +12,7 @@
 #include "montecarlo/scenario/scenario_difference.h"
 #include "montecarlo/scenario/scenario_hash.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kApplication = 0x43726564;  // "Cred", tells the file from any other SQLite database
@@ -381,4 +381,4 @@ ResultStore::MergeCount ResultStore::merge_from(const ResultStore& other) {
   return count;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "montecarlo/engine/result_store_lock.h"
 #include "montecarlo/engine/result_store_sqlite.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Names a chunk: runs [first_run, first_run + runs) of a configuration.
 struct ChunkKey {
@@ -143,4 +143,4 @@ class ResultStore {
   std::string failure_;  ///< why a write failed: what was not committed is gone, and nothing more is taken
 };
 
-}  // namespace credence
+}  // namespace credence::internal

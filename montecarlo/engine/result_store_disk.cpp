@@ -11,7 +11,7 @@
 
 #include "montecarlo/engine/result_store_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr off_t kSharedBytes = 32 * 1024;  ///< that SQLite makes the file at a time
@@ -44,4 +44,4 @@ void reserve_shared_memory(const std::filesystem::path& database) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace credence {
+namespace credence::internal {
 
 /// SQLite maps the index of its log (results.sqlite-shm) into memory, but asks the disk for one byte of each
 /// of its pages only: on a full disk of smaller blocks a write to it would end the process (SIGBUS). So room
@@ -11,4 +11,4 @@ namespace credence {
 void require_room(const std::filesystem::path& database);
 void reserve_shared_memory(const std::filesystem::path& database);
 
-}  // namespace credence
+}  // namespace credence::internal

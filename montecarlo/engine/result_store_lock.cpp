@@ -14,7 +14,7 @@
 
 #include "montecarlo/engine/result_store_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void write_own_number(int descriptor) {
@@ -76,4 +76,4 @@ ResultStoreLock::ResultStoreLock(const std::filesystem::path& file)
 
 ResultStoreLock::~ResultStoreLock() { close(descriptor_); }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-namespace credence {
+namespace credence::internal {
 
 /// The process that holds the lock of this file now, as far as the system tells (/proc/locks). Takes no lock
 /// itself.
@@ -25,4 +25,4 @@ class ResultStoreLock {
   int descriptor_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "montecarlo/engine/result_store_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// How long to wait for another program that writes to the file, a browser of databases or a backup: long,
@@ -159,4 +159,4 @@ void SqliteDatabase::fail(int code) const {
   throw StoreError(fmt::format("{}: {}", file_, explain(handle_.get(), code)));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@ struct sqlite3_stmt;
 /// @file
 /// As much of SQLite as the result store needs. Every failure is a StoreError that names the file.
 
-namespace credence {
+namespace credence::internal {
 
 class SqliteDatabase;
 
@@ -78,4 +78,4 @@ class SqliteDatabase {
   std::unique_ptr<sqlite3, Close> handle_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "montecarlo/engine/skewed_moments.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The averages X_i = Σ_k ε_ik / Σ_k n_ik of NEES over whole runs that ended well: independent over the runs,
 /// whatever the dependence in time, with mean 1 for a consistent filter.
@@ -57,4 +57,4 @@ struct RunSum {
   void add_to(RunAverages& averages) const { averages.add(nees, dof, least_dof); }
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "core/types.h"
 #include "montecarlo/engine/experiment.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Plays the runs first_run … first_run + runs − 1, one after the other, each until it ends or fails, and
 /// shows them to the observer, if there is one. `run` has start(r), step(k) for k = 1 …, which returns an
@@ -39,4 +39,4 @@ StudyStatistics play_runs(Run& run, std::int64_t first_run, std::int64_t runs, I
   return statistics;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -19,7 +19,7 @@
 #include "montecarlo/engine/task_dispenser.h"
 #include "montecarlo/scenario/scenario_hash.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Kind = RankMessage::Kind;
@@ -324,4 +324,4 @@ void finish_ranks(Ranks& ranks) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 /// @file
 /// Tasks on all threads of all ranks: rank 0 hands them out, works itself and takes the results of all.
 
-namespace credence {
+namespace credence::internal {
 
 struct SharedTasks {
   std::int64_t count = 0;
@@ -44,4 +44,4 @@ void report_failure(Ranks& ranks, const std::string& why);
 /// The last call of every rank: rank 0 ends the others, and these wait for it.
 void finish_ranks(Ranks& ranks);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "montecarlo/engine/experiment.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// An experiment that shows the steps of a chunk while it runs it.
 class ShownExperiment : public Experiment {
@@ -25,4 +25,4 @@ class ShownExperiment : public Experiment {
   virtual StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const = 0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace credence {
+namespace credence::internal {
 
 /// Count, mean and the sums of second and third powers of the deviations of a sample: what a test needs that
 /// corrects for skewness.
@@ -42,4 +42,4 @@ struct SkewedMoments {
   bool operator==(const SkewedMoments&) const = default;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

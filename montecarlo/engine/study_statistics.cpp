@@ -5,7 +5,7 @@
 
 #include "montecarlo/engine/byte_stream.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint32_t kFormat = 2;
@@ -28,6 +28,11 @@ void get_averages(ByteReader& r, RunAverages& averages) {
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 std::string_view to_string(Outcome outcome) {
   switch (outcome) {
@@ -86,6 +91,10 @@ std::vector<double> StudyStatistics::dofs(Quantity quantity) const {
   return result;
 }
 
+}  // namespace credence
+
+namespace credence::internal {
+
 double most_stored_bytes(std::int64_t steps, std::int64_t runs) {
   constexpr double kHead = sizeof(kFormat) + sizeof(std::int64_t) + 3 * sizeof(std::uint64_t);
   constexpr double kAverages = 2 * (5 * sizeof(double) + sizeof(std::uint64_t));
@@ -135,4 +144,4 @@ StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes) {
   return s;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -24,9 +24,7 @@ enum class Outcome : std::uint32_t {
   threw,                  ///< the filter under test threw an exception
 };
 
-inline constexpr std::array kOutcomes = {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite,
-                                         Outcome::threw};
-
+/// "ok", "diverged", "not_positive_definite" or "threw".
 std::string_view to_string(Outcome outcome);
 
 /// A run that did not end well, and the step (from 1) at which that was seen; it counts up to the step
@@ -78,8 +76,8 @@ struct StepStatistics {
 /// All runs of a chunk, or of a whole configuration.
 struct StudyStatistics {
   std::vector<StepStatistics> steps;             ///< step k is steps[k − 1]
-  RunAverages nees_of_runs;                      ///< of the whole state
-  RunAverages vehicle_nees_of_runs;              ///< of the pose, where the world has one
+  internal::RunAverages nees_of_runs;            ///< of the whole state
+  internal::RunAverages vehicle_nees_of_runs;    ///< of the pose, where the world has one
   std::vector<RunFailure> failures;              ///< in order of the run
   std::vector<RunNotConverged> not_converged{};  ///< in order of the run; those with such steps
   std::int64_t runs = 0;                         ///< started, failed ones included
@@ -105,18 +103,9 @@ struct StudyStatistics {
   bool operator==(const StudyStatistics&) const = default;
 };
 
-/// Bytes that a result store needs for a chunk of so many steps, at most.
-double most_stored_bytes(std::int64_t steps, std::int64_t runs);
-
-/// The bytes that a result store keeps; little-endian, exact.
-std::vector<std::byte> to_bytes(const StudyStatistics& statistics);
-
-/// Reads them back; throws std::runtime_error for bytes that are none of ours.
-StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes);
-
 /// What is summed over one run on its way: NEES of the whole state, and of the vehicle where there is one.
 struct RunTotals {
-  RunSum whole, vehicle;
+  internal::RunSum whole, vehicle;
   std::int64_t not_converged = 0;  ///< steps
 
   /// Adds run `run`; one that failed has no averages.
@@ -129,3 +118,19 @@ struct RunTotals {
 };
 
 }  // namespace credence
+
+namespace credence::internal {
+
+inline constexpr std::array kOutcomes = {Outcome::ok, Outcome::diverged, Outcome::not_positive_definite,
+                                         Outcome::threw};
+
+/// Bytes that a result store needs for a chunk of so many steps, at most.
+double most_stored_bytes(std::int64_t steps, std::int64_t runs);
+
+/// The bytes that a result store keeps; little-endian, exact.
+std::vector<std::byte> to_bytes(const StudyStatistics& statistics);
+
+/// Reads them back; throws std::runtime_error for bytes that are none of ours.
+StudyStatistics statistics_from_bytes(std::span<const std::byte> bytes);
+
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace credence {
+namespace credence::internal {
 
 TaskDispenser::TaskDispenser(std::int64_t count, int ranks, std::function<bool(std::int64_t)> wanted,
                              std::int64_t most_ahead, std::int64_t kept)
@@ -58,4 +58,4 @@ void TaskDispenser::give_back(int rank) {
   returned_.merge(given);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// Tasks first … first + count − 1.
 struct TaskRange {
@@ -49,4 +49,4 @@ class TaskDispenser {
   std::vector<std::set<std::int64_t>> given_;  ///< by rank
 };
 
-}  // namespace credence
+}  // namespace credence::internal

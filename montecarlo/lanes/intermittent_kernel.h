@@ -10,7 +10,7 @@
 /// Riccati step of its own because it has seen something of its own. Internal: plain types only, since the
 /// files that include this are compiled for more than the portable machine.
 
-namespace credence {
+namespace credence::internal {
 
 /// A monobot with n = `states` states, whose measurements are first those of the anchors, −x_0 + w, then
 /// those of the landmarks, x_i − x_0 + w.
@@ -64,4 +64,4 @@ const IntermittentKernel* intermittent_kernel_scalar();
 const IntermittentKernel* intermittent_kernel_avx2();
 const IntermittentKernel* intermittent_kernel_avx512();
 
-}  // namespace credence
+}  // namespace credence::internal

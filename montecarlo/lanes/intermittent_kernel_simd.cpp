@@ -2,7 +2,7 @@
 
 #include "core/simd/kernel_set.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "core/simd/lane_pack.inc"
@@ -214,4 +214,4 @@ constexpr IntermittentKernel kIntermittentKernel{&intermittent_steps, &moments_o
 
 const IntermittentKernel* CREDENCE_OF_SET(intermittent_kernel)() { return &kIntermittentKernel; }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 static_assert(IntermittentLanes::kLanes == kNoiseLanes);
@@ -271,4 +271,4 @@ const double* IntermittentLanes::seen_of(Index row, Index k) const {
   return seen_.data() + at(row * block_ + in_block) * kTile;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

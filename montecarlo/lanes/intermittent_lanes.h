@@ -12,7 +12,7 @@
 #include "montecarlo/lanes/intermittent_kernel.h"
 #include "montecarlo/random/noise.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A linear world whose measurements may be missed at random, and the filter in it.
 struct IntermittentProblem {
@@ -98,4 +98,4 @@ class IntermittentLanes {
   AlignedVector errors_, covariance_, process_, measurement_, seen_, work_, values_, mean_, m2_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "montecarlo/lanes/linear_kernel_storage.h"
 #include "montecarlo/random/normal_kernel.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 static_assert(kInitialPurpose == static_cast<std::uint32_t>(NoisePurpose::initial) << 24);
@@ -115,4 +115,4 @@ void simulate_linear(const LinearErrorSystem& system, const NoiseSource& noise, 
   LinearSimulator(system).simulate(noise, first_run, runs, nees, nis);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -18,7 +18,7 @@
 /// terms that are structurally zero may be left out, which changes no bit of a finite result but the sign of
 /// a zero.
 
-namespace credence {
+namespace credence::internal {
 
 class LinearPlanStorage;
 
@@ -102,4 +102,4 @@ struct LinearRunTrace {
 /// Replays one run; throws std::invalid_argument as check_linear_error_system does, or for a negative run.
 LinearRunTrace trace_linear(const LinearErrorSystem& system, const NoiseSource& noise, Index run);
 
-}  // namespace credence
+}  // namespace credence::internal

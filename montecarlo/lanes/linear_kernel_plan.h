@@ -8,7 +8,7 @@
 /// What the compiled kernels of simulate_linear read: plain arrays, since the kernels are compiled for more
 /// than the portable machine. Internal: use montecarlo/lanes/linear_kernel.h.
 
-namespace credence {
+namespace credence::internal {
 
 /// Rows of a sparse matrix: row i has the entries row_start[i] … row_start[i + 1] − 1.
 struct SparseRows {
@@ -90,4 +90,4 @@ const LinearKernel* linear_kernel_scalar();
 const LinearKernel* linear_kernel_avx2();
 const LinearKernel* linear_kernel_avx512();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "core/simd/kernel_set.h"
 #include "montecarlo/random/normal_kernel.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "montecarlo/random/normal_kernel_pack.inc"
@@ -437,4 +437,4 @@ const LinearKernel* CREDENCE_OF_SET(linear_kernel)() {
   return &kernel;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// True if the last entry of a lower triangle is one.
@@ -161,4 +161,4 @@ Moments LinearPlanStorage::nis_moments(std::size_t step, const double* sums, Ind
   return moments_of(sums + 2 * kAccumulators, steps_[step].innovation_whitening.rows, nis_scale_[step], runs);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

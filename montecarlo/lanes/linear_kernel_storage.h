@@ -8,7 +8,7 @@
 /// @file
 /// A LinearErrorSystem in its units turned into the plain arrays that the kernels read. Internal.
 
-namespace credence {
+namespace credence::internal {
 
 /// Owns the arrays of a LinearPlan. The system has been checked.
 class LinearPlanStorage {
@@ -60,4 +60,4 @@ class LinearPlanStorage {
   LinearPlan plan_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

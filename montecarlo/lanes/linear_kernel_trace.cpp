@@ -5,7 +5,7 @@
 #include "core/simd/fused_multiply_add.h"
 #include "montecarlo/lanes/linear_kernel_units.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// y += M x, term by term.
@@ -64,4 +64,4 @@ LinearRunTrace trace_linear(const LinearErrorSystem& in_si, const NoiseSource& n
   return trace;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

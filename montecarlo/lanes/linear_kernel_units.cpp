@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require(bool ok, const std::string& what) {
@@ -76,4 +76,4 @@ LinearSystemInUnits linear_system_in_units(const LinearErrorSystem& system) {
   return out;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

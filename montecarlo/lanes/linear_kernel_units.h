@@ -7,7 +7,7 @@
 /// @file
 /// Units in which a linear run is cheap: most of its time is multiplications, and these are saved. Internal.
 
-namespace credence {
+namespace credence::internal {
 
 /// A LinearErrorSystem with errors, innovations and noise divided by `unit`, the first entry of noise_input
 /// that is not zero, and whitenings whose last entry is one: W' = W unit/c, so that NIS = c² ‖W' nu'‖², and
@@ -21,4 +21,4 @@ struct LinearSystemInUnits {
 /// Throws as check_linear_error_system does.
 LinearSystemInUnits linear_system_in_units(const LinearErrorSystem& system);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "core/simd/kernel_choice.h"
 #include "montecarlo/worlds/slam_layout.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr unsigned kAllLanes = 0xff;
@@ -484,4 +484,4 @@ Matrix PlanarLanes::gain(int lane) const {
   return update_root(lane).transpose().triangularView<Eigen::Upper>().solve(W.transpose()).transpose();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

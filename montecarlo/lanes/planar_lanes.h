@@ -11,7 +11,7 @@
 #include "montecarlo/worlds/planar/planar_step.h"
 #include "montecarlo/worlds/planar/planar_world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// EKF-SLAM ([Vidal-Calleja 2004], eqs (3)-(10)) for eight runs of one planar world at a time, one run in a
 /// lane: what EkfSlam<PlanarModel> computes, to rounding, several times faster where the
@@ -116,4 +116,4 @@ class PlanarLanes {
   std::array<PlanarStep, kLanes> steps_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

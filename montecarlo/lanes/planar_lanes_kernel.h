@@ -12,7 +12,7 @@
 /// Every number is kPlanarLanes doubles, one of each run, aligned to 64 bytes; matrices of them are stored by
 /// columns. What happens in one lane does not depend on the others.
 
-namespace credence {
+namespace credence::internal {
 
 /// Runs that are filtered side by side, whatever the width of the machine's registers.
 inline constexpr int kPlanarLanes = 8;
@@ -86,4 +86,4 @@ const PlanarLanesKernel* planar_lanes_kernel_scalar();
 const PlanarLanesKernel* planar_lanes_kernel_avx2();
 const PlanarLanesKernel* planar_lanes_kernel_avx512();
 
-}  // namespace credence
+}  // namespace credence::internal

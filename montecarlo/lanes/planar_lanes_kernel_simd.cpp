@@ -2,7 +2,7 @@
 
 #include "core/simd/kernel_set.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "core/simd/lane_pack.inc"
@@ -489,4 +489,4 @@ constexpr PlanarLanesKernel kPlanarLanesKernel{&predict_lanes,  &decorrelate_lan
 
 const PlanarLanesKernel* CREDENCE_OF_SET(planar_lanes_kernel)() { return &kPlanarLanesKernel; }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What comes out as many steps later as it is long.
 template <class T>
@@ -30,4 +30,4 @@ class DelayLine {
   std::deque<T> line_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

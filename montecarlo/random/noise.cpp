@@ -8,7 +8,7 @@
 
 #include "montecarlo/random/normal_kernel.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kSlots = std::int64_t{1} << 24;
@@ -77,6 +77,11 @@ double event(std::uint64_t word, std::uint64_t threshold) {
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 NoiseSource::NoiseSource(std::uint64_t seed, std::uint64_t group, InstructionSet set)
     : key_(splitmix64(splitmix64(seed) ^ group)), kernel_(&normal_kernel(set)), set_(set) {}

@@ -32,9 +32,13 @@
 /// number has the same bits on every machine and at every SIMD width. The normals are within 4 ulp of the
 /// exact function of their bits, never infinite, and reach 8.57 standard deviations.
 
-namespace credence {
+namespace credence::internal {
 
 struct NormalKernel;
+
+}  // namespace credence::internal
+
+namespace credence {
 
 /// What a random number is for; part of its key. At most 64 purposes.
 enum class NoisePurpose : std::uint32_t {
@@ -58,7 +62,8 @@ class NoiseSource {
  public:
   /// `group` names what shares its noise: two filters under test in one noise group see the same noise.
   /// `set` changes the speed alone; throws std::invalid_argument if this machine does not support it.
-  NoiseSource(std::uint64_t seed, std::uint64_t group, InstructionSet set = best_instruction_set());
+  NoiseSource(std::uint64_t seed, std::uint64_t group,
+              internal::InstructionSet set = internal::best_instruction_set());
 
   /// The same source with noise of these shapes. Throws std::invalid_argument for a shape that cannot be.
   NoiseSource shaped(const NoiseShape& process, const NoiseShape& measurement) const;
@@ -108,7 +113,7 @@ class NoiseSource {
   std::uint64_t key() const { return key_; }
 
   /// The instruction set of its kernels.
-  InstructionSet instruction_set() const { return set_; }
+  internal::InstructionSet instruction_set() const { return set_; }
 
  private:
   /// The shape of a purpose that has one which is not plain, else null.
@@ -116,8 +121,8 @@ class NoiseSource {
   NoiseSource plain() const;
 
   std::uint64_t key_;
-  const NormalKernel* kernel_;
-  InstructionSet set_;
+  const internal::NormalKernel* kernel_;
+  internal::InstructionSet set_;
   NoiseShape process_, measurement_;
 };
 

@@ -8,7 +8,7 @@
 
 #include "montecarlo/random/noise.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kLeastStudentDof = 3;  // of finite variance
@@ -130,4 +130,4 @@ void shaped_normals(const NoiseSource& plain, const NoiseShape& shape, std::int6
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

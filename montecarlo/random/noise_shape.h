@@ -29,6 +29,10 @@ struct NoiseShape {
   bool operator==(const NoiseShape&) const = default;
 };
 
+}  // namespace credence
+
+namespace credence::internal {
+
 /// Throws std::invalid_argument naming the number that cannot be.
 void check_noise_shape(const NoiseShape& shape);
 
@@ -43,4 +47,4 @@ void shaped_normals(const NoiseSource& plain, const NoiseShape& shape, std::int6
                     std::int64_t first_step, NoisePurpose purpose, std::int64_t first_slot,
                     std::int64_t slots, std::span<double> out);
 
-}  // namespace credence
+}  // namespace credence::internal

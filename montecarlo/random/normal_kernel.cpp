@@ -2,10 +2,10 @@
 
 #include "core/simd/kernel_choice.h"
 
-namespace credence {
+namespace credence::internal {
 
 const NormalKernel& normal_kernel(InstructionSet set) {
   return require_kernel(set, CREDENCE_KERNELS(normal_kernel));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

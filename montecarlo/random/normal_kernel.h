@@ -9,7 +9,7 @@
 /// montecarlo/random/noise.h. Plain types only, since the files that include this are compiled for more than
 /// the portable machine.
 
-namespace credence {
+namespace credence::internal {
 
 /// Runs that are simulated side by side, whatever the width of the machine's registers.
 inline constexpr int kNoiseLanes = 32;
@@ -52,4 +52,4 @@ const NormalKernel* normal_kernel_scalar();
 const NormalKernel* normal_kernel_avx2();
 const NormalKernel* normal_kernel_avx512();
 
-}  // namespace credence
+}  // namespace credence::internal

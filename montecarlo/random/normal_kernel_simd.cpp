@@ -2,7 +2,7 @@
 
 #include "core/simd/kernel_set.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 #include "montecarlo/random/normal_kernel_pack.inc"
@@ -17,4 +17,4 @@ const NormalKernel* CREDENCE_OF_SET(normal_kernel)() {
   return &kernel;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -1,6 +1,6 @@
 #include "montecarlo/random/step_draws.h"
 
-namespace credence {
+namespace credence::internal {
 
 StepDraws StepDraws::normals(std::optional<NoiseSource> source, NoisePurpose purpose, Index slots) {
   return {source, purpose, std::nullopt, slots};
@@ -38,4 +38,4 @@ const double* StepDraws::at(Index k) {
   return values_.data() + (k - first) * slots_;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "core/types.h"
 #include "montecarlo/random/noise.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The random numbers of one purpose along a run, step by step; drawn for four steps at a time, which costs
 /// little more than one. Nothing is allocated after the construction.
@@ -38,4 +38,4 @@ class StepDraws {
   std::vector<double> values_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

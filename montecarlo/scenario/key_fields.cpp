@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 template <class T>
@@ -72,4 +72,4 @@ std::vector<std::string> names_value(const Scenario& scenario, std::string_view 
   return own_value(scenario, path, std::vector<std::string>{});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 /// How a row of the table reaches its value: a member of the structs of scenario.h, or a value that a world
 /// keeps under its path in Scenario::own.
 
-namespace credence {
+namespace credence::internal {
 
 template <auto Part, auto Member>
 RealField real_field(Interval interval) {
@@ -55,4 +55,4 @@ std::string_view word_value(const Scenario& scenario, std::string_view path);
 NumberRows rows_value(const Scenario& scenario, std::string_view path);
 std::vector<std::string> names_value(const Scenario& scenario, std::string_view path);
 
-}  // namespace credence
+}  // namespace credence::internal

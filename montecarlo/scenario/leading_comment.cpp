@@ -1,6 +1,6 @@
 #include "montecarlo/scenario/leading_comment.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::string leading_comment(std::istream& scenario) {
   constexpr std::size_t kLongest = 2000;  // of what a page should quote
@@ -15,4 +15,4 @@ std::string leading_comment(std::istream& scenario) {
   return text.substr(0, kLongest);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/scenario_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Interval kProbability{0.0, 1.0, false, false}, kCorrelation{0.0, 0.9999, false, false};
@@ -112,4 +112,4 @@ std::string noise_switches_text(const Scenario& scenario) {
   return text;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// The switches that make the noise of any world other than its filter believes: what is missed, outliers,
 /// tails, correlation, delay.
 
-namespace credence {
+namespace credence::internal {
 
 /// Their rows of [noise], which every world has.
 std::vector<KeyRow> noise_switch_keys();
@@ -29,4 +29,4 @@ Index measurement_delay(const Scenario& scenario);
 /// few words.
 std::string noise_switches_text(const Scenario& scenario);
 
-}  // namespace credence
+}  // namespace credence::internal

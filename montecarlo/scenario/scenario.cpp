@@ -2,6 +2,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 std::string_view to_string(Observability value) {
   switch (value) {
     case Observability::partial:

@@ -19,18 +19,29 @@
 /// The meaning, unit, default and accepted values of every field are in the table of scenario_schema.h and in
 /// docs/scenario.md; scenario_io.h reads these structs from a TOML file.
 
+namespace credence::internal {
+
+/// What a confidence may be: below the least a verdict says little, and above the most the tails that tests
+/// share end where 1 − confidence has no digits left.
+inline constexpr double kLeastConfidence = 0.5, kMostConfidence = 0.999999;
+
+}  // namespace credence::internal
+
 namespace credence {
 
+/// Whether known landmarks make the whole state observable (world.observability).
 enum class Observability {
   partial,  ///< every landmark is a state
   full,     ///< `anchors` more landmarks stand at known positions and are no states
 };
+/// The path of a planar vehicle (world.path).
 enum class PathShape { circle, eight, line };
 
 /// The covariance inflation of the filter: those of core/inflation/inflation.h, and a constant ΔP of given
 /// rank.
 enum class FilterInflation { none, full, map, rank };
 
+/// The table [world].
 struct WorldSettings {
   std::string model = "monobot";  ///< name of one of the worlds of world_schema.h
   Index landmarks = 2;            ///< N, landmarks that are states
@@ -48,6 +59,7 @@ struct WorldSettings {
   bool operator==(const WorldSettings&) const = default;
 };
 
+/// The table [noise].
 struct NoiseSettings {
   double process_variance = 0.1;       ///< m² a step, monobot
   double measurement_variance = 0.1;   ///< m², monobot
@@ -70,6 +82,7 @@ struct InitialSettings {
   bool operator==(const InitialSettings&) const = default;
 };
 
+/// The table [filter].
 struct FilterSettings {
   FilterInflation inflation = FilterInflation::none;
   InflationSolution solution = InflationSolution::pairwise;  ///< of full and map
@@ -82,10 +95,7 @@ struct FilterSettings {
   bool operator==(const FilterSettings&) const = default;
 };
 
-/// What a confidence may be: below the least a verdict says little, and above the most the tails that tests
-/// share end where 1 − confidence has no digits left.
-inline constexpr double kLeastConfidence = 0.5, kMostConfidence = 0.999999;
-
+/// The table [study].
 struct StudySettings {
   std::int64_t runs = 200;
   std::int64_t steps = 100;
@@ -95,6 +105,7 @@ struct StudySettings {
   bool operator==(const StudySettings&) const = default;
 };
 
+/// Which verdict may end a study early (study.stop).
 enum class StopVerdict {
   none,          ///< the study makes all its runs
   inconsistent,  ///< it ends when the filter is proved inconsistent
@@ -119,6 +130,7 @@ using NumberRows = std::vector<std::vector<double>>;
 /// Values of the keys that a world keeps in its own folder, by section.name; what is not in it has its
 /// default.
 using OwnValue = std::variant<double, std::int64_t, std::size_t, NumberRows, std::vector<std::string>>;
+/// The values of the keys that only some worlds have, by their names.
 using OwnValues = std::map<std::string, OwnValue, std::less<>>;
 
 /// One configuration, resolved: every field has its value, fields that play no part have their default.

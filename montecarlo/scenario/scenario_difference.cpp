@@ -4,7 +4,7 @@
 
 #include <map>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// section.key → value. Canonical texts have one key a line.
@@ -48,4 +48,4 @@ std::string scenario_difference(std::string_view stored, std::string_view asked)
   return text;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

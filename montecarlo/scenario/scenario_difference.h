@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 
 /// What differs between two canonical texts of a scenario or sweep, key by key, for a reader:
 ///
@@ -14,4 +14,4 @@ namespace credence {
 /// over: more runs extend a study, and a verdict is made from what is stored.
 std::string scenario_difference(std::string_view stored, std::string_view asked);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 
 /// FNV-1a, 64 bits (Fowler, Noll, Vo): the same number on every machine and in every version. `state` is
 /// the hash of what came before, to hash several pieces as one.
@@ -15,4 +15,4 @@ constexpr std::uint64_t stable_hash(std::string_view bytes, std::uint64_t state 
   return state;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "montecarlo/scenario/scenario_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kWidth = 100;
@@ -85,4 +85,4 @@ std::string scenario_reference() {
   return text;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

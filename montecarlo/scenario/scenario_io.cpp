@@ -13,7 +13,7 @@
 #include "montecarlo/scenario/scenario_resolve.h"
 #include "montecarlo/scenario/scenario_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kLargestFile = 1 << 20;
@@ -314,6 +314,12 @@ ScenarioDocument read_scenario_text(std::string_view text, const std::string& fi
 ScenarioDocument read_scenario(const std::filesystem::path& file, std::span<const std::string> overrides) {
   return read_scenario_text(read_text(file), file.string(), overrides);
 }
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 Scenario load_scenario_text(std::string_view text, const std::string& file,
                             std::span<const std::string> overrides) {

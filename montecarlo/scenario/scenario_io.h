@@ -9,7 +9,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/scenario/scenario_value.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A scenario file and its overrides as read, before anything is known of models and defaults.
 struct ScenarioDocument {
@@ -27,14 +27,22 @@ struct ScenarioDocument {
 ScenarioDocument read_scenario(const std::filesystem::path& file,
                                std::span<const std::string> overrides = {});
 
-/// The one configuration of a scenario file, leaving its [sweep] table aside.
-///
-/// Throws ScenarioError as read_scenario does, and for unknown keys, wrong types and impossible values.
-Scenario load_scenario(const std::filesystem::path& file, std::span<const std::string> overrides = {});
-
 /// The same from TOML text; `file` stands for it in messages.
 ScenarioDocument read_scenario_text(std::string_view text, const std::string& file,
                                     std::span<const std::string> overrides = {});
+
+}  // namespace credence::internal
+
+namespace credence {
+
+/// The one configuration of a scenario file, leaving its [sweep] table aside. `overrides` are
+/// `section.key=value`, the last of a key wins.
+///
+/// Throws ScenarioError for a file that is missing, unreadable, larger than 1 MiB or broken TOML, for unknown
+/// and duplicate keys, wrong types and impossible values.
+Scenario load_scenario(const std::filesystem::path& file, std::span<const std::string> overrides = {});
+
+/// The same from TOML text; `file` stands for it in messages.
 Scenario load_scenario_text(std::string_view text, const std::string& file,
                             std::span<const std::string> overrides = {});
 

@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 const Setting* find_setting(std::span<const Setting> settings, const ScenarioKey& key) {
@@ -151,4 +151,4 @@ void throw_unknown_key(const Setting& setting, std::span<const Setting> settings
                                   setting.section, fmt::join(names, ", ")));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/scenario/scenario_value.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Values that are accepted each, and exclude each other.
 struct ImpossibleCombination : ScenarioError {
@@ -23,4 +23,4 @@ Scenario resolve_scenario(std::span<const Setting> settings, const std::string& 
 /// `settings` tell the model, whose keys are listed.
 [[noreturn]] void throw_unknown_key(const Setting& setting, std::span<const Setting> settings);
 
-}  // namespace credence
+}  // namespace credence::internal

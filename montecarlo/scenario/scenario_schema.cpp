@@ -12,7 +12,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -394,4 +394,4 @@ Scenario starting_scenario(std::string_view model) {
   return scenario;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 /// themselves (world_schema.h). Reading, checking, the canonical text, the help text and the reference page
 /// come from it; a new key is a new row.
 
-namespace credence {
+namespace credence::internal {
 
 /// The finite numbers between two bounds.
 struct Interval {
@@ -113,4 +113,4 @@ void copy_key(const ScenarioKey& key, const Scenario& from, Scenario& to);
 /// The scenario in which every key that may be left out has its default: anchors are 1 although of no effect.
 Scenario starting_scenario(std::string_view model);
 
-}  // namespace credence
+}  // namespace credence::internal

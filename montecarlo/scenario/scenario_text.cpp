@@ -9,7 +9,7 @@
 #include "montecarlo/scenario/scenario_hash.h"
 #include "montecarlo/scenario/scenario_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The canonical text of those keys in effect that `wanted` names.
@@ -70,12 +70,6 @@ std::string scenario_to_json(const Scenario& scenario) {
                    nlohmann::ordered_json::error_handler_t::replace);  // a file may be named anything
 }
 
-std::uint64_t noise_group(const Scenario& scenario) {
-  return stable_hash(text_of(scenario, [](const ScenarioKey& key) {
-    return key.section == "world" || key.section == "noise" || key.section == "initial";
-  }));
-}
-
 std::string configuration_toml(const Scenario& scenario) {
   return text_of(scenario, [](const ScenarioKey& key) {
     return key.section != "study.stop" && key.path() != "study.runs" && key.path() != "study.confidence";
@@ -84,6 +78,18 @@ std::string configuration_toml(const Scenario& scenario) {
 
 std::string configuration_id(const Scenario& scenario) {
   return fmt::format("{:016x}", stable_hash(configuration_toml(scenario)));
+}
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
+
+std::uint64_t noise_group(const Scenario& scenario) {
+  return stable_hash(text_of(scenario, [](const ScenarioKey& key) {
+    return key.section == "world" || key.section == "noise" || key.section == "initial";
+  }));
 }
 
 }  // namespace credence

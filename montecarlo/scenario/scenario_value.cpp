@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kLongestText = 60;
@@ -132,4 +132,4 @@ std::string_view closest_word(std::string_view word, const std::vector<std::stri
   return best;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

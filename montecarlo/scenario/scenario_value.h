@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// A value that is no boolean, number or string: its TOML type, for messages.
 struct OtherValue {
@@ -54,4 +54,4 @@ std::string_view type_text(const SettingValue& value);
 /// The word of `words` that `word` may be a misspelling of, or an empty string.
 std::string_view closest_word(std::string_view word, const std::vector<std::string_view>& words);
 
-}  // namespace credence
+}  // namespace credence::internal

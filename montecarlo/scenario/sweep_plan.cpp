@@ -11,7 +11,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan_axes.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct Options {
@@ -206,4 +206,4 @@ std::string point_text(const SweepPlan& plan, const SweepPoint& point) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_value.h"
 
-namespace credence {
+namespace credence::internal {
 
 enum class SweepMode {
   grid,  ///< every value with every other
@@ -63,4 +63,4 @@ std::string canonical_toml(const SweepPlan& plan);
 /// "world.landmarks = 3, filter.inflation = \"map\"", for messages and tables.
 std::string point_text(const SweepPlan& plan, const SweepPoint& point);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "montecarlo/scenario/scenario_resolve.h"
 #include "montecarlo/scenario/sweep_plan_values.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 long double rank_of(const ScenarioKey& key, const Scenario& scenario) {
@@ -129,4 +129,4 @@ std::vector<AxisIndices> zip_points(const std::vector<Axis>& axes) {
   return points;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// @file
 /// The axes of a sweep before they are combined: what the lists of the [sweep] table hold.
 
-namespace credence {
+namespace credence::internal {
 
 /// One value of an axis: what sorts it, and the setting that it makes.
 struct AxisValue {
@@ -48,4 +48,4 @@ std::vector<AxisIndices> grid_points(const std::vector<Axis>& axes);
 /// lengths.
 std::vector<AxisIndices> zip_points(const std::vector<Axis>& axes);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Below it doubles and 64-bit integers hold every whole number.
@@ -236,4 +236,4 @@ std::vector<ScalarValue> expand_sweep_list(std::string_view list) {
   return values;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "montecarlo/scenario/scenario_value.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The most values that one list, and the most points that one sweep may have.
 inline constexpr std::size_t kLargestSweep = 1'000'000;
@@ -21,4 +21,4 @@ inline constexpr std::size_t kLargestSweep = 1'000'000;
 /// Values made of integers are integers where whole. Throws std::invalid_argument naming the item.
 std::vector<ScalarValue> expand_sweep_list(std::string_view list);
 
-}  // namespace credence
+}  // namespace credence::internal

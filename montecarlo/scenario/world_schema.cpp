@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 const WorldSchema& world_named(std::string_view name) {
@@ -23,16 +23,22 @@ const WorldSchema* find_world(std::string_view name) {
   return found == worlds.end() ? nullptr : *found;
 }
 
+BlockLayout block_layout(const Scenario& scenario) {
+  return world_named(scenario.world.model).blocks(scenario);
+}
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
+
 Scenario default_scenario(std::string_view model) {
   const WorldSchema& world = world_named(model);
   Scenario scenario;
   scenario.world.model = model;
   if (world.set_defaults != nullptr) world.set_defaults(scenario);
   return scenario;
-}
-
-BlockLayout block_layout(const Scenario& scenario) {
-  return world_named(scenario.world.model).blocks(scenario);
 }
 
 }  // namespace credence

@@ -13,7 +13,7 @@
 /// What the scenario file knows of the worlds: their names and their rows of the table of keys. Each world
 /// states its own (montecarlo/worlds), and no name of a world stands in this folder.
 
-namespace credence {
+namespace credence::internal {
 
 struct KeyRow;
 
@@ -41,12 +41,16 @@ std::span<const WorldSchema* const> world_schemas();
 /// The world of this name, or nullptr.
 const WorldSchema* find_world(std::string_view name);
 
-/// The scenario of which everything but the model is left at its default. Throws std::invalid_argument for a
-/// name that no world has.
-Scenario default_scenario(std::string_view model);
-
 /// How the complete state of a filter in this scenario is cut into blocks: the monobot has n_r = d = 1, the
 /// planar vehicle n_r = 3 and d = 2. Throws as default_scenario does.
 BlockLayout block_layout(const Scenario& scenario);
+
+}  // namespace credence::internal
+
+namespace credence {
+
+/// The scenario of which everything but the model is left at its default. Throws std::invalid_argument for a
+/// name that no world has.
+Scenario default_scenario(std::string_view model);
 
 }  // namespace credence

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <limits>
 
-namespace credence {
+namespace credence::internal {
 
 /// The shortest of several times that `work()` takes, s.
 template <class Work>
@@ -18,4 +18,4 @@ double best_time(int repeats, const Work& work) {
   return best;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

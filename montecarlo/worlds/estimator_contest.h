@@ -17,7 +17,7 @@
 /// What a world offers for a comparison of several estimators: run by run the same noise for all, and of each
 /// step what is judged.
 
-namespace credence {
+namespace credence::internal {
 
 /// What is judged.
 enum class EstimatorBlock : std::size_t {
@@ -103,4 +103,4 @@ struct EstimatorOffer {
   std::unique_ptr<EstimatorContest> (*contest)(const Scenario&);
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
 #include "montecarlo/worlds/spatial_slam/spatial_contest.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kEstimatorPath = "filter.estimator";
@@ -64,4 +64,4 @@ void check_estimator(const Scenario& scenario, const Refusal& refuse, const Esti
                fmt::format("must be one of \"{}\" in this world", fmt::join(names, "\", \"")));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

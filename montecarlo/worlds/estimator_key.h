@@ -4,7 +4,7 @@
 #include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/estimator_contest.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// filter.estimator, the same key in every world that has estimators: its words are those of all of them.
 /// Of no effect where `in_effect` says so.
@@ -16,4 +16,4 @@ void set_estimator(Scenario& scenario, std::string_view name);
 /// Refuses an estimator of another world.
 void check_estimator(const Scenario& scenario, const Refusal& refuse, const EstimatorOffer& offer);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "montecarlo/random/delay_line.h"
 #include "montecarlo/random/step_draws.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The random numbers of one run of a vehicle that moves and sees landmarks, and its observations, which may
 /// come late.
@@ -53,4 +53,4 @@ class LandmarkDraws {
   std::vector<Seen> observations_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/nan.h"
 #include "montecarlo/scenario/noise_switches.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 double mean_of(const std::vector<double>& values) {
@@ -23,14 +23,6 @@ void move(const PosteriorRecursion::Truth& by, Matrix& P) {
 }
 
 }  // namespace
-
-double BoundCurve::mean_bound() const { return mean_of(bound); }
-double BoundCurve::mean_at_truth() const { return mean_of(at_truth); }
-
-const BoundCurve* PosteriorBound::find(std::string_view block) const {
-  const auto found = std::ranges::find(blocks, block, &BoundCurve::block);
-  return found == blocks.end() ? nullptr : &*found;
-}
 
 std::string no_bound_reason(const Scenario& scenario) {
   if (!noise_source(scenario).is_plain()) return "the bound is that of white Gaussian noise";
@@ -106,6 +98,20 @@ bool PosteriorRecursion::step(const std::vector<Truth>& truths) {
   }
   for (Matrix& P : bounds_) learn(information, P);
   return true;
+}
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
+
+double BoundCurve::mean_bound() const { return mean_of(bound); }
+double BoundCurve::mean_at_truth() const { return mean_of(at_truth); }
+
+const BoundCurve* PosteriorBound::find(std::string_view block) const {
+  const auto found = std::ranges::find(blocks, block, &BoundCurve::block);
+  return found == blocks.end() ? nullptr : &*found;
 }
 
 }  // namespace credence

@@ -36,6 +36,7 @@ struct BoundCurve {
   double mean_at_truth() const;  ///< over the steps
 };
 
+/// What the mean squared error of no filter is below, block by block, or why that is not known.
 struct PosteriorBound {
   std::int64_t runs = 0;           ///< truths over which it is a mean
   std::vector<BoundCurve> blocks;  ///< of the layout, without poses, whose units differ, and single landmarks
@@ -43,6 +44,10 @@ struct PosteriorBound {
 
   const BoundCurve* find(std::string_view block) const;  ///< null: there is none
 };
+
+}  // namespace credence
+
+namespace credence::internal {
 
 /// Runs whose truths are looked at.
 inline constexpr std::int64_t kBoundRuns = 64;
@@ -105,4 +110,4 @@ class PosteriorRecursion {
   std::vector<Matrix> bounds_, at_truth_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

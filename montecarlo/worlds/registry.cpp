@@ -20,7 +20,7 @@
 #include "montecarlo/worlds/spatial_slam/spatial_slam_world.h"
 #include "montecarlo/worlds/tracking/tracking_world.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::array kWorlds = {
@@ -89,4 +89,4 @@ std::optional<PosteriorBound> posterior_bound(const Scenario& scenario) {
   return world.posterior_bound(scenario);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "montecarlo/worlds/world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// All worlds. A new one is a folder of its own and one line in registry.cpp.
 std::span<const World* const> worlds();
@@ -33,4 +33,4 @@ double least_experiment_bytes(const Scenario& scenario);
 /// where the world knows of no bound.
 std::optional<PosteriorBound> posterior_bound(const Scenario& scenario);
 
-}  // namespace credence
+}  // namespace credence::internal

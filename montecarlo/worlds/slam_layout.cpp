@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kPose = 3;
@@ -60,4 +60,4 @@ void slam_states(const BlockLayout& blocks, std::span<const int> landmarks, std:
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kOnlyRank = "with filter.inflation = \"rank\"";
@@ -150,4 +150,4 @@ std::string slam_size_text(const Scenario& scenario) {
                      scenario.world.anchors);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// What the SLAM worlds, on a line and in the plane, have in common: landmarks, of which some may be known,
 /// and a filter whose covariance may be inflated.
 
-namespace credence {
+namespace credence::internal {
 
 /// Their rows of [world] and [filter].
 std::vector<KeyRow> slam_keys();
@@ -35,4 +35,4 @@ std::string slam_text(const Scenario& scenario);
 /// "world.landmarks = 2, world.anchors = 0".
 std::string slam_size_text(const Scenario& scenario);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "montecarlo/worlds/linear/linear_problem.h"
 #include "montecarlo/worlds/posterior_bound.h"
 
-namespace credence {
+namespace credence::internal {
 
 struct WorldStream;
 
@@ -48,4 +48,4 @@ struct World {
   WorldStream (*stream)(const Scenario&) = nullptr;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Of worlds whose experiment shows a measurement as one vector, and where nothing is steered.
@@ -50,4 +50,4 @@ WorldStream world_stream(const Scenario& scenario) {
   return stream;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "core/types.h"
 #include "montecarlo/scenario/scenario.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A step as a world tells it to a filter in any language; NaN where there is nothing.
 struct StreamRow {
@@ -49,4 +49,4 @@ std::string text_of_landmarks(const std::vector<Point>& points) {
   return text;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -1,12 +1,13 @@
 """Can this covariance be trusted?
 
-``check`` judges arrays of errors and covariances, ``run`` a scenario, ``load`` what one has stored, ``study`` a world and a filter written in
+``check`` judges arrays of errors and covariances, ``check_logs`` log files, ``run`` a scenario, ``load`` what one has stored, ``study`` a world and a filter written in
 Python. Each returns a ``Result``: its verdict, the tests and the causes behind it, and its report. ``tune`` returns the
 noise that the innovations of a scenario ask for, ``tune_filter`` that of a filter written in Python.
 """
 
 from ._check import check
-from ._credence import OutputError, ScenarioError, StoreError
+from ._credence import DataError, OutputError, ScenarioError, StoreError
+from ._logs import check_logs
 from ._play import Noise, PlugError
 from ._result import Block, Cause, Factor, Result, Sensor, Test, Verdict
 from ._run import Sweep, load, noise_group, run, sweep
@@ -17,6 +18,7 @@ from ._tune_filter import FilterTuning, tune_filter
 __all__ = [
     "Block",
     "Cause",
+    "DataError",
     "Factor",
     "FilterTuning",
     "Noise",
@@ -32,6 +34,7 @@ __all__ = [
     "Tuning",
     "Verdict",
     "check",
+    "check_logs",
     "load",
     "noise_group",
     "run",

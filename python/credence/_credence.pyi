@@ -1,13 +1,14 @@
 """The compiled half of the module. What users call is in the other files."""
 
 import enum
-from typing import Callable, Optional, Sequence
+from typing import Callable, Optional, Sequence, Union
 
 import numpy as np
 
 class OutputError(OSError): ...
 class StoreError(OSError): ...
 class ScenarioError(ValueError): ...
+class DataError(ValueError): ...
 
 class Indexing(enum.Enum):
     single = ...
@@ -36,6 +37,27 @@ class Told:
     def json(self) -> str: ...
     def tuned(self) -> str: ...
     def write_report(self, folder: str) -> None: ...
+
+class CheckOptions:
+    def __init__(
+        self,
+        name: str,
+        format: str,
+        truths: Sequence[str],
+        topic: str,
+        truth_topic: str,
+        instance: Optional[int],
+        max_time_difference: float,
+        partial: bool,
+        confidence: float,
+        within: float,
+        sensitivity: bool,
+        threads: int,
+    ) -> None: ...
+
+def check_logs(
+    logs: Sequence[str], options: CheckOptions, chart: str, align: str, time_offset: Union[float, str]
+) -> Told: ...
 
 class Bundle:
     """Runs of one length: float64 (runs, steps, …) whose rows are contiguous; innovation, S and R of every sensor.

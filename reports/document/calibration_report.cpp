@@ -9,7 +9,7 @@
 #include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string factor_text(const MeanInterval& factor) {
@@ -343,4 +343,4 @@ UnitFactors unit_factors_of(const Json& calibration) {
   return units;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// @file
 /// What is said of where P lies and what would mend it (analysis/calibration).
 
-namespace credence {
+namespace credence::internal {
 
 /// Factors on P judged on what was left out, the conformal factor, and position errors against protection
 /// levels; none where nothing is known of a whole state.
@@ -38,4 +38,4 @@ Json calibration_json(const Calibration& calibration, const UnitFactors& units,
 /// From that key; nothing of a document without it.
 UnitFactors unit_factors_of(const Json& calibration);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using enum ColumnAlign;
@@ -297,4 +297,4 @@ Document carpark_study_document(const CarparkStudy& study) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "reports/document/check_logs.h"
 #include "reports/document/log_report.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What a command wants besides.
 struct CheckWatch {
@@ -23,4 +23,4 @@ struct CheckWatch {
 CheckedLogs checked_logs(std::span<const std::filesystem::path> files, const CheckOptions& options,
                          const CheckWatch& watch = {});
 
-}  // namespace credence
+}  // namespace credence::internal

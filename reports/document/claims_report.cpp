@@ -7,7 +7,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 CellTone tone_of(ClaimVerdict verdict) {
@@ -114,4 +114,4 @@ Document claims_document(const std::vector<Claim>& claims) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

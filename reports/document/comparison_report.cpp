@@ -19,7 +19,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -301,4 +301,4 @@ Document comparison_document(const std::vector<ComparedStudy>& studies, double c
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

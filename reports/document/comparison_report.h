@@ -13,7 +13,7 @@
 /// @file
 /// What `credence compare` says: several judged studies side by side.
 
-namespace credence {
+namespace credence::internal {
 
 /// A mean and what it should be; not finite where it is not known.
 struct ComparedMean {
@@ -54,4 +54,4 @@ std::optional<MeanInterval> paired_difference(const ComparedStudy& study, const 
 /// is nearest to one, NEES and NIS step by step, and what each differs by from the first.
 Document comparison_document(const std::vector<ComparedStudy>& studies, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <cctype>
 
-namespace credence {
+namespace credence::internal {
 
 std::string Document::unique_anchor(std::string_view heading) {
   std::string slug;
@@ -110,4 +110,4 @@ std::string plain_name(std::string_view name, const char* otherwise) {
   return result.empty() ? otherwise : result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

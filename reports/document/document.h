@@ -16,7 +16,7 @@
 /// What a command has to say, once. It is shown on a terminal (text_page.h), printed as JSON, and written as
 /// a page with its figures and the files beside it (write_document.h).
 
-namespace credence {
+namespace credence::internal {
 
 /// Parts of a page.
 namespace part {
@@ -140,4 +140,4 @@ class Document {
 /// A name as a file's: its letters, digits and '-', anything else as '_'; `otherwise` for an empty one.
 std::string plain_name(std::string_view name, const char* otherwise);
 
-}  // namespace credence
+}  // namespace credence::internal

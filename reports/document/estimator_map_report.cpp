@@ -10,7 +10,7 @@
 #include "reports/document/swept_values.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 const MeanInterval& map_nees(const EstimatorMap& map, std::size_t point, std::size_t e) {
@@ -203,4 +203,4 @@ Document estimator_map_document(const EstimatorMap& map) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

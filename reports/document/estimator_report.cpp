@@ -18,7 +18,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
@@ -405,4 +405,4 @@ Document estimator_document(const EstimatorStudy& study) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

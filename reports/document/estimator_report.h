@@ -8,7 +8,7 @@
 #include "reports/document/document.h"
 #include "reports/render/json_numbers.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What `credence estimators` says (JSON: docs/formats.md): which estimators are consistent in their pose,
 /// their errors beside the posterior Cramér-Rao bound, and each against one on the same noise: "ideal" where
@@ -22,4 +22,4 @@ Json left_out_json(std::span<const LeftOutEstimator> left_out);
 /// Its JSON.
 std::string estimator_json(const EstimatorStudy& study);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "montecarlo/scenario/scenario_value.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::array kWords = std::to_array<GlossaryWord>({
@@ -219,4 +219,4 @@ std::vector<GlossaryUse> glossary_uses(std::string_view text) {
   return uses;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// @file
 /// The words of the reports, explained once: on each page where they are used, and by `credence explain`.
 
-namespace credence {
+namespace credence::internal {
 
 struct GlossaryWord {
   std::string_view word;        ///< as reports write it
@@ -37,4 +37,4 @@ struct GlossaryUse {
 /// and without overlap; the longest where several fit.
 std::vector<GlossaryUse> glossary_uses(std::string_view text);
 
-}  // namespace credence
+}  // namespace credence::internal

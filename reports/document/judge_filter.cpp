@@ -9,7 +9,7 @@
 #include "montecarlo/worlds/plugged/function_bound.h"
 #include "reports/document/judged.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Plays all runs and judges them, without a bound.
@@ -35,6 +35,11 @@ CheckedLogs played(const Experiment& experiment, const JudgeOptions& options,
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& options,
                               const std::function<std::string(std::int64_t)>& said) {

@@ -15,6 +15,7 @@
 
 namespace credence {
 
+/// How a filter is played and judged.
 struct JudgeOptions {
   std::string name = "filter";  ///< for titles and files
   std::int64_t runs = 1000, steps = 100;
@@ -50,7 +51,7 @@ template <class World, class MakeFilter>
 JudgedFilter judge_filter(World world, MakeFilter make_filter, const JudgeOptions& options = {}) {
   const PluggedExperiment<World, MakeFilter> experiment(std::move(world), std::move(make_filter),
                                                         options.plug());
-  if (options.check_plug) require_sound(experiment.problems());
+  if (options.check_plug) internal::require_sound(experiment.problems());
   return judge_experiment(experiment, options, [&](std::int64_t run) { return experiment.said(run); });
 }
 
@@ -58,7 +59,7 @@ JudgedFilter judge_filter(World world, MakeFilter make_filter, const JudgeOption
 template <class World, class MakeBatch>
 JudgedFilter judge_batch(World world, MakeBatch make_batch, const JudgeOptions& options = {}) {
   const BatchExperiment<World, MakeBatch> experiment(std::move(world), std::move(make_batch), options.plug());
-  if (options.check_plug) require_sound(experiment.problems());
+  if (options.check_plug) internal::require_sound(experiment.problems());
   return judge_experiment(experiment, options);
 }
 

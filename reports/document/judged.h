@@ -5,7 +5,7 @@
 #include "reports/document/log_report.h"
 #include "reports/document/study_report.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What a JudgedFilter tells.
 struct Judged {
@@ -25,4 +25,4 @@ Judged judged_logs(CheckedLogs logs);
 /// Of a study of our own.
 Judged judged_study(ReportedStudy study);
 
-}  // namespace credence
+}  // namespace credence::internal

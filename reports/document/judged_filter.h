@@ -8,9 +8,13 @@
 
 #include "analysis/evidence/verdict.h"
 
-namespace credence {
+namespace credence::internal {
 
 struct Judged;
+
+}  // namespace credence::internal
+
+namespace credence {
 
 /// A factor on a covariance with its interval; NaN, and a reason, where it is not known.
 struct Factor {
@@ -32,7 +36,7 @@ struct FailedRun {
 /// A filter that was judged by its runs, wherever they came from: the answer, and all forms of telling it.
 class JudgedFilter {
  public:
-  explicit JudgedFilter(Judged judged);
+  explicit JudgedFilter(internal::Judged judged);
 
   /// The one word over NEES, NIS and every block of the state.
   Verdict verdict() const;
@@ -55,10 +59,10 @@ class JudgedFilter {
   /// What `--out DIR` writes: DIR/index.html, figures, and every step as CSV. Throws OutputError.
   void write_report(const std::filesystem::path& directory) const;
 
-  const Judged& judged() const { return *judged_; }
+  const internal::Judged& judged() const { return *judged_; }
 
  private:
-  std::shared_ptr<const Judged> judged_;
+  std::shared_ptr<const internal::Judged> judged_;
 };
 
 }  // namespace credence

@@ -4,7 +4,7 @@
 
 #include "analysis/evidence/settling_power.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void add_reason(Json& j, std::string_view reason) {
@@ -193,4 +193,4 @@ Json judgement_json(const Judgement& b) {
   return j;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string factor_text(const ScaleAdvice& scale) {
@@ -392,4 +392,4 @@ Figure evidence_figure(const std::string& name, const Judgement& j) {
   return figure;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

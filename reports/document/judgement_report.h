@@ -8,7 +8,7 @@
 #include "reports/document/report_table.h"
 #include "reports/figures/figure.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// All tests of the suite, one row each, with what remains of them when taken together.
 ReportTable tests_table(const Judgement& judgement);
@@ -38,4 +38,4 @@ std::vector<std::string> statistics_sentences(const Judgement& judgement);
 /// of the kσ regions; no panel of what there is no data for.
 Figure evidence_figure(const std::string& name, const Judgement& judgement);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 ReportTable contents_table(const ListedLog& log) {
@@ -65,4 +65,4 @@ Document contents_document(std::vector<ListedLog> logs) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

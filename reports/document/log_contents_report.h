@@ -6,7 +6,7 @@
 #include "datasets/logs/log_contents.h"
 #include "reports/document/document.h"
 
-namespace credence {
+namespace credence::internal {
 
 struct ListedLog {
   std::string file;
@@ -18,4 +18,4 @@ struct ListedLog {
 /// covariance or not, and what each can be used as. For a terminal; it has no page.
 Document contents_document(std::vector<ListedLog> logs);
 
-}  // namespace credence
+}  // namespace credence::internal

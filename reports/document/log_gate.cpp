@@ -15,7 +15,7 @@
 #include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 bool names_inconsistency(const std::string& verdict) {
@@ -175,4 +175,4 @@ std::string markdown_summary(const CheckedLogs& logs) {
   return text;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// What a continuous integration wants of `credence check`: whether it fails, and the files that its tools
 /// read.
 
-namespace credence {
+namespace credence::internal {
 
 /// Judges logs against the document of an earlier `check --format json`. A factor is worse that moved away
 /// from 1, by more than `margin`, and not by chance (Holm over the parts). Throws std::invalid_argument for a
@@ -41,4 +41,4 @@ std::string markdown_summary(const CheckedLogs& logs);
 /// inconsistent.
 bool fails(const CheckedLogs& logs);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "reports/document/log_gate.h"
 #include "reports/document/verdict_json.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Json with_reason(Json j, std::string_view reason) {
@@ -173,4 +173,4 @@ std::string log_json(const CheckedLogs& logs) {
   return text_of_json(j);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

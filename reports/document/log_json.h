@@ -4,10 +4,10 @@
 
 #include "reports/document/log_report.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The document of `credence check` (docs/formats.md): keys of `credence run` with `files`, `rows` and
 /// `rejected_rows`.
 std::string log_json(const CheckedLogs& logs);
 
-}  // namespace credence
+}  // namespace credence::internal

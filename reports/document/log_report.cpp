@@ -17,7 +17,7 @@
 #include "reports/figures/log_figures.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The mean NEES of the first log in every chart.
@@ -132,4 +132,4 @@ Document log_document(CheckedLogs given) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 /// @file
 /// What `credence check` says of a filter's logs.
 
-namespace credence {
+namespace credence::internal {
 
 /// Logs against those of an earlier version.
 struct LogGate {
@@ -51,4 +51,4 @@ struct CheckedLogs {
 /// with every step.
 Document log_document(CheckedLogs logs);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "reports/document/verdict_text.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void add_verdict(ReportTable& table, const std::string& what, const ConsistencyVerdict& v) {
@@ -193,4 +193,4 @@ ReportTable log_table(const CheckedLogs& logs) {
   return table;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

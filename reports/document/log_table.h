@@ -6,7 +6,7 @@
 
 #include "reports/document/log_report.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The blocks as reports show them: the pose first, then its parts, the rest in the order of the log.
 std::vector<const BlockVerdict*> blocks_in_order(const LogAnalysis& analysis);
@@ -24,4 +24,4 @@ std::vector<std::string> log_statistics(const Judgement& judgement);
 /// All of it for a terminal: the verdicts, and notes on what to do and what the words mean.
 ReportTable log_table(const CheckedLogs& logs);
 
-}  // namespace credence
+}  // namespace credence::internal

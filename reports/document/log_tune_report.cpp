@@ -11,7 +11,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string scale_name(const InnovationTuning& t) {
@@ -157,4 +157,4 @@ Document log_tune_document(const std::string& name, const std::vector<Innovation
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

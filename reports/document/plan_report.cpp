@@ -8,7 +8,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Json verdict_plan_json(const VerdictPlan& plan) {
@@ -183,4 +183,4 @@ Document plan_document(const SweepPlan& sweep, const std::vector<StudyPlan>& pla
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 const char* place_text(Linearisation at) {
@@ -242,4 +242,4 @@ Document planar_stability_document(const Scenario& scenario, const PlanarStabili
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

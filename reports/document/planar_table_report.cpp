@@ -10,7 +10,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// "n − 2", as the theory writes it.
@@ -134,4 +134,4 @@ Document planar_table_document(const SweepPlan& plan, const std::vector<PlanarSt
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "analysis/studies/machine.h"
 #include "core/version.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::time_t moment() {
@@ -62,4 +62,4 @@ std::vector<std::pair<std::string, std::string>> provenance_facts(const Provenan
   return facts;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

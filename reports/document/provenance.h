@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// Where a page comes from, so that two of them can be told apart later.
 ///
@@ -24,4 +24,4 @@ Provenance make_provenance(std::string command = {});
 /// Names and values for a page, those that are known.
 std::vector<std::pair<std::string, std::string>> provenance_facts(const Provenance& provenance);
 
-}  // namespace credence
+}  // namespace credence::internal

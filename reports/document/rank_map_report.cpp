@@ -10,7 +10,7 @@
 #include "core/nan.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string observability_text(Observability o) {
@@ -246,4 +246,4 @@ Json rank_map_json(std::span<const RankMapCell> cells, double confidence) {
   return {{"groups", groups}, {"cells", list}};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// @file
 /// The map of rank ΔP against rank O: its counts, the cells in which eq. (22) errs, and its figure.
 
-namespace credence {
+namespace credence::internal {
 
 /// Which condition says where P stays bounded.
 ReportAnswer rank_map_answer(std::span<const RankMapCell> cells);
@@ -29,4 +29,4 @@ Figure rank_map_figure(std::span<const RankMapCell> cells);
 /// The counts and every cell.
 Json rank_map_json(std::span<const RankMapCell> cells, double confidence);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "datasets/logs/alignment.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RecordedInnovations innovations_of(const ReplayResult& result) {
@@ -142,4 +142,4 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
   return judgement;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "analysis/evidence/recorded_run.h"
 #include "datasets/replay/replay_result.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A replay to be shown.
 struct ReportedReplay {
@@ -36,4 +36,4 @@ ReplayJudgement judge_replays(std::span<const ReportedReplay> replays, double co
 /// "carpark", "mrclam, robot 1".
 std::string replay_name(const ReplayResult& result);
 
-}  // namespace credence
+}  // namespace credence::internal

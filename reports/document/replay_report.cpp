@@ -13,7 +13,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 bool has_true_heading(const ReplayResult& r) {
@@ -409,4 +409,4 @@ Document replay_document(const std::vector<ReportedReplay>& replays, const Repla
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

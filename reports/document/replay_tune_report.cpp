@@ -10,7 +10,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr const char* kReplayEngine = "replay as a black box, the same observations";
@@ -183,4 +183,4 @@ Document replay_tune_document(const ReplayTuning& t, const ReplayScore& score) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "datasets/replay/replay_tuning.h"
 #include "reports/document/document.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Of the innovations left out, which are tested for their mean, law, whiteness and bias at once: to which
 /// side, if the mean tells; else mixed if anything else is wrong.
@@ -15,4 +15,4 @@ Verdict left_out_verdict(const ReplayTuning& tuning);
 /// does.
 Document replay_tune_document(const ReplayTuning& tuning, const ReplayScore& score);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "reports/render/html_page.h"
 #include "reports/render/html_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,4 +100,4 @@ std::size_t write_report_index(const fs::path& folder, const Provenance& provena
   return reports.size();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// @file
 /// A page above the pages: every report of a folder, with its answer.
 
-namespace credence {
+namespace credence::internal {
 
 /// What a page says of itself in its head (html_page.h).
 struct IndexedReport {
@@ -25,4 +25,4 @@ std::vector<IndexedReport> find_reports(const std::filesystem::path& folder);
 std::size_t write_report_index(const std::filesystem::path& folder,
                                const Provenance& provenance = make_provenance());
 
-}  // namespace credence
+}  // namespace credence::internal

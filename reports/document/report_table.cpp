@@ -9,7 +9,7 @@
 #include "reports/render/number_text.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 bool is_number(const std::string& text) {
@@ -67,4 +67,4 @@ std::vector<std::string> align_decimals(const ReportTable& table, std::size_t co
   return texts;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 /// @file
 /// A table as data; text_table.h shows it on a terminal, html_page.h on a page.
 
-namespace credence {
+namespace credence::internal {
 
 /// What a cell says to a reader in a hurry. The words of the cell must say it too: colour is never alone.
 enum class CellTone { plain, good, caution, alarm, muted };
@@ -57,4 +57,4 @@ struct ReportTable {
 std::vector<std::string> align_decimals(const ReportTable& table, std::size_t column,
                                         const std::string& space, const std::string& point);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "datasets/logs/assumed_noise.h"
 #include "reports/render/atomic_file.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
@@ -123,4 +123,4 @@ void write_run_log(const std::filesystem::path& target, const RunTrace& trace, s
   file.commit();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "montecarlo/engine/experiment.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The steps of one run before step `end` (from 1) as a log in the project's own format (docs/formats.md),
 /// with the shortest decimals that read back as the same bits.
@@ -18,4 +18,4 @@ namespace credence {
 void write_run_log(const std::filesystem::path& target, const RunTrace& trace, std::size_t end,
                    const std::string& failure);
 
-}  // namespace credence
+}  // namespace credence::internal

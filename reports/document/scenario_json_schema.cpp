@@ -8,7 +8,7 @@
 #include "montecarlo/scenario/scenario_schema.h"
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
@@ -117,4 +117,4 @@ std::string scenario_json_schema() {
   return root.dump(1) + "\n";
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string percent(double share) { return number_text(100.0 * share, 3); }
@@ -50,7 +50,7 @@ Json wrong_filter_json(const WrongFilterResult& filter) {
   json["cause_named"] = share_json(filter.named);
   json["cause_named"]["wanted"] = filter.named_wanted;
   json["causes"] = Json::array();
-  for (const NamedCause& named : filter.causes) {
+  for (const CauseShare& named : filter.causes) {
     json["causes"].push_back({{"cause", to_string(named.cause)}, {"share", named.share}});
   }
   json["power"] = Json::array();
@@ -144,7 +144,7 @@ ReportTable wrong_filter_table(const SelftestResult& result) {
                     .notes = {}};
   for (const WrongFilterResult& filter : result.wrong_filters) {
     std::string causes;
-    for (const NamedCause& named : filter.causes) {
+    for (const CauseShare& named : filter.causes) {
       if (named.share < 0.05) continue;
       causes += fmt::format("{}{} ({} %)", causes.empty() ? "" : "; ", to_string(named.cause),
                             percent(named.share));
@@ -346,4 +346,4 @@ Document selftest_document(const SelftestResult& result) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

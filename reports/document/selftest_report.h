@@ -6,7 +6,7 @@
 #include "analysis/studies/selftest.h"
 #include "reports/document/document.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What `credence selftest` says (JSON: docs/formats.md): whether the tests of this build keep their
 /// false-alarm rates and find filters that are wrong, what is often done instead, and what stopping early
@@ -16,4 +16,4 @@ Document selftest_document(const SelftestResult& result);
 /// One sentence for each row that fails; empty when all is well.
 std::vector<std::string> selftest_failures(const SelftestResult& result);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include <complex>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 Json rank_json(const RankDecision& decision) {
   Json j;
@@ -24,4 +24,4 @@ Json eigenvalues_json(const Eigen::VectorXcd& values) {
   return j;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string joined(const std::vector<std::string>& words) {
@@ -372,4 +372,4 @@ Document stability_document(const Scenario& scenario, const StabilityAnalysis& a
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

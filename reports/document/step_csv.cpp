@@ -6,7 +6,7 @@
 
 #include "reports/render/csv.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 CsvField field(double value) { return std::isfinite(value) ? CsvField(value) : CsvField(""); }
@@ -84,4 +84,4 @@ void write_trace_csv(const std::filesystem::path& target, const RunTrace& trace)
   csv.commit();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "analysis/evidence/study_analysis.h"
 #include "montecarlo/engine/experiment.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Every step of a study as one row: means, bounds and p-values of NEES and NIS, exact values for linear
 /// models, traces of P. Throws OutputError when the file cannot be written.
@@ -18,4 +18,4 @@ void write_log_csv(const std::filesystem::path& target, const LogAnalysis& analy
 /// landmarks not yet seen are empty.
 void write_trace_csv(const std::filesystem::path& target, const RunTrace& trace);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "reports/document/judgement_json.h"
 #include "reports/document/verdict_json.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Json exact_json(const StudyAnalysis& a) {
@@ -114,4 +114,4 @@ std::string studies_json(const std::vector<ReportedStudy>& reported) {
   return text_of_json({{"schema", kSchema}, {"studies", std::move(studies)}});
 }
 
-}  // namespace credence
+}  // namespace credence::internal

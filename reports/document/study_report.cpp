@@ -18,7 +18,7 @@
 #include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 template <class Predicate>
@@ -369,4 +369,4 @@ Document study_document(std::vector<ReportedStudy> given) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "montecarlo/engine/experiment.h"
 #include "reports/document/document.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A study and one of its runs, to be shown.
 struct ReportedStudy {
@@ -23,4 +23,4 @@ struct ReportedStudy {
 /// run. Precondition: there is a study.
 Document study_document(std::vector<ReportedStudy> studies);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "core/nan.h"
 #include "reports/document/swept_values.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// One of the two verdicts of a study.
@@ -230,4 +230,4 @@ std::vector<Figure> sweep_figures(const SweepAnalysis& sweep) {
   return plane ? heat_figures(sweep) : std::vector<Figure>{};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "analysis/evidence/sweep_analysis.h"
 #include "reports/figures/figure.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Mean NEES and NIS over their expected values across a sweep.
 ///
@@ -15,4 +15,4 @@ namespace credence {
 /// the values are. Nothing where no axis has numbers and there are more than two.
 std::vector<Figure> sweep_figures(const SweepAnalysis& sweep);
 
-}  // namespace credence
+}  // namespace credence::internal

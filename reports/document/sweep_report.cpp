@@ -14,7 +14,7 @@
 #include "reports/document/verdict_text.h"
 #include "reports/render/csv.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The level of the tests of all configurations together.
@@ -233,4 +233,4 @@ Document sweep_document(SweepAnalysis given) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct ScalarJson {
@@ -37,4 +37,4 @@ Json swept_json(const SweepPlan& plan, const SweepPoint& point) {
   return values;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "montecarlo/scenario/sweep_plan.h"
 #include "reports/render/json_numbers.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A swept value as a person reads it: a word without its quotes.
 std::string swept_text(const ScalarValue& value);
@@ -16,4 +16,4 @@ double swept_number(const ScalarValue& value);
 /// Keys and values of one point of a sweep: {"world.landmarks": 3, …}.
 Json swept_json(const SweepPlan& plan, const SweepPoint& point);
 
-}  // namespace credence
+}  // namespace credence::internal

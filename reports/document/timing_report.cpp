@@ -8,7 +8,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using enum ColumnAlign;
@@ -333,4 +333,4 @@ Document timing_document(const TimingResult& result) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Json vector_json(const Vector& v) { return json_numbers(std::vector<double>(v.data(), v.data() + v.size())); }
@@ -116,4 +116,4 @@ Document trace_document(const Scenario& scenario, const RunTrace& trace) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// ln of the density of the true state under the filter's law, a step; NaN where it is not known.
@@ -185,4 +185,4 @@ Document tune_document(ScenarioTuning given) {
   return document;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

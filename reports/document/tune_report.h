@@ -5,7 +5,7 @@
 #include "analysis/tuning/tune_scenario.h"
 #include "reports/document/document.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What `credence tune` says of a scenario (JSON: docs/formats.md): the noise that its innovations ask for,
 /// what can be known of it, and how the filter does with it on fresh noise. Its figures take long where the
@@ -15,4 +15,4 @@ Document tune_document(ScenarioTuning tuning);
 /// The tuned scenario as TOML. Good only where something was found.
 std::string tuned_toml(const ScenarioTuning& tuning);
 
-}  // namespace credence
+}  // namespace credence::internal

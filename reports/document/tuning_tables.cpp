@@ -6,7 +6,7 @@
 
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Json tuned_parameter_json(const TunedParameter& p) {
@@ -151,4 +151,4 @@ Json tuning_json(const Tuning& g) {
   return j;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

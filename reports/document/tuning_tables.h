@@ -9,7 +9,7 @@
 /// @file
 /// What every tuning shows, whatever was tuned.
 
-namespace credence {
+namespace credence::internal {
 
 /// The number, or a dash for NaN.
 std::string or_dash(double value, int significant = 4);
@@ -38,4 +38,4 @@ ReportAnswer nothing_told(const Tuning& tuning);
 /// The members of docs/formats.md that every tuning has: forecast, parameters, correlation, log_score …
 Json tuning_json(const Tuning& tuning);
 
-}  // namespace credence
+}  // namespace credence::internal

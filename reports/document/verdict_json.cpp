@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Json span_json(const ConsistencyVerdict& v, const StepSpan& span) {
@@ -84,4 +84,4 @@ Json not_converged_json(std::span<const RunNotConverged> runs) {
   return list;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "montecarlo/engine/study_statistics.h"
 #include "reports/render/json_numbers.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A verdict with everything it rests on, as docs/formats.md describes `nees` and `nis`. Internal to the
 /// writers of JSON.
@@ -20,4 +20,4 @@ Json not_converged_json(std::span<const RunNotConverged> runs);
 /// The object `word`: the verdict over everything, and what it joins.
 Json word_json(const Word& word);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::string word_clause(const Word& word, const ConsistencyVerdict& nees) {
   std::string clause = word.says;
@@ -69,4 +69,4 @@ std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
       number_text(100.0 * v.expected_share_outside, 3));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "analysis/evidence/study_analysis.h"
 #include "reports/document/report_table.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// "optimistic in heading from step 180 on; times 1.3 on P the mean NEES would be right".
 std::string word_clause(const Word& word, const ConsistencyVerdict& nees);
@@ -28,4 +28,4 @@ std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::i
 /// A verdict as a cell.
 TableCell verdict_cell(Verdict verdict);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "reports/figures/figure_text.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kPngDotsPerPoint = 300.0 / 72.0;
@@ -167,4 +167,4 @@ std::string CairoCanvas::finish() && {
   return std::move(page_->bytes);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "reports/figures/canvas.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Draws with cairo, to stand in a paper: a PDF of one page, its fonts embedded, or a PNG on white at 300
 /// dots per inch; the label font is 8 pt. Letters that the font at hand lacks show as boxes. Every call
@@ -34,4 +34,4 @@ class CairoCanvas : public Canvas {
   std::unique_ptr<Page> page_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

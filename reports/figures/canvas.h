@@ -11,7 +11,7 @@
 /// What a figure is drawn on: lines, areas and words. figure_painter.h draws every figure with these three;
 /// each output format implements them.
 
-namespace credence {
+namespace credence::internal {
 
 /// Lengths are in units of 1/12 of the label font's size, from the upper left corner to the right and down.
 struct CanvasPoint {
@@ -83,4 +83,4 @@ class Canvas {
   virtual void end_group() {}
 };
 
-}  // namespace credence
+}  // namespace credence::internal

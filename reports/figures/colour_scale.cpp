@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 
 std::uint32_t colour_of(double share, ColourScale scale) {
   if (std::isnan(share)) return kMissingColour;
@@ -22,4 +22,4 @@ std::uint32_t colour_of(double share, ColourScale scale) {
   return rgb;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "reports/figures/svg_canvas.h"
 #include "reports/render/atomic_file.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // A page shows up to four columns side by side.
@@ -152,4 +152,4 @@ std::vector<Drawing> draw_all(std::span<const Figure> figures, const ReportFolde
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

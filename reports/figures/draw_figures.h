@@ -11,7 +11,7 @@
 /// @file
 /// Figures as SVG for pages, and as files for papers.
 
-namespace credence {
+namespace credence::internal {
 
 /// One <svg> element to stand in a web page or a file. Throws std::invalid_argument (see validate).
 std::string render_svg(const Figure& figure);
@@ -40,4 +40,4 @@ std::vector<Drawing> draw_all(std::span<const Figure> figures);
 /// cannot be written.
 std::vector<Drawing> draw_all(std::span<const Figure> figures, const ReportFolder& folder);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kPose = static_cast<std::size_t>(EstimatorBlock::pose);
@@ -105,4 +105,4 @@ std::vector<Figure> estimator_figures(const EstimatorStudy& study) {
   return {figure};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

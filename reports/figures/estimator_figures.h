@@ -5,9 +5,9 @@
 #include "analysis/studies/estimator_study.h"
 #include "reports/figures/figure.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Consistency against accuracy and against cost, NEES over time, and its distribution over the runs.
 std::vector<Figure> estimator_figures(const EstimatorStudy& study);
 
-}  // namespace credence
+}  // namespace credence::internal

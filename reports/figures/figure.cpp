@@ -12,7 +12,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Series make_series(SeriesKind kind, FigureText label, ColourRole role, FigureData x, FigureData y) {
@@ -205,4 +205,4 @@ void append_curve(PlanarCurve& all, const PlanarCurve& next) {
   all.y.insert(all.y.end(), next.y.begin(), next.y.end());
 }
 
-}  // namespace credence
+}  // namespace credence::internal

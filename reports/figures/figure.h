@@ -15,7 +15,7 @@
 /// A figure as data: panels in a grid, each with series. No drawing here; draw_figures.h does that.
 /// Values that are not finite break a line and are left out of point clouds.
 
-namespace credence {
+namespace credence::internal {
 
 /// Text in a figure. Literal by default: "K_f1 {x}" is shown with its underscore and braces.
 struct FigureText {
@@ -138,4 +138,4 @@ PlanarCurve ellipse_points(const Eigen::Vector2d& mean, const Eigen::Matrix2d& c
 /// nothing.
 void append_curve(PlanarCurve& all, const PlanarCurve& next);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "reports/figures/figure_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Magnitudes that a plot cannot place in double arithmetic (differences overflow) count as not finite.
@@ -203,4 +203,4 @@ double widest_label(const Axis& axis) {
   return widest;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

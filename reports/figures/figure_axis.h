@@ -9,7 +9,7 @@
 /// Ranges and ticks of the axes of a panel, chosen before drawing: every output format then shows the same
 /// axes, and margins can be computed from the labels.
 
-namespace credence {
+namespace credence::internal {
 
 struct AxisTick {
   double value;
@@ -44,4 +44,4 @@ void equalise(AxisRange& x, AxisRange& y, double width_over_height);
 /// Room that the longest tick label takes, in canvas units.
 double widest_label(const Axis& axis);
 
-}  // namespace credence
+}  // namespace credence::internal

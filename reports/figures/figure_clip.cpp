@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 CanvasPoint between(const CanvasPoint& a, const CanvasPoint& b, double share) {
@@ -78,4 +78,4 @@ CanvasPath clip_area(CanvasPath outline, const CanvasBox& box) {
   return outline;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 /// What of a curve or an area lies in the box of the axes. Cut before drawing, so that a file holds nothing
 /// that is not seen and every viewer shows the same.
 
-namespace credence {
+namespace credence::internal {
 
 /// The parts of an open line inside `box` (Liang and Barsky, 1984); where the line leaves the box it is cut
 /// on the border.
@@ -20,4 +20,4 @@ CanvasPath clip_area(CanvasPath outline, const CanvasBox& box);
 
 bool is_inside(const CanvasPoint& point, const CanvasBox& box);
 
-}  // namespace credence
+}  // namespace credence::internal

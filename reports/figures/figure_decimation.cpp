@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Kept = std::vector<std::size_t>;
@@ -117,4 +117,4 @@ CanvasPath straighten(const CanvasPath& curve, double tolerance) {
   return kept;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

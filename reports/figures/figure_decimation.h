@@ -6,7 +6,7 @@
 /// Fewer points where a figure cannot show more. What the eye would see stays: extremes are never dropped.
 /// A canvas unit is one pixel of a page.
 
-namespace credence {
+namespace credence::internal {
 
 /// Of a curve with increasing x: for every pixel column its first, lowest, highest and last point.
 CanvasPath thin_columns(const CanvasPath& curve);
@@ -22,4 +22,4 @@ CanvasPath thin_cloud(const CanvasPath& cloud);
 /// them. Ends stay. O(n).
 CanvasPath straighten(const CanvasPath& curve, double tolerance);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "reports/figures/figure_text.h"
 #include "reports/figures/panel_scale.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kLine = 17.0;        // distance of lines of text
@@ -244,4 +244,4 @@ FigureLayout lay_out(const Figure& figure, double width) {
   return layout;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

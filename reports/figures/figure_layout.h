@@ -9,7 +9,7 @@
 /// @file
 /// Where everything of a figure goes, in canvas units from the upper left corner to the right and down.
 
-namespace credence {
+namespace credence::internal {
 
 inline constexpr double kColourBarWidth = 12.0;
 
@@ -42,4 +42,4 @@ struct FigureLayout {
 /// or column of the grid line up; legends stand below their axes, never over the data.
 FigureLayout lay_out(const Figure& figure, double width);
 
-}  // namespace credence
+}  // namespace credence::internal

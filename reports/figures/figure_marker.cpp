@@ -1,6 +1,6 @@
 #include "reports/figures/figure_marker.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Adds what a marker of "radius" r at p consists of: lines, the outline of an area, or a point.
@@ -57,4 +57,4 @@ void paint_markers(const Series& series, const CanvasPath& places, Canvas& canva
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

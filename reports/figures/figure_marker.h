@@ -3,7 +3,7 @@
 #include "reports/figures/canvas.h"
 #include "reports/figures/figure.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Draws the marker of `series` at every place.
 void paint_markers(const Series& series, const CanvasPath& places, Canvas& canvas);
@@ -11,4 +11,4 @@ void paint_markers(const Series& series, const CanvasPath& places, Canvas& canva
 /// The corners of a box.
 CanvasPath rectangle_path(const CanvasBox& box);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "reports/figures/panel_scale.h"
 #include "reports/figures/series_painter.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kTick = 4.0;
@@ -174,4 +174,4 @@ void paint_figure(const Figure& figure, const FigureLayout& layout, Canvas& canv
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include "reports/figures/figure.h"
 #include "reports/figures/figure_layout.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Draws a valid figure as it was laid out: grid, series, axes, texts, legends, colour bars.
 void paint_figure(const Figure& figure, const FigureLayout& layout, Canvas& canvas);
@@ -12,4 +12,4 @@ void paint_figure(const Figure& figure, const FigureLayout& layout, Canvas& canv
 /// Draws one panel of it alone, at its place.
 void paint_panel(const Panel& panel, const PanelLayout& layout, Canvas& canvas);
 
-}  // namespace credence
+}  // namespace credence::internal

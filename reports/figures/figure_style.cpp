@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint32_t kBlack = 0x000000;
@@ -69,4 +69,4 @@ std::span<const std::uint32_t> diverging_colours() {
   return colours;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

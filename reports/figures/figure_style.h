@@ -9,7 +9,7 @@
 /// The look of all figures in one place. Series name roles; the palette is that of Okabe and Ito ("Color
 /// universal design", 2008), which stays distinguishable with every common colour-vision deficiency.
 
-namespace credence {
+namespace credence::internal {
 
 /// What a series means. `first` to `sixth` are for curves that differ in nothing but their number.
 enum class ColourRole {
@@ -53,4 +53,4 @@ inline constexpr std::uint32_t kAxisColour = 0x666666;     ///< frame and ticks
 inline constexpr std::uint32_t kGridColour = 0xE6E6E6;     ///< grid lines
 inline constexpr std::uint32_t kMissingColour = 0xD9D9D9;  ///< heat-map cells without a value
 
-}  // namespace credence
+}  // namespace credence::internal

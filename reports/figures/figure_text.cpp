@@ -7,7 +7,7 @@
 #include "reports/figures/canvas.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Thousandths of the font's size for ' ' to '~', from the metrics of Helvetica (Arial and Liberation Sans
@@ -72,4 +72,4 @@ double text_width(const FigureText& text) {
   return kWidestFont * width;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 /// @file
 /// The words of a figure: their markup and the room they take.
 
-namespace credence {
+namespace credence::internal {
 
 enum class TextLevel { base, subscript, superscript };
 
@@ -24,4 +24,4 @@ std::vector<TextRun> text_runs(const FigureText& text);
 /// widths of Helvetica, with what wider fonts need on top.
 double text_width(const FigureText& text);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "reports/document/log_table.h"
 #include "reports/figures/study_figures.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
@@ -89,4 +89,4 @@ std::vector<Figure> log_figures(const std::string& name, const CheckedLogs& logs
           blocks_figure(name, logs.analysis)};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "reports/figures/figure_text.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kMostPoints = 1500;
@@ -194,4 +194,4 @@ std::string panel_data(const Panel& panel, const PanelLayout& layout) {
       columns.text(), series, parts_text(panel, leading), cells_text(panel));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 /// The numbers behind a drawn panel, for the script of a page (html_script.h): what stands under the mouse,
 /// and what belongs to an entry of the legend.
 
-namespace credence {
+namespace credence::internal {
 
 /// One JSON object without the characters < and &:
 ///
@@ -30,4 +30,4 @@ std::string panel_data(const Panel& panel, const PanelLayout& layout);
 /// (the other end of a band, the line through error bars), or itself without a name.
 std::vector<std::size_t> leading_series(const Panel& panel);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kFarOutside = 1e6;
@@ -42,4 +42,4 @@ std::vector<CanvasPath> PanelScale::curves(const FigureData& xs, const FigureDat
   return curves;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "reports/figures/canvas.h"
 #include "reports/figures/figure_layout.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// From the data of a panel to the canvas.
 class PanelScale {
@@ -27,4 +27,4 @@ class PanelScale {
 /// Where `value` lies in the range of its axis: 0 at the low end, 1 at the high end; NaN where nowhere.
 double share_of_axis(const Axis& axis, double value);
 
-}  // namespace credence
+}  // namespace credence::internal

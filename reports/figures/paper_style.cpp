@@ -7,7 +7,7 @@
 #include <array>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using namespace std::string_view_literals;
@@ -42,4 +42,4 @@ PaperStyle paper_style(std::span<const std::string> words) {
   return style;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// @file
 /// What the files beside a page are written as, so that a figure stands in a paper as it is.
 
-namespace credence {
+namespace credence::internal {
 
 /// Formats, width and lettering of the figures that are written into files.
 struct PaperStyle {
@@ -45,4 +45,4 @@ struct ReportFolder {
   PaperStyle paper;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

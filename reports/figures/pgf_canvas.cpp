@@ -9,7 +9,7 @@
 #include "reports/figures/figure_text.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kPgfPoints = kPaperFontPoints / kLabelFont;
@@ -165,4 +165,4 @@ void PgfCanvas::write(const FigureText& text, CanvasPoint at, const Lettering& l
 
 std::string PgfCanvas::finish() && { return std::move(pgf_) + "\\end{pgfpicture}%\n"; }
 
-}  // namespace credence
+}  // namespace credence::internal

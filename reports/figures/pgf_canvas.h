@@ -5,7 +5,7 @@
 
 #include "reports/figures/canvas.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Draws a picture for LaTeX's package pgf, whose words LaTeX sets in the letters of the paper: \input it,
 /// with \usepackage{pgf} in the preamble. The label font is 8 pt.
@@ -31,4 +31,4 @@ class PgfCanvas : public Canvas {
 /// their commands, other letters as they are.
 std::string latex_words(std::string_view words);
 
-}  // namespace credence
+}  // namespace credence::internal

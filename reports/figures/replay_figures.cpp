@@ -10,7 +10,7 @@
 #include "core/manifold/angle.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 bool has_heading(const ReplayResult& r) { return !r.references.empty() && r.references.front().dof == 3; }
@@ -224,4 +224,4 @@ std::vector<Figure> replay_figures(const std::string& name, const ReplayResult& 
                             r)};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

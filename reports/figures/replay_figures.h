@@ -9,7 +9,7 @@
 /// @file
 /// Figures of a replay like the paper's 5 to 8. `name` begins the file name of each.
 
-namespace credence {
+namespace credence::internal {
 
 /// The paper's Figures 5 to 7 for one replay: vehicle error against the reference with 2σ, landmark errors
 /// with 2σ, gains, traces of the covariance; and the NIS of single observations.
@@ -21,4 +21,4 @@ Panel replay_map_panel(const std::string& title, const ReplayResult& result);
 /// Both of one replay.
 std::vector<Figure> replay_figures(const std::string& name, const ReplayResult& result);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "reports/figures/figure_decimation.h"
 #include "reports/figures/figure_marker.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Longer curves are thinned to what the pixels can show.
@@ -239,4 +239,4 @@ void SeriesPainter::cells(const Series& series) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "reports/figures/figure.h"
 #include "reports/figures/panel_scale.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Draws the series of one panel within its axes.
 class SeriesPainter {
@@ -45,4 +45,4 @@ class SeriesPainter {
   bool has_painted_ = false;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

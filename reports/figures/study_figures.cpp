@@ -11,7 +11,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// One number of every step of a run, NaN where `get` finds none.
@@ -345,4 +345,4 @@ std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& 
   return figures;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

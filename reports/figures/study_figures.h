@@ -11,7 +11,7 @@
 /// @file
 /// The figures of one study. `name` begins the file name of each.
 
-namespace credence {
+namespace credence::internal {
 
 /// The paper's four columns for one run of a monobot: positions with 2σ and measurements, of the vehicle and
 /// of the landmarks; Kalman gains; vehicle error with 2σ; landmark errors with 2σ.
@@ -36,4 +36,4 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
 std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
                                   const std::optional<RunTrace>& trace);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "reports/figures/figure_text.h"
 #include "reports/render/html_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::int64_t hundredths(double value) { return std::llround(100.0 * value); }
@@ -155,4 +155,4 @@ void SvgCanvas::write(const FigureText& text, CanvasPoint at, const Lettering& l
 
 std::string SvgCanvas::finish() && { return std::move(svg_) + "</svg>\n"; }
 
-}  // namespace credence
+}  // namespace credence::internal

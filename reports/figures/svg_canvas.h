@@ -5,7 +5,7 @@
 
 #include "reports/figures/canvas.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Draws one <svg> element, for a web page or a file of its own: no ids (many figures share a page), no
 /// scripts, words as words. Coordinates have two decimals; the bytes depend on what is drawn and on nothing
@@ -30,4 +30,4 @@ class SvgCanvas : public Canvas {
   std::string svg_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

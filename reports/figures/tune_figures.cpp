@@ -9,7 +9,7 @@
 #include "analysis/laws/chi_square.h"
 #include "analysis/tuning/score_shape.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// What a coordinate is on an axis: that of its own parameter if it is the logarithm of one, else itself.
@@ -134,4 +134,4 @@ Figure tune_profile_figure(const ScenarioTuning& t) {
   return tune_profile_figure(t.score->model(), t.tuning, keys_of(t));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

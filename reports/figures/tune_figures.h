@@ -9,7 +9,7 @@
 /// @file
 /// The figures of `credence tune`.
 
-namespace credence {
+namespace credence::internal {
 
 /// From a parameter of the model to its name on an axis and the unit of that.
 using KeyOfParameter = std::function<ScenarioScore::Key(const std::string& parameter)>;
@@ -24,4 +24,4 @@ Figure tune_profile_figure(const ScenarioTuning& tuning);
 /// Precondition: tuning.ridge_of.
 Figure tune_surface_figure(const ScenarioTuning& tuning);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Threads of one process and several processes may write into one folder.
@@ -90,4 +90,4 @@ void make_directories(const std::filesystem::path& directory) {
     throw OutputError(fmt::format("cannot make the folder {}: {}", directory.string(), error.message()));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 /// @file
 /// Output files appear whole or not at all.
 
-namespace credence {
+namespace credence::internal {
 
 /// An output file cannot be written; the message names the path and the reason.
 class OutputError : public std::runtime_error {
@@ -42,4 +42,4 @@ void write_file(const std::filesystem::path& target, std::string_view bytes);
 /// Makes a folder and those it lies in; OutputError when it cannot.
 void make_directories(const std::filesystem::path& directory);
 
-}  // namespace credence
+}  // namespace credence::internal

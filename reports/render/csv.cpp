@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Records are handed to the system in blocks of about this many bytes.
@@ -64,4 +64,4 @@ void CsvWriter::flush() {
   pending_.clear();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

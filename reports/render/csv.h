@@ -13,7 +13,7 @@
 /// Comma-separated values for other programs (RFC 4180: lines end with CR LF, text is quoted where it must
 /// be).
 
-namespace credence {
+namespace credence::internal {
 
 /// One field. Doubles are written with the fewest digits that read back as the same bits; "nan", "inf",
 /// "-inf".
@@ -48,4 +48,4 @@ class CsvWriter {
   std::string pending_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

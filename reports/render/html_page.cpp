@@ -14,7 +14,7 @@
 #include "reports/render/html_text.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Two spaces as wide as a digit and as a point keep right-aligned numbers in line.
@@ -337,4 +337,4 @@ std::string html_page(const Document& document, std::span<const Drawing> drawing
   return page + "</main>\n</body>\n</html>\n";
 }
 
-}  // namespace credence
+}  // namespace credence::internal

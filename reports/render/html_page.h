@@ -8,7 +8,7 @@
 #include "reports/document/provenance.h"
 #include "reports/figures/draw_figures.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A document as one HTML file that needs nothing else: no files, no fonts, no network. Its one script makes
 /// figures answer to the mouse and tables sort; without it everything can still be read and printed. Words of
@@ -19,4 +19,4 @@ namespace credence {
 std::string html_page(const Document& document, std::span<const Drawing> drawings, const Provenance& from,
                       const std::filesystem::path& link_base = {});
 
-}  // namespace credence
+}  // namespace credence::internal

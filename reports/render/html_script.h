@@ -8,7 +8,7 @@
 /// printing. The figures are the drawn ones (panel_data.h says what comes with each); nothing is fetched or
 /// stored.
 
-namespace credence {
+namespace credence::internal {
 
 inline constexpr std::string_view kPageScript = R"js(
 'use strict';
@@ -400,4 +400,4 @@ document.addEventListener('DOMContentLoaded', () => {
 });
 )js";
 
-}  // namespace credence
+}  // namespace credence::internal

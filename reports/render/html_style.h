@@ -7,7 +7,7 @@
 /// reader has it; wide things scroll in themselves; prints light, unfolded, without splitting figures or
 /// rows.
 
-namespace credence {
+namespace credence::internal {
 
 inline constexpr std::string_view kPageStyle = R"css(
 :root { color-scheme: light dark; --paper: #fff; --ink: #1f2328; --soft: #57606a; --rule: #d9dde2;
@@ -166,4 +166,4 @@ pre { font: .8rem/1.45 ui-monospace, "SF Mono", Menlo, "DejaVu Sans Mono", monos
 }
 )css";
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::string escape_html(std::string_view text) {
   std::string escaped;
@@ -45,4 +45,4 @@ std::string encoded_path(std::string_view path) {
   return out;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

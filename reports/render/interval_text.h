@@ -7,7 +7,7 @@
 
 #include "reports/render/number_text.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// "1.06 (1.02 … 1.11)": a value with the bounds of its interval, for a person; the value alone where there
 /// is no interval (NaN), as of one run.
@@ -17,4 +17,4 @@ inline std::string interval_text(double value, double lower, double upper, int s
                      number_text(upper, 3));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

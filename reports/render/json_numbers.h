@@ -7,7 +7,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 using Json = nlohmann::ordered_json;
 
@@ -40,4 +40,4 @@ inline Json json_matrix(const Matrix& matrix) {
   return rows;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string_view>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kMinus = "\u2212";
@@ -62,4 +62,4 @@ std::string duration_text(double seconds, int significant) {
   return number_text(seconds / 3600.0, significant) + " h";
 }
 
-}  // namespace credence
+}  // namespace credence::internal

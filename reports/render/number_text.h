@@ -5,7 +5,7 @@
 /// @file
 /// How a number is shown to a person. Machines get the shortest round-trip form instead (JSON, CSV).
 
-namespace credence {
+namespace credence::internal {
 
 /// `value` rounded to `significant` digits (1 to 17): "0.3838", "−12.71", "1.300e7"; digits of the integer
 /// part are never cut. Very small and very large magnitudes take an exponent; "∞", "−∞" and "nan" are words.
@@ -20,4 +20,4 @@ std::string p_value_statement(double p);
 /// A time in the unit that suits it, from ns to h, rounded likewise: "1.64 µs", "3.2 min".
 std::string duration_text(double seconds, int significant = 3);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "reports/render/text_table.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 
 std::string text_page(const Document& document, bool colour, std::size_t width) {
   std::string text;
@@ -14,4 +14,4 @@ std::string text_page(const Document& document, bool colour, std::size_t width) 
   return text;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kColumnGap = "  ";
@@ -204,4 +204,4 @@ std::string text_table(const ReportTable& table, bool colour, std::size_t width)
   return out;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

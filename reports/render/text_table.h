@@ -8,7 +8,7 @@
 /// @file
 /// Tables on a terminal.
 
-namespace credence {
+namespace credence::internal {
 
 /// `table` as aligned lines of UTF-8 text, title above, notes below, each line ended by a line break. With
 /// `colour`, tones become ANSI colours (the caller knows whether stdout is a terminal).
@@ -18,4 +18,4 @@ namespace credence {
 /// = 0: one line a row.
 std::string text_table(const ReportTable& table, bool colour = false, std::size_t width = 0);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include <array>
 #include <iterator>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr char32_t kReplacement = 0xFFFD;
@@ -101,4 +101,4 @@ std::size_t display_width(std::string_view text) {
   return width;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

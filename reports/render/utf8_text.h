@@ -7,7 +7,7 @@
 /// @file
 /// What reports need to know of UTF-8: names of scenarios and files are other people's bytes.
 
-namespace credence {
+namespace credence::internal {
 
 /// `text` as one line that is safe to show: invalid UTF-8 becomes U+FFFD; control characters (so also line
 /// breaks and terminal escapes), bidirectional overrides and private-use characters become a space or vanish.
@@ -26,4 +26,4 @@ void append_utf8(std::string& out, char32_t code_point);
 /// Whether `c` is one of the bytes of `set`.
 inline bool is_in(char c, std::string_view set) { return set.find(c) != std::string_view::npos; }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,8 +6,7 @@
 #include "reports/render/atomic_file.h"
 #include "reports/render/html_page.h"
 
-namespace credence {
-
+namespace credence::internal {
 namespace {
 
 /// One for each figure of the document; empty for those without panels.
@@ -37,4 +36,4 @@ void write_document(const Document& document, const ReportFolder& directory, con
   write_file(directory / "index.html", html_page(document, drawings, provenance, directory));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include "reports/document/provenance.h"
 #include "reports/figures/paper_style.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Writes DIR/index.html, DIR/figures in the formats of the folder's style, and the files beside the page;
 /// makes the folder where there is none. The page is the last that is written. Throws OutputError when a file
@@ -12,4 +12,4 @@ namespace credence {
 void write_document(const Document& document, const ReportFolder& directory,
                     const Provenance& provenance = make_provenance());
 
-}  // namespace credence
+}  // namespace credence::internal

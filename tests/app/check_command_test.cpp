@@ -14,7 +14,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -490,4 +490,4 @@ TEST_F(CheckCommand, CtrlCLeavesWholeLogsOfTheRunsThatItReports) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

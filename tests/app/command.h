@@ -19,7 +19,7 @@
 #include "tests/paths.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// How a call of the binary ended; a code above 128 is a signal.
 struct Finished {
@@ -97,4 +97,4 @@ class CommandTest : public ::testing::Test {
   }
 };
 
-}  // namespace credence
+}  // namespace credence::internal

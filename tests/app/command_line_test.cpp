@@ -12,7 +12,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -404,4 +404,4 @@ TEST_F(CommandLine, AnOutputThatCannotBeWrittenIsAnErrorThatNamesIt) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -123,4 +123,4 @@ TEST_F(Completion, EveryOptionOfTheHelpIsOffered) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

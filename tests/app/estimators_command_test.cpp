@@ -8,7 +8,7 @@
 #include "tests/app/command.h"
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 class EstimatorsCommand : public CommandTest {
@@ -124,4 +124,4 @@ TEST_F(EstimatorsCommand, LeavesOutWhatRefusesTheScenario) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -46,4 +46,4 @@ TEST_F(ExplainCommand, AnUnknownWordGetsThoseThatAreNear) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -132,4 +132,4 @@ TEST_F(HelpCommand, BashCompletesCommandsOptionsValuesKeysAndScenarios) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

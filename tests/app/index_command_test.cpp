@@ -4,7 +4,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -34,4 +34,4 @@ TEST_F(IndexCommand, AFolderThatIsNotThereIsBadInput) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

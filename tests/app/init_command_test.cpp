@@ -6,7 +6,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -63,4 +63,4 @@ TEST_F(InitCommand, WhatIsOfNoEffectIsRefused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -62,4 +62,4 @@ TEST_F(ListCommand, TextHasOneTableForEachKind) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

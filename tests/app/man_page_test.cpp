@@ -5,7 +5,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -52,4 +52,4 @@ TEST_F(ManPage, GroffHasNothingToSay) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -135,4 +135,4 @@ TEST_F(RanksCommand, WhatIsWrongIsSaidOnce) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "tests/app/command.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -122,4 +122,4 @@ TEST_F(ReplayCommand, ClaimsInterruptedAreNotTold) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/engine/result_store.h"
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -140,4 +140,4 @@ TEST_F(ResultsCommand, AfterAnInterruptionTheCommandThatContinuesIsToldAndDoesSo
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -213,4 +213,4 @@ TEST_F(RunCommand, ADiffusePriorWithMissedMeasurementsIsReported) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -50,4 +50,4 @@ TEST_F(ScenarioFiles, WhatIsNeitherIsRefusedWithWhatMayBeMeant) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

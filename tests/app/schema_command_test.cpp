@@ -4,7 +4,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -38,4 +38,4 @@ TEST_F(SchemaCommand, EveryOneThatIsOfferedIsThere) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "tests/app/command.h"
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 class StabilityCommand : public CommandTest {
@@ -126,4 +126,4 @@ TEST_F(StabilityCommand, SweepDrawsTheMapOfRanks) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

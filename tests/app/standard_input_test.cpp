@@ -14,7 +14,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -100,4 +100,4 @@ TEST_F(StandardInput, AnInterruptionWhileItWaitsLeavesNoFileBehind) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -205,4 +205,4 @@ TEST_F(LocalSlurm, AKilledTaskSubmittedAgainChangesNoBit) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

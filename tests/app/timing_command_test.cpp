@@ -1,6 +1,6 @@
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 class TimingCommandTest : public CommandTest {};
@@ -28,4 +28,4 @@ TEST_F(TimingCommandTest, RefusesWhatCannotBeTimed) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "tests/app/command.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 class TuneCommand : public CommandTest {
@@ -145,4 +145,4 @@ TEST_F(TuneCommand, RefusesWithTheKey) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "tests/app/command.h"
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -214,4 +214,4 @@ TEST_F(WorldsCommand, StabilityOfAPeriodicWorldIsThatOfItsPeriod) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

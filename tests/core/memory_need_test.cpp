@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(MemoryNeed, RefusesMoreThanThereIsAndNothingElse) {
@@ -21,4 +21,4 @@ TEST(MemoryNeed, RefusesMoreThanThereIsAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

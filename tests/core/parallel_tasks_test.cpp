@@ -12,7 +12,7 @@
 
 #include "core/stop_point.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(ParallelTasks, EachIsDoneOnceOnAnyNumberOfThreads) {
@@ -115,4 +115,4 @@ TEST(ParallelTasks, ZeroThreadsAreOneForEachProcessor) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Independent standard normals.
 inline Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
@@ -16,4 +16,4 @@ inline Matrix random_matrix(Index rows, Index columns, std::uint64_t seed) {
   return M;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

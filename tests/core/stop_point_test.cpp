@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using std::chrono::milliseconds;
@@ -43,4 +43,4 @@ TEST(PulseScope, TellsNotMoreOftenThanOnceInItsInterval) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

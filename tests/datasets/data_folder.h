@@ -9,7 +9,7 @@
 #include "tests/paths.h"
 #include "tests/temporary_folder.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// The folder of a data set: within $CREDENCE_DATA, or else within ../shared/data beside the project. Empty
 /// if absent.
@@ -29,10 +29,10 @@ inline void copy_data(const std::filesystem::path& data, const TemporaryFolder& 
   }
 }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing
 
 /// Names the folder of a data set, or skips the test and says where the data were looked for.
-#define CREDENCE_DATA_OR_SKIP(variable, name)                                  \
-  const std::filesystem::path variable = credence::testing::data_folder(name); \
-  if (variable.empty())                                                        \
+#define CREDENCE_DATA_OR_SKIP(variable, name)                                            \
+  const std::filesystem::path variable = credence::internal::testing::data_folder(name); \
+  if (variable.empty())                                                                  \
   GTEST_SKIP() << "no data set '" << name << "' in $CREDENCE_DATA or ../shared/data: see docs/datasets.md"

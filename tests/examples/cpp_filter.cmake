@@ -1,5 +1,5 @@
-# Installs the package into a prefix of its own, and builds the examples against it and runs them, my_filter with every compiler and
-# for every instruction set that the machine has: the verdict is the same, whatever the program is compiled for.
+# Installs the package into a prefix of its own, and builds the examples against it and runs them, my_filter with every compiler for
+# the least and the most that the machine has, and for what lies between with one: the verdict is the same.
 # BUILD, SOURCE: of the project; WORK: a folder for all of that; CXX: the compilers, separated by ";"
 file(REMOVE_RECURSE ${WORK})
 function(run)
@@ -22,19 +22,20 @@ endfunction()
 
 must_run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 
-set(flag_sets "plain")
+set(between)
 foreach(feature avx avx2)
   if(EXISTS /proc/cpuinfo)
     file(STRINGS /proc/cpuinfo has REGEX "^flags.* ${feature} " LIMIT_COUNT 1)
     if(has)
-      list(APPEND flag_sets "-m${feature}")
+      list(APPEND between "-m${feature}")
     endif()
   endif()
 endforeach()
-list(APPEND flag_sets "-march=native")
 
 set(number 0)
 foreach(compiler ${CXX})
+  set(flag_sets plain ${between} -march=native)
+  set(between)
   foreach(flags ${flag_sets})
     math(EXPR number "${number} + 1")
     set(folder ${WORK}/build${number})

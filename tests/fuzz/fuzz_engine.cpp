@@ -25,7 +25,7 @@
 /// The entry of libFuzzer for what CREDENCE_FUZZ_TARGET names: any bytes give a value, which written and read
 /// again is the same, or one error of the kind that a user may see; everything else is a finding.
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require(bool holds) {
@@ -86,7 +86,7 @@ void fuzz(std::string_view target, const std::uint8_t* data, std::size_t size) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace credence;

@@ -16,7 +16,7 @@
 /// The entry of libFuzzer for the format CREDENCE_FUZZ_FORMAT: any bytes give runs, or one error of the two
 /// kinds that a user may see; everything else is a finding.
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 class SilentSink final : public LogSink {
@@ -93,7 +93,7 @@ void allowed_to_fail(Read read) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace credence;

@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/slam_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// EKF-SLAM: every Jacobian at the newest estimate. It takes the heading for observable, since its estimates
 /// of one state move between Jacobians ([Huang 2010]).
@@ -16,4 +16,4 @@ class EkfEstimator : public SlamEstimator {
   void linearise(const PlanarTruth& truth) override;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

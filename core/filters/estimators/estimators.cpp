@@ -17,7 +17,7 @@
 #include "core/filters/estimators/ukf_estimator.h"
 #include "core/filters/estimators/ukf_manifold_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 template <class Estimator, auto... kOptions>
@@ -73,4 +73,4 @@ std::unique_ptr<SlamEstimator> make_estimator(std::string_view name, const Estim
   return estimator_kind(name).make(settings);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

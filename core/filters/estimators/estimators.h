@@ -9,7 +9,7 @@
 /// @file
 /// The list of estimators. A new one is a pair of files and a line in estimators.cpp.
 
-namespace credence {
+namespace credence::internal {
 
 struct EstimatorKind {
   std::string_view name;     ///< its word in filter.estimator
@@ -27,4 +27,4 @@ const EstimatorKind& estimator_kind(std::string_view name);
 /// Throws std::invalid_argument for a name that no estimator has, and what its constructor throws.
 std::unique_ptr<SlamEstimator> make_estimator(std::string_view name, const EstimatorSettings& settings);
 
-}  // namespace credence
+}  // namespace credence::internal

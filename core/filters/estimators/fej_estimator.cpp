@@ -1,6 +1,6 @@
 #include "core/filters/estimators/fej_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 void FejEstimator::started() {
   FirstLandmarkEstimator::started();
@@ -17,4 +17,4 @@ void FejEstimator::linearise(const PlanarTruth&) {
   set_plane_rows(first_pose_, [this](Index offset) { return first_landmark(offset); });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

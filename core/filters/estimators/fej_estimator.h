@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/first_landmark_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// First-estimates-Jacobian EKF ([Huang 2008]): a Jacobian takes the first estimate that there was of each
 /// state, the predicted pose and the place where a landmark was put at its first observation, so that the
@@ -25,4 +25,4 @@ class FejEstimator final : public FirstLandmarkEstimator {
   Pose first_pose_ = Pose::Zero();  ///< x̂_{r,k|k−1}
 };
 
-}  // namespace credence
+}  // namespace credence::internal

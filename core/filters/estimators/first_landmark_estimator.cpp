@@ -1,6 +1,6 @@
 #include "core/filters/estimators/first_landmark_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 FirstLandmarkEstimator::FirstLandmarkEstimator(const EstimatorSettings& settings) : SlamEstimator(settings) {
   first_.reserve(static_cast<std::size_t>(settings.landmarks));
@@ -12,4 +12,4 @@ void FirstLandmarkEstimator::place(const Eigen::Vector2d& z, const PlanarTruth&,
   plane_placement(first_.back() - turned_about(), z, J_r, J_z);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

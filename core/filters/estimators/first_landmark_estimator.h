@@ -4,7 +4,7 @@
 
 #include "core/filters/estimators/slam_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What filters have in common that linearise landmarks where they were put at their first observation.
 class FirstLandmarkEstimator : public SlamEstimator {
@@ -24,4 +24,4 @@ class FirstLandmarkEstimator : public SlamEstimator {
   std::vector<Point> first_;  ///< in the order of the state
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/manifold/rotation.h"
 
-namespace credence {
+namespace credence::internal {
 
 void IdealEstimator::propagate(const Pose&, const Motion&, const Control& u, const PlanarTruth& truth) {
   const auto G = settings().model.move(truth.before, u).G;
@@ -23,4 +23,4 @@ void IdealEstimator::place(const Eigen::Vector2d&, const PlanarTruth& truth, Jac
   J_z = R * settings().sensor.inverse_jacobian(settings().sensor.measure(R.transpose() * away));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/slam_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The ideal EKF ([Huang 2010]): its estimates are those of an EKF, every Jacobian is at the
 /// truth. No filter that could be built: it shows what of an inconsistency is linearisation.
@@ -18,4 +18,4 @@ class IdealEstimator final : public SlamEstimator {
              Eigen::Matrix2d& J_z) override;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

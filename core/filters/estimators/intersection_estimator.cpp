@@ -5,7 +5,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using PoseMatrix = Eigen::Matrix3d;
@@ -147,4 +147,4 @@ bool IntersectionEstimator::refine(Batch, const PlanarTruth&) {
   return true;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/ekf_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// SLAM without correlations, by split covariance intersection ([Julier 2007]): P keeps the blocks of the
 /// vehicle and of each landmark alone, O(N) of memory, and makes no claim on what correlates them.
@@ -28,4 +28,4 @@ class IntersectionEstimator final : public EkfEstimator {
   PoseMatrix independent_ = PoseMatrix::Zero();  ///< I
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// T of x̂ − x = T e to first order, for the pose: δp = e_p + J p̂ e_θ.
@@ -136,4 +136,4 @@ Eigen::Matrix3d InvariantEstimator::plane_pose_covariance() const {
   return T * pose_covariance() * T.transpose();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/slam_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What a correction by δ does to P, whose chart is about the estimate before it. An invariant filter that
 /// is one of the left or of the right differs from the other in this alone: the two errors are
@@ -51,4 +51,4 @@ class InvariantEstimator : public SlamEstimator {
   MatrixBuffer G_, q_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 
 void IteratedEstimator::linearise(const PlanarTruth&) {
   constexpr double kSettled = 1e-10;  // m, rad
@@ -75,4 +75,4 @@ void IteratedEstimator::shorten_step() {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/ekf_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Iterated EKF: the correction is the minimum of the quadratic prior and the measurements' squares by
 /// Gauss-Newton ([Bell 1993]), H and ν at its end; ν = z − h(x_i) − H_i (x̂ − x_i).
@@ -28,4 +28,4 @@ class IteratedEstimator final : public EkfEstimator {
   MatrixBuffer prior_, change_, next_, at_, PHt_, S_, solved_, dual_, next_dual_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/slam_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The rows of the local observability matrix of a planar SLAM estimator along a run at the Jacobians that it
 /// used, H_k Φ_k with Φ_k = F_k … F_1 ([Huang 2010]). A landmark's first observation gives the rows
@@ -42,4 +42,4 @@ class JacobianRows {
   Vector row_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -1,6 +1,6 @@
 #include "core/filters/estimators/oc_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 void OcEstimator::started() {
   FirstLandmarkEstimator::started();
@@ -39,4 +39,4 @@ void OcEstimator::linearise(const PlanarTruth&) {
                  [this](Index offset) -> Point { return first_landmark(offset) - turn_ + pose().head<2>(); });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

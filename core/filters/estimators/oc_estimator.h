@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/first_landmark_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Observability-constrained EKF ([Huang 2010], OC-EKF): the points at which a step linearises are the
 /// nearest to the newest estimates that keep the stack of all H_k Φ_k blind for a shift and a turn of the
@@ -33,4 +33,4 @@ class OcEstimator final : public FirstLandmarkEstimator {
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Zero();  ///< G Q Gᵀ of that step
 };
 
-}  // namespace credence
+}  // namespace credence::internal

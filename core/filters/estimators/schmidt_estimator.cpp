@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 
 SchmidtEstimator::SchmidtEstimator(const EstimatorSettings& settings)
     : EkfEstimator(settings), observations_(static_cast<std::size_t>(settings.landmarks)) {
@@ -35,4 +35,4 @@ void SchmidtEstimator::apply(Eigen::Map<Matrix>& W, Eigen::Map<Vector>& delta) {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "core/filters/estimators/ekf_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Schmidt's consider filter ([Schmidt 1966]): an EKF that places a landmark at its first
 /// observation, estimates it at `active_sights` more, and from the next on only considers it. Its place and
@@ -29,4 +29,4 @@ class SchmidtEstimator final : public EkfEstimator {
   std::vector<Index> observations_;  ///< of the landmarks in the order of the state, after the first
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 
-namespace credence {
+namespace credence::internal {
 
 SlamEstimator::SlamEstimator(const EstimatorSettings& settings) : settings_(settings) {
   if (settings.landmarks < 0) throw std::invalid_argument("the number of landmarks must not be negative");
@@ -293,4 +293,4 @@ void SlamEstimator::plane_jacobian(const Pose& pose, const Point& landmark, Jaco
   H_r << -H_l, -H_l * quarter_turn(away);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "core/simd/panel_kernel.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What an estimator of planar SLAM is told before it starts.
 struct EstimatorSettings {
@@ -253,4 +253,4 @@ void SlamEstimator::set_sigma_rows(UnscentedTransform& transform, Move move, Jac
   H() = D;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 
-namespace credence {
+namespace credence::internal {
 
 SmootherEstimator::SmootherEstimator(const EstimatorSettings& settings, bool first_estimates)
     : EkfEstimator(settings),
@@ -255,4 +255,4 @@ Point SmootherEstimator::landmark_point(Index offset) const {
   return first_estimates_ && offset < prior_.size ? Point(points_.segment<2>(offset)) : landmark(offset);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

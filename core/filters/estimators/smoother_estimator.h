@@ -6,7 +6,7 @@
 #include "core/filters/estimators/ekf_estimator.h"
 #include "core/linear_algebra/panel_cholesky.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Sliding-window smoother: the poses of the last `window` times of observations, and the map, at the least
 /// squares of a prior on the oldest pose and the landmarks known by then, of the motions and of all
@@ -97,4 +97,4 @@ class SmootherEstimator final : public EkfEstimator {
   PanelCholesky S_factor_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

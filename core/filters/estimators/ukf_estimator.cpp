@@ -2,7 +2,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 
 void UkfEstimator::propagate(const Pose& before, const Motion& motion, const Control& u, const PlanarTruth&) {
   Eigen::Matrix<double, 5, 5> P = Eigen::Matrix<double, 5, 5>::Zero();
@@ -41,4 +41,4 @@ void UkfEstimator::linearise(const PlanarTruth&) {
       });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

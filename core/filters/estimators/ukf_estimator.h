@@ -3,7 +3,7 @@
 #include "core/filters/estimators/slam_estimator.h"
 #include "core/filters/estimators/unscented_transform.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Unscented Kalman filter ([Julier 2004]) whose errors are x̂ − x, over SO(2) × ℝⁿ⁻¹ as heading differences
 /// are wrapped: the SO(2) UKF of [Brossard 2020].
@@ -24,4 +24,4 @@ class UkfEstimator final : public SlamEstimator {
   UnscentedTransform motion_, measurement_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 
-namespace credence {
+namespace credence::internal {
 
 void UkfManifoldEstimator::propagate(const Pose& before, const Motion& motion, const Control& u,
                                      const PlanarTruth&) {
@@ -36,4 +36,4 @@ void UkfManifoldEstimator::linearise(const PlanarTruth&) {
       });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/filters/estimators/invariant_estimator.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Unscented Kalman filter on SE_{1+N}(2): the right and the left SE(2) UKF of [Brossard 2020], whose error
 /// is log(X̂ X⁻¹), or log(X⁻¹ X̂) (InvariantReset).
@@ -22,4 +22,4 @@ class UkfManifoldEstimator final : public InvariantEstimator {
   UnscentedTransform noise_, measurement_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

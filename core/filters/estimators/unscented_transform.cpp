@@ -1,6 +1,6 @@
 #include "core/filters/estimators/unscented_transform.h"
 
-namespace credence {
+namespace credence::internal {
 
 void semidefinite_root(Eigen::Ref<Matrix> A) {
   constexpr double kLeastPivot = 1e-14;  // relative to the variance
@@ -34,4 +34,4 @@ void UnscentedTransform::add_moments(double c, double alpha) {
   curvature += (2.0 - alpha * alpha) * shift.lazyProduct(shift.transpose());
 }
 
-}  // namespace credence
+}  // namespace credence::internal

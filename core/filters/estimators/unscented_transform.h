@@ -5,7 +5,7 @@
 #include "core/linear_algebra/matrix_buffer.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A ← L with L Lᵀ = A, psd, which is given by its lower triangle: the Cholesky factor, with a column of
 /// zeros where a pivot is rounding.
@@ -56,4 +56,4 @@ class UnscentedTransform {
   MatrixBuffer root_, D_, half_sums_, step_, up_, down_, shift_, curvature_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

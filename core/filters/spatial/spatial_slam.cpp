@@ -9,7 +9,7 @@
 #include "core/linear_algebra/mirror.h"
 #include "core/manifold/chart.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr SpatialKind kSpatialKinds[] = {
@@ -184,7 +184,7 @@ void SpatialSlam::correct(const Vector& delta, const Matrix& W) {
   }
   if (!pose_turns) {
     const Matrix minus = -W;
-    product_.add_lower(P_, minus, Factor::transposed(W));
+    product_.add_lower(P_, minus, ProductFactor::transposed(W));
     return;
   }
   // P − W Wᵀ, and then moved: + D Bᵀ + B Dᵀ, B = P_φ + ½ D P_φφ.
@@ -193,7 +193,7 @@ void SpatialSlam::correct(const Vector& delta, const Matrix& W) {
   Matrix left(n, m + 6), right(n, m + 6);
   left << -W, D, B;
   right << W, B, D;
-  product_.add_lower(P_, left, Factor::transposed(right));
+  product_.add_lower(P_, left, ProductFactor::transposed(right));
 }
 
 void SpatialSlam::place(const SpatialObservation& observation, const SpatialTruth& truth) {
@@ -260,4 +260,4 @@ SpatialSlam::MapError SpatialSlam::map_error(const SpatialTruth& truth) const {
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/manifold/sek3.h"
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Where an estimator takes its Jacobians.
 enum class SpatialPoint {
@@ -136,4 +136,4 @@ class SpatialSlam {
   MatrixProduct product_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/symmetry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kInnovation = "innovation", kS = "S", kObservation = "observation", kR = "R",
@@ -463,4 +463,4 @@ LogContents list_arrays(const ArrayFile& file) {
   return contents;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

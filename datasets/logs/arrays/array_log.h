@@ -17,7 +17,7 @@
 /// with (runs, steps). NaN is silence: of a component of an error, a state that is
 /// not there; of one of an innovation, a dimension that was not measured.
 
-namespace credence {
+namespace credence::internal {
 
 /// An array of a file.
 struct ArrayShape {
@@ -48,4 +48,4 @@ void read_arrays(ArrayFile& file, LogSink& judged);
 
 LogContents list_arrays(const ArrayFile& file);
 
-}  // namespace credence
+}  // namespace credence::internal

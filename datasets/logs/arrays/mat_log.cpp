@@ -10,7 +10,7 @@
 #include "datasets/logs/bytes/binary_file.h"
 #include "datasets/logs/bytes/decompress.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint64_t kMatHeader = 128;
@@ -250,4 +250,4 @@ LogFormat mat_format() {
               }};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "datasets/logs/log_format.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// --input mat: arrays (array_log.h) in a MAT-file of version 5, that is of MATLAB's save -v6 and -v7: as
 /// variables, or as fields of a variable that is a structure.
@@ -11,4 +11,4 @@ namespace credence {
 /// order; packed variables up to 1 GiB each. MATLAB leaves out last dimensions of 1.
 LogFormat mat_format();
 
-}  // namespace credence
+}  // namespace credence::internal

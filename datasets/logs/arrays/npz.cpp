@@ -13,7 +13,7 @@
 #include "datasets/logs/bytes/binary_file.h"
 #include "datasets/logs/bytes/decompress.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint64_t kLargestInMemory = std::uint64_t{1} << 30;
@@ -325,4 +325,4 @@ LogFormat npz_format() {
               }};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

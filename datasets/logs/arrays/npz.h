@@ -2,7 +2,7 @@
 
 #include "datasets/logs/log_format.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// --input npz: arrays (array_log.h) that numpy.savez or numpy.savez_compressed wrote.
 ///
@@ -11,4 +11,4 @@ namespace credence {
 /// neither packed nor in Fortran order are read run by run; others are held in memory, up to 1 GiB each.
 LogFormat npz_format();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Appends a number in little endian order.
@@ -86,4 +86,4 @@ std::string npz_bytes(std::span<const NamedArray> arrays) {
   return file;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

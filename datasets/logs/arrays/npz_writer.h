@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// An array of float64, the last index running fastest.
 struct NamedArray {
@@ -18,4 +18,4 @@ struct NamedArray {
 /// std::invalid_argument for values that do not fill the dimensions, and beyond 4 GiB.
 std::string npz_bytes(std::span<const NamedArray> arrays);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "core/stop_point.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint8_t kFirstMark = 0xa3, kSecondMark = 0x95, kFormatType = 0x80;
@@ -170,4 +170,4 @@ void read_dataflash(const std::filesystem::path& file, const DataflashVisitor& v
   DataflashReader(file, visitor).read();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 /// The container of ArduPilot's flight logs, DataFlash (.bin): messages 0xa3 0x95 TYPE BODY, whose bodies are
 /// described by messages FMT of the log itself.
 
-namespace credence {
+namespace credence::internal {
 
 /// A kind of message.
 struct DataflashTopic {
@@ -51,4 +51,4 @@ bool begins_as_dataflash(std::string_view beginning);
 /// not fill its length.
 void read_dataflash(const std::filesystem::path& file, const DataflashVisitor& visitor);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "datasets/logs/autopilot/innovation_series.h"
 #include "datasets/logs/partial_read.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Innovations that pass a gate together.
@@ -255,4 +255,4 @@ LogFormat dataflash_format() {
           .read = read_cores};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "datasets/logs/log_format.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// --input dataflash: the innovations that ArduPilot's estimators EKF3 or EKF2 wrote into a flight log.
 ///
@@ -13,4 +13,4 @@ namespace credence {
 /// variances. Of several cores one is judged, the first or LogReadOptions::instance.
 LogFormat dataflash_format();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "datasets/logs/log_contents.h"
 
-namespace credence {
+namespace credence::internal {
 
 int estimator_number(double said, const ByteCursor& message) {
   constexpr double kLargest = 255.0;
@@ -115,4 +115,4 @@ std::string InnovationSeries::never_repeated() const {
   return text;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

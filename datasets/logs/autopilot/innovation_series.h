@@ -8,7 +8,7 @@
 #include "datasets/logs/bytes/byte_cursor.h"
 #include "datasets/logs/log_sink.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The number of an estimator that a log says, 0 to 255. Throws DataError at `message` for any other.
 int estimator_number(double said, const ByteCursor& message);
@@ -67,4 +67,4 @@ class InnovationSeries {
   std::vector<SensorSeries> sensors_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 
 #include "core/stop_point.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kUlogMagic("\x55\x4c\x6f\x67\x01\x12\x35", 7);
@@ -231,4 +231,4 @@ void read_ulog(const std::filesystem::path& file, const UlogVisitor& visitor) {
   UlogReader(file, visitor).read();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// @file
 /// The container of PX4's flight logs, ULog: docs.px4.io, "ULog File Format", version 1.
 
-namespace credence {
+namespace credence::internal {
 
 /// One field of a message.
 struct UlogField {
@@ -53,4 +53,4 @@ bool begins_as_ulog(std::string_view beginning);
 /// announced.
 void read_ulog(const std::filesystem::path& file, const UlogVisitor& visitor);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 #include "datasets/logs/autopilot/ulog_states.h"
 #include "datasets/logs/partial_read.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kInnovations = "estimator_innovations";
@@ -384,4 +384,4 @@ LogFormat ulog_format() {
           .read = read_flight};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "datasets/logs/log_format.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// --input ulog: the innovations that PX4's estimator wrote into a flight log.
 ///
@@ -12,4 +12,4 @@ namespace credence {
 /// one is judged, the first or LogReadOptions::instance.
 LogFormat ulog_format();
 
-}  // namespace credence
+}  // namespace credence::internal

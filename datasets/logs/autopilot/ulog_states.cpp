@@ -17,7 +17,7 @@
 #include "datasets/logs/geodesy.h"
 #include "datasets/logs/partial_read.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kStates = "estimator_states", kLocalPosition = "vehicle_local_position";
@@ -205,4 +205,4 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

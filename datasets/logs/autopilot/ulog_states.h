@@ -4,7 +4,7 @@
 
 #include "datasets/logs/log_format.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The topic of a simulated flight that holds the truth: --truth-topic.
 inline constexpr std::string_view kUlogTruth = "vehicle_local_position_groundtruth";
@@ -18,4 +18,4 @@ inline constexpr std::string_view kUlogTruth = "vehicle_local_position_groundtru
 /// an instance that is not there.
 void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& options, LogSink& sink);
 
-}  // namespace credence
+}  // namespace credence::internal

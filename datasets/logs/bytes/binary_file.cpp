@@ -7,7 +7,7 @@
 #include "core/stop_point.h"
 #include "datasets/data_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint64_t kReadAtOnce = std::uint64_t{1} << 20;
@@ -47,4 +47,4 @@ void BinaryFile::fail(std::uint64_t at, const std::string& problem) const {
   throw DataError(origin_.file, fmt::format("byte {}", at), problem);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

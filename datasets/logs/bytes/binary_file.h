@@ -8,7 +8,7 @@
 
 #include "datasets/logs/bytes/byte_cursor.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The bytes of a file, read in pieces: memory is held for the largest piece asked for and never for more
 /// than the file holds.
@@ -43,4 +43,4 @@ class BinaryFile {
   std::uint64_t begin_ = 0, end_ = 0;  ///< of what the buffer holds, in the file
 };
 
-}  // namespace credence
+}  // namespace credence::internal

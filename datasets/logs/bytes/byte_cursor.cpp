@@ -4,7 +4,7 @@
 
 #include "datasets/data_error.h"
 
-namespace credence {
+namespace credence::internal {
 
 void ByteCursor::fail_at(std::uint64_t position, const std::string& problem) const {
   const std::string& inside = origin_->inside;
@@ -16,4 +16,4 @@ void ByteCursor::fail_short(std::uint64_t count) const {
   fail(fmt::format("{} bytes are needed here and {} are left: cut off, or corrupted", count, left()));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <type_traits>
 
-namespace credence {
+namespace credence::internal {
 
 using Bytes = std::span<const std::uint8_t>;
 
@@ -84,4 +84,4 @@ class ByteCursor {
   std::endian order_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

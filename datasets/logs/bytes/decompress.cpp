@@ -10,7 +10,7 @@
 #include <limits>
 #include <memory>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::uint64_t kLargest = std::uint64_t{1} << 30;
@@ -154,4 +154,4 @@ void decompress_zlib(ByteCursor packed, std::vector<std::uint8_t>& out) {
          [&](Bytes in, std::span<std::uint8_t> room) { return inflate_some(stream, in, room); });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "datasets/logs/bytes/byte_cursor.h"
 
-namespace credence {
+namespace credence::internal {
 
 enum class Compression { none, lz4, zstd, bz2, deflate };
 
@@ -21,4 +21,4 @@ void decompress(Compression compression, ByteCursor packed, std::uint64_t size,
 /// Unpacks a zlib stream whose size nobody says, up to 1 GiB. Throws DataError as decompress.
 void decompress_zlib(ByteCursor packed, std::vector<std::uint8_t>& out);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/nan.h"
 #include "datasets/logs/conventions/thinned.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Mean NEES of the samples; NaN where a P is not positive definite.
@@ -151,4 +151,4 @@ std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthCom
   return text + ". Whether it is so, the log cannot say: look at the program that wrote it.";
 }
 
-}  // namespace credence
+}  // namespace credence::internal

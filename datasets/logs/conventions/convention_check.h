@@ -8,7 +8,7 @@
 #include "datasets/logs/log_sink.h"
 #include "datasets/logs/trajectory_errors.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Looks whether a log of poses that does not fit its covariance would fit if it were read in another way:
 /// in another chart, or with one of the mistakes of pose_readings.h undone.
@@ -42,4 +42,4 @@ class ConventionCheck {
   double first_s_ = 0.0, last_s_ = 0.0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

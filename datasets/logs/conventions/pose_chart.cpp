@@ -8,6 +8,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 PoseCovariance PoseChart::position_first(const PoseCovariance& written) const {
   if (!rotation_first) return written;
   PoseCovariance P;

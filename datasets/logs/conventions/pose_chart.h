@@ -11,11 +11,11 @@ namespace credence {
 struct PoseChart {
   std::string_view name;  ///< of --chart
   std::string_view says;  ///< for reports
-  PoseErrorAxes axes;
+  internal::PoseErrorAxes axes;
   bool rotation_first = false;
 
   /// A covariance as it is written, with the position first.
-  PoseCovariance position_first(const PoseCovariance& written) const;
+  internal::PoseCovariance position_first(const internal::PoseCovariance& written) const;
 };
 
 /// All of them. Sources are in docs/logs.md.
@@ -25,6 +25,6 @@ std::span<const PoseChart> pose_charts();
 const PoseChart& pose_chart_named(std::string_view name);
 
 /// The chart that --orientation-error means: position in the world and first, rotation vectors.
-const PoseChart& pose_chart_of(OrientationError orientation);
+const PoseChart& pose_chart_of(internal::OrientationError orientation);
 
 }  // namespace credence

@@ -7,7 +7,7 @@
 #include "core/manifold/chart.h"
 #include "core/manifold/sek3.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 SE3 group_element(const SpatialPose& pose) { return {SO3(pose.orientation), pose.position}; }
@@ -139,4 +139,4 @@ SpatialPose inverse(const SpatialPose& pose) {
   return {pose.orientation.conjugate() * -pose.position, pose.orientation.conjugate()};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 /// @file
 /// The errors of a pose that covariances speak of, and how a covariance of one kind becomes one of another.
 
-namespace credence {
+namespace credence::internal {
 
 using PoseError = Eigen::Matrix<double, 6, 1>;  ///< position, then orientation; m, RotationUnit
 
@@ -42,4 +42,4 @@ void move_on_body(const SpatialPose& A, PoseErrorAxes axes, SpatialPose& pose, P
 /// The world in the body.
 SpatialPose inverse(const SpatialPose& pose);
 
-}  // namespace credence
+}  // namespace credence::internal

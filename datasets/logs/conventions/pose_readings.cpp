@@ -7,7 +7,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -203,4 +203,4 @@ std::vector<PoseReading> mistaken_readings(const PoseChart& declared, double spa
   return list.take();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

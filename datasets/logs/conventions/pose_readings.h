@@ -6,7 +6,7 @@
 
 #include "datasets/logs/conventions/pose_chart.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// An estimate as it is written, and its truth.
 struct PoseSample {
@@ -38,4 +38,4 @@ using TruthLookup = std::function<bool(double time_s, SpatialPose& truth)>;
 std::vector<PoseReading> mistaken_readings(const PoseChart& declared, double spacing_s,
                                            const TruthLookup& truth_at);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "analysis/laws/effective_sample.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 ReadingFit impossible() {
@@ -99,4 +99,4 @@ ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vecto
   return fit;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

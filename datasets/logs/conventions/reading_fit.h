@@ -7,7 +7,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether errors and covariances, read in some way, are those of a consistent filter.
 struct ReadingFit {
@@ -40,4 +40,4 @@ using ReadingRow = std::function<bool(std::size_t i, Vector& error, Matrix& P)>;
 ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
                        const ReadingRow& read);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "datasets/logs/conventions/reading_fit.h"
 #include "datasets/logs/conventions/thinned.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct StepReading {
@@ -97,4 +97,4 @@ void StepConventions::finish() {
                   misfit_text(declared, n), cause, best->nees));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

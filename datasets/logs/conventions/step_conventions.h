@@ -6,7 +6,7 @@
 
 #include "datasets/logs/log_sink.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Hands everything on, and looks whether errors that do not fit their covariance would fit with a mistake of
 /// units undone: standard deviations for variances, an information matrix, degrees among radians in one angle
@@ -35,4 +35,4 @@ class StepConventions final : public ForwardingSink {
   std::size_t stride_ = 1, seen_ = 0;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

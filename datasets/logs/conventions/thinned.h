@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether the next of a stream is to be appended to `kept`, so that it holds at most 4096 of any number,
 /// evenly spread: when it is full every second one is dropped, and the stride doubles.
@@ -19,4 +19,4 @@ bool keep_thinned(std::vector<T>& kept, std::size_t& stride, std::size_t& seen) 
   return (seen - 1) % stride == 0;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

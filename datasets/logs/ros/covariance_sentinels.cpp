@@ -8,7 +8,7 @@
 #include <functional>
 #include <map>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::array<const char*, 6> kPoseComponents = {"x",          "y",          "z",
@@ -106,4 +106,4 @@ std::vector<std::string> CovarianceSentinels::remarks(const std::string& topic) 
   return sentences;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

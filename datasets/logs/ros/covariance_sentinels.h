@@ -7,7 +7,7 @@
 
 #include "datasets/logs/trajectory.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Tells numbers that mean "not estimated" from variances: of messages of ROS, whose covariance has always
 /// six rows, whatever the filter estimates.
@@ -39,4 +39,4 @@ class CovarianceSentinels {
   double moved_m_ = 0.0;  ///< the farthest from the start
 };
 
-}  // namespace credence
+}  // namespace credence::internal

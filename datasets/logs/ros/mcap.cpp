@@ -11,7 +11,7 @@
 #include "datasets/logs/bytes/decompress.h"
 #include "datasets/logs/ros/mcap_opcode.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
@@ -138,4 +138,4 @@ void scan_mcap(const std::filesystem::path& file, const RosVisitor& visitor) {
   McapReader(file, visitor).read();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "datasets/logs/ros/ros_scan.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether a file that begins so is an MCAP.
 bool begins_as_mcap(std::string_view beginning);
@@ -14,4 +14,4 @@ bool begins_as_mcap(std::string_view beginning);
 /// the byte for all else, and for a file that ends without its end mark.
 void scan_mcap(const std::filesystem::path& file, const RosVisitor& visitor);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace credence {
+namespace credence::internal {
 
 /// What a record of an MCAP file is (mcap.dev/spec, "Records").
 struct McapOpcode {
@@ -17,4 +17,4 @@ struct McapOpcode {
   };
 };
 
-}  // namespace credence
+}  // namespace credence::internal

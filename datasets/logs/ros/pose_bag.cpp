@@ -10,7 +10,7 @@
 
 #include "datasets/logs/ros/mcap_opcode.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -137,4 +137,4 @@ std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
   return file.append(kMagic);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

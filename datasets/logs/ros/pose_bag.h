@@ -5,7 +5,7 @@
 
 #include "datasets/logs/trajectory.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What an estimator says at a time, and what is true.
 struct LoggedPose {
@@ -23,4 +23,4 @@ inline constexpr const char* kPoseBagTruth = "/truth";
 /// schemas. Times are rounded to a nanosecond.
 std::string pose_bag_bytes(std::span<const LoggedPose> poses);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "datasets/logs/bytes/binary_file.h"
 #include "datasets/logs/bytes/decompress.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kBagMagic = "#ROSBAG V2.0\n";
@@ -158,4 +158,4 @@ void scan_ros1_bag(const std::filesystem::path& file, const RosVisitor& visitor)
   Ros1BagReader(file, visitor).read();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

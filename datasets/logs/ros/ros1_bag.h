@@ -4,7 +4,7 @@
 
 #include "datasets/logs/ros/ros_scan.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether a file that begins so is a bag of ROS 1, version 2.0.
 bool begins_as_ros1_bag(std::string_view beginning);
@@ -14,4 +14,4 @@ bool begins_as_ros1_bag(std::string_view beginning);
 /// Throws DataError with the byte for all else.
 void scan_ros1_bag(const std::filesystem::path& file, const RosVisitor& visitor);
 
-}  // namespace credence
+}  // namespace credence::internal

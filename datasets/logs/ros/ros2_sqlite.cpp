@@ -9,7 +9,7 @@
 #include "core/stop_point.h"
 #include "datasets/data_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kSqliteMagic("SQLite format 3\0", 16);
@@ -85,4 +85,4 @@ void scan_ros2_sqlite(const std::filesystem::path& file, const RosVisitor& visit
                  });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

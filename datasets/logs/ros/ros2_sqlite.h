@@ -4,7 +4,7 @@
 
 #include "datasets/logs/ros/ros_scan.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Whether a file that begins so is an SQLite database.
 bool begins_as_sqlite(std::string_view beginning);
@@ -13,4 +13,4 @@ bool begins_as_sqlite(std::string_view beginning);
 /// times, through libsqlite3. Throws DataError.
 void scan_ros2_sqlite(const std::filesystem::path& file, const RosVisitor& visitor);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -23,7 +23,7 @@
 #include "datasets/logs/symmetry.h"
 #include "datasets/logs/time_offset.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A topic and how often it spoke.
@@ -512,4 +512,4 @@ LogFormat ros1_bag_format() {
   return format_of("rosbag", "ROS 1 bag", ".bag", begins_as_ros1_bag, scan_ros1_bag);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Reads the fields of a message in its order.
@@ -159,4 +159,4 @@ void read_ros_poses(const RosPoseType& type, RosTopic::Encoding encoding, double
   if (type.covariance) out.covariance = fields.matrix<6>();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// @file
 /// The messages of ROS that hold poses, in the serialisation of ROS 1 and in CDR.
 
-namespace credence {
+namespace credence::internal {
 
 /// A pose that a message holds.
 struct RosPose {
@@ -42,4 +42,4 @@ const RosPoseType* ros_pose_type(std::string_view type);
 void read_ros_poses(const RosPoseType& type, RosTopic::Encoding encoding, double log_time_s,
                     const ByteCursor& message, std::vector<RosPose>& poses);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// @file
 /// What the containers of ROS messages have in common: mcap.h, ros1_bag.h, ros2_sqlite.h.
 
-namespace credence {
+namespace credence::internal {
 
 struct RosTopic {
   std::string name;
@@ -32,4 +32,4 @@ struct RosVisitor {
 /// DataError.
 using RosScan = std::function<void(const std::filesystem::path& file, const RosVisitor& visitor)>;
 
-}  // namespace credence
+}  // namespace credence::internal

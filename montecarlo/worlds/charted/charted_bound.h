@@ -3,7 +3,7 @@
 #include "montecarlo/worlds/charted/charted_world.h"
 #include "montecarlo/worlds/posterior_bound.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Runs whose truths are looked at: a step costs some µs, and runs have thousands.
 inline constexpr std::int64_t kChartedBoundRuns = 16;
@@ -71,4 +71,4 @@ PosteriorBound charted_bound(const Scenario& scenario) {
   return charted_bound(Model(knowing), chart_settings(scenario).judged, plug_settings(scenario));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

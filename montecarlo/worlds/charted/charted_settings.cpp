@@ -6,7 +6,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kWithLandmarks =
@@ -84,4 +84,4 @@ std::string charted_text(const Scenario& scenario) {
       charts.judged == charts.filter ? "" : fmt::format(", judged in the {} one", chart_name(charts.judged)));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 /// @file
 /// What the scenario says of a world in a Lie group: what aids the filter, and its charts.
 
-namespace credence {
+namespace credence::internal {
 
 /// How and how often the world outside is measured.
 struct AidingSettings {
@@ -54,4 +54,4 @@ std::optional<Aiding> drawn_aiding(const AidingSettings& aiding, std::int64_t k,
   return batch.landmarks.empty() ? std::nullopt : std::optional(batch);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/worlds/charted/charted_settings.h"
 #include "montecarlo/worlds/world_stream.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What aids the filter as numbers of the stream: a satellite's fix as it is, landmarks each at its place.
 inline Vector numbers_of_aiding(const Aiding& seen, Index numbers) {
@@ -66,4 +66,4 @@ WorldStream charted_stream(const Scenario& scenario) {
   return stream;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// Worlds whose state lies in a Lie group, and their extended Kalman filter in any chart: a world states its
 /// model, and has both.
 
-namespace credence {
+namespace credence::internal {
 
 /// What is measured of the outside at one step.
 struct Aiding {
@@ -136,4 +136,4 @@ std::unique_ptr<Experiment> charted_experiment(Model model, const ChartSettings&
       settings);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "core/manifold/trigonometry.h"
 #include "montecarlo/scenario/key_fields.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Vector3 = Eigen::Vector3d;
@@ -231,4 +231,4 @@ ChartedInnovation<InertialModel::Group> InertialModel::innovation(const Group& x
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

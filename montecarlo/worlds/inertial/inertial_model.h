@@ -8,7 +8,7 @@
 #include "core/manifold/vector_group.h"
 #include "montecarlo/worlds/charted/charted_settings.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A vehicle that flies a level circle with a strapdown inertial unit, aided by satellites or known landmarks
 /// ([Barrau 2017], section V), on a flat Earth that stands still.
@@ -76,4 +76,4 @@ class InertialModel {
   RunLayout layout_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/scenario_plug.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The MTi-G-700 of [Xsens 2018]: 0.01 °/s/√Hz and 60 µg/√Hz. Of the walks the manual says nothing; they and
@@ -126,4 +126,4 @@ constinit const World kInertialWorld = {
     .posterior_bound = charted_bound<InertialModel>,
     .stream = charted_stream<InertialModel>};
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "montecarlo/random/step_draws.h"
 #include "montecarlo/worlds/linear/linear_trace.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One run by matrices.
 class IntermittentExperiment::Run {
@@ -235,4 +235,4 @@ Outcome IntermittentExperiment::visit(std::int64_t run_number, const StepVisitor
   return visit_steps(steps_, take, step, [&] { return run.now(); });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "montecarlo/random/noise.h"
 #include "montecarlo/worlds/linear/linear_problem.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Many runs of a linear filter that misses measurements at random, so that every run has covariances and
 /// gains of its own, or whose noise is late or not white and Gaussian: in lanes where IntermittentLanes
@@ -42,4 +42,4 @@ class IntermittentExperiment final : public Experiment {
   bool lanes_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/worlds/linear/linear_world.h"
 #include "montecarlo/worlds/posterior_bound.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 class LinearContest final : public EstimatorContest {
@@ -102,4 +102,4 @@ std::unique_ptr<EstimatorContest> linear_contest(const Scenario& scenario) {
 
 constinit const EstimatorOffer kLinearOffer = {.names = linear_estimator_names, .contest = linear_contest};
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/worlds/linear/linear_world.h"
 #include "montecarlo/worlds/linear/smoother_experiment.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Gains that depend on no data are computed for one model, every measurement and the noise believed.
@@ -63,4 +63,4 @@ std::unique_ptr<Experiment> linear_estimator_experiment(const Scenario& scenario
   return std::make_unique<LinearExperiment>(std::move(problem), steps, source, std::move(of_filter));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

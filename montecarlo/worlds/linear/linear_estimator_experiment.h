@@ -7,7 +7,7 @@
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/scenario/scenario.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// kalman, steady-state, schmidt, own-gain and smoother, as far as `scenario` says what they need; null: all.
 std::vector<std::string_view> linear_estimator_names(const Scenario* scenario);
@@ -16,4 +16,4 @@ std::vector<std::string_view> linear_estimator_names(const Scenario* scenario);
 /// scenario does not say, a gain that does not settle, or missed measurements with any but kalman.
 std::unique_ptr<Experiment> linear_estimator_experiment(const Scenario& scenario, std::string_view name);
 
-}  // namespace credence
+}  // namespace credence::internal

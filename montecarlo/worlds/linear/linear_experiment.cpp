@@ -9,7 +9,7 @@
 #include "montecarlo/worlds/linear/intermittent_experiment.h"
 #include "montecarlo/worlds/linear/linear_trace.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// L with L n the error at the start; where the state of the model holds x beside e, both are that error.
@@ -144,4 +144,4 @@ std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index 
   return std::make_unique<LinearExperiment>(problem, steps, source);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

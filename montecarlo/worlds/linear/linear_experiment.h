@@ -6,7 +6,7 @@
 #include "montecarlo/random/noise.h"
 #include "montecarlo/worlds/linear/linear_problem.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Many runs of one linear filter. Its covariances and gains depend on no data and are computed once; a run
 /// is the propagation of its error alone (theory, section 3).
@@ -45,4 +45,4 @@ class LinearExperiment final : public Experiment {
 /// is not white and Gaussian, an IntermittentExperiment, which plays every run by itself.
 std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index steps, NoiseSource source);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "montecarlo/worlds/linear/linear_contest.h"
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string path_of(std::string_view section, std::string_view name) {
@@ -309,4 +309,4 @@ std::vector<std::string> linear_state_names(const Scenario& scenario) {
   return names;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 /// The matrices of a linear world as a scenario writes them, in [world] for the truth and in [filter] for
 /// what the filter believes.
 
-namespace credence {
+namespace credence::internal {
 
 /// The rows of the linear world.
 std::vector<KeyRow> linear_keys();
@@ -33,4 +33,4 @@ std::vector<Index> considered_states(const Scenario& scenario);
 /// The names of the states: x1, x2, … unless world.states gives others.
 std::vector<std::string> linear_state_names(const Scenario& scenario);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -1,6 +1,6 @@
 #include "montecarlo/worlds/linear/linear_problem.h"
 
-namespace credence {
+namespace credence::internal {
 
 double linear_problem_doubles(double n, double m, const Scenario& scenario) {
   const double steps =
@@ -8,4 +8,4 @@ double linear_problem_doubles(double n, double m, const Scenario& scenario) {
   return 2.0 * (2.0 * n * n + n * m + m * m) + steps * (3.0 * n * n + n * m + m * m);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

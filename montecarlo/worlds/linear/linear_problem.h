@@ -5,7 +5,7 @@
 #include "montecarlo/lanes/intermittent_lanes.h"
 #include "montecarlo/scenario/scenario.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What the runs of a linear world show beside their errors.
 struct LinearScene {
@@ -26,4 +26,4 @@ struct LinearProblem : IntermittentProblem {
 /// are missed every run has steps of its own, of which none is kept.
 double linear_problem_doubles(double n, double m, const Scenario& scenario);
 
-}  // namespace credence
+}  // namespace credence::internal

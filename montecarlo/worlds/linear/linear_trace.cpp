@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-namespace credence {
+namespace credence::internal {
 
 Vector linear_start(const LinearScene& scene, VectorRef error) {
   if (!scene.random_start) return scene.start;
@@ -26,4 +26,4 @@ RunTrace describe_scene(const LinearScene& scene) {
   return {.landmark_positions = scene.landmark_positions, .anchor_positions = scene.anchor_positions};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

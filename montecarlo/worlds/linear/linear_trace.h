@@ -3,7 +3,7 @@
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/worlds/linear/linear_problem.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// x_0 of a run whose error at the start is `error` = x − x̂.
 Vector linear_start(const LinearScene& scene, VectorRef error);
@@ -17,4 +17,4 @@ void set_error(const Vector& x, VectorRef error, TraceStep& step);
 /// What a trace says of the world.
 RunTrace describe_scene(const LinearScene& scene);
 
-}  // namespace credence
+}  // namespace credence::internal

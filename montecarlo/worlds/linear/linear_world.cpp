@@ -12,7 +12,7 @@
 #include "montecarlo/worlds/linear/linear_estimator_experiment.h"
 #include "montecarlo/worlds/linear/linear_keys.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kMostBlocks = 50;   // beyond them only the whole state is judged
@@ -135,4 +135,4 @@ constinit const World kLinearWorld = {.schema = {.name = "linear",
                                       .figure = RunFigure::states,
                                       .estimators = &kLinearOffer};
 
-}  // namespace credence
+}  // namespace credence::internal

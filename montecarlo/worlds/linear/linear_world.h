@@ -2,7 +2,7 @@
 
 #include "montecarlo/worlds/world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Any linear time-invariant system, its matrices written in the scenario, and a filter that may believe in
 /// others (LinearModel, core/models/linear_model.h).
@@ -15,4 +15,4 @@ LinearProblem linear_world_problem(const Scenario& scenario);
 /// each state. `R` is what the filter assumes; `constant`: every measurement is there at every step.
 RunLayout linear_layout(std::vector<std::string> states, const Matrix& R, bool constant);
 
-}  // namespace credence
+}  // namespace credence::internal

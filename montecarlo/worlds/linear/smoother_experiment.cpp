@@ -2,7 +2,7 @@
 
 #include "core/linear_algebra/psd_root.h"
 
-namespace credence {
+namespace credence::internal {
 
 SmootherExperiment::SmootherExperiment(const LinearProblem& problem, Index steps, NoiseSource source)
     : VisitedExperiment(problem.scene.layout, steps),
@@ -38,4 +38,4 @@ Outcome SmootherExperiment::visit(std::int64_t run, const StepVisitor& take) con
   return outcome;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

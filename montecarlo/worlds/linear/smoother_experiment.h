@@ -4,7 +4,7 @@
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/plugged/plugged_statistics.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Many runs of the Rauch-Tung-Striebel smoother after a Kalman filter: at each step what all measurements of
 /// the run tell. It has no innovations.
@@ -22,4 +22,4 @@ class SmootherExperiment final : public VisitedExperiment {
   std::vector<Matrix> whitening_;  ///< of Pˢ_k
 };
 
-}  // namespace credence
+}  // namespace credence::internal

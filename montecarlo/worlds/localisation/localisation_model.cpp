@@ -5,7 +5,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/worlds/slam_layout.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// At equal angles on a circle about that of the path, half as large again. The vehicle starts at the origin,
@@ -89,4 +89,4 @@ ChartedInnovation<SE2> LocalisationModel::innovation(const SE2& x, const Aiding&
   return result;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

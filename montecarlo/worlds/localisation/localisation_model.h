@@ -6,7 +6,7 @@
 #include "core/manifold/se2.h"
 #include "montecarlo/worlds/charted/charted_settings.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A vehicle that drives a circle exactly and reads its odometry, aided by satellites or known landmarks
 /// ([Barrau 2017], section IV): x = (R, p), x⁺ = x (Exp(ω dt), v dt).
@@ -44,4 +44,4 @@ class LocalisationModel {
   RunLayout layout_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/scenario_plug.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<KeyRow> localisation_keys() {
@@ -79,4 +79,4 @@ constinit const World kLocalisationWorld = {
     .posterior_bound = charted_bound<LocalisationModel>,
     .stream = charted_stream<LocalisationModel>};
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "montecarlo/worlds/slam_layout.h"
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<KeyRow> monobot_keys() {
@@ -89,4 +89,4 @@ constinit const World kMonobotWorld = {
     .text = slam_text,
     .figure = RunFigure::line_slam};
 
-}  // namespace credence
+}  // namespace credence::internal

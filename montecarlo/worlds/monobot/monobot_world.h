@@ -2,7 +2,7 @@
 
 #include "montecarlo/worlds/world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A vehicle on a line that sees every landmark (theory, section 2): linear.
 extern const World kMonobotWorld;
@@ -14,4 +14,4 @@ LinearProblem monobot_problem(const Scenario& scenario);
 /// `constant`: every measurement is there at every step.
 LinearScene monobot_scene(const LinearModel& model, bool constant);
 
-}  // namespace credence
+}  // namespace credence::internal

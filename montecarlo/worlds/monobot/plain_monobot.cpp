@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 template <int kLandmarks>
@@ -65,4 +65,4 @@ void run_plain_monobot(Index landmarks, std::int64_t runs, std::mt19937_64& gene
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

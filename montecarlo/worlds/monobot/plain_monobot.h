@@ -7,7 +7,7 @@
 #include "core/types.h"
 #include "montecarlo/engine/moments.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The textbook loop that the lanes of LinearSimulator are measured against: a Kalman filter with fixed-size
 /// matrices in every run ([Vidal-Calleja 2004], eqs (3)-(10), Joseph form), its NEES and NIS by Cholesky
@@ -19,4 +19,4 @@ namespace credence {
 void run_plain_monobot(Index landmarks, std::int64_t runs, std::mt19937_64& generator,
                        std::span<Moments> nees, std::span<Moments> nis);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 #include "montecarlo/worlds/plugged/scenario_plug.h"
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kGravity_m_s2 = 9.81, kLength_m = 1.0;
@@ -132,4 +132,4 @@ constinit const World kPendulumWorld = {.schema = {.name = "pendulum",
                                         .figure = RunFigure::states,
                                         .posterior_bound = pendulum_bound};
 
-}  // namespace credence
+}  // namespace credence::internal

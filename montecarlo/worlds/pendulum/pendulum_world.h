@@ -3,7 +3,7 @@
 #include "montecarlo/worlds/plugged/model_plug.h"
 #include "montecarlo/worlds/world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A pendulum that white noise drives, of which the horizontal displacement is measured: the textbook example
 /// of the extended and the unscented Kalman filter.
@@ -13,4 +13,4 @@ extern const World kPendulumWorld;
 /// process noise of white acceleration of density q, q [dt³/3, dt²/2; dt²/2, dt].
 FunctionModel pendulum_model(const Scenario& scenario);
 
-}  // namespace credence
+}  // namespace credence::internal

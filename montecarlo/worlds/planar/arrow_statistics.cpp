@@ -1,6 +1,6 @@
 #include "montecarlo/worlds/planar/arrow_statistics.h"
 
-namespace credence {
+namespace credence::internal {
 
 NeesValue joint_nees(const Vector& error, const ArrowCovariance& P, NeesSolver&) {
   const ArrowNees nees = arrow_nees(error, P);
@@ -18,4 +18,4 @@ PlanarTraces planar_traces(const ArrowCovariance& P) {
   return traces;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

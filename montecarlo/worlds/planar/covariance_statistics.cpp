@@ -7,6 +7,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 bool NeesSolver::factor(const VectorRef& error, const MatrixRef& P) {
   wide_ = P.rows() >= kWide;
   if (wide_) {

@@ -59,7 +59,7 @@ class NeesSolver {
   Index lead_ = 0;
   Matrix lead_rows_;        ///< lead×n: [I 0]
   Eigen::LLT<Matrix> llt_;  ///< of what is not wide
-  PanelCholesky panels_;
+  internal::PanelCholesky panels_;
   Matrix inverse_factor_;
   Vector inverse_diagonal_;
   Vector whitened_;

@@ -11,7 +11,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/planar_simulation.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Of a pose and a landmark.
@@ -165,4 +165,4 @@ PosteriorBound planar_bound(const Scenario& scenario) {
   return recorder.take();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

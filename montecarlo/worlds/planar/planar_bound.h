@@ -2,7 +2,7 @@
 
 #include "montecarlo/worlds/posterior_bound.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The posterior Cramér-Rao bound of SLAM in the plane, of pose and map: nothing is known of a landmark
 /// before.
@@ -16,4 +16,4 @@ namespace credence {
 /// O(n²) a landmark in view; a world too large has a reason.
 PosteriorBound planar_bound(const Scenario& scenario);
 
-}  // namespace credence
+}  // namespace credence::internal

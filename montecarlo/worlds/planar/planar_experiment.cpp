@@ -4,7 +4,7 @@
 
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 
 AssumedPlanarNoise AssumedPlanarNoise::of(const Scenario& scenario) {
   const PlanarNoise noise = PlanarNoise::of(scenario);
@@ -33,11 +33,6 @@ struct Assumptions {
 
 }  // namespace
 
-EkfSlam<PlanarModel> make_planar_filter(const Scenario& scenario, const PlanarWorld& world) {
-  const Assumptions a(scenario, world);
-  return {a.model, a.Q, a.R, make_inflation_rule(scenario), a.anchors};
-}
-
 bool has_block_map(const Scenario& scenario) {
   return scenario.filter.inflation == FilterInflation::map && make_inflation_rule(scenario).is_sequential();
 }
@@ -48,6 +43,17 @@ BlockMapEkfSlam<PlanarModel> make_block_map_filter(const Scenario& scenario, con
   }
   const Assumptions a(scenario, world);
   return {a.model, a.Q, a.R, *make_inflation_rule(scenario).map_bound(), a.anchors};
+}
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
+
+EkfSlam<PlanarModel> make_planar_filter(const Scenario& scenario, const PlanarWorld& world) {
+  const Assumptions a(scenario, world);
+  return {a.model, a.Q, a.R, make_inflation_rule(scenario), a.anchors};
 }
 
 }  // namespace credence

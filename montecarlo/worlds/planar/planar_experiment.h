@@ -23,11 +23,11 @@ namespace credence {
 /// plus an error of the initial covariance, is told the nominal controls, and sees every landmark in range.
 /// F is any PlanarSlamFilter; `make_filter` gives a fresh one and must be safe to call from several threads.
 template <PlanarSlamFilter F>
-class PlanarExperiment final : public ShownExperiment {
+class PlanarExperiment final : public internal::ShownExperiment {
  public:
   PlanarExperiment(PlanarWorld world, const PlanarNoise& noise, NoiseSource source,
                    std::function<F()> make_filter)
-      : ShownExperiment(planar_layout(world)),
+      : internal::ShownExperiment(internal::planar_layout(world)),
         world_(std::move(world)),
         noise_(noise),
         source_(source),
@@ -56,14 +56,14 @@ class PlanarExperiment final : public ShownExperiment {
     return outcomes;
   }
 
-  RunTrace describe_world() const override { return describe_planar_world(world_); }
+  RunTrace describe_world() const override { return internal::describe_planar_world(world_); }
 
  private:
   StudyStatistics play(std::int64_t first_run, std::int64_t runs, ChunkObserver* observer) const override {
     F filter = make_filter_();
     Run run(*this, filter);
     if (observer != nullptr) run.keep_what_is_shown();
-    return play_runs(run, first_run, runs, std::ssize(world_.controls), observer);
+    return internal::play_runs(run, first_run, runs, std::ssize(world_.controls), observer);
   }
 
   /// The state of a run, its buffers kept from run to run.
@@ -81,7 +81,7 @@ class PlanarExperiment final : public ShownExperiment {
     }
 
     Outcome step(Index k) {
-      stop_point();
+      internal::stop_point();
       const auto at = static_cast<std::size_t>(k);
       simulation_.move(at);
       filter_.predict(e_.world_.controls[at - 1]);
@@ -113,7 +113,7 @@ class PlanarExperiment final : public ShownExperiment {
                                            filter_.innovation_covariance(), told_)) {
         observer.add(told_, 0);
       } else {
-        observer.add(shown_at(k, Outcome::ok, trace_step()), 0);
+        observer.add(internal::shown_at(k, Outcome::ok, trace_step()), 0);
       }
     }
 
@@ -122,7 +122,7 @@ class PlanarExperiment final : public ShownExperiment {
       TraceStep step;
       step.landmarks.assign(filter_.landmarks().begin(), filter_.landmarks().end());
       step.estimate = filter_.state();
-      record_planar_error(simulation_.pose(), e_.world_, step);
+      internal::record_planar_error(simulation_.pose(), e_.world_, step);
       step.P = dense_covariance(filter_.covariance());
       step.nees = step_.nees;
       step.nees_dof = step_.nees_dof;
@@ -154,11 +154,11 @@ class PlanarExperiment final : public ShownExperiment {
 
     const PlanarExperiment& e_;
     F& filter_;
-    PlanarSimulation simulation_;
-    PlanarStep step_;
-    StateError error_;
-    PlanarNormaliser normaliser_;
-    NormalisedStep told_;
+    internal::PlanarSimulation simulation_;
+    internal::PlanarStep step_;
+    internal::StateError error_;
+    internal::PlanarNormaliser normaliser_;
+    internal::NormalisedStep told_;
     NeesSolver dense_solver_;  ///< of a P that is not dense
     Matrix dense_P_;
   };
@@ -166,7 +166,7 @@ class PlanarExperiment final : public ShownExperiment {
   Outcome show(Run& run, std::int64_t r, const StepVisitor& take,
                const std::function<TraceStep()>& now) const {
     run.start(r);
-    return visit_steps(
+    return internal::visit_steps(
         std::ssize(world_.controls), take, [&](Index k) { return run.step(k); }, now);
   }
 
@@ -176,6 +176,13 @@ class PlanarExperiment final : public ShownExperiment {
   std::function<F()> make_filter_;
 };
 
+/// The EKF-SLAM that a planar scenario describes, as its filter assumes the noise to be.
+EkfSlam<PlanarModel> make_planar_filter(const Scenario& scenario, const PlanarWorld& world);
+
+}  // namespace credence
+
+namespace credence::internal {
+
 /// The covariances of the noise that the filter of a planar scenario assumes.
 struct AssumedPlanarNoise {
   Eigen::Matrix2d Q;                  ///< on the control
@@ -184,13 +191,10 @@ struct AssumedPlanarNoise {
   static AssumedPlanarNoise of(const Scenario& scenario);
 };
 
-/// The EKF-SLAM that a planar scenario describes, as its filter assumes the noise to be.
-EkfSlam<PlanarModel> make_planar_filter(const Scenario& scenario, const PlanarWorld& world);
-
 /// True if the scenario's filter keeps its map block diagonal by a sequential rule, so that it is O(N).
 bool has_block_map(const Scenario& scenario);
 
 /// The same filter in its O(N) form. Throws std::invalid_argument unless has_block_map(scenario).
 BlockMapEkfSlam<PlanarModel> make_block_map_filter(const Scenario& scenario, const PlanarWorld& world);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using W = WorldSettings;
@@ -92,4 +92,4 @@ std::vector<KeyRow> planar_keys() {
   return keys;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

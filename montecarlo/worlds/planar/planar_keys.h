@@ -5,7 +5,7 @@
 
 #include "montecarlo/scenario/scenario_schema.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The rows of the planar world: those of every SLAM world, path, vehicle and sensor, noise and start.
 std::vector<KeyRow> planar_keys();
@@ -21,4 +21,4 @@ KeyRow range_std_key();
 KeyRow bearing_std_key();
 KeyRow initial_position_key();
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "core/stop_point.h"
 #include "montecarlo/worlds/planar/state_error.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Consecutive runs that go through their steps together.
 class PlanarLanesExperiment::Batch {
@@ -188,4 +188,4 @@ std::vector<Outcome> PlanarLanesExperiment::visit_runs(std::int64_t first_run, s
   return outcomes;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

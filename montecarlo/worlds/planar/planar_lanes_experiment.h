@@ -4,7 +4,7 @@
 #include "montecarlo/lanes/planar_lanes.h"
 #include "montecarlo/worlds/planar/planar_simulation.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Many runs of EKF-SLAM in one planar world, eight at a time (see PlanarLanes): the same
 /// worlds and noise as those of PlanarExperiment.
@@ -46,4 +46,4 @@ class PlanarLanesExperiment final : public ShownExperiment {
   bool inflate_map_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "montecarlo/worlds/slam_layout.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// eᵀ P⁻¹ e of the two states from i on.
@@ -79,4 +79,4 @@ bool PlanarNormaliser::normalise_innovation(const VectorRef& nu, const MatrixRef
   return true;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 #include "montecarlo/worlds/planar/planar_world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Normalises what a planar filter with a matrix P shows, its blocks those of planar_layout: the joint state
 /// by the factor of P that its NEES needs anyway, all blocks but the landmarks by that same factor.
@@ -31,4 +31,4 @@ class PlanarNormaliser {
   NeesSolver solver_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

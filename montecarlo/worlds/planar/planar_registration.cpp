@@ -13,7 +13,7 @@
 #include "montecarlo/worlds/planar/planar_stream.h"
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void set_planar_defaults(Scenario& scenario) { scenario.world.dt = 0.25; }
@@ -100,4 +100,4 @@ constinit const World kPlanarWorld = {.schema = {.name = "planar",
                                       .posterior_bound = planar_bound,
                                       .stream = planar_stream};
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,9 +2,9 @@
 
 #include "montecarlo/worlds/world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A vehicle in the plane that measures range and bearing of landmarks: EKF-SLAM.
 extern const World kPlanarWorld;
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,6 +10,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 PlanarNoise PlanarNoise::of(const Scenario& scenario) {
   const NoiseSettings& n = scenario.noise;
   const double turn_std = scenario.world.vehicle == VehicleKind::unicycle
@@ -20,8 +22,12 @@ PlanarNoise PlanarNoise::of(const Scenario& scenario) {
           .measurement_std = {n.range_std, n.bearing_std_deg * kRadiansPerDegree},
           .initial_std = {i.position_std, i.position_std, i.heading_std_deg * kRadiansPerDegree},
           .detection_probability = n.detection_probability,
-          .measurement_delay = credence::measurement_delay(scenario)};
+          .measurement_delay = credence::internal::measurement_delay(scenario)};
 }
+
+}  // namespace credence
+
+namespace credence::internal {
 
 PlanarSimulation::PlanarSimulation(const PlanarWorld& world, const PlanarNoise& noise,
                                    std::optional<NoiseSource> source)
@@ -113,4 +119,4 @@ RunTrace describe_planar_world(const PlanarWorld& world) {
   return trace;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -27,6 +27,10 @@ struct PlanarNoise {
   Eigen::Matrix3d initial_covariance() const { return initial_std.cwiseAbs2().asDiagonal(); }
 };
 
+}  // namespace credence
+
+namespace credence::internal {
+
 /// What happens in one run of a planar world, whatever filter watches it: where the vehicle really drives and
 /// what its sensor says. A run is started, then each step is moved and observed, in order.
 ///
@@ -75,4 +79,4 @@ void record_planar_error(const Pose& pose, const PlanarWorld& world, TraceStep& 
 /// What a trace says of a planar world.
 RunTrace describe_planar_world(const PlanarWorld& world);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -1,6 +1,6 @@
 #include "montecarlo/worlds/planar/planar_step.h"
 
-namespace credence {
+namespace credence::internal {
 
 void PlanarStep::add_to(StepStatistics& s, RunTotals& sums) const {
   sums.whole.add(nees, nees_dof);
@@ -22,4 +22,4 @@ void PlanarStep::add_to(StepStatistics& s, RunTotals& sums) const {
   }
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// An error farther than this from the truth, in m, is divergence.
 inline constexpr double kDivergedError_m = 1e4;
@@ -25,4 +25,4 @@ struct PlanarStep {
   void add_to(StepStatistics& s, RunTotals& sums) const;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "montecarlo/scenario/noise_switches.h"
 
-namespace credence {
+namespace credence::internal {
 
 WorldStream planar_stream(const Scenario& scenario) {
   const PlanarWorld world = make_planar_world(scenario);
@@ -26,4 +26,4 @@ WorldStream planar_stream(const Scenario& scenario) {
           .visit = play};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

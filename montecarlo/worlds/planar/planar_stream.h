@@ -6,7 +6,7 @@
 #include "montecarlo/worlds/planar/planar_simulation.h"
 #include "montecarlo/worlds/world_stream.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A vehicle in the plane: nominal controls, and range (m) and bearing (rad) of the landmarks in view. Throws
 /// as make_planar_world does.
@@ -22,4 +22,4 @@ Vector numbers_of_observations(std::span<const Observation> seen, std::size_t la
   return z;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/manifold/trigonometry.h"
 #include "montecarlo/worlds/planar/path_length.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
@@ -77,6 +77,11 @@ std::vector<Control> nominal_controls(const Scenario& scenario, const Vehicle& v
 }
 
 }  // namespace
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 bool PlanarWorld::sees(const RangeBearing& z) const {
   return z[0] >= sensor_min_range_m && z[0] <= sensor_range_m && std::abs(z[1]) <= half_field_of_view_rad;

@@ -2,7 +2,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 
 Vector true_state(const Pose& pose, std::span<const Point> landmarks, std::span<const int> order) {
   Vector x(3 + 2 * static_cast<Index>(order.size()));
@@ -43,4 +43,4 @@ Outcome StateError::set_nees(const NeesValue& whole, const NeesValue& vehicle) {
   return Outcome::ok;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 #include "montecarlo/worlds/planar/planar_step.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The true state in the order of a filter's: [pose; landmarks by number].
 Vector true_state(const Pose& pose, std::span<const Point> landmarks, std::span<const int> order);
@@ -41,4 +41,4 @@ struct StateError {
   NeesSolver solver_, pose_solver_;  ///< two, so that neither changes its size
 };
 
-}  // namespace credence
+}  // namespace credence::internal

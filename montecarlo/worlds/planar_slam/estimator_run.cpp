@@ -4,7 +4,7 @@
 #include "core/manifold/angle.h"
 #include "core/stop_point.h"
 
-namespace credence {
+namespace credence::internal {
 
 NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P) {
   constexpr double kLeastPivot = 1e-12;  // of a squared pivot, relative to its variance
@@ -53,4 +53,4 @@ Pose EstimatorRun::plane_error() const {
   return error;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

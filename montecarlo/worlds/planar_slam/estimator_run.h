@@ -6,7 +6,7 @@
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 #include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// eᵀ P⁻¹ e over the directions of non-zero variance, for a P that may be singular; reads the lower triangle.
 /// Cheap where P has a Cholesky factor whose pivots are not rounding. dof −1: P is not psd or not finite.
@@ -46,4 +46,4 @@ class EstimatorRun {
   Vector error_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "core/stop_point.h"
 #include "montecarlo/worlds/planar/planar_simulation.h"
 
-namespace credence {
+namespace credence::internal {
 
 PosteriorBound odometry_bound(const OdometryWorld& world) {
   EstimatorSettings settings;
@@ -35,4 +35,4 @@ PosteriorBound odometry_bound(const OdometryWorld& world) {
   return recorder.take();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

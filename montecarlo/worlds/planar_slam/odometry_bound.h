@@ -3,7 +3,7 @@
 #include "montecarlo/worlds/planar_slam/odometry_world.h"
 #include "montecarlo/worlds/posterior_bound.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The posterior Cramér-Rao bound of pose and map. The vehicle never leaves its path, so that all means are
 /// the Jacobians on it, but for the observations that are missed, E[Hᵀ R⁻¹ H] = p Hᵀ R⁻¹ H: P of a filter
@@ -11,4 +11,4 @@ namespace credence {
 /// filter believes. O(n²) a step.
 PosteriorBound odometry_bound(const OdometryWorld& world);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 
 OdometrySimulation::OdometrySimulation(const OdometryWorld& world, const NoiseSource& source)
     : world_(world),
@@ -38,4 +38,4 @@ std::span<const Observation<PlanarModel>> OdometrySimulation::observe(std::size_
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "montecarlo/worlds/landmark_draws.h"
 #include "montecarlo/worlds/planar_slam/odometry_world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What odometry and sensor say in one run, whatever filter listens; started, then read step by step.
 ///
@@ -30,4 +30,4 @@ class OdometrySimulation {
   LandmarkDraws<Observation<PlanarModel>> draws_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 #include "montecarlo/worlds/planar/planar_stream.h"
 #include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 
-namespace credence {
+namespace credence::internal {
 
 WorldStream odometry_stream(const Scenario& scenario) {
   const OdometryWorld world = make_odometry_world(scenario);
@@ -28,4 +28,4 @@ WorldStream odometry_stream(const Scenario& scenario) {
           .visit = play};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

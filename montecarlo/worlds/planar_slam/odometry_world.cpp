@@ -12,7 +12,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<Point> place_on_ring(double radius, Index count) {
@@ -118,4 +118,4 @@ std::unique_ptr<SlamEstimator> scenario_estimator(const Scenario& scenario, cons
   return make_estimator(name, estimator_settings(scenario, world));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/worlds/planar/planar_world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A vehicle that drives a circle exactly, its odometry and its sensor of landmarks noisy: the world of the
 /// consistency tables ([Huang 2010], [Brossard 2020]).
@@ -46,4 +46,4 @@ std::unique_ptr<SlamEstimator> scenario_estimator(const Scenario& scenario, cons
 std::unique_ptr<SlamEstimator> scenario_estimator(const Scenario& scenario, const OdometryWorld& world,
                                                   std::string_view name);
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 #include "montecarlo/worlds/planar_slam/odometry_bound.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// What is judged of one estimator, with the memory that this takes.
@@ -159,4 +159,4 @@ std::unique_ptr<EstimatorContest> planar_contest(const Scenario& scenario) {
 
 constinit const EstimatorOffer kPlanarSlamOffer = {.names = planar_names, .contest = planar_contest};
 
-}  // namespace credence
+}  // namespace credence::internal

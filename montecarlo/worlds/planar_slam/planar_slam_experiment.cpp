@@ -6,7 +6,7 @@
 #include "montecarlo/worlds/planar/state_error.h"
 #include "montecarlo/worlds/slam_layout.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RunLayout layout_of(const Scenario& scenario, const OdometryWorld& world) {
@@ -141,4 +141,4 @@ Outcome PlanarSlamExperiment::visit(std::int64_t run_number, const StepVisitor& 
 
 RunTrace PlanarSlamExperiment::describe_world() const { return describe_planar_world(world_.plane); }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Many runs of one estimator of planar SLAM. NEES is that of the error in the chart of the estimator's P;
 /// squared errors are those of x̂ − x.
@@ -27,4 +27,4 @@ class PlanarSlamExperiment final : public ShownExperiment {
   NoiseSource source_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

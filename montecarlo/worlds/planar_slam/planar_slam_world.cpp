@@ -13,7 +13,7 @@
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
 #include "montecarlo/worlds/slam_settings.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 bool has_annulus(const Scenario& s) { return !has_landmark_ring(s); }
@@ -156,4 +156,4 @@ constinit const World kPlanarSlamWorld = {
     .posterior_bound = planar_slam_bound,
     .stream = odometry_stream};
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,12 +12,16 @@
 #include "montecarlo/random/delay_line.h"
 #include "montecarlo/worlds/plugged/plugged_experiment.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// What a world measures at a step, without the std::optional.
 template <class World>
 using MeasurementOf = std::decay_t<decltype(plugged::value_of(std::declval<const World&>().measure(
     std::declval<const StateOf<World>&>(), std::int64_t{}, std::declval<NoiseDraw&>())))>;
+
+}  // namespace credence::internal
+
+namespace credence {
 
 /// A filter that brings lanes: kLanes runs of it side by side, one a lane.
 ///
@@ -30,26 +34,26 @@ using MeasurementOf = std::decay_t<decltype(plugged::value_of(std::declval<const
 /// A lane's numbers must not depend on the others: they are those of the filter alone in its runs.
 template <class Batch, class World>
 concept BatchFilter = requires(Batch& batch, const Batch& shown, const World& world, int lane,
-                               std::span<const std::optional<MeasurementOf<World>>> measurements) {
+                               std::span<const std::optional<internal::MeasurementOf<World>>> measurements) {
   { Batch::kLanes } -> std::convertible_to<int>;
   batch.reset(world.prior().mean, world.prior().covariance);
   batch.update(measurements);
-  { shown.state(lane) } -> std::convertible_to<StateOf<World>>;
+  { shown.state(lane) } -> std::convertible_to<internal::StateOf<World>>;
   { shown.covariance(lane) } -> std::convertible_to<Matrix>;
 };
 
 /// PluggedExperiment for a BatchFilter: the same world, the same noise, the same statistics.
 template <PluggedWorld World, class MakeBatch>
 requires BatchFilter<std::invoke_result_t<const MakeBatch&>, World>
-class BatchExperiment final : public VisitedExperiment {
+class BatchExperiment final : public internal::VisitedExperiment {
  public:
   using Batch = std::invoke_result_t<const MakeBatch&>;
-  using State = StateOf<World>;
-  using Measurement = std::optional<MeasurementOf<World>>;
+  using State = internal::StateOf<World>;
+  using Measurement = std::optional<internal::MeasurementOf<World>>;
 
   /// The world must have a layout().
   BatchExperiment(World world, MakeBatch make_batch, const PlugSettings& settings = {})
-      : VisitedExperiment(world.layout(), settings.steps),
+      : internal::VisitedExperiment(world.layout(), settings.steps),
         world_(std::move(world)),
         make_batch_(std::move(make_batch)),
         settings_(settings),
@@ -75,13 +79,13 @@ class BatchExperiment final : public VisitedExperiment {
   RunTrace describe_world() const override { return {}; }
 
   /// What is wrong with the plug, as far as a few runs show; empty if nothing.
-  std::vector<std::string> problems() const { return plug_problems(*this); }
+  std::vector<std::string> problems() const { return internal::plug_problems(*this); }
 
  private:
   /// One run in its lane.
   struct Lane {
     State truth;
-    DelayLine<Measurement> line;
+    internal::DelayLine<Measurement> line;
     TraceStep shown{};
     Outcome outcome = Outcome::ok;
   };
@@ -93,7 +97,8 @@ class BatchExperiment final : public VisitedExperiment {
         : e_(e), first_run_(first_run), batch_(e.make_batch_()) {
       const State mean = e_.world_.prior().mean;
       for (std::int64_t i = 0; i < runs; ++i) {
-        lanes_.push_back({.truth = mean, .line = DelayLine<Measurement>(e_.settings_.measurement_delay)});
+        lanes_.push_back(
+            {.truth = mean, .line = internal::DelayLine<Measurement>(e_.settings_.measurement_delay)});
       }
     }
 
@@ -106,7 +111,7 @@ class BatchExperiment final : public VisitedExperiment {
       guarded([&] { batch_.reset(prior.mean, prior.covariance); });
       show(take, 0);
       for (std::int64_t k = 1; k <= e_.settings_.steps && alive(); ++k) {
-        stop_point(std::ssize(lanes_));
+        internal::stop_point(std::ssize(lanes_));
         step(take, k);
       }
       std::vector<Outcome> outcomes;
@@ -146,7 +151,7 @@ class BatchExperiment final : public VisitedExperiment {
       try {
         action();
         return true;
-      } catch (const Stopped&) {
+      } catch (const internal::Stopped&) {
         throw;
       } catch (const std::exception&) {
         return false;
@@ -160,7 +165,7 @@ class BatchExperiment final : public VisitedExperiment {
 
     void step(const RunsVisitor& take, std::int64_t k) {
       std::vector<Measurement> seen(Batch::kLanes);
-      std::vector<plugged::InputOf<World>> inputs;
+      std::vector<internal::plugged::InputOf<World>> inputs;
       each(take, k, [&](Index i, Lane& lane) {
         NoiseDraw process = noise(i, k, NoisePurpose::process);
         lane.truth = e_.world_.step(lane.truth, k, process);
@@ -169,8 +174,9 @@ class BatchExperiment final : public VisitedExperiment {
             lane.line.pass(Measurement(e_.world_.measure(lane.truth, k, measurement))).value_or(std::nullopt);
       });
       for (Index i = 0; i < std::ssize(lanes_); ++i) {
-        NoiseDraw draw = noise(i, k, NoisePurpose::process, plugged::kInputSlots);
-        inputs.push_back(plugged::input_of(e_.world_, lanes_[static_cast<std::size_t>(i)].truth, k, draw));
+        NoiseDraw draw = noise(i, k, NoisePurpose::process, internal::plugged::kInputSlots);
+        inputs.push_back(
+            internal::plugged::input_of(e_.world_, lanes_[static_cast<std::size_t>(i)].truth, k, draw));
       }
       inputs.resize(Batch::kLanes, inputs.front());
       guarded([&] {
@@ -178,18 +184,18 @@ class BatchExperiment final : public VisitedExperiment {
         batch_.update(std::span<const Measurement>(seen));
       });
       for (std::size_t i = 0; i < lanes_.size(); ++i) {
-        lanes_[i].shown.z = seen[i] ? plugged::vector_of(*seen[i]) : Vector();
+        lanes_[i].shown.z = seen[i] ? internal::plugged::vector_of(*seen[i]) : Vector();
         measured_[i] = seen[i].has_value();
       }
       show(take, k);
     }
 
-    void predict(const std::vector<plugged::InputOf<World>>& inputs) {
-      if constexpr (HasTimeStep<World> && HasInput<World>) {
+    void predict(const std::vector<internal::plugged::InputOf<World>>& inputs) {
+      if constexpr (internal::HasTimeStep<World> && internal::HasInput<World>) {
         batch_.predict(std::span(inputs), e_.world_.dt());
-      } else if constexpr (HasTimeStep<World>) {
+      } else if constexpr (internal::HasTimeStep<World>) {
         batch_.predict(e_.world_.dt());
-      } else if constexpr (HasInput<World>) {
+      } else if constexpr (internal::HasInput<World>) {
         batch_.predict(std::span(inputs));
       } else {
         batch_.predict();
@@ -223,8 +229,8 @@ class BatchExperiment final : public VisitedExperiment {
           innovations = {{batch_.innovation(i), batch_.innovation_covariance(i)}};
         }
       }
-      return plugged::show(e_.world_, e_.layout(), lane.truth, batch_.state(i), batch_.covariance(i),
-                           std::move(innovations), lane.shown);
+      return internal::plugged::show(e_.world_, e_.layout(), lane.truth, batch_.state(i),
+                                     batch_.covariance(i), std::move(innovations), lane.shown);
     }
 
     const BatchExperiment& e_;

@@ -4,6 +4,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 PosteriorBound posterior_bound(const FunctionModel& model, const PlugSettings& settings, double detection,
                                std::int64_t runs) {
   const FunctionWorld world(model);

@@ -9,6 +9,6 @@ namespace credence {
 /// The posterior Cramér-Rao bound of a model, each step measured with probability `detection`. It has a
 /// reason where Q is singular and f is not linear. Its truths are those of PluggedExperiment.
 PosteriorBound posterior_bound(const FunctionModel& model, const PlugSettings& settings,
-                               double detection = 1.0, std::int64_t runs = kBoundRuns);
+                               double detection = 1.0, std::int64_t runs = internal::kBoundRuns);
 
 }  // namespace credence

@@ -5,6 +5,8 @@
 
 namespace credence {
 
+using namespace internal;
+
 FunctionUkf::FunctionUkf(const FunctionModel& model, double spread)
     : FunctionFilter(model), spread_(spread) {}
 

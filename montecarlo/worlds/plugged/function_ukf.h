@@ -18,7 +18,7 @@ class FunctionUkf : public FunctionFilter {
 
  private:
   double spread_;
-  UnscentedTransform points_;
+  internal::UnscentedTransform points_;
 };
 
 }  // namespace credence

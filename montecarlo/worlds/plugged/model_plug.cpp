@@ -10,7 +10,7 @@
 #include "core/linear_algebra/psd_root.h"
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void require_square(const char* name, const Matrix& M, Index n) {
@@ -87,6 +87,12 @@ Matrix difference_jacobian(const std::function<Vector(const Vector&)>& function,
   }
   return J;
 }
+
+}  // namespace credence::internal
+
+namespace credence {
+
+using namespace internal;
 
 FunctionWorld::FunctionWorld(const FunctionModel& model)
     : model_(checked(model)),

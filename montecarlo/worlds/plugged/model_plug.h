@@ -82,6 +82,10 @@ class FunctionEkf : public FunctionFilter {
   Matrix jacobian_of_h(const Vector& x) const;
 };
 
+}  // namespace credence
+
+namespace credence::internal {
+
 /// Wraps those components that are angles in rad; empty: none.
 void wrap_angles(Vector& v, const std::vector<bool>& angles);
 
@@ -90,4 +94,4 @@ void wrap_angles(Vector& v, const std::vector<bool>& angles);
 Matrix difference_jacobian(const std::function<Vector(const Vector&)>& function, const Vector& x,
                            const std::vector<bool>& angles = {});
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 
 #include "core/linear_algebra/cholesky.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kRunsLookedAt = 4;
@@ -171,4 +171,4 @@ void require_sound(const std::vector<std::string>& problems) {
   if (!problems.empty()) throw std::invalid_argument(fmt::format("{}", fmt::join(problems, "; ")));
 }
 
-}  // namespace credence
+}  // namespace credence::internal

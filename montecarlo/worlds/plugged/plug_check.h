@@ -8,7 +8,7 @@
 /// @file
 /// What can be wrong with a plugged world or filter, and would otherwise be taken for an inconsistency.
 
-namespace credence {
+namespace credence::internal {
 
 /// Throws std::invalid_argument naming the numbers where error, P or the innovations of a step do not have
 /// the dimensions of the layout.
@@ -29,4 +29,4 @@ void report_time_step(const Vector& once, const Vector& twice, std::vector<std::
 /// The sentences as one std::invalid_argument, if there are any.
 void require_sound(const std::vector<std::string>& problems);
 
-}  // namespace credence
+}  // namespace credence::internal

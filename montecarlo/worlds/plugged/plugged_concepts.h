@@ -25,6 +25,10 @@ struct Prior {
   Matrix covariance;  ///< n×n, of minus(estimate, truth)
 };
 
+}  // namespace credence
+
+namespace credence::internal {
+
 /// The state of a world: any type.
 template <class World>
 using StateOf = std::decay_t<decltype(std::declval<const World&>().prior().mean)>;
@@ -40,27 +44,6 @@ Vector state_minus(const World& world, const State& a, const State& b) {
     return a - b;
   }
 }
-
-/// A world draws a truth, moves it, and measures it; it has no random generator of its own.
-///
-/// prior() is what the filter starts from; initial(noise) the truth at the start; step(x, k, noise) the truth
-/// at step k = 1, 2, … from that of the step before; measure(x, k, noise) what the filter is given, or a
-/// std::optional of it, empty where nothing is measured. All const, and safe to call from several threads.
-///
-/// It may have: minus(a, b); plus(x, d); input(x, k, noise), what the filter's predict is given; layout(),
-/// dt(), the time of a step, which the filter's predict is given behind the input; layout(), with the names,
-/// angles, blocks and sensors (model_layout makes one); coordinates(x), n numbers that say
-/// where x is, for figures and logs of a state that is no vector: the estimate is shown at those of the truth
-/// plus its error.
-template <class World>
-concept PluggedWorld = requires(const World& world, const StateOf<World>& x, std::int64_t k,
-                                NoiseDraw& noise) {
-  { world.prior().covariance } -> std::convertible_to<Matrix>;
-  { world.initial(noise) } -> std::convertible_to<StateOf<World>>;
-  { world.step(x, k, noise) } -> std::convertible_to<StateOf<World>>;
-  world.measure(x, k, noise);
-  { state_minus(world, x, x) } -> std::convertible_to<Vector>;
-};
 
 /// Whether the filter is given an input at each prediction.
 template <class World>
@@ -129,6 +112,31 @@ requires(HasTimeStep<World> ? Predicts<Filter, Input, double>
 
 }  // namespace plugged
 
+}  // namespace credence::internal
+
+namespace credence {
+
+/// A world draws a truth, moves it, and measures it; it has no random generator of its own.
+///
+/// prior() is what the filter starts from; initial(noise) the truth at the start; step(x, k, noise) the truth
+/// at step k = 1, 2, … from that of the step before; measure(x, k, noise) what the filter is given, or a
+/// std::optional of it, empty where nothing is measured. All const, and safe to call from several threads.
+///
+/// It may have: minus(a, b); plus(x, d); input(x, k, noise), what the filter's predict is given; layout(),
+/// dt(), the time of a step, which the filter's predict is given behind the input; layout(), with the names,
+/// angles, blocks and sensors (model_layout makes one); coordinates(x), n numbers that say
+/// where x is, for figures and logs of a state that is no vector: the estimate is shown at those of the truth
+/// plus its error.
+template <class World>
+concept PluggedWorld = requires(const World& world, const internal::StateOf<World>& x, std::int64_t k,
+                                NoiseDraw& noise) {
+  { world.prior().covariance } -> std::convertible_to<Matrix>;
+  { world.initial(noise) } -> std::convertible_to<internal::StateOf<World>>;
+  { world.step(x, k, noise) } -> std::convertible_to<internal::StateOf<World>>;
+  world.measure(x, k, noise);
+  { internal::state_minus(world, x, x) } -> std::convertible_to<Vector>;
+};
+
 /// A filter starts from a mean and its covariance, predicts, updates, and shows its state and covariance.
 ///
 /// update may return a bool: false where S is not positive definite, which ends the run. An exception
@@ -136,15 +144,22 @@ requires(HasTimeStep<World> ? Predicts<Filter, Input, double>
 /// sensor (empty where it is silent), or innovation() and innovation_covariance(), for NIS.
 template <class Filter, class World>
 concept PluggedFilter = requires(Filter& filter, const Filter& shown, const World& world,
-                                 const StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
+                                 const internal::StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
   filter.reset(world.prior().mean, world.prior().covariance);
-  filter.update(plugged::value_of(world.measure(x, k, noise)));
-  { state_minus(world, static_cast<const StateOf<World>&>(shown.state()), x) } -> std::convertible_to<Vector>;
+  filter.update(internal::plugged::value_of(world.measure(x, k, noise)));
+  {
+    internal::state_minus(world, static_cast<const internal::StateOf<World>&>(shown.state()), x)
+    } -> std::convertible_to<Vector>;
   { shown.covariance() } -> std::convertible_to<Matrix>;
 }
-&&requires(Filter& filter, const World& world, const StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
-  plugged::predict(filter, world, plugged::input_of(world, x, k, noise), 1.0);
+&&requires(Filter& filter, const World& world, const internal::StateOf<World>& x, std::int64_t k,
+           NoiseDraw& noise) {
+  internal::plugged::predict(filter, world, internal::plugged::input_of(world, x, k, noise), 1.0);
 };
+
+}  // namespace credence
+
+namespace credence::internal {
 
 /// The innovations that a filter shows after an update; none if it shows none.
 template <class Filter>
@@ -164,4 +179,4 @@ std::vector<Innovation> innovations_of(const Filter& filter) {
 RunLayout model_layout(const std::vector<std::string>& states,
                        const std::vector<std::pair<std::string, Index>>& sensors);
 
-}  // namespace credence
+}  // namespace credence::internal

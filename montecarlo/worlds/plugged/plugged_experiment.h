@@ -16,7 +16,7 @@
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 #include "montecarlo/worlds/plugged/plugged_statistics.h"
 
-namespace credence {
+namespace credence::internal {
 
 namespace plugged {
 
@@ -60,6 +60,10 @@ Outcome show(const World& world, const RunLayout& layout, const StateOf<World>& 
 
 }  // namespace plugged
 
+}  // namespace credence::internal
+
+namespace credence {
+
 /// How a plugged study is run.
 struct PlugSettings {
   std::int64_t steps = 100;
@@ -78,15 +82,15 @@ struct PlugSettings {
 /// call from several threads.
 template <PluggedWorld World, class MakeFilter>
 requires PluggedFilter<std::invoke_result_t<const MakeFilter&>, World>
-class PluggedExperiment final : public VisitedExperiment {
+class PluggedExperiment final : public internal::VisitedExperiment {
  public:
   using Filter = std::invoke_result_t<const MakeFilter&>;
-  using State = StateOf<World>;
+  using State = internal::StateOf<World>;
   using Measured = std::decay_t<decltype(std::declval<const World&>().measure(
       std::declval<const State&>(), std::int64_t{}, std::declval<NoiseDraw&>()))>;
 
   PluggedExperiment(World world, MakeFilter make_filter, const PlugSettings& settings = {})
-      : VisitedExperiment(layout_of(world, make_filter, settings.source()), settings.steps),
+      : internal::VisitedExperiment(layout_of(world, make_filter, settings.source()), settings.steps),
         world_(std::move(world)),
         make_filter_(std::move(make_filter)),
         delay_(settings.measurement_delay),
@@ -108,11 +112,11 @@ class PluggedExperiment final : public VisitedExperiment {
 
   /// What is wrong with the plug, as far as a few runs show; empty if nothing.
   std::vector<std::string> problems() const {
-    std::vector<std::string> found = plug_problems(*this);
+    std::vector<std::string> found = internal::plug_problems(*this);
     if constexpr (requires(const World& w, const State& x, const Vector& d) { w.plus(x, d); }) {
       check_plus(found);
     }
-    if constexpr (HasTimeStep<World>) check_time_step(found);
+    if constexpr (internal::HasTimeStep<World>) check_time_step(found);
     if constexpr (requires(const Filter& f) { std::optional<std::string>(f.jacobian_problem()); }) {
       Run play(*this, 0);
       std::optional<std::string> problem;
@@ -145,7 +149,7 @@ class PluggedExperiment final : public VisitedExperiment {
       }
       take(shown_);
       for (std::int64_t k = 1; k <= e_.steps(); ++k) {
-        stop_point();
+        internal::stop_point();
         Outcome outcome = Outcome::ok;
         if (!guarded([&] { outcome = step(k); })) outcome = Outcome::threw;
         shown_.step = k;
@@ -166,7 +170,7 @@ class PluggedExperiment final : public VisitedExperiment {
       try {
         action();
         return true;
-      } catch (const Stopped&) {
+      } catch (const internal::Stopped&) {
         throw;
       } catch (const std::exception& error) {
         said_ = error.what();
@@ -191,14 +195,15 @@ class PluggedExperiment final : public VisitedExperiment {
     Outcome step(std::int64_t k) {
       NoiseDraw process = noise(k, NoisePurpose::process);
       truth_ = e_.world_.step(truth_, k, process);
-      NoiseDraw input = noise(k, NoisePurpose::process, plugged::kInputSlots);
-      plugged::predict(filter_, e_.world_, plugged::input_of(e_.world_, truth_, k, input), 1.0);
+      NoiseDraw input = noise(k, NoisePurpose::process, internal::plugged::kInputSlots);
+      internal::plugged::predict(filter_, e_.world_, internal::plugged::input_of(e_.world_, truth_, k, input),
+                                 1.0);
       NoiseDraw measurement = noise(k, NoisePurpose::measurement);
       const std::optional<Measured> z = line_.pass(e_.world_.measure(truth_, k, measurement));
       bool measured = z.has_value();
-      if constexpr (plugged::IsOptional<Measured>::value) measured = measured && z->has_value();
-      shown_.z = measured ? plugged::vector_of(plugged::value_of(*z)) : Vector();
-      if (measured && !update(plugged::value_of(*z))) return Outcome::not_positive_definite;
+      if constexpr (internal::plugged::IsOptional<Measured>::value) measured = measured && z->has_value();
+      shown_.z = measured ? internal::plugged::vector_of(internal::plugged::value_of(*z)) : Vector();
+      if (measured && !update(internal::plugged::value_of(*z))) return Outcome::not_positive_definite;
       return show(measured);
     }
 
@@ -214,16 +219,16 @@ class PluggedExperiment final : public VisitedExperiment {
 
     Outcome show(bool measured) {
       std::vector<Innovation> innovations(e_.layout().sensors.size());
-      if (measured) innovations = innovations_of(filter_);
-      return plugged::show(e_.world_, e_.layout(), truth_, filter_.state(), filter_.covariance(),
-                           std::move(innovations), shown_);
+      if (measured) innovations = internal::innovations_of(filter_);
+      return internal::plugged::show(e_.world_, e_.layout(), truth_, filter_.state(), filter_.covariance(),
+                                     std::move(innovations), shown_);
     }
 
     const PluggedExperiment& e_;
     std::int64_t run_;
     Filter filter_;
     State truth_;
-    DelayLine<Measured> line_;
+    internal::DelayLine<Measured> line_;
     TraceStep shown_;
     std::string said_;
   };
@@ -235,9 +240,9 @@ class PluggedExperiment final : public VisitedExperiment {
     } else {
       const auto prior = world.prior();
       std::vector<std::string> names;
-      const Index n = state_minus(world, prior.mean, prior.mean).size();
+      const Index n = internal::state_minus(world, prior.mean, prior.mean).size();
       for (Index i = 1; i <= n; ++i) names.emplace_back("x").append(std::to_string(i));
-      return model_layout(names, first_sensors(world, make_filter(), source));
+      return internal::model_layout(names, first_sensors(world, make_filter(), source));
     }
   }
 
@@ -250,19 +255,19 @@ class PluggedExperiment final : public VisitedExperiment {
       const auto prior = world.prior();
       filter.reset(prior.mean, prior.covariance);
       const State truth = world.step(world.initial(initial), 1, process);
-      NoiseDraw input(source, 0, 1, NoisePurpose::process, plugged::kInputSlots);
-      plugged::predict(filter, world, plugged::input_of(world, truth, 1, input), 1.0);
+      NoiseDraw input(source, 0, 1, NoisePurpose::process, internal::plugged::kInputSlots);
+      internal::plugged::predict(filter, world, internal::plugged::input_of(world, truth, 1, input), 1.0);
       const auto z = world.measure(truth, 1, measurement);
-      if constexpr (plugged::IsOptional<std::decay_t<decltype(z)>>::value) {
+      if constexpr (internal::plugged::IsOptional<std::decay_t<decltype(z)>>::value) {
         if (!z) throw std::invalid_argument("the first step measures nothing: give the world a layout()");
       }
-      filter.update(plugged::value_of(z));
+      filter.update(internal::plugged::value_of(z));
     } catch (const std::invalid_argument&) {
       throw;
     } catch (const std::exception&) {
       return sensors;  // a failure of run 0, which will be counted
     }
-    const std::vector<Innovation> innovations = innovations_of(filter);
+    const std::vector<Innovation> innovations = internal::innovations_of(filter);
     for (std::size_t i = 0; i < innovations.size(); ++i) {
       std::string name;
       if (innovations.size() > 1) name.append("sensor ").append(std::to_string(i + 1));
@@ -276,23 +281,23 @@ class PluggedExperiment final : public VisitedExperiment {
     const State x = world_.prior().mean;
     NoiseDraw draw(source_, 0, 0, NoisePurpose::decision);
     const Vector d = 1e-2 * draw.normals(std::ssize(layout().states));
-    report_plus(d, state_minus(world_, State(world_.plus(x, d)), x), found);
+    internal::report_plus(d, internal::state_minus(world_, State(world_.plus(x, d)), x), found);
   }
 
   /// From P = 0 a prediction leaves nothing but process noise.
   void check_time_step(std::vector<std::string>& found) const {
     const Prior<State> prior{world_.prior().mean, Matrix::Zero(world_.prior().covariance.rows(),
                                                                world_.prior().covariance.cols())};
-    NoiseDraw draw(source_, 0, 1, NoisePurpose::process, plugged::kInputSlots);
-    const auto input = plugged::input_of(world_, prior.mean, 1, draw);
+    NoiseDraw draw(source_, 0, 1, NoisePurpose::process, internal::plugged::kInputSlots);
+    const auto input = internal::plugged::input_of(world_, prior.mean, 1, draw);
     const auto variances = [&](int parts) {
       Filter filter = make_filter_();
       filter.reset(prior.mean, prior.covariance);
-      for (int i = 0; i < parts; ++i) plugged::predict(filter, world_, input, 1.0 / parts);
+      for (int i = 0; i < parts; ++i) internal::plugged::predict(filter, world_, input, 1.0 / parts);
       return Vector(Matrix(filter.covariance()).diagonal());
     };
     try {
-      report_time_step(variances(1), variances(2), found);
+      internal::report_time_step(variances(1), variances(2), found);
     } catch (const std::exception&) {
       return;  // a filter that cannot start from certainty
     }

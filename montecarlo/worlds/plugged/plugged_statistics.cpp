@@ -7,7 +7,7 @@
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 
-namespace credence {
+namespace credence::internal {
 
 RunLayout model_layout(const std::vector<std::string>& states,
                        const std::vector<std::pair<std::string, Index>>& sensors) {
@@ -105,4 +105,4 @@ StudyStatistics VisitedExperiment::play(std::int64_t first_run, std::int64_t run
   return statistics;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

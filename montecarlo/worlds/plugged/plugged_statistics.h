@@ -6,7 +6,7 @@
 #include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/engine/study_statistics.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Fills what a step shows of NEES and NIS, from its error, P and innovations.
 void normalise_step(TraceStep& step);
@@ -25,4 +25,4 @@ class VisitedExperiment : public ShownExperiment {
   std::int64_t steps_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/scenario_text.h"
 
-namespace credence {
+namespace credence::internal {
 
 PlugSettings plug_settings(const Scenario& scenario) {
   const NoiseSource source = noise_source(scenario);
@@ -15,4 +15,4 @@ PlugSettings plug_settings(const Scenario& scenario) {
           .measurement_delay = measurement_delay(scenario)};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 /// @file
 /// Worlds of scenarios that are plugged: what the scenario says of any of them.
 
-namespace credence {
+namespace credence::internal {
 
 /// Steps, seed and noise of a scenario, with the switches of [noise].
 PlugSettings plug_settings(const Scenario& scenario);
@@ -39,4 +39,4 @@ std::unique_ptr<Experiment> plugged_experiment(World world, MakeFilter make_filt
                                                                 settings);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include "core/stop_point.h"
 
-namespace credence {
+namespace credence::internal {
 
 PosteriorBound spatial_bound(const SpatialWorld& world) {
   SpatialSlam filter(spatial_kind("ideal"), std::ssize(world.landmarks));
@@ -24,4 +24,4 @@ PosteriorBound spatial_bound(const SpatialWorld& world) {
   return recorder.take();
 }
 
-}  // namespace credence
+}  // namespace credence::internal

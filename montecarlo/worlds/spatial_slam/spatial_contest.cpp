@@ -10,7 +10,7 @@
 #include "montecarlo/worlds/spatial_slam/spatial_bound.h"
 #include "montecarlo/worlds/spatial_slam/spatial_run.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kUnknowns = 7;            // the pose, and a measure of rounding
@@ -180,4 +180,4 @@ std::unique_ptr<EstimatorContest> spatial_contest(const Scenario& scenario) {
 
 constinit const EstimatorOffer kSpatialOffer = {.names = spatial_names, .contest = spatial_contest};
 
-}  // namespace credence
+}  // namespace credence::internal

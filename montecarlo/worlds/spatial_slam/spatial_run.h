@@ -3,7 +3,7 @@
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/worlds/spatial_slam/spatial_world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// One estimator in one run after the other of a world; what it hears comes from a SpatialSimulation.
 class SpatialRun {
@@ -29,4 +29,4 @@ class SpatialRun {
   SpatialSlam filter_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

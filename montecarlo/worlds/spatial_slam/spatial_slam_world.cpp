@@ -13,7 +13,7 @@
 #include "montecarlo/worlds/spatial_slam/spatial_run.h"
 #include "montecarlo/worlds/spatial_slam/spatial_stream.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RunLayout layout_of(const SpatialWorld& world, const SpatialKind& kind) {
@@ -171,4 +171,4 @@ constinit const World kSpatialSlamWorld = {
     .posterior_bound = spatial_slam_bound,
     .stream = spatial_stream};
 
-}  // namespace credence
+}  // namespace credence::internal

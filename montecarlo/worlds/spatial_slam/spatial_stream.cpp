@@ -4,7 +4,7 @@
 #include "montecarlo/worlds/planar/planar_stream.h"
 #include "montecarlo/worlds/spatial_slam/spatial_world.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Vector pose_coordinates(const SE3& pose) { return pose.split().Log(); }
@@ -40,4 +40,4 @@ WorldStream spatial_stream(const Scenario& scenario) {
           .visit = play};
 }
 
-}  // namespace credence
+}  // namespace credence::internal

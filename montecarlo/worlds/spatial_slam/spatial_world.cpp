@@ -9,7 +9,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The path of a scenario by the angle of its ellipse.
@@ -154,4 +154,4 @@ std::span<const SpatialObservation> SpatialSimulation::observe(std::size_t k) {
   });
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/worlds/landmark_draws.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A vehicle that flies a closed path in space exactly, its odometry and its sensor of landmarks noisy: the
 /// world of [Zhang 2017]. The path is an ellipse seen from above that rises and falls twice a loop, the
@@ -68,4 +68,4 @@ class SpatialSimulation {
   LandmarkDraws<SpatialObservation> draws_;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

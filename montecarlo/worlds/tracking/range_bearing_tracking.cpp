@@ -16,7 +16,7 @@
 #include "montecarlo/worlds/plugged/scenario_plug.h"
 #include "montecarlo/worlds/tracking/tracking_world.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kStates = 4;
@@ -198,4 +198,4 @@ PosteriorBound range_bearing_bound(const Scenario& scenario) {
   return posterior_bound(model, plug_settings(scenario), scenario.noise.detection_probability);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

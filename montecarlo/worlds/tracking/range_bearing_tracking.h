@@ -7,7 +7,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/worlds/posterior_bound.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Many runs of an extended Kalman filter that tracks a target by range and bearing from the origin; a step
 /// may be missed.
@@ -38,4 +38,4 @@ class RangeBearingTracking final : public ShownExperiment {
 /// The posterior Cramér-Rao bound of position and velocity.
 PosteriorBound range_bearing_bound(const Scenario& scenario);
 
-}  // namespace credence
+}  // namespace credence::internal

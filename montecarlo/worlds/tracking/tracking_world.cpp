@@ -9,7 +9,7 @@
 #include "montecarlo/worlds/slam_settings.h"
 #include "montecarlo/worlds/tracking/range_bearing_tracking.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::string_view kOnlyPosition = "with world.model = \"tracking\" and world.sensor = \"position\"";
@@ -161,4 +161,4 @@ constinit const World kTrackingWorld = {.schema = {.name = "tracking",
                                         .figure = RunFigure::states,
                                         .posterior_bound = range_bearing_bound};
 
-}  // namespace credence
+}  // namespace credence::internal

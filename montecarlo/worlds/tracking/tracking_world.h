@@ -2,7 +2,7 @@
 
 #include "montecarlo/worlds/world.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// A target of nearly constant velocity in one to three dimensions, whose position, or range and bearing, are
 /// measured ([Bar-Shalom 2001], section 6.2).
@@ -19,4 +19,4 @@ Vector target_start(const Scenario& scenario);
 /// States position.x …, velocity.x …; a position and another block. `R` as for linear_layout.
 RunLayout target_layout(const Scenario& scenario, const Matrix& R);
 
-}  // namespace credence
+}  // namespace credence::internal

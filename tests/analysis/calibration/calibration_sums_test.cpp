@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RunLayout layout_of_numbers(std::size_t states) {
@@ -160,4 +160,4 @@ TEST(CalibrationUnits, AreTheFirstRunsOfAllRecorders) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

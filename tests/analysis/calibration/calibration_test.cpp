@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RunLayout pose_layout() {
@@ -249,4 +249,4 @@ TEST(Calibration, AChangeIsFoundInThePartWhereItIs) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

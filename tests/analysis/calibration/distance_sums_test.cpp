@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kShortest_m = 1.0 / 1024.0;
@@ -86,4 +86,4 @@ TEST(DistanceSums, WidenToTheLengthOfAnother) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Two runs of two steps: errors 3, 4 m and 1, 2 m in the position, 0.1 rad in the angle.
@@ -105,4 +105,4 @@ TEST(BlockAccuracy, OfAnEfficientFilterMeetsTheBound) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Of 100 runs of one degree of freedom, whose mean is that of each step: its standard deviation is 0.14.
@@ -353,4 +353,4 @@ TEST(CauseRules, AWrongStartAndAWrongNoiseAreBothNamed) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

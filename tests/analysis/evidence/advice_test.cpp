@@ -11,7 +11,7 @@
 #include "analysis/laws/run_mean.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 ConsistencyVerdict nees_verdict(double mean_per_dof, double dof, std::int64_t runs = 100,
@@ -232,4 +232,4 @@ TEST(Causes, NoiseBesideABias) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Of χ²(2) cut at the gate g: 2 − g/(e^{g/2} − 1).
@@ -64,4 +64,4 @@ TEST(GatedNis, RefusesWhatIsNoGate) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

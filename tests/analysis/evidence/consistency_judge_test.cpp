@@ -8,7 +8,7 @@
 
 #include "analysis/laws/run_mean.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // A law whose numbers can be written down: P(|sum − expected| ≥ d) = exp(−d).
@@ -171,4 +171,4 @@ TEST(SumLaws, OfTwoDegreesOfFreedomHaveTheClosedForm) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

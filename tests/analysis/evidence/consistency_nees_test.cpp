@@ -10,7 +10,7 @@
 
 #include "montecarlo/engine/moments.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(NormalisedError, FullRankIsThePlainForm) {
@@ -127,4 +127,4 @@ TEST(NormalisedError, WhitenedSingularErrorsAreStandardNormal) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

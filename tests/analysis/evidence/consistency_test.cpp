@@ -10,7 +10,7 @@
 #include "core/nan.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Moments moments(std::int64_t count, double mean) { return {.count = count, .mean = mean, .m2 = 1.0}; }
@@ -209,4 +209,4 @@ TEST(Consistency, WrongMeasurementNoiseIsFoundWithItsSign) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

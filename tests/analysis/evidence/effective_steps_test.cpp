@@ -9,7 +9,7 @@
 
 #include "analysis/laws/effective_sample.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(EffectiveSteps, OfFourRunsByHand) {
@@ -47,4 +47,4 @@ TEST(EffectiveSteps, RunsAreOfOneLength) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

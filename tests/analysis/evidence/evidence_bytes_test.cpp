@@ -14,7 +14,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario small_study(const std::string& world, std::vector<std::string> overrides) {
@@ -164,4 +164,4 @@ TEST(EvidenceCollector, PlaysWhatItCannotRead) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

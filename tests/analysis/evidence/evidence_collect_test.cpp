@@ -14,7 +14,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario monobot(std::int64_t runs) {
@@ -368,4 +368,4 @@ TEST(CollectedEvidence, LooksAtNoMoreRunsThanItCanAfford) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

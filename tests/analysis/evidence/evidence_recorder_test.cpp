@@ -8,7 +8,7 @@
 #include "analysis/evidence/judgement.h"
 #include "analysis/evidence/step_series.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RunLayout one_state() {
@@ -123,4 +123,4 @@ TEST(EvidenceRecorder, TheLawOfRoundedInnovationsIsNotTested) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

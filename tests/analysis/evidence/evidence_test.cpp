@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // P(χ²(2) ≤ k²).
@@ -173,4 +173,4 @@ TEST(Evidence, OfDifferentStridesMeetsAtTheCoarserOne) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "analysis/evidence/evidence_recorder.h"
 #include "analysis/studies/selftest_study.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RunLayout plane_layout() {
@@ -337,4 +337,4 @@ TEST(Judgement, ATestThatWasMadeSaysNumbers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "analysis/studies/selftest_study.h"
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Two states without blocks, errors independent in time: e = L z with z drawn by `draw`, P as claimed.
@@ -270,4 +270,4 @@ TEST(ErrorMean, NeedsMoreRunsThanStates) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A run whose whitened errors and errors are these, of variances 4.
@@ -144,4 +144,4 @@ TEST(ShapeSteps, ArePowersOfTwo) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

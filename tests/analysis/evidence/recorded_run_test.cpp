@@ -11,7 +11,7 @@
 
 #include "analysis/laws/chi_square.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// White innovations with true variances `scale` times those that the filter claims.
@@ -209,4 +209,4 @@ TEST(MapConsistency, OfTooFewPointsHasNoShape) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(RelativePlace, LiesAheadAndToTheLeft) {
@@ -26,4 +26,4 @@ TEST(RelativePlace, HasTheJacobianOfDifferences) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// −½ (n ln 2π + ln det P + ε).
@@ -101,4 +101,4 @@ TEST(ScoreSums, MergeAsIfAddedTogether) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

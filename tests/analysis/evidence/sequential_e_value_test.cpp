@@ -11,7 +11,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -176,4 +176,4 @@ TEST(ScaleConfidenceSequence, FindsAFactorFarFromTheMean) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

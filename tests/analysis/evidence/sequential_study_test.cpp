@@ -9,7 +9,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario drifter(const std::string& filter, const std::string& stop) {
@@ -108,4 +108,4 @@ TEST(SequentialStudy, BetsOnTheRunsOfEachChunkOnce) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

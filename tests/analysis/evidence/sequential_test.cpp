@@ -11,7 +11,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::size_t kSteps = 20;
@@ -280,4 +280,4 @@ TEST(Sequential, DegenerateStudies) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Places = std::vector<Index>;
@@ -188,4 +188,4 @@ TEST(StepNormaliser, LooksAtThePoseAndEachLandmarkInItsTurn) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

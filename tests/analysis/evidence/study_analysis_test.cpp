@@ -10,7 +10,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 StudyAnalysis study(const Scenario& scenario) {
@@ -120,4 +120,4 @@ TEST(StudyAnalysis, AllRunsFailedIsUndecidedWithAReason) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

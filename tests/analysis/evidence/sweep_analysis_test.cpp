@@ -9,7 +9,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 SweepPlan plan_of(const std::vector<Scenario>& scenarios) {
@@ -59,4 +59,4 @@ TEST(SweepAnalysis, RefusesAStudyOfNoPoint) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 StudyAnalysis study(double word_p) {
@@ -38,4 +38,4 @@ TEST(SweepVerdicts, AStopRuleSpeaksForItsStudy) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "montecarlo/engine/moments.h"
 
-namespace credence::test {
+namespace credence::internal::test {
 
 /// A scalar random walk seen in noise, x⁺ = x + v, z = x + w, with its Kalman filter in steady state: for a
 /// small Q/R the error, and so the NEES, is correlated over many steps.
@@ -52,4 +52,4 @@ inline double binomial_standard_error(double rate, int studies) {
   return std::sqrt(rate * (1.0 - rate) / studies);
 }
 
-}  // namespace credence::test
+}  // namespace credence::internal::test

@@ -6,7 +6,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A verdict of 100 steps that says this of each direction.
@@ -95,4 +95,4 @@ TEST(Word, AnUndecidedPartLeavesItUndecidedUnlessAnotherRejects) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "tests/analysis/evidence/synthetic_studies.h"
 #include "tests/analysis/laws/golden_run_averages.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 BettingPrices prices_for(double dof) {
@@ -141,4 +141,4 @@ TEST(BettingEValue, ExtremeAverages) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

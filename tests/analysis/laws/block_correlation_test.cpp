@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Values of 1 + 2 components, the first with this correlation to the second.
@@ -63,4 +63,4 @@ TEST(BlockCorrelation, SaysWhyThereIsNone) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

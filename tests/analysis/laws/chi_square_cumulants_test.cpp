@@ -8,7 +8,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(ChiSquareCumulants, ExactForAMultipleOfChiSquare) {
@@ -66,4 +66,4 @@ TEST(ChiSquareCumulants, RejectsImpossibleArguments) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(ChiSquareDependentSum, BoundsAndPValueAgree) {
@@ -87,4 +87,4 @@ TEST(ChiSquareDependentSum, ExtremesAreData) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

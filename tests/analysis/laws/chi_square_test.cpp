@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct TableRow {
@@ -177,4 +177,4 @@ TEST(ChiSquare, RejectsImpossibleArguments) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "analysis/laws/chi_square.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(ChiSquareTruncated, TwoDofAt99PercentHasMean1907) {
@@ -100,4 +100,4 @@ TEST(ChiSquareTruncated, GatedVerdictSeesAWrongScaleAndDegenerateData) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "tests/analysis/laws/moments_of.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::moments_of;
@@ -56,4 +56,4 @@ TEST(VectorMoments, MergeOnlyWhatHasTheirSize) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // M errors with the given standard deviations, whitened by a P that claims 1 everywhere.
@@ -113,4 +113,4 @@ TEST(CovarianceShape, DegenerateSamples) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Coverage, ExpectedSharesOfTheEllipsoids) {
@@ -107,4 +107,4 @@ TEST(Coverage, DegenerateAndImpossibleInput) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

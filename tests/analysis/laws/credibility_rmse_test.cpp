@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Rmse, IntervalCoversForGaussianAndForCorrelatedErrors) {
@@ -69,4 +69,4 @@ TEST(Rmse, IsTheRootOfTheMeanSquareInTheUnitOfTheErrors) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<Vector> gaussian_errors(const Matrix& covariance, int runs, std::mt19937_64& generator) {
@@ -130,4 +130,4 @@ TEST(Credibility, DegenerateDataGiveAReason) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // A vector random walk in noise: stationary errors e_k = φ e_{k−1} + noise of unit covariance.
@@ -209,4 +209,4 @@ TEST(StretchAverages, NoneWhereTheRunsAreTooShortForTheirCorrelation) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

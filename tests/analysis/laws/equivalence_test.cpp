@@ -10,7 +10,7 @@
 #include "tests/analysis/evidence/synthetic_studies.h"
 #include "tests/analysis/laws/golden_run_averages.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Equivalence, TheLeastDeltaHasThePValueOfTheLevel) {
@@ -71,4 +71,4 @@ TEST(Equivalence, RunsNeeded) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 VectorMoments correlated_errors(double correlation, double scale, int runs, std::mt19937_64& generator) {
@@ -76,4 +76,4 @@ TEST(ErrorCorrelation, DegenerateInput) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

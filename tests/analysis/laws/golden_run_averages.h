@@ -4,7 +4,7 @@
 
 #include "montecarlo/engine/skewed_moments.h"
 
-namespace credence::test {
+namespace credence::internal::test {
 
 /// Run averages of the NEES of 24 runs of a monobot with two landmarks (n = 3, 100 steps), drawn and rounded
 /// by `sharp_verdict.py golden` beside this file, which also prints the numbers that the tests expect of
@@ -20,4 +20,4 @@ inline SkewedMoments golden_moments(std::size_t count) {
   return moments;
 }
 
-}  // namespace credence::test
+}  // namespace credence::internal::test

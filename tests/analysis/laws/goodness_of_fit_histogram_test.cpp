@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(GoodnessOfFitHistogram, BinsHoldTheirLowerEdge) {
@@ -120,4 +120,4 @@ TEST(GoodnessOfFitHistogram, WithManyBinsHasTheStatisticsOfTheValues) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

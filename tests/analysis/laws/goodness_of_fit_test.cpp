@@ -11,7 +11,7 @@
 #include "analysis/laws/goodness_of_fit_histogram.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(GoodnessOfFit, KolmogorovMatchesPublishedDigits) {
@@ -156,4 +156,4 @@ TEST(UniformHistogram, MergesInAnyOrderToTheSameCounts) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

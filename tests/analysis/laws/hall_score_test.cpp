@@ -9,7 +9,7 @@
 #include "tests/analysis/evidence/synthetic_studies.h"
 #include "tests/analysis/laws/golden_run_averages.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(HallScore, IsStudentsScoreWithoutSkewness) {
@@ -51,4 +51,4 @@ TEST(HallScore, RemovesTheSkewnessThatStudentsScoreHas) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "analysis/laws/multiple_tests.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr DirectedTest kNoData{Departure::optimistic, std::numeric_limits<double>::quiet_NaN()};
@@ -108,4 +108,4 @@ TEST(JointTests, KeepTheLevelForAllTogetherUnderDependence) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

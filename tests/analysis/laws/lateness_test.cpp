@@ -8,7 +8,7 @@
 
 #include "core/linear_algebra/cholesky.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A target of nearly constant velocity on a line and its Kalman filter, which is exact but for what is
@@ -133,4 +133,4 @@ TEST(Lateness, MergesToTheWholeAndLeavesOutWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "analysis/laws/consistency_vector_moments.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 inline VectorMoments moments_of(const std::vector<Vector>& values) {
   VectorMoments moments;
@@ -12,4 +12,4 @@ inline VectorMoments moments_of(const std::vector<Vector>& values) {
   return moments;
 }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

@@ -10,7 +10,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::DoubleNear;
@@ -74,4 +74,4 @@ TEST(MultipleTests, ErrorRatesAreKept) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

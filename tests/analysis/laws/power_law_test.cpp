@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(PowerLaw, IsExactOnAPowerLaw) {
@@ -43,4 +43,4 @@ TEST(PowerLaw, RefusesWhatHasNone) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

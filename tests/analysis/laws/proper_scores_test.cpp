@@ -12,7 +12,7 @@
 
 #include "montecarlo/engine/moments.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(LogScore, DensityOfAGaussian) {
@@ -133,4 +133,4 @@ TEST(EnergyScore, DegenerateInput) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string complaint_of(const std::function<void()>& call) {
@@ -56,4 +56,4 @@ TEST(Require, NamesTheValue) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

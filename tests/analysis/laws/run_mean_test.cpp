@@ -11,7 +11,7 @@
 #include "tests/analysis/evidence/synthetic_studies.h"
 #include "tests/analysis/laws/golden_run_averages.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(RunMean, AgreesWithTheReference) {
@@ -130,4 +130,4 @@ TEST(RunMean, SaysWhichTestDecided) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

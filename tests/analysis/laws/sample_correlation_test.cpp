@@ -8,7 +8,7 @@
 
 #include "tests/analysis/laws/moments_of.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::moments_of;
@@ -65,4 +65,4 @@ TEST(LogDeterminant, IsThatOfAPositiveDefiniteMatrixOnly) {
 TEST(SampleCorrelation, OfNothingIsNotThere) { EXPECT_FALSE(sample_correlation(VectorMoments{})); }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

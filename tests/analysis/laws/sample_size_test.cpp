@@ -11,7 +11,7 @@
 #include "analysis/evidence/consistency.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(SampleSize, PowerOfAConsistentFilterIsTheLevel) {
@@ -147,4 +147,4 @@ TEST(SampleSize, RejectsImpossiblePlans) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // The average over `steps` of u uᵀ, u = L w, w from independent components.
@@ -103,4 +103,4 @@ TEST(SecondMoments, NoTest) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

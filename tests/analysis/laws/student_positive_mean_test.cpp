@@ -9,7 +9,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(PositiveMean, IntervalHoldsTheMeansThatAreNotRejected) {
@@ -73,4 +73,4 @@ TEST(PositiveMean, DegenerateSamples) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Student, QuantilesAgreeWithClosedForms) {
@@ -78,4 +78,4 @@ TEST(Student, DegenerateSamplesGiveAReason) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(RunTails, ByHand) {
@@ -70,4 +70,4 @@ TEST(TailWeight, TooLittleData) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<double> counted_to(std::size_t count) {
@@ -48,4 +48,4 @@ TEST(ThinnedSeries, AreThinnedAlikeByTheLongestOfThem) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "analysis/laws/chi_square.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Runs of an autoregressive vector u_k = φ u_{k−1} + √(1 − φ²) w_k, scaled by `scale`.
@@ -160,4 +160,4 @@ TEST(Whiteness, DegenerateDataGiveAReason) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

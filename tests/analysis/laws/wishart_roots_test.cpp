@@ -10,7 +10,7 @@
 #include "analysis/laws/chi_square.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(WishartRoots, QuantilesInvertThePValues) {
@@ -56,4 +56,4 @@ TEST(WishartRoots, MeasuredTails) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 VectorMoments simulate(Index dim, int count, double bias, double scale, std::mt19937_64& generator) {
@@ -85,4 +85,4 @@ TEST(InnovationMean, DegenerateDataGiveAReason) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

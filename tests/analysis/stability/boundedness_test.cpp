@@ -9,7 +9,7 @@
 #include "tests/analysis/stability/planar_jacobians.h"
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::PlanarLoop;
@@ -223,4 +223,4 @@ TEST(AccumulatedNoise, ASingularTransitionIsNamedAndNotInverted) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

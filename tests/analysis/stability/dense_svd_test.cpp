@@ -6,7 +6,7 @@
 
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::random_matrix;
@@ -87,4 +87,4 @@ TEST(DenseSvd, OfNoRowsOrNoColumnsHasFullBases) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

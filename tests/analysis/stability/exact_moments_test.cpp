@@ -12,7 +12,7 @@
 #include "core/filters/linear_estimators.h"
 #include "core/filters/linear_filter.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<LinearFilterStep> filter_steps(const LinearModel& model, Inflation inflation, Index steps) {
@@ -256,4 +256,4 @@ TEST(ExactMoments, HoldForAnyGain) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

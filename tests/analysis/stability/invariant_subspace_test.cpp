@@ -9,7 +9,7 @@
 
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Complex = std::complex<double>;
@@ -119,4 +119,4 @@ TEST(PowerBoundedPart, LeavesOutTheEndsOfChains) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

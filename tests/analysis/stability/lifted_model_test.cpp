@@ -14,7 +14,7 @@
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/linear/linear_world.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Turns that are measured along one axis in one step and along the other in the next, or not at all.
@@ -105,4 +105,4 @@ TEST(ExactMoments, ArePeriodicWhereTheMatricesAre) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

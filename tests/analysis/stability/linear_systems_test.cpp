@@ -18,7 +18,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kSteps[] = {1, 10, 50};
@@ -141,4 +141,4 @@ TEST(LinearSystems, MonteCarloMeansAreWithinFiveStandardErrors) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

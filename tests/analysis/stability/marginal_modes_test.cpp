@@ -6,7 +6,7 @@
 
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 MarginalModes modes_of(const RiccatiProblem& problem) {
@@ -154,4 +154,4 @@ TEST(PairSubspaces, CountsTheAnglesThatAreNotRight) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -18,7 +18,7 @@
 
 // theory, section 5, Theorems 1 and 2.
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::random_matrix;
@@ -230,4 +230,4 @@ TEST(DyingNoise, IsBoundedThoughItTouchesWhatNobodySees) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct Ranks {
@@ -75,4 +75,4 @@ TEST(ObservabilityStack, ThreeDirectionsAreUnobservableOrTwo) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

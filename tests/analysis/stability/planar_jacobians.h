@@ -8,7 +8,7 @@
 #include "core/record/block_layout.h"
 #include "core/types.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// Jacobians of planar range-bearing SLAM along a loop, written out from the model of theory, section 2.
 ///
@@ -67,4 +67,4 @@ struct PlanarLoop {
   }
 };
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

@@ -9,7 +9,7 @@
 
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Steps of 0.5 m once round a circle of 20 m, with everything in view.
@@ -143,4 +143,4 @@ TEST(PlanarPathRun, OfLandmarksNotYetSeenHasNoRecord) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

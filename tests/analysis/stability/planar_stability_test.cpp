@@ -10,7 +10,7 @@
 #include "analysis/stability/planar_path.h"
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A unicycle on a circle of 63 steps of 1 m, all landmarks in view unless the range is limited.
@@ -148,4 +148,4 @@ TEST(PlanarStability, RefusesWhatItCannotFollow) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "tests/analysis/stability/planar_jacobians.h"
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -268,4 +268,4 @@ TEST(Ranks, OfMatricesOfZeros) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::scalar_problem;
@@ -109,4 +109,4 @@ TEST(RiccatiGrowth, FollowsWalksAndPowers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

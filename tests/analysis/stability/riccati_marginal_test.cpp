@@ -7,7 +7,7 @@
 
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::scalar_problem;
@@ -93,4 +93,4 @@ TEST(MarginalRiccati, WhatTurnsForEverHasNoLimit) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

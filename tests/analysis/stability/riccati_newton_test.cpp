@@ -8,7 +8,7 @@
 
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::random_matrix;
@@ -145,4 +145,4 @@ TEST(RiccatiRefinement, StandsANearlyUnstableLoop) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::random_matrix;
@@ -117,4 +117,4 @@ TEST(RiccatiScaling, SizesWhatNoNoiseDrivesByItsStart) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "analysis/stability/riccati_newton.h"
 #include "tests/analysis/stability/stability_problems.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::iterated;
@@ -493,4 +493,4 @@ TEST(RiccatiHostile, TwoStatesApartKeepTheirOwnDigits) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

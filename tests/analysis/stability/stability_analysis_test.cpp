@@ -8,7 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kQ = 0.1, kR = 0.1;
@@ -198,4 +198,4 @@ TEST(StabilityAnalysis, RefusesWhatItCannotAnalyse) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

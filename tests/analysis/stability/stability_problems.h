@@ -11,7 +11,7 @@
 #include "core/models/linear_model.h"
 #include "tests/paths.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 inline Matrix random_matrix(Index rows, Index cols, std::mt19937_64& generator) {
   std::normal_distribution<double> normal;
@@ -71,4 +71,4 @@ inline RiccatiProblem read_golden_problem(const std::string& name) {
   return problem;
 }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TraceGrowth of(const std::function<double(double)>& trace, int samples = 64) {
@@ -37,4 +37,4 @@ TEST(TraceGrowth, BelowTheResolutionNothingIsSeen) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <Eigen/QR>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -108,4 +108,4 @@ TEST(UnobservableNames, SizesThatDoNotMatchAreNamed) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -81,4 +81,4 @@ TEST(Claims, OnTimeFollowTheIntervalOfTheExponent) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr const char* kSweep =
@@ -51,4 +51,4 @@ TEST(EstimatorMap, HasTheEstimatorsThatTakeEveryPoint) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

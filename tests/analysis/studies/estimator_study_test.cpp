@@ -11,7 +11,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario load(const char* name, const std::vector<std::string>& overrides = {}) {
@@ -247,4 +247,4 @@ TEST(EstimatorStudy, CountsWhereAnIterationDidNotSettle) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 FilterTime time_of(TimedFilter filter, Index landmarks, double seconds, Index observed = 1) {
@@ -72,4 +72,4 @@ TEST(FilterTiming, RefusesAPlanOfNothing) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // Order statistics of a sign test: for n = 15 the interval from the 4th to the 12th covers the median with
@@ -85,4 +85,4 @@ TEST(TimeInterleaved, StopsBetweenRoundsAndKeepsWhatIsMeasured) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "core/simd/cpu_dispatch.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Machine, IsToldWithAllThatATimeDependsOn) {
@@ -27,4 +27,4 @@ TEST(Machine, IsToldWithAllThatATimeDependsOn) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

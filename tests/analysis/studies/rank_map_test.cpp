@@ -6,7 +6,7 @@
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RankMapCell cell_of(Index landmarks, Index anchors, InflationRange range, Index rank, std::uint64_t seed) {
@@ -86,4 +86,4 @@ TEST(RankMap, IsOfLinearWorldsWithAConstantInflation) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

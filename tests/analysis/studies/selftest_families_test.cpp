@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kMostRuns = std::int64_t{kSequentialChunks} * SyntheticFilter::kRuns;
@@ -120,4 +120,4 @@ TEST(SelftestFamilies, SingleRunsHaveUniformPValues) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 
 #include "montecarlo/engine/moments.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kLast = SyntheticFilter::kSteps - 1;
@@ -165,4 +165,4 @@ TEST(Defects, EachHasWordsOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

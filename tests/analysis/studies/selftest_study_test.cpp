@@ -7,7 +7,7 @@
 
 #include "analysis/studies/selftest_tests.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr int kRuns = SyntheticFilter::kRuns, kSteps = SyntheticFilter::kSteps;
@@ -116,4 +116,4 @@ TEST(ShippedTests, ResultsComeBackFromAnotherRankAsTheyWere) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

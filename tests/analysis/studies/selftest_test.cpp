@@ -8,7 +8,7 @@
 #include "analysis/laws/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 CalibrationRow row(Exactness exactness, double nominal, std::int64_t rejected) {
@@ -125,4 +125,4 @@ TEST(Selftest, StopsWhenAsked) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "analysis/laws/betting_e_value.h"
 #include "analysis/studies/selftest_study.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct ShippedStudy {
@@ -114,4 +114,4 @@ TEST(SelftestTests, TravelAsBytes) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "montecarlo/engine/shared_tasks.h"
 #include "tests/montecarlo/engine/thread_ranks.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(SelftestWorkers, ResultsOfOtherRanksAreThoseOfOne) {
@@ -49,4 +49,4 @@ TEST(SelftestWorkers, ResultsOfOtherRanksAreThoseOfOne) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct Power {
@@ -168,4 +168,4 @@ TEST(StudyPlan, RefusesImpossibleQuestions) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

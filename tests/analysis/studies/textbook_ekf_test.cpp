@@ -9,7 +9,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using PlanarObservation = Observation<PlanarModel>;
@@ -113,4 +113,4 @@ TEST(TextbookEkf, LeavesWhatItCannotUpdate) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

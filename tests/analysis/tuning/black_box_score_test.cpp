@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(ScoreSum, IsTheLogDensityOfItsInnovations) {
@@ -161,4 +161,4 @@ TEST(BlackBoxScore, RefusesWhatHasNoFactor) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

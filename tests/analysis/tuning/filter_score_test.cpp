@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr const char* kTracking = R"(
@@ -77,4 +77,4 @@ TEST(FilterScore, CanBeStopped) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

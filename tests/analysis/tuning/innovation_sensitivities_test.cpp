@@ -7,7 +7,7 @@
 
 #include "tests/analysis/tuning/local_level.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::local_level;
@@ -108,4 +108,4 @@ TEST(InnovationSensitivities, SettleInEveryState) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

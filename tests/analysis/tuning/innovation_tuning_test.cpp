@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Scalar innovations of a filter with S = 1: an autoregression of this variance and lag-one correlation.
@@ -69,4 +69,4 @@ TEST(InnovationTuning, RefusesAnEmptyRecord) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

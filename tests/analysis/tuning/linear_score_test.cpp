@@ -8,7 +8,7 @@
 
 #include "tests/analysis/tuning/local_level.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::local_level;
@@ -135,4 +135,4 @@ TEST(LinearScore, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

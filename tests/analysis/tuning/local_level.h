@@ -9,7 +9,7 @@
 /// @file
 /// Linear models and records of them for the tests of tuning.
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// x⁺ = x + v, z = x + w, from a known start.
 inline LinearModel local_level(double q, double r) {
@@ -65,4 +65,4 @@ inline std::vector<MeasuredRun> simulate(const LinearModel& model, Index runs, I
   return all;
 }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

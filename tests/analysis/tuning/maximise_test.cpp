@@ -8,7 +8,7 @@
 
 #include "tests/analysis/tuning/quadratic_score.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::QuadraticScore;
@@ -98,4 +98,4 @@ TEST(Maximise, NeverLeavesItsBoundsByRounding) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

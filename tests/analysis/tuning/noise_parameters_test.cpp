@@ -4,7 +4,7 @@
 
 #include "tests/analysis/tuning/local_level.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::survey_model;
@@ -65,4 +65,4 @@ TEST(NoiseParameters, RefusesWhatHasNoFactor) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 /// @file
 /// What others tune by, for comparison: autocovariance least squares, and a cost on NIS.
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// Σ_i A^i W (A^i)ᵀ for a spectral radius below 1, by doubling.
 inline Matrix stationary(Matrix A, Matrix W) {
@@ -100,4 +100,4 @@ inline Vector tune_by_nis(const ScoreModel& model, Vector start) {
   return Vector::Map(phi.data(), std::ssize(phi));
 }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

@@ -8,7 +8,7 @@
 
 #include "analysis/tuning/score_model.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// −½ (φ − top)ᵀ A (φ − top), no score where a coordinate is above `end`.
 class QuadraticScore : public ScoreModel {
@@ -67,4 +67,4 @@ inline Matrix some_curvature() {
 
 inline Vector scales_of(const Matrix& A) { return A.diagonal().cwiseSqrt().cwiseInverse(); }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

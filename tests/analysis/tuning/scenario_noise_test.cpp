@@ -8,7 +8,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // A position and a velocity whose filter believes in other noise than the world has.
@@ -128,4 +128,4 @@ TEST(ScenarioNoise, WhatCannotBeTunedIsNamed) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

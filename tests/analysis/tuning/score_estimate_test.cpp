@@ -7,7 +7,7 @@
 
 #include "tests/analysis/tuning/quadratic_score.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::QuadraticScore;
@@ -113,4 +113,4 @@ TEST(ProfileLimits, ATopOnTheUpperBoundHasNoUpperLimit) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

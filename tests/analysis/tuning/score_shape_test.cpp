@@ -9,7 +9,7 @@
 #include "tests/analysis/tuning/local_level.h"
 #include "tests/analysis/tuning/other_methods.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::local_level;
@@ -87,4 +87,4 @@ TEST_F(LocalLevelRidge, SurfaceIsHighestAtTheTuning) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 #include "tests/analysis/tuning/local_level.h"
 #include "tests/analysis/tuning/other_methods.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::simulate;
@@ -96,4 +96,4 @@ TEST(Survey, ReachesTheBoundOfCramerAndRaoAndCovers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A position that wanders, seen in noise. The filter believes a fourth of Q, by its scale and by its matrix,
@@ -125,4 +125,4 @@ TEST(TuneScenario, RefusesWhatTheFilterHasNotOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "analysis/tuning/tuning.h"
 #include "tests/analysis/tuning/quadratic_score.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::QuadraticScore;
@@ -98,4 +98,4 @@ TEST(TuningForecast, HoldsTheOneOfLessInformation) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

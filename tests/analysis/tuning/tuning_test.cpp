@@ -9,7 +9,7 @@
 #include "tests/analysis/tuning/other_methods.h"
 #include "tests/analysis/tuning/quadratic_score.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::local_level;
@@ -179,4 +179,4 @@ TEST(Tuning, AStartFarFromTheTruthIsNoError) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

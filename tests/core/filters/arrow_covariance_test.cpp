@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A random positive definite arrow: a random P with its map made diagonal by adding to the blocks.
@@ -125,4 +125,4 @@ TEST(ArrowCovariance, TakesMemoryInProportionToTheMap) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 
 #include "core/filters/ekf_slam.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using PlanarEkf = EkfSlam<PlanarModel>;
@@ -344,4 +344,4 @@ TEST(BlockMapEkfSlam, AFailedFactorisationIsAnOutcome) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

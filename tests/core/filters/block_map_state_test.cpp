@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using PlanarMap = BlockMapState<3, 2>;
@@ -234,4 +234,4 @@ TEST(BlockMapState, ANewLandmarkIsAboveItsExactCovariance) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

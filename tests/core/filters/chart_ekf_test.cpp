@@ -10,7 +10,7 @@
 #include "core/manifold/se2.h"
 #include "core/manifold/vector_group.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::array kCharts = {Chart::right, Chart::left, Chart::componentwise, Chart::componentwise_left};
@@ -150,4 +150,4 @@ TEST(ChartEkf, AnInnovationCovarianceThatIsNoneIsRefused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/simd/cpu_dispatch.h"
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr Index kVehicle = 3;
@@ -196,4 +196,4 @@ TEST(DelayedCovariance, refuses_a_factor_of_other_states) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "core/manifold/angle.h"
 #include "tests/core/filters/golden_problem.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using PlanarEkf = EkfSlam<PlanarModel>;
@@ -342,4 +342,4 @@ TEST(EkfSlam, SequentialInflationKeepsLandmarksUncorrelatedAndPositiveDefinite) 
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

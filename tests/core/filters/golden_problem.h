@@ -8,7 +8,7 @@
 
 #include "core/filters/ekf_slam.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The deterministic EKF-SLAM step problem on which seven independent public implementations agree to nine
 /// digits: bicycle with V = 3 m/s, γ = 0.1 rad, B = 4 m, dt = 0.025 s.
@@ -84,4 +84,4 @@ inline constexpr GoldenStep kGoldenSteps[] = {{10, 1, 35.4217557, 0.221798597},
                                               {100, 1, 307.370102, 3.06177251},
                                               {100, 10, 307.353653, 1.54662081}};
 
-}  // namespace credence
+}  // namespace credence::internal

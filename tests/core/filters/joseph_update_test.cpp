@@ -8,7 +8,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Wide = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
@@ -83,4 +83,4 @@ TEST(JosephUpdate, ASmallUpdateAfterALargeOneIsTheSame) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

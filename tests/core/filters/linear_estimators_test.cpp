@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A system whose every covariance is positive definite.
@@ -143,4 +143,4 @@ TEST(LinearEstimators, AGainThatNeverSettlesIsRefused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

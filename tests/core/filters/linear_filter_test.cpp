@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct Row {
@@ -181,4 +181,4 @@ TEST(LinearFilter, ImpossibleModelsAreRefused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "core/filters/ekf_slam.h"
 #include "core/filters/linear_filter.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Rounding of a sum of variances.
@@ -260,4 +260,4 @@ TEST(MapTheorem, BoundsTheVehicleThatSeesItsMap) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr MapBound kMapBounds[] = {MapBound::least_trace, MapBound::batch, MapBound::drop};
@@ -206,4 +206,4 @@ TEST(SequentialUpdate, SaysWhenAnInnovationHasNoVariance) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/inflation/rank_one_bound.h"
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A map of `measured` and then `others` landmarks whose last L_j are X_jᵀ G.
@@ -187,4 +187,4 @@ TEST(BatchBound, GroupsAreEvenAndNoneIsTooLarge) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr BlockLayout kLayout{.vehicle = 1, .landmark = 2, .landmarks = 4};
@@ -98,4 +98,4 @@ TEST(InflationAlongRun, AllowsARiseForANewLandmarkAndAfterAReset) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "core/models/linear_model.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Matrix random_covariance(Index n, Index rank, unsigned seed) {
@@ -241,4 +241,4 @@ INSTANTIATE_TEST_SUITE_P(
         testing::Values(InflationSolution::pairwise, InflationSolution::min_trace)));
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

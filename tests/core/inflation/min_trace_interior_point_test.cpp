@@ -7,7 +7,7 @@
 
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kGap = 1e-9;
@@ -98,4 +98,4 @@ TEST(MinTraceInteriorPoint, DoesNoMoreThanTheGapAskedFor) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "core/inflation/rank_one_bound.h"
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Matrix low_rank_covariance(Index n, Index rank, unsigned seed) {
@@ -295,4 +295,4 @@ TEST(MinTrace, RejectsImpossibleInput) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

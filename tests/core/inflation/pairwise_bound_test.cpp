@@ -8,7 +8,7 @@
 
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// (M Mᵀ)^{1/2} by the textbook: the check is independent of the closed forms under test.
@@ -145,4 +145,4 @@ TEST(DecorrelatePairwise, RejectsALayoutOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

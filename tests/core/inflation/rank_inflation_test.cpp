@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr BlockLayout kRankMonobot{.vehicle = 1, .landmark = 1, .landmarks = 4};
@@ -117,4 +117,4 @@ TEST(RankInflation, RejectsWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Matrix block_diagonal(const Matrix& blocks, Index d) {
@@ -194,4 +194,4 @@ TEST(RankOneBound, WhatLowersTheTraceLowersItAsStored) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Decompositions, FirstColumnsOfQSpanThoseOfTheMatrix) {
@@ -25,4 +25,4 @@ TEST(Decompositions, FirstColumnsOfQSpanThoseOfTheMatrix) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using SixtyDigits = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<60>>;
@@ -57,4 +57,4 @@ TEST(LogDeterminant, of_a_factor_is_twice_the_sum_of_logarithms) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

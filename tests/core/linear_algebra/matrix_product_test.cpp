@@ -8,7 +8,7 @@
 
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// As the header says: over k, ascending, by fused multiply-adds.
@@ -79,4 +79,4 @@ TEST(MatrixProduct, shapes_that_do_not_match_are_refused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Positive definite, m×m, with nonsense above its diagonal.
@@ -164,4 +164,4 @@ TEST(PanelCholesky, shapes_that_do_not_match_are_refused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Matrix identity(Index n) { return Matrix::Identity(n, n); }
@@ -80,4 +80,4 @@ TEST(PsdWhitening, StatesWithoutVarianceAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

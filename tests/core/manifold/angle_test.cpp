@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -41,4 +41,4 @@ TEST(WrapAngle, LeavesNonFiniteNotFinite) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

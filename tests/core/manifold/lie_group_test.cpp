@@ -16,7 +16,7 @@
 #include "core/manifold/trigonometric_series.h"
 #include "core/manifold/vector_group.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kHalfTurn = std::numbers::pi;
@@ -399,4 +399,4 @@ TEST(TrigonometricSeries, AgreesWithItsQuotientsOnBothSidesOfTheSeam) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kAngles[] = {-3.0, -0.7, -1e-3, -2e-9, 0.0, 1e-12, 1e-5, 0.9999e-4, 1.0001e-4, 0.4, 3.1};
@@ -34,4 +34,4 @@ TEST(Rotation, LogarithmFactorIsItsInverse) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

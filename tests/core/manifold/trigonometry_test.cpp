@@ -16,7 +16,7 @@
 
 #include "core/simd/trigonometry_kernel.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Digits60 = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<60>>;
@@ -169,4 +169,4 @@ TEST(Trigonometry, every_width_gives_the_bits_of_width_one) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

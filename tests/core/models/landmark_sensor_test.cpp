@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr LandmarkSensorKind kKinds[] = {LandmarkSensorKind::relative_position,
@@ -34,4 +34,4 @@ TEST(LandmarkSensor, OnlyABearingIsWrapped) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

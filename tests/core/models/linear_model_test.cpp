@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -61,4 +61,4 @@ TEST(LinearModel, RefusesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 LinearModel model(double f, double h) {
@@ -49,4 +49,4 @@ TEST(ModelMismatch, ErrorAndStateAreThoseOfTruthAndFilter) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/models/vehicle.h"
 #include "tests/core/models/numerical_jacobian.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kDt = 0.1;
@@ -87,4 +87,4 @@ TEST(MonobotModel, JacobiansAreThoseOfItsLinearForm) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// ∂f/∂x by central differences with a fourth-order formula; `f` returns any Eigen vector.
 template <class Function>
@@ -24,4 +24,4 @@ Matrix numerical_jacobian(const Function& f, const Vector& x, double h = 1e-3) {
   return J;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

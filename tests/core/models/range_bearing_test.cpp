@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(RangeBearing, OfATriangleByHand) {
@@ -66,4 +66,4 @@ TEST(RangeBearing, InnovationTakesTheShortWayRound) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

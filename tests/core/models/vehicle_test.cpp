@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Vehicle, UnicycleDrivesAlongItsHeading) {
@@ -78,4 +78,4 @@ TEST(Vehicle, HeadingIsWrapped) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

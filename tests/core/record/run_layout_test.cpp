@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -89,4 +89,4 @@ TEST(NoPose, IsSaidOfAVehicleOfOtherStates) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <new>
 #include <numeric>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::uintptr_t beyond(const double* p, std::uintptr_t boundary) {
@@ -46,4 +46,4 @@ TEST(AlignedVector, OfMoreThanThereCanBeIsNoMemory) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

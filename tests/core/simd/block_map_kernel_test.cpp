@@ -8,7 +8,7 @@
 
 #include "core/simd/aligned_vector.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A random map of which a few landmarks are zero, two directions and a frame.
@@ -255,4 +255,4 @@ TEST(BlockMapKernel, OtherSizesAreRefused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

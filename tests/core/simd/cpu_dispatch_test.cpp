@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// In a process of its own, since the choice is made once: says what is chosen with this value.
@@ -58,4 +58,4 @@ TEST(CpuDispatch, EveryMachineRunsScalarAndTheWideOnesMultiplyAndAdd) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

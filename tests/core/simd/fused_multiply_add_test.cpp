@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 void expect_same(double a, double b, double c) {
@@ -62,4 +62,4 @@ TEST(SoftwareFma, special_values_are_those_of_the_standard) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

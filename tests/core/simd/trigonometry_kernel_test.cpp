@@ -10,7 +10,7 @@
 
 #include "core/manifold/trigonometry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kUntouched = -77.0;
@@ -78,4 +78,4 @@ TEST(TrigonometryKernel, AreDoneInPacksWhereNothingIsSpecial) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "core/manifold/angle.h"
 #include "montecarlo/random/noise.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -160,4 +160,4 @@ TEST(ArrayRunsWithoutSteps, AreNothingToJudge) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

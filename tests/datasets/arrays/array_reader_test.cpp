@@ -8,7 +8,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -159,4 +159,4 @@ TEST_F(ArrayReaderRows, one_step_is_used_for_row_after_row) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

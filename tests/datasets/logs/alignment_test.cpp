@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
@@ -74,4 +74,4 @@ TEST(Alignment, EdgeCases) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

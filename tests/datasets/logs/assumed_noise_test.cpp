@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(AssumedNoise, OfOneObservationRepeatsForTheOthers) {
@@ -33,4 +33,4 @@ TEST(AssumedNoise, IsToldOfOneObservationWhereItRepeatsAndElseOfAll) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// Bytes of numbers in little endian order, or the other one, without any padding.
 class ByteWriter {
@@ -32,4 +32,4 @@ class ByteWriter {
   std::string bytes_;
 };
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

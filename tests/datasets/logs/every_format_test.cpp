@@ -22,7 +22,7 @@
 /// A log of each format, written from a consistent and from an inconsistent filter: what is read of it gives
 /// the verdict, the causes and the numbers of the same runs in memory.
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::BagContent;
@@ -395,4 +395,4 @@ TEST_P(EveryFormat, FlightLogs) {
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFormat, ::testing::Values(1.0, 1.4));
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -174,4 +174,4 @@ TEST(FilterLogHeaderLine, errors_may_stand_for_estimate_and_truth) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "tests/datasets/data_folder.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -324,4 +324,4 @@ TEST_F(FilterLog, MayHoldTheErrorsOfItsFilter) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -37,4 +37,4 @@ TEST(Geodesy, NorthIsWhereTheLatitudeGrowsAndUpWhereTheHeightDoes) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "tests/datasets/logs/recorded_sink.h"
 #include "tests/temporary_folder.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// Reads a file that may be anything: true if it could be read, false for an error that names the file, and a
 /// failed test for all else.
@@ -55,4 +55,4 @@ inline std::size_t unnoticed_cuts(const LogFormat& format, const std::string& wh
   return unnoticed;
 }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

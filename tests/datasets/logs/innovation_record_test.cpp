@@ -11,7 +11,7 @@
 #include "datasets/logs/log_format.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(InnovationRecord, IsWhitenedRunByRun) {
@@ -62,4 +62,4 @@ TEST(InnovationRecord, NisAloneIsLeftOutAndCounted) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "datasets/logs/filter_log.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct SensorOfFile {
@@ -207,4 +207,4 @@ TEST(JudgeLogs, APoseIsJudgedInWhateverOrderItsStatesStand) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

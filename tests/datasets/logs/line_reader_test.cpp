@@ -5,7 +5,7 @@
 #include "datasets/data_error.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -76,4 +76,4 @@ TEST(LineReader, a_problem_is_told_at_the_last_line) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

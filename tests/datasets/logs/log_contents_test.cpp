@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(LogContents, a_rate_is_of_the_intervals_and_not_of_the_messages) {
@@ -21,4 +21,4 @@ TEST(LogContents, without_an_interval_there_is_no_rate) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "datasets/logs/log_format.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -63,4 +63,4 @@ TEST(LogFormats, AFolderIsItsLogsInTheOrderOfTheirNames) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

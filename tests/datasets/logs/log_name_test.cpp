@@ -8,7 +8,7 @@
 
 #include "tests/app/command.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::StartsWith;
@@ -43,4 +43,4 @@ TEST_F(LogName, AFileWhoseNameIsNoUtf8IsJudgedAndNamedAsFarAsItCanBe) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

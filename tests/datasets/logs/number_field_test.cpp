@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(NumberField, a_number_is_read_as_the_nearest_double) {
@@ -41,4 +41,4 @@ TEST(NumberField, blanks_are_trimmed_at_the_ends_alone) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "datasets/logs/log_sink.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// Keeps what a reader hands over.
 class RecordedSink final : public LogSink {
@@ -40,4 +40,4 @@ class RecordedSink final : public LogSink {
   std::int64_t unmatched_rows = 0;
 };
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

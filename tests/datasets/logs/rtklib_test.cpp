@@ -10,7 +10,7 @@
 #include "tests/datasets/logs/recorded_sink.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -139,4 +139,4 @@ TEST_F(RtklibFiles, ErrorsNameTheLine) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

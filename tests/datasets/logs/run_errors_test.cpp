@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct Counting : LogSink {
@@ -62,4 +62,4 @@ TEST(RunErrors, LeavesOutStepsThatCannotBeUsed) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/judge_logs.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::AllOf;
@@ -125,4 +125,4 @@ TEST(RunFingerprints, OfManyFilesTheFirstCopyIsNamedForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

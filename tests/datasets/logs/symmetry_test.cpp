@@ -6,7 +6,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Matrix nearly_symmetric(double variance, double upper, double lower) {
@@ -63,4 +63,4 @@ TEST(Symmetry, nothing_and_a_variance_are_symmetric) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -76,4 +76,4 @@ TEST(TextTable, FlippedBytesAreAnErrorOrNumbers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "core/manifold/sek3.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -139,4 +139,4 @@ TEST(TimeOffset, IsUsedAndToldOrNeither) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

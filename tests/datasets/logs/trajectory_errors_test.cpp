@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -121,4 +121,4 @@ TEST(TrajectoryErrors, CountsWhatHasNoTruthAndMeasuresTheWayOfTheTruth) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

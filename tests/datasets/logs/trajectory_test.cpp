@@ -12,7 +12,7 @@
 #include "datasets/logs/trajectory_errors.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Eigen::AngleAxisd;
@@ -276,4 +276,4 @@ TEST_F(TrajectoryFiles, NoBytesMakeItDoAnythingElseThanReadOrRefuse) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

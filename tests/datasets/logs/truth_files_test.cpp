@@ -7,7 +7,7 @@
 #include "datasets/data_error.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -74,4 +74,4 @@ TEST_F(TruthFilesOfLogs, a_truth_that_cannot_be_read_is_an_error_each_time) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "core/manifold/angle.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 CarparkScan empty_scan() { return {0, Vector::Constant(361, 81.91), Vector::Zero(361)}; }
@@ -71,4 +71,4 @@ TEST(BeaconExtraction, CountsOfTheCarPark) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "datasets/data_error.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -100,4 +100,4 @@ TEST(CarparkAssociation, HalfOfTheObservationsMustHaveABeacon) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

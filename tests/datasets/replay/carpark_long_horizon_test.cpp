@@ -6,7 +6,7 @@
 
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 ReplaySettings settings(Inflation inflation, InflationSolution solution, Index anchors = 0) {
@@ -91,4 +91,4 @@ TEST(CarparkLongHorizon, GrowthOfKnownSequences) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

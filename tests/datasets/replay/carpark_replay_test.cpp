@@ -11,7 +11,7 @@
 #include "datasets/replay/carpark_association.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // The numbers expected here were asked for in advance; an independent prototype of the filter, with its
@@ -176,4 +176,4 @@ TEST(CarparkReplay, ImpossibleSettingsAreRefused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

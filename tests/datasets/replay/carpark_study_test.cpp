@@ -8,7 +8,7 @@
 #include "datasets/replay/carpark_findings.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr auto kPairwise = InflationSolution::pairwise;
@@ -102,4 +102,4 @@ TEST(CarparkStudy, AStoppedStudySaysSo) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

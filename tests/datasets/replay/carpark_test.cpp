@@ -11,7 +11,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::AllOf;
@@ -185,4 +185,4 @@ TEST(Carpark, FlippedBytesOfTheRealFileAreAnErrorOrNumbers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

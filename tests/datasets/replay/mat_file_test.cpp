@@ -11,7 +11,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::AllOf;
@@ -187,4 +187,4 @@ TEST(MatFile, FlippedBytesAreAnErrorOrNumbers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 // The bytes are those of "MAT-File Format", chapter 1, put together here by hand.
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -116,4 +116,4 @@ TEST(MatStructure, NamesWhatIsWrongInAnArray) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -105,4 +105,4 @@ TEST(MrclamChecks, half_of_the_observations_must_fit_in_range_and_bearing) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A robot that circles among three landmarks without any noise, 20 s at 10 Hz, looking twice a second.
@@ -290,4 +290,4 @@ TEST(MrclamReplay, TheIdealEstimatorIsTheEkfWithJacobiansAtTheTruth) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -216,4 +216,4 @@ TEST(Mrclam, BrokenTextIsAnErrorOrNumbers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

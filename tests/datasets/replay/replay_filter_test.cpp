@@ -7,7 +7,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A world in which the filter's assumptions hold: a unicycle on a circle among four landmarks, all in view.
@@ -226,4 +226,4 @@ TEST(ReplayFilter, ExpectedNisOfAGate) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

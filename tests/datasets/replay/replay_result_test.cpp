@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(ReplayResult, the_threshold_of_a_gate_is_the_quantile_of_two_degrees_of_freedom) {
@@ -43,4 +43,4 @@ TEST(ReplayResult, a_mean_without_values_is_zero) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

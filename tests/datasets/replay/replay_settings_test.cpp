@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::AllOf;
@@ -116,4 +116,4 @@ TEST(ReplaySettings, ImpossibleCombinationsAreRefused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

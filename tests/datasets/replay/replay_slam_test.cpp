@@ -11,7 +11,7 @@
 
 #include "core/manifold/angle.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Seen = Observation<PlanarModel>;
@@ -118,4 +118,4 @@ TEST(ReplaySlam, JacobiansAtTheTruthAreThoseOfAFilterThatIsThere) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

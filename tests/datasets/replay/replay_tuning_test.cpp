@@ -13,7 +13,7 @@
 #include "datasets/replay/mrclam_replay.h"
 #include "tests/datasets/data_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kRangeStd = 0.05, kBearingStdDeg = 1.0, kSpeedStd = 0.3, kTurnStd = 0.5;
@@ -171,4 +171,4 @@ TEST(ReplayTuning, TheCarParkAsksForLessNoise) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

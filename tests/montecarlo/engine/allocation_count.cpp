@@ -45,8 +45,8 @@ void* __wrap__ZnwmSt11align_val_t(std::size_t size, std::align_val_t alignment) 
 }
 // NOLINTEND(bugprone-reserved-identifier)
 
-namespace credence {
+namespace credence::internal {
 
 std::int64_t allocations_of_this_thread() { return count; }
 
-}  // namespace credence
+}  // namespace credence::internal

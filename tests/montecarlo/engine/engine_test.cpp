@@ -17,7 +17,7 @@
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -370,4 +370,4 @@ TEST(PlanarExperiment, FailedRunsAreCountedNamedAndEndThere) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

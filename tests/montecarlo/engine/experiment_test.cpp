@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -137,4 +137,4 @@ TEST(Experiment, variances_are_told_of_its_first_sensor) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

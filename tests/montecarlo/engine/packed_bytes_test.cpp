@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(PackedBytes, come_back) {
@@ -30,4 +30,4 @@ TEST(PackedBytes, a_small_frame_that_claims_a_gigabyte_is_refused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

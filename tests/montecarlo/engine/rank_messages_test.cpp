@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 RankMessage full_message() {
@@ -94,4 +94,4 @@ TEST(RankMessage, a_count_that_cannot_be_allocates_nothing) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

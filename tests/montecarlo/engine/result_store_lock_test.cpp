@@ -12,7 +12,7 @@
 #include "montecarlo/engine/result_store_error.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::AllOf;
@@ -98,4 +98,4 @@ TEST(LockHolder, knows_nothing_of_what_is_not_there_or_not_locked) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

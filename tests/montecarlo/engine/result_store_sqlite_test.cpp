@@ -11,7 +11,7 @@
 #include "montecarlo/engine/result_store_error.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::AllOf;
@@ -150,4 +150,4 @@ TEST(SqliteDatabase, says_that_its_file_went_away) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -21,7 +21,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::AllOf;
@@ -636,4 +636,4 @@ TEST(ResultStore, TheWriterIsToldAsLongAsThereIsOne) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "tests/montecarlo/engine/thread_ranks.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario small_monobot(std::int64_t runs) {
@@ -193,4 +193,4 @@ TEST(RankMessages, ComeBackAsTheyWereAndDamagedOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

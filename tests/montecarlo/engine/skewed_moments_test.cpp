@@ -6,7 +6,7 @@
 
 #include "tests/analysis/laws/golden_run_averages.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(SkewedMoments, MergingIsAddingOneByOne) {
@@ -28,4 +28,4 @@ TEST(SkewedMoments, MergingIsAddingOneByOne) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 StudyStatistics sample(std::uint64_t seed, std::int64_t runs, std::int64_t first = 0) {
@@ -95,4 +95,4 @@ TEST(StudyStatistics, DofsAreTheSumsOfEveryStep) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

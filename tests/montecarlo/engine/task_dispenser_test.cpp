@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -67,4 +67,4 @@ TEST(TaskDispenser, KeepsTheFirstTasksForRankZero) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "montecarlo/engine/ranks.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Ranks that are threads of one process.
 class ThreadRanks : public Ranks {
@@ -56,4 +56,4 @@ inline void on_ranks(int count, const std::function<void(ThreadRanks&)>& work) {
   work(ranks);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "core/linear_algebra/psd_root.h"
 #include "montecarlo/lanes/linear_kernel_units.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::vector<InstructionSet> supported_sets() {
@@ -368,4 +368,4 @@ TEST(LinearKernel, refuses_what_does_not_fit) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -117,4 +117,4 @@ TEST(LinearKernelUnits, ShapesThatDoNotMatchAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

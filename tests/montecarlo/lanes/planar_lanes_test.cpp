@@ -14,7 +14,7 @@
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario planar(Index landmarks, Index steps = 60) {
@@ -380,4 +380,4 @@ TEST(PlanarLanes, a_batch_allocates_nothing) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "montecarlo/random/noise.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr NoiseShape kAll{.correlation = 0.8, .student_dof = 5, .outlier_rate = 0.1, .outlier_scale = 4.0};
@@ -127,4 +127,4 @@ TEST(NoiseShape, RefusesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include <tuple>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Purpose = NoisePurpose;
@@ -316,4 +316,4 @@ TEST(Noise, refuses_keys_that_do_not_exist) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

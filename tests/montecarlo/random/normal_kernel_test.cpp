@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Reference = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<60>>;
@@ -254,4 +254,4 @@ TEST(NormalKernel, refuses_an_instruction_set_that_is_not_there) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

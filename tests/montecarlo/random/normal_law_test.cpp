@@ -14,7 +14,7 @@
 
 #include "montecarlo/random/noise.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr std::int64_t kSlots = 2, kSteps = 1024;
@@ -81,4 +81,4 @@ TEST(NormalLaw, DISABLED_holds_on_a_hundred_million) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr NoisePurpose kPurpose = NoisePurpose::measurement;
@@ -54,4 +54,4 @@ TEST(StepDraws, WithoutASourceNothingDisturbsAndEverythingHappens) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

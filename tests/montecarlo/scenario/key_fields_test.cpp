@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <variant>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(OwnFields, a_value_that_is_its_default_is_not_kept) {
@@ -87,4 +87,4 @@ TEST(KeyValues, of_an_array_that_is_not_given_are_none) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string comment_of(const std::string& scenario) {
@@ -22,4 +22,4 @@ TEST(LeadingComment, IsEmptyWhereThereIsNone) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

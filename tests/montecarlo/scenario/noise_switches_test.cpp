@@ -17,7 +17,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -190,4 +190,4 @@ TEST(NoiseSwitches, RefusesWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string canonical(const std::vector<std::string>& overrides) {
@@ -46,4 +46,4 @@ TEST(ScenarioDifference, the_empty_text_has_no_keys) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 
 #include "montecarlo/scenario/scenario_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -93,4 +93,4 @@ TEST(ScenarioReference, has_one_row_of_five_cells_for_every_key) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -112,4 +112,4 @@ TEST(ScenarioResolve, WhatExcludesEachOtherMayBeLeftOutOfASweep) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -125,4 +125,4 @@ TEST(ScenarioSchema, KeysOfASectionStandTogetherAndThoseOfAllWorldsLast) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "montecarlo/scenario/world_schema.h"
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::AllOf;
@@ -525,4 +525,4 @@ TEST(Scenario, FilesThatCannotBeRead) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -91,4 +91,4 @@ TEST(ScenarioText, JsonOfAnyFileNameIsJson) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(ScenarioValue, RealsReadBackTheSameAndAreFloats) {
@@ -99,4 +99,4 @@ TEST(ScenarioValue, AMisspellingIsTheNearestWord) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/scenario/sweep_plan_values.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -109,4 +109,4 @@ TEST(SweepPoints, are_counted_to_the_last_one_that_is_accepted) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan_values.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -273,4 +273,4 @@ TEST(SweepPlan, RefusesNamingPlaceAndKey) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

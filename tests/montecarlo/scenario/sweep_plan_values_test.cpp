@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -99,4 +99,4 @@ TEST(SweepPlanValues, RefusesWhatItCannotHoldExactly) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

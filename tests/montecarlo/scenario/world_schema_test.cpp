@@ -8,7 +8,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(WorldSchema, EveryWorldIsFoundByItsName) {
@@ -60,4 +60,4 @@ TEST(WorldSchema, RefusesANameThatNoWorldHas) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

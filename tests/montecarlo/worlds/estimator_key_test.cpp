@@ -14,7 +14,7 @@
 #include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
 #include "montecarlo/worlds/spatial_slam/spatial_contest.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -65,4 +65,4 @@ TEST(EstimatorKey, ThatOfAnotherWorldIsRefusedWithThoseOfThisOne) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "montecarlo/worlds/plugged/function_bound.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -218,4 +218,4 @@ TEST(PosteriorBound, ThatIsNotThereHasAReason) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

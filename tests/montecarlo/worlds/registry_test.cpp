@@ -8,7 +8,7 @@
 
 #include "montecarlo/scenario/key_fields.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Registry, EveryWorldIsComplete) {
@@ -59,4 +59,4 @@ TEST(Registry, AScenarioIsLinearOrNot) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -80,4 +80,4 @@ TEST(SlamLayout, StatesFollowTheOrderInWhichLandmarksAreKnown) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

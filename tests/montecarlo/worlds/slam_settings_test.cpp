@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_resolve.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -108,4 +108,4 @@ TEST(SlamSettings, SayWhatTheWorldIs) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

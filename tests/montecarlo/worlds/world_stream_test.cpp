@@ -6,7 +6,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // The columns are of the world, not of a run: the first one may measure nothing, and a later one does.
@@ -38,4 +38,4 @@ TEST(WorldStream, ARunThatMeasuresNothingIsLegal) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -81,4 +81,4 @@ TEST(CalibrationJson, FactorsByPartAreNullWhereTheStateIsOnePart) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "reports/render/write_document.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -127,4 +127,4 @@ TEST(Comparison, ThePageHasTheTableAndTheCurvesThatAreKnown) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

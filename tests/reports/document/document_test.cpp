@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -73,4 +73,4 @@ TEST(Document, AFoldHoldsWhatIsPutInside) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "reports/render/text_page.h"
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -103,4 +103,4 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

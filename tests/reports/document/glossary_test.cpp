@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <set>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::Contains;
@@ -51,4 +51,4 @@ TEST(Glossary, SeesWholeWordsAndTheLongest) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -124,4 +124,4 @@ TEST(JudgementJson, ListsCoverageTestsAndTheLawOfTheErrors) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::Contains;
@@ -181,4 +181,4 @@ TEST(EvidenceFigure, TheBarsOfTheHistogramHaveTheDensityOfWhatWasCounted) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

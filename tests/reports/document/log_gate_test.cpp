@@ -9,7 +9,7 @@
 #include "core/nan.h"
 #include "reports/document/calibration_report.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -176,4 +176,4 @@ TEST(MarkdownSummary, ABarInANameDoesNotEndItsCell) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::Contains;
@@ -148,4 +148,4 @@ TEST(LogTable, SaysThatAVehicleIsNoPose) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "reports/document/document.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The first table of a page whose title holds these words.
 inline ReportTable table_of(const Document& document, const std::string& words) {
@@ -27,4 +27,4 @@ inline Figure figure_of(const Document& document, const std::string& name) {
   throw std::out_of_range("no figure: " + name);
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 ReportAnswer answer_of(const std::vector<LongRun>& verdicts) {
@@ -32,4 +32,4 @@ TEST(PlanarTableReport, OthersGrowOnlyWhereThereAreOthers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

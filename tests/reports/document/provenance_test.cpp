@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 class ProvenanceTest : public testing::Test {
@@ -36,4 +36,4 @@ TEST_F(ProvenanceTest, LeavesOutWhatIsNotKnown) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -46,4 +46,4 @@ TEST(ReplayAnswer, SaysNothingOfInnovationsThatFitOrCannotTell) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

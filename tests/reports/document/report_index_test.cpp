@@ -7,7 +7,7 @@
 #include "reports/render/write_document.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -48,4 +48,4 @@ TEST(ReportIndex, IsAPageThatLeadsToThem) {
 TEST(ReportIndex, NamesAFolderThatIsNotThere) { EXPECT_THROW(find_reports("/no such folder"), OutputError); }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

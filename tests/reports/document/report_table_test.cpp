@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -58,4 +58,4 @@ TEST(ReportTable, ForeignTextIsOneLine) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A step of these states of three: each estimate is its number and a half, each truth its number, and P is
@@ -102,4 +102,4 @@ TEST(RunLog, OfAFailedRunEndsBeforeItsStepAndSaysSo) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

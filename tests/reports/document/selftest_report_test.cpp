@@ -7,7 +7,7 @@
 
 #include "tests/reports/document/parts_of.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -113,4 +113,4 @@ TEST(SelftestReport, TheDocumentHoldsEveryShareWithItsInterval) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

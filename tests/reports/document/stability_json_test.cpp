@@ -4,7 +4,7 @@
 
 #include <complex>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(StabilityJson, ARankHasItsGapOrTheReasonWhyNot) {
@@ -23,4 +23,4 @@ TEST(StabilityJson, EigenvaluesArePairs) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -117,4 +117,4 @@ TEST_F(StepCsv, AStudyHasWhatIsExactWhereItIsKnown) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -14,7 +14,7 @@
 #include "reports/render/write_document.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::Contains;
@@ -177,4 +177,4 @@ TEST(StudyJson, CountsEveryOutcome) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

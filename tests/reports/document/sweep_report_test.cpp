@@ -15,7 +15,7 @@
 #include "reports/render/write_document.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Of `studied` points of a sweep of three.
@@ -91,4 +91,4 @@ TEST(SweepFigures, ALineGoesFromTheSmallestValueToTheLargest) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(SweptValues, KeepTheirTypeInTheDocumentAndLoseTheirQuotesForAPerson) {
@@ -26,4 +26,4 @@ TEST(SweptValues, KeepTheirTypeInTheDocumentAndLoseTheirQuotesForAPerson) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

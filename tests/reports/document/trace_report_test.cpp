@@ -6,7 +6,7 @@
 
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Document trace_of(std::int64_t steps) {
@@ -57,4 +57,4 @@ TEST(TraceDocument, NamesTheLandmarksOfEachStepInTheOrderOfItsState) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

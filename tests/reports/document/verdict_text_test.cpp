@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Word optimistic() {
@@ -57,4 +57,4 @@ TEST(VerdictText, NamesTheFilterAsItIsSet) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "reports/render/atomic_file.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -97,4 +97,4 @@ TEST(CairoCanvas, APngHasThreeHundredDotsPerInch) {
 TEST(CairoCanvas, LettersWithSerifsAreOthers) { EXPECT_NE(example({.serif = true}), example_pdf()); }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(ColourScale, EndsMiddleAndMissingValues) {
@@ -22,4 +22,4 @@ TEST(ColourScale, IsLinearBetweenItsColours) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 #include "tests/reports/render/markup_check.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -227,4 +227,4 @@ TEST(DrawFigures, AnInvalidFigureIsAnError) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

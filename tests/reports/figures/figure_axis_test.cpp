@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -106,4 +106,4 @@ TEST(FigureAxis, EqualiseGivesOneScale) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr CanvasBox kBox{0.0, 10.0, 0.0, 5.0};
@@ -84,4 +84,4 @@ TEST(ClipArea, CutsAtTheBorder) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // A noisy curve of 100000 points over 500 pixels with one spike in each direction.
@@ -123,4 +123,4 @@ TEST(Decimation, NothingStaysNothing) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

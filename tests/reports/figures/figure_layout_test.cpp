@@ -4,7 +4,7 @@
 
 #include "reports/figures/figure_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Panel panel_with(int labels, const std::string& y_label) {
@@ -97,4 +97,4 @@ TEST(FigureLayout, ColourBarsHaveRoom) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

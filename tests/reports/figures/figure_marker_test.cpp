@@ -8,7 +8,7 @@
 
 #include "tests/reports/figures/recording_canvas.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct PaintedMarker {
@@ -104,4 +104,4 @@ TEST(FigureMarker, ABoxHasItsCornersInOrder) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/nan.h"
 #include "tests/reports/figures/recording_canvas.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::Contains;
@@ -261,4 +261,4 @@ TEST(FigurePainter, AnEmptyPanelSaysSo) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr ColourRole kRoles[] = {
@@ -74,4 +74,4 @@ TEST(FigureStyle, DivergingColoursAreLightestInTheirMiddle) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::AllOf;
@@ -156,4 +156,4 @@ TEST(FigureStyle, RolesThatShareAPanelDiffer) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // "words" for the base line, "_words" and "^words" for subscripts and superscripts.
@@ -53,4 +53,4 @@ TEST(FigureText, MarksTakeNoRoomAndScriptsLittle) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

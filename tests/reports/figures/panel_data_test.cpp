@@ -7,7 +7,7 @@
 
 #include "reports/figures/figure_layout.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 nlohmann::json data_of(const Panel& panel) {
@@ -101,4 +101,4 @@ TEST(PanelData, LongCurvesAreThinned) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

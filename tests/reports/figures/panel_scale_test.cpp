@@ -7,7 +7,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -58,4 +58,4 @@ TEST(PanelScale, CurvesBreakWherePointsHaveNoPlace) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -38,4 +38,4 @@ TEST(PgfCanvas, DrawsUpFromTheLowerLeftCornerInBigPoints) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

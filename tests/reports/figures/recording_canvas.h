@@ -5,7 +5,7 @@
 
 #include "reports/figures/canvas.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Keeps what is drawn, for tests to look at.
 class RecordingCanvas : public Canvas {
@@ -48,4 +48,4 @@ class RecordingCanvas : public Canvas {
   std::vector<Words> words;
 };
 
-}  // namespace credence
+}  // namespace credence::internal

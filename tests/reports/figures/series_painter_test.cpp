@@ -7,7 +7,7 @@
 #include "core/nan.h"
 #include "tests/reports/figures/recording_canvas.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -117,4 +117,4 @@ TEST(SeriesPainter, TheLegendHasASampleOfEachKind) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "tests/reports/render/markup_check.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -110,4 +110,4 @@ TEST(SvgCanvas, ScriptsAreSmallAndTheBaseLineComesBack) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

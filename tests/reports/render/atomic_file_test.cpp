@@ -10,7 +10,7 @@
 
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::AllOf;
@@ -117,4 +117,4 @@ TEST(AtomicFile, AFailedWriteLeavesTheOldFile) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::string record(std::initializer_list<CsvField> fields) {
@@ -64,4 +64,4 @@ TEST(Csv, AnUnwritablePathIsAnError) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "tests/reports/render/markup_check.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -203,4 +203,4 @@ TEST(HtmlPage, PanelsBringTheirNumbers) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

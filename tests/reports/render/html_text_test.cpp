@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(EscapeHtml, LeavesNothingThatActs) {
@@ -11,4 +11,4 @@ TEST(EscapeHtml, LeavesNothingThatActs) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 
 /// What is wrong with `xml` as well-formed XML (tags nested and closed, attributes quoted, entities known),
 /// or nothing. Knows just enough for SVG without declarations.
@@ -80,4 +80,4 @@ inline int count_of(std::string_view text, std::string_view part) {
   return count;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

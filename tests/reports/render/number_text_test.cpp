@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(NumberText, RoundsToSignificantDigits) {
@@ -60,4 +60,4 @@ TEST(DurationText, TakesTheUnitThatSuits) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "reports/render/text_table.h"
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 ReportTable table_titled(const std::string& title) {
@@ -47,4 +47,4 @@ TEST(TextPage, LinesHoldNoControlCharacters) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

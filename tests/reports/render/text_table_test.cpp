@@ -8,7 +8,7 @@
 
 #include "reports/render/utf8_text.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 ReportTable small_table() {
@@ -116,4 +116,4 @@ TEST(TextTable, AnEmptyTableHasAHeader) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(Utf8Text, CountsColumnsAndNotBytes) {
@@ -46,4 +46,4 @@ TEST(Utf8Text, CodePointsSurviveEncodingAndDecoding) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

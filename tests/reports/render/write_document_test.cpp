@@ -10,7 +10,7 @@
 #include "reports/render/html_page.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -122,4 +122,4 @@ TEST(WriteDocument, RefusesAFigureThatCannotBeDrawn) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "tests/core/filters/estimators/estimator_tour.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr LandmarkSensorKind kEkfSensors[] = {LandmarkSensorKind::relative_position,
@@ -102,4 +102,4 @@ TEST(EkfEstimator, does_not_see_where_angles_are_cut) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

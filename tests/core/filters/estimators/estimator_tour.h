@@ -16,7 +16,7 @@
 /// A noisy drive among five landmarks that brings an estimator into a state where everything is correlated,
 /// and the dense textbook formulas to which its next step is compared.
 
-namespace credence {
+namespace credence::internal {
 
 class EstimatorTour {
  public:
@@ -280,4 +280,4 @@ inline Point textbook_start(const EstimatorSettings& settings, const Eigen::Vect
   return l;
 }
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -16,7 +16,7 @@
 #include "core/manifold/angle.h"
 #include "core/manifold/rotation.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Seen = std::vector<Observation<PlanarModel>>;
@@ -728,4 +728,4 @@ TEST(Estimators, AFactorisationThatFailsIsSaid) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 
 #include "tests/core/filters/estimators/estimator_tour.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// [Huang 2008], dense, with the first estimates of every pose and landmark beside the state.
@@ -115,4 +115,4 @@ TEST(FejEstimator, forgets_its_first_estimates_at_a_reset) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "tests/core/filters/estimators/estimator_tour.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The truth in the order of a filter's state.
@@ -84,4 +84,4 @@ TEST(IdealEstimator, has_a_covariance_that_no_noise_changes) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "tests/core/filters/estimators/estimator_tour.h"
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// Of one observation: what is dependent and independent of the vehicle's covariance, and the landmark's.
@@ -177,4 +177,4 @@ TEST_P(IntersectionTest, has_no_independent_part_after_an_observation) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

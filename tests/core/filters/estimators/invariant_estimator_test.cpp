@@ -5,7 +5,7 @@
 #include "tests/core/filters/estimators/estimator_tour.h"
 #include "tests/core/filters/estimators/se_group.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr InvariantReset kInvariantResets[] = {InvariantReset::right, InvariantReset::left,
@@ -145,4 +145,4 @@ TEST(InvariantEstimator, says_its_covariance_in_the_plane) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

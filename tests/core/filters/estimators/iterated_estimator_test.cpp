@@ -10,7 +10,7 @@
 #include "core/manifold/rotation.h"
 #include "tests/core/filters/estimators/estimator_tour.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 struct IteratedCorrection {
@@ -128,4 +128,4 @@ TEST(IteratedEstimator, SettlesAtTheMinimumAfterATurnThatNobodyExpected) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

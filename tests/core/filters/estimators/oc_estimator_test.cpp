@@ -5,7 +5,7 @@
 #include "core/filters/estimators/ekf_estimator.h"
 #include "tests/core/filters/estimators/estimator_tour.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The turn that must stay untold, and the points at which a step linearises, as the header defines them.
@@ -138,4 +138,4 @@ TEST(OcEstimator, changes_nothing_where_a_batch_fails) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

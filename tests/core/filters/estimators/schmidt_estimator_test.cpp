@@ -4,7 +4,7 @@
 
 #include "tests/core/filters/estimators/estimator_tour.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// One correction with zeros in the gain of what is considered; P by Joseph's form, which holds for any gain.
@@ -75,4 +75,4 @@ TEST(SchmidtEstimator, forgets_its_observations_when_it_is_reset) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

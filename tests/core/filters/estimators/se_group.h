@@ -5,7 +5,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// The group SE_{1+N}(2) as matrices, its exponential by the series of the matrix: [R, p, l_1 …; 0, I].
 class GroupMatrix {
@@ -71,4 +71,4 @@ class GroupMatrix {
   }
 };
 
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "core/filters/estimators/estimators.h"
 #include "tests/core/filters/estimators/estimator_tour.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 std::unique_ptr<SlamEstimator> estimator_of(const EstimatorKind& kind, const EstimatorTour& tour) {
@@ -107,4 +107,4 @@ TEST(SlamEstimator, has_the_gain_of_its_last_correction) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

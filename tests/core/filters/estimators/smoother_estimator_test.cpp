@@ -9,7 +9,7 @@
 
 #include "tests/core/filters/estimators/estimator_tour.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// The window by its normal equations, its oldest pose eliminated by a Schur complement.
@@ -277,4 +277,4 @@ TEST(SmootherEstimator, first_estimates_do_not_tell_the_heading) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

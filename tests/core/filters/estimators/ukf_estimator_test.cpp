@@ -7,7 +7,7 @@
 #include "tests/core/filters/estimators/estimator_tour.h"
 #include "tests/core/filters/estimators/weighted_points.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kUkfSpreads[] = {0.3, 1.0};
@@ -129,4 +129,4 @@ TEST(UkfEstimator, has_no_seam_at_pi) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

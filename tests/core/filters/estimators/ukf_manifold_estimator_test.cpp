@@ -6,7 +6,7 @@
 #include "tests/core/filters/estimators/se_group.h"
 #include "tests/core/filters/estimators/weighted_points.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 constexpr double kManifoldSpreads[] = {0.3, 1.0};
@@ -81,4 +81,4 @@ TEST(UkfManifoldEstimator, corrects_by_sigma_points_in_the_group) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include "tests/core/filters/estimators/weighted_points.h"
 #include "tests/core/random_matrix.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Vector curved(const Vector& x) {
@@ -108,4 +108,4 @@ TEST(DivideByRoot, gives_back_what_was_multiplied) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 
 #include "core/types.h"
 
-namespace credence {
+namespace credence::internal {
 
 /// Mean and covariance by the 2l + 1 weighted points of [Julier 2004] with κ = 0 and β = 2.
 struct WeightedPoints {
@@ -35,4 +35,4 @@ struct WeightedPoints {
   }
 };
 
-}  // namespace credence
+}  // namespace credence::internal

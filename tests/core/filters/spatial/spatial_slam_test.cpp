@@ -9,7 +9,7 @@
 #include "core/linear_algebra/cholesky.h"
 #include "core/manifold/chart.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using Six = Eigen::Matrix<double, 6, 1>;
@@ -154,4 +154,4 @@ TEST(SpatialSlam, TheInvariantFilterIsThatOfItsOwnChart) {
 TEST(SpatialSlam, UnknownNamesAreRefused) { EXPECT_THROW(spatial_kind("magic"), std::invalid_argument); }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -271,4 +271,4 @@ TEST(ArrayLog, no_runs_are_refused) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "tests/datasets/logs/hostile.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -107,4 +107,4 @@ TEST(MatLog, AFileOfHdf5SaysHowToSaveIt) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "tests/datasets/logs/hostile.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ByteWriter;
@@ -306,4 +306,4 @@ TEST(Npz, NoCutOrFlippedByteCrashes) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

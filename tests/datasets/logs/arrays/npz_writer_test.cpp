@@ -10,7 +10,7 @@
 #include "tests/datasets/logs/recorded_sink.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(NpzWriter, WhatIsWrittenIsReadToTheLastBit) {
@@ -41,4 +41,4 @@ TEST(NpzWriter, ValuesFillTheDimensions) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 #include "tests/datasets/logs/recorded_sink.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ByteWriter;
@@ -130,4 +130,4 @@ TEST(DataflashInnovations, TheListLeavesOutWhatIsOnlyDescribed) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "tests/datasets/logs/hostile.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ByteWriter;
@@ -195,4 +195,4 @@ TEST(Dataflash, NoCutOrFlippedByteCrashes) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

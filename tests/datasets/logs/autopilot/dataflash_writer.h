@@ -7,7 +7,7 @@
 
 #include "tests/datasets/logs/byte_writer.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 inline std::string padded(std::string text, std::size_t size) {
   text.resize(size, '\0');
@@ -63,4 +63,4 @@ class DataflashWriter {
   ByteWriter file_;
 };
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

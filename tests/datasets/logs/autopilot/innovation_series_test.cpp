@@ -8,7 +8,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -132,4 +132,4 @@ TEST(InnovationSeries, the_number_of_an_estimator_is_a_whole_one_up_to_255) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 #include "tests/datasets/logs/recorded_sink.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ByteWriter;
@@ -124,4 +124,4 @@ TEST(UlogInnovations, TheListSaysWhatEveryTopicIsFor) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "tests/datasets/logs/hostile.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ByteWriter;
@@ -347,4 +347,4 @@ TEST(Ulog, ASampleFlightHasTheCountsThatAnotherProgramFinds) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

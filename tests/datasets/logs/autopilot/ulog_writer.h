@@ -5,7 +5,7 @@
 
 #include "tests/datasets/logs/byte_writer.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// Writes a flight log as the specification says.
 class UlogWriter {
@@ -31,4 +31,4 @@ class UlogWriter {
   ByteWriter file_;
 };
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

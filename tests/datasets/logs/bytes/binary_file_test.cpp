@@ -7,7 +7,7 @@
 #include "datasets/data_error.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -104,4 +104,4 @@ TEST(BinaryFile, what_is_no_file_is_named) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

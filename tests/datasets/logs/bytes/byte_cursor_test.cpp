@@ -8,7 +8,7 @@
 #include "datasets/logs/bytes/binary_file.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -66,4 +66,4 @@ TEST(BinaryFile, ViewsAreCheckedAgainstTheFile) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/ros/ros_writers.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -68,4 +68,4 @@ TEST(Decompress, AZlibStreamNeedsNoSize) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

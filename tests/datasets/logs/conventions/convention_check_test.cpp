@@ -11,7 +11,7 @@
 #include "datasets/logs/conventions/reading_fit.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -324,4 +324,4 @@ TEST(ReadingFit, WhatCouldNotBeTestedHasNotPassed) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -72,4 +72,4 @@ TEST(PoseChart, another_name_is_an_error_that_names_all) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 #include "core/manifold/sek3.h"
 #include "datasets/logs/conventions/pose_chart.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 PoseError random_vector(std::mt19937_64& random, double size) {
@@ -158,4 +158,4 @@ TEST(PoseChart, AnUnknownNameIsToldWithAllThatAreAccepted) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

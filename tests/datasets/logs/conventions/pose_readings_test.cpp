@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 const TruthLookup kNoTruth = [](double, SpatialPose&) { return false; };
@@ -137,4 +137,4 @@ TEST(PoseReadings, TryEveryOtherChartOnce) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

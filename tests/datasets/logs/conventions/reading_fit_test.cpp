@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using RowsOfErrors = std::vector<Vector>;
@@ -114,4 +114,4 @@ TEST(ReadingFit, WhatIsNoCovarianceOrCannotBeReadIsImpossible) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -12,7 +12,7 @@
 #include "datasets/logs/judge_logs.h"
 #include "tests/datasets/logs/recorded_sink.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -129,4 +129,4 @@ TEST(StepConventions, OfManyFilesAHintThatChanceExplainsIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -120,4 +120,4 @@ TEST(CovarianceSentinels, planar_is_x_y_and_yaw_in_every_row_and_nothing_else_in
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

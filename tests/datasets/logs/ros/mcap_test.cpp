@@ -7,7 +7,7 @@
 #include "tests/datasets/logs/byte_writer.h"
 #include "tests/datasets/logs/ros/scanned_file.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ByteWriter;
@@ -207,4 +207,4 @@ TEST(Mcap, no_cut_and_no_changed_byte_does_anything_else_than_fail_with_the_file
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

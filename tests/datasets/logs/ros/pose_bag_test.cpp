@@ -6,7 +6,7 @@
 #include "tests/datasets/logs/recorded_sink.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -181,4 +181,4 @@ TEST(PoseBag, what_is_written_is_judged_as_it_was) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

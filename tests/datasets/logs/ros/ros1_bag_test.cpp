@@ -6,7 +6,7 @@
 #include "tests/datasets/logs/byte_writer.h"
 #include "tests/datasets/logs/ros/scanned_file.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ByteWriter;
@@ -199,4 +199,4 @@ TEST(Ros1Bag, no_changed_byte_does_anything_else_than_fail_with_the_file) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -6,7 +6,7 @@
 #include "datasets/data_error.h"
 #include "tests/temporary_folder.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -139,4 +139,4 @@ TEST(Ros2SqliteMagic, is_that_of_a_database) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

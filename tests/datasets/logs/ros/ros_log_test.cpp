@@ -14,7 +14,7 @@
 #include "tests/datasets/logs/recorded_sink.h"
 #include "tests/datasets/logs/ros/ros_writers.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::BagContent;
@@ -601,4 +601,4 @@ TEST(RosLog, SampleBagsHaveTheirCountsAndSentinels) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

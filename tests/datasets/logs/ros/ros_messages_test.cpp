@@ -9,7 +9,7 @@
 #include "datasets/data_error.h"
 #include "tests/datasets/logs/ros/ros_writers.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ByteWriter;
@@ -234,4 +234,4 @@ TEST(RosMessages, types_say_what_they_hold) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -18,7 +18,7 @@
 /// @file
 /// Writes messages and bags of ROS as their specifications say, for the tests of the readers.
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// A message in one of the serialisations.
 class MessageWriter {
@@ -230,4 +230,4 @@ inline void write_ros2_sqlite(const std::filesystem::path& file, const BagConten
   sqlite3_close(database);
 }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

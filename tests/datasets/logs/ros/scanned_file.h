@@ -9,7 +9,7 @@
 #include "datasets/logs/ros/ros_scan.h"
 #include "tests/temporary_folder.h"
 
-namespace credence::testing {
+namespace credence::internal::testing {
 
 /// What the scan of a file hands over.
 struct ScannedFile {
@@ -42,4 +42,4 @@ inline ScannedFile scanned(const RosScan& scan, const std::string& name, const s
   return seen;
 }
 
-}  // namespace credence::testing
+}  // namespace credence::internal::testing

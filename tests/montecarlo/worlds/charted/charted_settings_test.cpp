@@ -10,7 +10,7 @@
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario settings_of(const std::vector<std::string>& overrides) {
@@ -116,4 +116,4 @@ TEST(ChartedSettings, SayWhatTheFilterIs) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -18,7 +18,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "tests/paths.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -338,4 +338,4 @@ TEST(Inertial, ScullingDriftsAsTheTextbookSays) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -9,7 +9,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -126,4 +126,4 @@ TEST(InertialModel, StatesTheUnitsOfItsStart) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -15,7 +15,7 @@
 #include "montecarlo/worlds/monobot/monobot_world.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario monobot(Index landmarks, Index anchors, double probability) {
@@ -425,4 +425,4 @@ TEST(IntermittentExperiment, refuses_what_the_lanes_do_not_have) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

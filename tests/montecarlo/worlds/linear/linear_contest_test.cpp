@@ -12,7 +12,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/linear/linear_estimator_experiment.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -136,4 +136,4 @@ TEST(LinearContest, TheProfileHasTheRowsOfTheObservabilityMatrix) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

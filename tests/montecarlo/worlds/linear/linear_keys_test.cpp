@@ -7,7 +7,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -118,4 +118,4 @@ TEST(LinearKeys, ConsideredStatesAreInTheOrderOfTheStates) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

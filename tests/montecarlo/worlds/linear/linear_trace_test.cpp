@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -46,4 +46,4 @@ TEST(LinearTrace, SaysWhereLandmarksAndAnchorsStand) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

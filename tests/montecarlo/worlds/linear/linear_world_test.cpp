@@ -18,7 +18,7 @@
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -335,4 +335,4 @@ TEST(LinearWorld, PlaysItsEstimators) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

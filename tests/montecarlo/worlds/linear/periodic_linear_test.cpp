@@ -11,7 +11,7 @@
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -111,4 +111,4 @@ TEST(PeriodicLinearWorld, ARunIsThatOfTheTextbook) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -13,7 +13,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 const std::string kSmoothed =
@@ -108,4 +108,4 @@ TEST(SmootherExperiment, AChunkHasTheRunsOfItsTraces) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

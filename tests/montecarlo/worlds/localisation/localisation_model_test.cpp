@@ -9,7 +9,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 LocalisationModel localisation(const std::vector<std::string>& overrides) {
@@ -102,4 +102,4 @@ TEST(LocalisationModel, ProcessNoiseIsThatOfTheReadings) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

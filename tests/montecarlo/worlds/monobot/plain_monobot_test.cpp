@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 // The filter is consistent, so that the exact means are the dimensions (theory, sections 3 and 6), and the
@@ -51,4 +51,4 @@ TEST(PlainMonobot, RefusesWhatItWasNotWrittenFor) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

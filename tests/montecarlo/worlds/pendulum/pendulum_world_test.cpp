@@ -14,7 +14,7 @@
 #include "montecarlo/worlds/plugged/plugged_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::IsEmpty;
@@ -69,4 +69,4 @@ TEST(PendulumWorld, StepsAreMissed) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

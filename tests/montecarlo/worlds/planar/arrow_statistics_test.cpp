@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A pose and landmarks that are correlated with it alone.
@@ -62,4 +62,4 @@ TEST(ArrowStatistics, an_indefinite_arrow_has_no_nees) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -11,7 +11,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario with_block_map(InflationSolution solution, Index anchors) {
@@ -113,4 +113,4 @@ TEST(BlockMapExperiment, OnlyASequentialRuleOfTheMapHasABlockMap) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

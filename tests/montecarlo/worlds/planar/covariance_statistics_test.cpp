@@ -12,7 +12,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// n×n of full rank, its variances over six decades, with an error of the same size.
@@ -187,4 +187,4 @@ TEST(PoseNees, is_that_of_the_first_three_states) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "core/manifold/angle.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 TEST(LargeMapStepAllocates, NothingOnceTheMapIsKnown) {
@@ -35,4 +35,4 @@ TEST(LargeMapStepAllocates, NothingOnceTheMapIsKnown) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

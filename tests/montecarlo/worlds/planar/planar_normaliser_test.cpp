@@ -10,7 +10,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "montecarlo/worlds/planar/planar_simulation.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 /// A world of so many landmarks, of which a filter knows some, with an error and P of full rank.
@@ -170,4 +170,4 @@ TEST(PlanarNormaliser, an_innovation_is_that_of_the_dense_solution_or_none) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

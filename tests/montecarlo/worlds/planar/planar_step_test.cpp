@@ -13,7 +13,7 @@
 #include "montecarlo/worlds/planar/planar_simulation.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario ten_landmarks() {
@@ -136,4 +136,4 @@ TEST(PlanarTraces, AreThePartsOfTheDiagonal) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

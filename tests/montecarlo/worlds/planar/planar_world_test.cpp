@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/world_schema.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario driven_on(PathShape path, double radius = 8.0) {
@@ -144,4 +144,4 @@ TEST(PlanarWorld, refuses_a_path_too_tight_for_its_vehicle) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 const std::vector<Point> kPlaces = {{1.0, 2.0}, {-3.0, 4.0}, {5.0, -6.0}};
@@ -70,4 +70,4 @@ TEST(StateError, an_indefinite_covariance_is_no_covariance) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -4,7 +4,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Matrix correlated(double correlation) {
@@ -39,4 +39,4 @@ TEST(SingularNees, KnowsNoValueOfWhatIsNoCovariance) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

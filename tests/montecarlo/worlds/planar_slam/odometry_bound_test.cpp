@@ -12,7 +12,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "tests/core/models/numerical_jacobian.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 OdometryWorld bounded_world(const std::vector<std::string>& overrides) {
@@ -124,4 +124,4 @@ TEST(OdometryBound, OfAMapThatComesIntoViewOneByOne) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

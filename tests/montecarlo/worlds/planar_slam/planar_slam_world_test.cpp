@@ -17,7 +17,7 @@
 #include "montecarlo/worlds/registry.h"
 #include "tests/montecarlo/engine/allocation_count.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -209,4 +209,4 @@ TEST(PosteriorBound, IsTheKalmanFilterOfALinearWorld) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

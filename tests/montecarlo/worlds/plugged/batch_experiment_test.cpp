@@ -9,7 +9,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/worlds/plugged/model_plug.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::Each;
@@ -131,4 +131,4 @@ TEST(BatchExperiment, AnExceptionEndsTheRunsOfItsBatch) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

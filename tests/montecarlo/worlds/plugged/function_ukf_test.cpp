@@ -6,7 +6,7 @@
 
 #include "montecarlo/worlds/plugged/plugged_experiment.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 FunctionModel linear_with_input_noise() {
@@ -61,4 +61,4 @@ TEST(FunctionUkf, KnowsTheMomentsOfASquare) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -8,7 +8,7 @@
 
 #include "core/nan.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::ElementsAre;
@@ -162,4 +162,4 @@ TEST(PlugCheck, HalfStepsMayNotDoubleTheNoiseOfEveryState) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -17,7 +17,7 @@
 #include "montecarlo/worlds/plugged/model_plug.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using ::testing::HasSubstr;
@@ -398,4 +398,4 @@ TEST(DifferenceJacobian, IsTheDerivative) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

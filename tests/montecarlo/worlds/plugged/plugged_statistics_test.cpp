@@ -9,7 +9,7 @@
 
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -122,4 +122,4 @@ TEST(VisitedExperiment, AChunkBeginsWhereItIsAskedTo) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

@@ -10,7 +10,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "tests/core/models/numerical_jacobian.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 SpatialWorld bounded_space(const std::vector<std::string>& overrides) {
@@ -104,4 +104,4 @@ TEST(SpatialBound, OfAFilterThatBelievesOtherNoiseIsTheSame) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

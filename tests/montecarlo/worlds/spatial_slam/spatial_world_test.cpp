@@ -11,7 +11,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/scenario_io.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 Scenario spatial_scenario(std::vector<std::string> overrides) {
@@ -156,4 +156,4 @@ TEST(SpatialWorld, NoiseHasTheVariancesOfTheWorldWhateverIsBelieved) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

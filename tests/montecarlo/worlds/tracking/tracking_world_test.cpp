@@ -17,7 +17,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 
-namespace credence {
+namespace credence::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -184,4 +184,4 @@ TEST(TrackingWorld, AMeasuredBearingIsWrapped) {
 }
 
 }  // namespace
-}  // namespace credence
+}  // namespace credence::internal

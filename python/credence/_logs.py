@@ -1,0 +1,75 @@
+"""Verdicts on log files."""
+
+from __future__ import annotations
+
+import os
+from typing import Optional, Sequence, Union
+
+from . import _credence
+from ._check import require_confidence
+from ._result import Result
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+def _paths(given: "Path | Sequence[Path]") -> list[str]:
+    return [os.fspath(path) for path in ([given] if isinstance(given, (str, os.PathLike)) else given)]
+
+
+def check_logs(
+    logs: "Path | Sequence[Path]",
+    *,
+    truth: "Path | Sequence[Path]" = (),
+    format: str = "auto",
+    topic: str = "",
+    truth_topic: str = "",
+    instance: Optional[int] = None,
+    chart: str = "",
+    align: str = "none",
+    max_time_difference: float = 0.02,
+    time_offset: Union[float, str] = 0.0,
+    partial: bool = False,
+    confidence: float = 0.95,
+    within: float = 0.1,
+    sensitivity: bool = False,
+    threads: int = 0,
+    name: str = "",
+) -> Result:
+    """Judges the logs of one filter, as ``credence check --pool`` does: bags, flight logs, arrays, trajectories, CSV.
+
+    logs: files, or folders of them; the format of each is seen from how it begins (docs/logs.md).
+    truth: of logs that do not hold it: one file for all of them, or one for each.
+    topic, truth_topic: of bags, where several topics could be it.
+    instance: of several estimators in one flight log, the one to judge.
+    chart: how a library writes the covariance of a pose; "" is what the format means by itself.
+    align: moves the truth onto the estimate first: "none", "se2", "yaw" or "se3".
+    max_time_difference: how far the truth used may be from an estimate, s.
+    time_offset: what the times of the truth are ahead, s, or "estimate".
+    partial: of a file that is cut off, judge what comes before.
+    within: what counts as right: the factor on P between 1/(1 + this) and 1 + this.
+    confidence, sensitivity, threads, name: as in ``check``.
+
+    Raises DataError, a ValueError, for a file that cannot be read, naming its line, and for a run that is there twice;
+    ValueError for options that do not fit the files.
+    """
+    require_confidence(confidence)
+    if isinstance(time_offset, str) and time_offset != "estimate":
+        raise ValueError(f"time_offset = {time_offset!r}: expected seconds, or 'estimate'")
+    files = _paths(logs)
+    if not files:
+        raise ValueError("logs is empty: expected files, or folders of them")
+    options = _credence.CheckOptions(
+        name,
+        format,
+        _paths(truth),
+        topic,
+        truth_topic,
+        instance,
+        max_time_difference,
+        partial,
+        confidence,
+        within,
+        sensitivity,
+        threads,
+    )
+    return Result(_credence.check_logs(files, options, chart, align, time_offset))

@@ -1,0 +1,82 @@
+#include "reports/document/check_logs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "datasets/data_error.h"
+#include "tests/temporary_folder.h"
+
+namespace credence::internal {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A log whose error has `scale` times the variance that it claims.
+std::string log_text(int rows, double scale, unsigned seed) {
+  std::mt19937 bits(seed);
+  std::normal_distribution<double> normal;
+  std::string text = "step,truth.x,estimate.x,P.1.1\n";
+  for (int k = 1; k <= rows; ++k) {
+    text += std::to_string(k) + ",0," + std::to_string(std::sqrt(scale) * normal(bits)) + ",1\n";
+  }
+  return text;
+}
+
+class CheckLogs : public ::testing::Test {
+ protected:
+  CheckLogs() {
+    for (const char* name : {"good", "bad"}) std::filesystem::create_directory(folder_ / name);
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+      folder_.write("good/run" + std::to_string(seed) + ".csv", log_text(50, 1.0, seed));
+      folder_.write("bad/run" + std::to_string(seed) + ".csv", log_text(50, 4.0, seed));
+    }
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CheckLogs, JudgesAFolderAndItsFilesAlike) {
+  const std::string good = (folder_ / "good").string();
+  const JudgedFilter judged = check_logs({&good, 1});
+  EXPECT_EQ(judged.verdict(), Verdict::consistent) << judged.text();
+  std::vector<std::string> files;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    files.push_back((folder_ / ("good/run" + std::to_string(seed) + ".csv")).string());
+  }
+  std::ranges::sort(files);
+  EXPECT_EQ(check_logs(files, {.name = "good", .threads = 2}).json(), judged.json());
+}
+
+TEST_F(CheckLogs, TellsTheFactorOfAWrongOne) {
+  const std::string bad = (folder_ / "bad").string();
+  const JudgedFilter judged = check_logs({&bad, 1}, {.name = "mine"});
+  EXPECT_EQ(judged.verdict(), Verdict::optimistic);
+  EXPECT_LT(judged.factor().lower, 4.0);
+  EXPECT_GT(judged.factor().upper, 4.0);
+  EXPECT_THAT(judged.text(), HasSubstr("600 rows of 12 runs"));
+  judged.write_report(folder_ / "out");
+  EXPECT_THAT(folder_.read("out/index.html"), HasSubstr("mine"));
+}
+
+TEST_F(CheckLogs, RefusesWhatDoesNotFit) {
+  const std::string good = (folder_ / "good").string(), absent = (folder_ / "absent.csv").string();
+  EXPECT_THROW(check_logs({&absent, 1}), DataError);
+  EXPECT_THROW(check_logs({&good, 1}, {.format = "excel"}), std::invalid_argument);
+  EXPECT_THROW(check_logs({&good, 1}, {.truths = {good}}), std::invalid_argument);
+  CheckOptions moved;
+  moved.reading.matching.time_offset_s = 0.5;
+  EXPECT_THROW(check_logs({&good, 1}, moved), std::invalid_argument);
+  EXPECT_THROW(check_logs({}), std::invalid_argument);
+  const std::string twice[] = {good + "/run1.csv", good + "/run1.csv"};
+  EXPECT_THROW(check_logs(twice), DataError);
+}
+
+}  // namespace
+}  // namespace credence::internal
