@@ -42,7 +42,7 @@ TEST(MatrixProduct, is_the_sum_in_its_order_to_the_bit) {
       multiply.set(C, A, B);
       EXPECT_EQ(C, expected) << instruction_set_name(set) << ' ' << rows << 'x' << columns << 'x' << depth;
       const Matrix A_t = A.transpose(), B_t = B.transpose();
-      multiply.set(C, Factor::transposed(A_t), Factor::transposed(B_t));
+      multiply.set(C, ProductFactor::transposed(A_t), ProductFactor::transposed(B_t));
       EXPECT_EQ(C, expected) << instruction_set_name(set);
     }
   }
@@ -55,7 +55,7 @@ TEST(MatrixProduct, a_lower_triangle_is_added_to) {
       const Matrix A = random_matrix(n, n / 2, 3), start = random_matrix(n, n, 4);
       const Matrix expected = start + by_definition(A, A.transpose());
       Matrix C = start;
-      multiply.add_lower(C, A, Factor::transposed(A));
+      multiply.add_lower(C, A, ProductFactor::transposed(A));
       for (Index j = 0; j < n; ++j) {
         for (Index i = j; i < n; ++i) EXPECT_EQ(C(i, j), expected(i, j)) << i << ' ' << j;
       }
