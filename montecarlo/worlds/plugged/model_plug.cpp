@@ -57,7 +57,7 @@ std::optional<std::string> difference(const char* name, const Matrix& given, con
                        differences.cols());
   }
   Index i = 0, j = 0;
-  const double largest = (given - differences).cwiseAbs().maxCoeff(&i, &j);
+  const double largest = (given - differences).cwiseAbs().maxCoeff<Eigen::PropagateNaN>(&i, &j);
   if (largest <= kTolerance * std::max(1.0, differences.cwiseAbs().maxCoeff())) return std::nullopt;
   return fmt::format("{} is not the Jacobian of its function: entry ({}, {}) is {}, by differences {}", name,
                      i, j, given(i, j), differences(i, j));

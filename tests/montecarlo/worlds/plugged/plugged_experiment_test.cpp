@@ -364,38 +364,5 @@ TEST(PlugProblems, NamesAPlusThatIsNotTheInverse) {
   EXPECT_NO_THROW(require_sound({}));
 }
 
-TEST(FunctionModel, NamesWhatDoesNotFit) {
-  const auto message = [](const FunctionModel& model) {
-    try {
-      const FunctionWorld world(model);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string("none");
-  };
-  FunctionModel model = linear_model();
-  EXPECT_EQ(message(model), "none");
-  model.Q = Matrix::Identity(3, 3);
-  EXPECT_EQ(message(model), "Q is 3x3: expected 2x2");
-  model = linear_model();
-  model.h = nullptr;
-  EXPECT_EQ(message(model), "h is missing");
-  model = linear_model();
-  model.h = [](const Vector& x) { return x; };
-  EXPECT_EQ(message(model), "h(mean) has 2 entries: expected 1");
-}
-
-TEST(DifferenceJacobian, IsTheDerivative) {
-  const auto polar = [](const Vector& x) {
-    return Vector(Eigen::Vector2d(x.norm(), std::atan2(x[1], x[0])));
-  };
-  for (const double angle : {0.3, std::numbers::pi, -2.0}) {
-    const Vector x = 3.0 * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    Matrix J(2, 2);
-    J << x[0] / 3.0, x[1] / 3.0, -x[1] / 9.0, x[0] / 9.0;
-    EXPECT_LT((difference_jacobian(polar, x, {false, true}) - J).norm(), 1e-9) << angle;
-  }
-}
-
 }  // namespace
 }  // namespace credence::internal
