@@ -12,6 +12,7 @@ PosteriorBound posterior_bound(const FunctionModel& model, const PlugSettings& s
   const NoiseSource source = settings.source();
   const std::vector<bool>& angles = world.layout().angles;
   const Eigen::LLT<Matrix> root(model.R);
+  if (root.info() != Eigen::Success) return {.reason = kBoundOfNoisyMeasurements};
   std::vector<Vector> truths;
   for (std::int64_t run = 0; run < runs; ++run) {
     NoiseDraw initial(source, run, 0, NoisePurpose::initial);

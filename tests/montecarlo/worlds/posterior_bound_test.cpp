@@ -7,9 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/linear_algebra/decompositions.h"
 #include "montecarlo/scenario/scenario_io.h"
-#include "montecarlo/worlds/plugged/function_bound.h"
 #include "montecarlo/worlds/registry.h"
 
 namespace credence::internal {
@@ -38,84 +36,6 @@ double claimed_of(const std::string& world, const std::vector<std::string>& over
     });
   }
   return sum / static_cast<double>(scenario.study.steps);
-}
-
-FunctionModel moving_model() {
-  FunctionModel model;
-  const Matrix F = (Matrix(2, 2) << 1.0, 0.1, -0.2, 0.9).finished();
-  const Matrix H = (Matrix(1, 2) << 1.0, 0.5).finished();
-  model.f = [F](const Vector& x) { return Vector(F * x); };
-  model.h = [H](const Vector& x) { return Vector(H * x); };
-  model.F = [F](const Vector&) { return F; };
-  model.H = [H](const Vector&) { return H; };
-  model.Q = (Matrix(2, 2) << 0.0, 0.0, 0.0, 0.04).finished();  // singular
-  model.R = Matrix::Constant(1, 1, 0.09);
-  model.mean = Vector::Zero(2);
-  model.P0 = (Matrix(2, 2) << 1.0, 0.0, 0.0, 0.0).finished();  // singular, too
-  model.states = {"place", "speed"};
-  return model;
-}
-
-TEST(PosteriorBound, OfALinearModelIsTheKalmanFilter) {
-  const FunctionModel model = moving_model();
-  const PosteriorBound bound = posterior_bound(model, {.steps = 30}, 1.0, 3);
-  ASSERT_EQ(bound.reason, "");
-  ASSERT_EQ(bound.blocks.size(), 2U);
-  FunctionEkf filter(model);
-  filter.reset(model.mean, model.P0);
-  for (std::size_t k = 0; k < 30; ++k) {
-    filter.predict();
-    filter.update(Vector::Zero(1));
-    for (std::size_t i = 0; i < 2; ++i) {
-      const double variance = filter.covariance().diagonal()[static_cast<Index>(i)];
-      EXPECT_NEAR(bound.blocks[i].bound[k], variance, 1e-12) << k;
-      EXPECT_NEAR(bound.blocks[i].at_truth[k], variance, 1e-12) << k;
-    }
-  }
-}
-
-// The recursion is the last block of the inverse of the mean information of the whole trajectory, which is
-// assembled here from all states at once.
-TEST(PosteriorBound, IsThatOfTheWholeTrajectory) {
-  FunctionModel model;
-  model.f = [](const Vector& x) { return Vector(Eigen::Vector2d(x[0] + 0.1 * x[1], x[1] - std::sin(x[0]))); };
-  model.F = [](const Vector& x) {
-    return Matrix((Matrix(2, 2) << 1.0, 0.1, -std::cos(x[0]), 1.0).finished());
-  };
-  model.h = [](const Vector& x) { return Vector::Constant(1, x[0] * x[0]).eval(); };
-  model.H = [](const Vector& x) { return Matrix((Matrix(1, 2) << 2.0 * x[0], 0.0).finished()); };
-  model.Q = (Matrix(2, 2) << 0.02, 0.005, 0.005, 0.03).finished();
-  model.R = Matrix::Constant(1, 1, 0.25);
-  model.mean = Eigen::Vector2d(0.7, -0.2);
-  model.P0 = (Matrix(2, 2) << 0.2, 0.03, 0.03, 0.1).finished();
-  model.states = {"angle", "rate"};
-  constexpr std::int64_t kRuns = 5, kSteps = 7;
-  const PlugSettings settings{.steps = kSteps};
-  const PosteriorBound bound = posterior_bound(model, settings, 1.0, kRuns);
-  const FunctionWorld world(model);
-  const Matrix Q_inverse = model.Q.inverse();
-  Matrix J = Matrix::Zero(2 * (kSteps + 1), 2 * (kSteps + 1));
-  J.topLeftCorner(2, 2) = model.P0.inverse();
-  for (std::int64_t run = 0; run < kRuns; ++run) {
-    const NoiseSource source = settings.source();
-    NoiseDraw initial(source, run, 0, NoisePurpose::initial);
-    Vector x = world.initial(initial);
-    for (std::int64_t k = 1; k <= kSteps; ++k) {
-      Matrix D(2, 4);  // of the residual x⁺ − f(x) by both
-      D << -model.F(x), Matrix::Identity(2, 2);
-      J.block(2 * k - 2, 2 * k - 2, 4, 4) += D.transpose() * Q_inverse * D / static_cast<double>(kRuns);
-      NoiseDraw process(source, run, k, NoisePurpose::process);
-      x = world.step(x, k, process);
-      const Matrix H = model.H(x);
-      J.block(2 * k, 2 * k, 2, 2) += H.transpose() * H / (model.R(0, 0) * static_cast<double>(kRuns));
-    }
-  }
-  // The bound of step k knows nothing of later ones.
-  const Matrix whole = J.inverse();
-  for (Index i = 0; i < 2; ++i) {
-    const double last = whole(2 * kSteps + i, 2 * kSteps + i);
-    EXPECT_NEAR(bound.blocks[static_cast<std::size_t>(i)].bound.back(), last, 1e-11 * last);
-  }
 }
 
 TEST(PosteriorBound, IsNotAboveWhatJacobiansAtTheTruthClaim) {
@@ -211,6 +131,8 @@ TEST(PosteriorBound, ThatIsNotThereHasAReason) {
   EXPECT_THAT(bound_of("planar", {"noise.range_std=0"}).reason, HasSubstr("that have noise"));
   EXPECT_THAT(bound_of("planar", {"noise.bearing_std_deg=0"}).reason, HasSubstr("that have noise"));
   EXPECT_THAT(bound_of("planar_slam", {"world.landmark_sensor=range_bearing", "noise.range_std=0"}).reason,
+              HasSubstr("that have noise"));
+  EXPECT_THAT(bound_of("tracking", {"world.sensor=range_bearing", "noise.range_std=0"}).reason,
               HasSubstr("that have noise"));
   EXPECT_THAT(bound_of("planar", {"world.landmarks=2000"}).reason, HasSubstr("too many"));
   EXPECT_THAT(bound_of("planar_slam", {"filter.estimator=invariant"}).reason, HasSubstr("differences"));
