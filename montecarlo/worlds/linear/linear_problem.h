@@ -23,7 +23,8 @@ struct LinearProblem : IntermittentProblem {
 
 /// Doubles that its experiment keeps with n states and m measurements: dense models of truth and filter (F
 /// and P0, H, R), and of the filter's steps P before and after the update, ΔP, K and S. Where measurements
-/// are missed every run has steps of its own, of which none is kept.
+/// are missed or late, or noise is not white and Gaussian, every run has steps of its own, of which none is
+/// kept.
 double linear_problem_doubles(double n, double m, const Scenario& scenario);
 
 }  // namespace credence::internal
