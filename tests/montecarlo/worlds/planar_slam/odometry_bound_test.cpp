@@ -1,5 +1,6 @@
 #include "montecarlo/worlds/planar_slam/odometry_bound.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -10,13 +11,18 @@
 
 #include "core/models/range_bearing.h"
 #include "montecarlo/scenario/scenario_io.h"
+#include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 #include "tests/core/models/numerical_jacobian.h"
 
 namespace credence::internal {
 namespace {
 
+Scenario bounded_scenario(const std::vector<std::string>& overrides) {
+  return load_scenario_text("[world]\nmodel = \"planar_slam\"\n", "t.toml", overrides);
+}
+
 OdometryWorld bounded_world(const std::vector<std::string>& overrides) {
-  return make_odometry_world(load_scenario_text("[world]\nmodel = \"planar_slam\"\n", "t.toml", overrides));
+  return make_odometry_world(bounded_scenario(overrides));
 }
 
 /// The bound without any recursion: x_0 and the noises of all controls so far are the unknowns of the path,
@@ -121,6 +127,38 @@ TEST(OdometryBound, OfRangeAndBearingMissedNowAndThen) {
 
 TEST(OdometryBound, OfAMapThatComesIntoViewOneByOne) {
   expect_batch({"study.steps=60", "world.landmarks=6", "world.path_radius=3", "world.sensor_range=4"});
+}
+
+// Where the heading is known the world is linear, and its bound is the Kalman filter's P. Observations that
+// are missed half the time tell half as much.
+TEST(OdometryBound, IsTheKalmanFilterOfALinearWorld) {
+  const std::vector<std::string> known = {"initial.heading_std_deg=0", "noise.turn_rate_std=0",
+                                          "study.steps=200"};
+  const Scenario s = bounded_scenario(known);
+  const OdometryWorld world = make_odometry_world(s);
+  const PosteriorBound bound = odometry_bound(world);
+  EXPECT_EQ(bound.find("heading")->mean_bound(), 0.0);
+  const double position = bound.find("position")->mean_bound();
+  const auto filter = scenario_estimator(s, world);
+  OdometrySimulation simulation(world, NoiseSource(1, 2));
+  filter->reset(simulation.start(0), world.initial_covariance());
+  double variance = 0.0;
+  for (std::size_t k = 1; k <= 200; ++k) {
+    filter->predict(simulation.read(k), world.truth(k));
+    filter->update(simulation.observe(k), world.truth(k));
+    variance += filter->covariance().diagonal().head<2>().sum() / 200.0;
+  }
+  EXPECT_NEAR(position, variance, 1e-10 * variance);
+  std::vector<std::string> missed = known;
+  missed.emplace_back("noise.detection_probability=0.5");
+  std::vector<std::string> noisier = known;
+  noisier.push_back(fmt::format("noise.relative_position_std={:.17g}", 0.1 * std::sqrt(2.0)));
+  const auto position_of = [](const std::vector<std::string>& overrides) {
+    return odometry_bound(make_odometry_world(bounded_scenario(overrides))).find("position")->mean_bound();
+  };
+  const double half = position_of(missed);
+  EXPECT_GT(half, 1.05 * position);
+  EXPECT_NEAR(half, position_of(noisier), 1e-10 * half);
 }
 
 }  // namespace
