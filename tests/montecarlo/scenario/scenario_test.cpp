@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -19,7 +18,6 @@
 namespace credence::internal {
 namespace {
 
-using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
@@ -35,26 +33,6 @@ std::string message(const std::string& text, const std::vector<std::string>& ove
   }
   return "accepted";
 }
-
-/// A file of the test's own, gone with it.
-class ScratchFile {
- public:
-  explicit ScratchFile(const std::string& content) {
-    std::string pattern = (std::filesystem::temp_directory_path() / "credence_scenario_XXXXXX").string();
-    directory_ = mkdtemp(pattern.data());
-    path_ = directory_ / "little.toml";
-    std::ofstream(path_, std::ios::binary) << content;
-  }
-  ~ScratchFile() { std::filesystem::remove_all(directory_); }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  const std::filesystem::path& directory() const { return directory_; }
-
- private:
-  std::filesystem::path directory_, path_;
-};
 
 constexpr const char* kMonobot = "[world]\nmodel = \"monobot\"\n";
 constexpr const char* kPlanar = "[world]\nmodel = \"planar\"\n";
@@ -436,33 +414,6 @@ TEST(Scenario, RefusesWhatIsWrongNamingPlaceAndRemedy) {
   }
 }
 
-TEST(Scenario, RefusesWrongOverridesNamingTheOption) {
-  const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
-      {"noise.measurement_variance=-1",
-       {"--set noise.measurement_variance=-1: must be a finite number >= 0"}},
-      {"noise.measurement_variance=nan", {"--set noise.measurement_variance=nan: ", "finite"}},
-      {"noise.measurement_variance=", {"--set noise.measurement_variance=: ", "finite", "the string \"\""}},
-      {"study.runs=many", {"--set study.runs=many: ", "integer from 1", "the string \"many\""}},
-      {"study.runs=1e3", {"--set study.runs=1e3: ", "integer from 1", "the number 1000.0"}},
-      {"study.runs=1\nseed = 3", {"--set study.runs=1", "integer from 1", "the string"}},
-      {"study.run=1", {"--set study.run=1: ", "did you mean runs?"}},
-      {"studdy.runs=1", {"--set studdy.runs=1: ", "did you mean [study]?"}},
-      {"runs=1", {"--set runs=1: ", "section.key=value"}},
-      {"study.runs", {"--set study.runs: ", "section.key=value"}},
-      {"", {"--set : ", "section.key=value"}},
-      {"=1", {"--set =1: ", "section.key=value"}},
-      {".runs=1", {"--set .runs=1: ", "section.key=value"}},
-      {"study.=1", {"--set study.=1: ", "section.key=value"}},
-      {"world.landmarks.x=1", {"--set world.landmarks.x=1: ", "unknown key"}},
-      {"world.landmarks=[1, 2]", {"--set world.landmarks=[1, 2]: ", "integer", "the array [1, 2]"}},
-      {"world.landmarks={a = 1}", {"--set world.landmarks={a = 1}: ", "integer", "a table"}},
-  };
-  for (const auto& [text, parts] : cases) {
-    const std::string said = message(kMonobot, {text});
-    for (const std::string& part : parts) EXPECT_THAT(said, HasSubstr(part)) << text;
-  }
-}
-
 TEST(Scenario, HugeInputIsCutInMessages) {
   const std::string huge(100'000, 'a');
   EXPECT_LT(message(kMonobot, {"filter.inflation=" + huge}).size(), 400U);
@@ -471,57 +422,6 @@ TEST(Scenario, HugeInputIsCutInMessages) {
   EXPECT_LT(message("[world]\n" + huge + " = 1\n").size(), 600U);
   EXPECT_LT(message("[" + huge + "]\nx = 1\n").size(), 600U);
   EXPECT_THAT(message(std::string(10'000, '[')), HasSubstr("broken TOML"));
-}
-
-// The parser and its tables call themselves for each dot: tens of thousands would overflow the stack.
-TEST(Scenario, KeysOfManyDotsAreRefused) {
-  std::string dots = "a";
-  for (int i = 0; i < 40'000; ++i) dots += ".a";
-  const std::string head = "[world]\nmodel = \"monobot\"\n";
-  for (const std::string& text : {"[sweep]\n" + dots + " = 1\n", "[" + dots + "]\nb = 1\n"}) {
-    EXPECT_THAT(message(head + text), HasSubstr("more than 1000 dots"));
-  }
-  EXPECT_NO_THROW(load_scenario_text(head + "# " + std::string(500, '.') + "\n", "x.toml"));
-  std::string quoted = "\"=\"";
-  for (int i = 0; i < 40'000; ++i) quoted += i % 2 == 0 ? ".'#=\"'" : ".\"\\\"=\"";
-  EXPECT_THAT(message(head + quoted + " = 1\n"), HasSubstr("x.toml:3: \"=\".'#=\"'"));
-  EXPECT_THAT(message(head + quoted + " = 1\n"), HasSubstr("more than 1000 dots"));
-  // 300 tables in one another, each by a key of 900 dots.
-  std::string nested = "1";
-  for (int i = 0; i < 300; ++i) nested = "[0, {" + dots.substr(0, 1801) + " = " + nested + "}]";
-  EXPECT_THAT(message(head + "x = " + nested + "\n"), HasSubstr("more than 1000 dots"));
-  // Dots of texts and comments are none of keys.
-  const std::string many(2000, '.');
-  EXPECT_THAT(message(head + "x = \"" + many + "\" # " + many + "\n"), HasSubstr("unknown key"));
-  const std::string lines = "x = [\"\"\"\n'" + many + "\"\"\", '''" + many + "''']\n";
-  EXPECT_THAT(message(head + lines), HasSubstr("unknown key"));
-  EXPECT_THROW(
-      load_scenario_text(head, "x.toml", std::vector<std::string>{"noise.process_variance={" + dots + "=1}"}),
-      ScenarioError);
-}
-
-TEST(Scenario, FilesThatCannotBeRead) {
-  const auto said = [](const std::filesystem::path& path) {
-    try {
-      load_scenario(path);
-    } catch (const ScenarioError& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
-  const ScratchFile little(kMonobot);
-  EXPECT_EQ(load_scenario(little.path()).name, "little");
-  EXPECT_THAT(said(little.directory() / "missing.toml"),
-              AllOf(HasSubstr("missing.toml"), HasSubstr("no such")));
-  EXPECT_THAT(said(little.path() / "below.toml"), AllOf(HasSubstr("below.toml"), HasSubstr("no such")));
-  EXPECT_THAT(said(little.directory()), HasSubstr("is a directory"));
-  EXPECT_THAT(said(""), HasSubstr("no such"));
-  const ScratchFile large(std::string((1 << 20) + 1, '#'));
-  EXPECT_THAT(said(large.path()), HasSubstr("larger than 1 MiB"));
-  std::filesystem::permissions(little.path(), std::filesystem::perms::none);
-  if (!std::ifstream(little.path())) {  // root can read it nonetheless
-    EXPECT_THAT(said(little.path()), HasSubstr("cannot be read"));
-  }
 }
 
 }  // namespace
