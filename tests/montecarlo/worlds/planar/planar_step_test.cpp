@@ -2,11 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
 #include <utility>
 
-#include "core/manifold/angle.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
@@ -88,44 +86,6 @@ INSTANTIATE_TEST_SUITE_P(
                     Rule{FilterInflation::map, InflationSolution::pairwise, "map_pairwise"},
                     Rule{FilterInflation::map, InflationSolution::sequential, "map_sequential"}),
     [](const auto& tested) { return tested.param.name; });
-
-TEST(PlanarSimulation, WithoutNoiseItIsTheNominalPathExactlyMeasured) {
-  const Scenario scenario = ten_landmarks();
-  const PlanarWorld world = make_planar_world(scenario);
-  PlanarSimulation simulation(world, PlanarNoise::of(scenario), std::nullopt);
-  EXPECT_EQ(simulation.start(5), world.start);
-  Pose pose = world.start;
-  for (std::size_t k = 1; k <= 50; ++k) {
-    simulation.move(k);
-    pose = world.vehicle.moved(pose, world.controls[k - 1], world.dt_s);
-    ASSERT_EQ(simulation.pose(), pose);
-    for (const Observation<PlanarModel>& o : simulation.observe(k)) {
-      EXPECT_EQ(o.z, measure_range_bearing(pose, world.landmarks[static_cast<std::size_t>(o.landmark)]));
-    }
-  }
-}
-
-TEST(PlanarSimulation, ItsNoiseIsThatOfTheSourceScaledByTheStandardDeviations) {
-  const Scenario scenario = ten_landmarks();
-  const PlanarWorld world = make_planar_world(scenario);
-  const PlanarNoise noise = PlanarNoise::of(scenario);
-  const NoiseSource source(3, 4);
-  PlanarSimulation simulation(world, noise, source);
-  const Pose start = simulation.start(7);
-  EXPECT_EQ(start[1], world.start[1] + source.normal(7, 0, NoisePurpose::initial, 1) * noise.initial_std[1]);
-  simulation.move(1);
-  const Control u(
-      world.controls[0][0] + source.normal(7, 1, NoisePurpose::process, 0) * noise.control_std[0],
-      world.controls[0][1] + source.normal(7, 1, NoisePurpose::process, 1) * noise.control_std[1]);
-  EXPECT_EQ(simulation.pose(), world.vehicle.moved(world.start, u, world.dt_s));
-  const auto seen = simulation.observe(1);
-  ASSERT_EQ(seen.size(), 10U);
-  const RangeBearing exact = measure_range_bearing(simulation.pose(), world.landmarks[6]);
-  EXPECT_EQ(seen[6].z[0],
-            exact[0] + noise.measurement_std[0] * source.normal(7, 1, NoisePurpose::measurement, 12));
-  EXPECT_EQ(seen[6].z[1], wrap_angle(exact[1] + noise.measurement_std[1] *
-                                                    source.normal(7, 1, NoisePurpose::measurement, 13)));
-}
 
 TEST(PlanarTraces, AreThePartsOfTheDiagonal) {
   const Matrix P = Vector::LinSpaced(7, 1.0, 7.0).asDiagonal();
