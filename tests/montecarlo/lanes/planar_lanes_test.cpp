@@ -165,53 +165,6 @@ TEST(PlanarLanes, a_run_does_not_depend_on_its_neighbours) {
   for (std::size_t k = 0; k < nees.size(); ++k) ASSERT_EQ(together.steps[k][Quantity::nees], nees[k]) << k;
 }
 
-TEST(PlanarLanes, runs_that_fail_are_counted_named_and_end_there) {
-  Scenario scenario = planar(4, 20);
-  scenario.initial.position_std = 8e3;  // about one run in three starts farther off than 10 km
-  const StudyStatistics lanes = lanes_of(scenario).run_chunk(0, 20);
-  const StudyStatistics matrices = matrices_of(scenario).run_chunk(0, 20);
-  EXPECT_GT(lanes.failures.size(), 2U);
-  EXPECT_LT(lanes.failures.size(), 18U);
-  EXPECT_EQ(lanes.failures, matrices.failures);
-  EXPECT_EQ(lanes.steps[19][Quantity::nees].count, 20 - std::ssize(lanes.failures));
-  const RunFailure& failure = lanes.failures.front();
-  const RunTrace trace = lanes_of(scenario).trace(failure.run);
-  EXPECT_EQ(trace.outcome, Outcome::diverged);
-  EXPECT_EQ(std::ssize(trace.steps), failure.step + 1);
-  EXPECT_EQ(trace.steps.back().nees_dof, 0);
-}
-
-/// Eleven runs, the last lanes of the second batch idle; some fail.
-TEST(PlanarLanes, runs_side_by_side_show_what_each_shows_alone) {
-  Scenario scenario = planar(4, 20);
-  scenario.initial.position_std = 8e3;
-  const PlanarLanesExperiment experiment = lanes_of(scenario);
-  constexpr std::int64_t kFirst = 3, kRuns = 11;
-  std::vector<std::vector<TraceStep>> seen(kRuns);
-  const std::vector<Outcome> outcomes =
-      experiment.visit_runs(kFirst, kRuns, [&](std::int64_t run, const TraceStep& step) {
-        seen.at(static_cast<std::size_t>(run - kFirst)).push_back(step);
-      });
-  EXPECT_GT(std::ranges::count(outcomes, Outcome::ok), 1);
-  EXPECT_LT(std::ranges::count(outcomes, Outcome::ok), 10);
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const RunTrace alone = experiment.trace(kFirst + static_cast<std::int64_t>(i));
-    ASSERT_EQ(outcomes[i], alone.outcome) << i;
-    ASSERT_EQ(seen[i].size(), alone.steps.size()) << i;
-    for (std::size_t k = 0; k < seen[i].size(); ++k) {
-      const TraceStep &together = seen[i][k], &one = alone.steps[k];
-      ASSERT_EQ(together.step, one.step);
-      ASSERT_EQ(together.outcome, one.outcome);
-      ASSERT_EQ(together.nees_dof, one.nees_dof);
-      if (one.outcome != Outcome::ok) continue;
-      ASSERT_EQ(together.error, one.error) << i << " at " << k;
-      ASSERT_EQ(together.P, one.P) << i << " at " << k;
-      ASSERT_EQ(together.innovation(), one.innovation()) << i << " at " << k;
-      ASSERT_EQ(together.S(), one.S()) << i << " at " << k;
-    }
-  }
-}
-
 /// Notes the steps that come normalised.
 class Noting final : public ChunkObserver {
  public:
