@@ -9,6 +9,13 @@
 namespace credence::internal {
 namespace {
 
+/// Whole steps, or a dash; noise that hardly has an effect takes more of them than an integer holds.
+TableCell steps_cell(double steps) {
+  constexpr double kCountable = 1e15;
+  if (std::isnan(steps)) return "–";
+  return steps < kCountable ? TableCell(std::llround(steps)) : TableCell(steps, 3);
+}
+
 Json tuned_parameter_json(const TunedParameter& p) {
   Json j{
       {"name", p.name},
@@ -58,9 +65,7 @@ ReportTable tune_forecast_table(const TuningForecast& forecast) {
   for (const TuningForecast::Parameter& p : forecast.parameters) {
     const std::string error =
         std::isnan(p.relative_error) ? "–" : number_text(100.0 * p.relative_error, 3) + " %";
-    table.add({p.name, error,
-               std::isnan(p.steps_for_10_percent) ? TableCell("–")
-                                                  : TableCell(std::llround(p.steps_for_10_percent)),
+    table.add({p.name, error, steps_cell(p.steps_for_10_percent),
                p.identifiable ? TableCell("") : TableCell("held: " + p.reason, CellTone::caution)});
   }
   return table;
@@ -87,8 +92,7 @@ ReportTable tuned_noise_table(const std::string& name, const std::string& engine
                p.identifiable ? TableCell(p.value) : TableCell("not identifiable", CellTone::caution),
                p.identifiable ? tuned_interval_text(p.lower, p.upper) : limits,
                tuned_interval_text(p.bootstrap_lower, p.bootstrap_upper),
-               std::isnan(p.steps_for_10_percent) ? TableCell("–")
-                                                  : TableCell(std::llround(p.steps_for_10_percent))});
+               steps_cell(p.steps_for_10_percent)});
   }
   return table;
 }
