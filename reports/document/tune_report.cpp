@@ -13,6 +13,7 @@
 #include "reports/figures/tune_figures.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence::internal {
 namespace {
@@ -145,7 +146,7 @@ std::string tune_json(const ScenarioTuning& t) {
 
 std::string tuned_toml(const ScenarioTuning& t) {
   return fmt::format("# {} with the noise that {} runs of its world ask for (credence tune).\n{}",
-                     t.scenario.name, t.scenario.study.runs, canonical_toml(t.tuned));
+                     printable_line(t.scenario.name), t.scenario.study.runs, canonical_toml(t.tuned));
 }
 
 Document tune_document(ScenarioTuning given) {
