@@ -17,6 +17,11 @@ const MeanInterval& map_nees(const EstimatorMap& map, std::size_t point, std::si
   return map.studies[point].rows[e].nees[static_cast<std::size_t>(EstimatorBlock::pose)];
 }
 
+/// What is judged: any states are no pose.
+const char* map_nees_words(const EstimatorMap& map) {
+  return map.studies.front().has_vehicle ? "Pose NEES" : "NEES";
+}
+
 std::vector<FigureText> value_names(const SweepAxis& axis) {
   std::vector<FigureText> names;
   for (const ScalarValue& value : axis.values) names.emplace_back(swept_text(value));
@@ -72,15 +77,16 @@ Panel nees_panel(const EstimatorMap& map) {
   const auto columns = std::ssize(across.values), rows = std::ssize(map.names);
   std::vector<FigureText> names;
   for (const std::string& name : map.names) names.emplace_back(name);
-  Panel panel{.title = "Pose NEES over dof",
-              .x_label = across.path,
-              .y_label = "estimator",
-              .x_range = around(columns),
-              .y_range = around(rows),
-              .x_names = value_names(across),
-              .y_names = std::move(names),
-              .colour_label = "pose NEES over dof, the largest; grey: no run ended well",
-              .log_colour = true};
+  Panel panel{
+      .title = fmt::format("{} over dof", map_nees_words(map)),
+      .x_label = across.path,
+      .y_label = "estimator",
+      .x_range = around(columns),
+      .y_range = around(rows),
+      .x_names = value_names(across),
+      .y_names = std::move(names),
+      .colour_label = fmt::format("{} over dof, the largest; grey: no run ended well", map_nees_words(map)),
+      .log_colour = true};
   Matrix cells = Matrix::Constant(rows, columns, kNaN);
   for (std::size_t p = 0; p < map.plan.points.size(); ++p) {
     const Index column = place_on(across, map.plan.points[p].values[0]);
@@ -138,10 +144,10 @@ ReportTable estimator_map_table(const EstimatorMap& map) {
   }
   table.notes = {
       fmt::format(
-          "Pose NEES over dof of {} runs a point. Stays consistent: no run failed, and the {:g} % "
+          "{} over dof of {} runs a point. Stays consistent: no run failed, and the {:g} % "
           "interval of its mean reaches down to {:g}. ideal is not asked: no filter that could be built.",
-          map.studies.front().runs, 100.0 * map.studies.front().scenario.study.confidence,
-          kToleratedOptimism),
+          map_nees_words(map), map.studies.front().runs,
+          100.0 * map.studies.front().scenario.study.confidence, kToleratedOptimism),
       fmt::format("Time of a step, mean over the points: {}.", costs)};
   for (std::string& note : left_out_notes(map.left_out)) table.notes.push_back(std::move(note));
   return table;
@@ -154,11 +160,13 @@ std::vector<Figure> estimator_map_figures(const EstimatorMap& map) {
   if (map.plan.axes.empty() || map.plan.mode != SweepMode::grid) return figures;
   if (map.plan.axes.size() == 2) {
     figures.push_back({.name = "cheapest",
-                       .caption = "At each point the cheapest estimator whose pose NEES stays consistent.",
+                       .caption = "At each point the cheapest estimator that stays consistent.",
                        .panels = {cheapest_panel(map)}});
   }
   figures.push_back({.name = "nees",
-                     .caption = "Mean pose NEES over dof of each estimator; of several points the largest.",
+                     .caption = fmt::format(
+                         "{} over dof of each estimator, mean over the runs; of several points the largest.",
+                         map_nees_words(map)),
                      .panels = {nees_panel(map)}});
   return figures;
 }
