@@ -43,6 +43,7 @@ TableCell error_count(int errors) {
 /// What the seeds of one place in the map have in common.
 struct Place {
   int seeds = 0, bounded = 0, predicted = 0, paper = 0;
+  int exact_errs = 0, paper_errs = 0;
   double growth = 0.0;  // sum over the seeds
 
   void add(const RankMapCell& cell) {
@@ -50,6 +51,8 @@ struct Place {
     bounded += cell.bounded ? 1 : 0;
     predicted += cell.predicted ? 1 : 0;
     paper += cell.paper ? 1 : 0;
+    exact_errs += cell.predicted != cell.bounded ? 1 : 0;
+    paper_errs += cell.paper != cell.bounded ? 1 : 0;
     growth += cell.growth_per_step;
   }
   double mean_growth() const { return growth / seeds; }
@@ -115,7 +118,7 @@ Panel panel_of(const Group& group, const Places& places, Index largest_O, Index 
   }
   FigureData x, y;
   for (const auto& [ranks, place] : places) {
-    if (place.paper == place.bounded) continue;
+    if (place.paper_errs == 0) continue;
     x.push_back(static_cast<double>(ranks.first));
     y.push_back(static_cast<double>(ranks.second));
   }
@@ -181,7 +184,7 @@ ReportTable rank_map_disagreements(std::span<const RankMapCell> cells) {
                     .notes = {}};
   for (const auto& [group, places] : grouped(cells)) {
     for (const auto& [ranks, place] : places) {
-      if (place.paper == place.bounded && place.predicted == place.bounded) continue;
+      if (place.paper_errs == 0 && place.exact_errs == 0) continue;
       table.add({observability_text(group.first), range_text(group.second), ranks.first, ranks.second,
                  place.seeds, bounded_text(place.bounded, place.seeds), place.mean_growth(),
                  bounded_text(place.predicted, place.seeds), bounded_text(place.paper, place.seeds)});
