@@ -101,6 +101,24 @@ std::string point_words(const SweepAnalysis& sweep, std::size_t study) {
   return text;
 }
 
+/// In which configurations an iteration of the filter ended before it had settled; empty where in none.
+std::string unsettled_note(const SweepAnalysis& sweep) {
+  constexpr std::size_t kNamed = 5;
+  std::string where;
+  std::size_t configurations = 0;
+  for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
+    const StudyStatistics& s = sweep.studies[i].statistics;
+    if (s.not_converged.empty() || ++configurations > kNamed) continue;
+    where += fmt::format("{}{} (in {} of {} runs)", where.empty() ? "" : "; ", point_words(sweep, i),
+                         s.not_converged.size(), s.runs);
+  }
+  if (configurations == 0) return {};
+  return fmt::format(
+      "An iteration of the filter ended before it had settled in {} of {} configurations, which say there "
+      "where it stood: {}{}.",
+      configurations, sweep.studies.size(), where, configurations > kNamed ? "; …" : "");
+}
+
 /// How far a configuration is from consistent: of NEES and NIS the larger of |log(mean / expected)|.
 double distance(const StudyAnalysis& a) {
   return std::max(std::abs(std::log(a.nees.mean / a.nees.expected)),
@@ -175,6 +193,7 @@ ReportTable configuration_table(const SweepAnalysis& sweep) {
     table.add(std::move(row));
   }
   if (!sweep.studies.empty()) table.notes.push_back(family_note(sweep));
+  if (std::string note = unsettled_note(sweep); !note.empty()) table.notes.push_back(std::move(note));
   if (sweep.studies.size() < plan.points.size()) {
     table.notes.push_back(
         fmt::format("{} of {} configurations have results", sweep.studies.size(), plan.points.size()));

@@ -11,7 +11,6 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/study_json.h"
-#include "reports/document/sweep_figures.h"
 #include "reports/render/write_document.h"
 #include "tests/temporary_folder.h"
 
@@ -76,18 +75,23 @@ TEST(SweepDocument, SaysHowManyHaveNoResultsYet) {
   EXPECT_THAT(table.notes, testing::Contains("1 of 3 configurations have results"));
 }
 
-// Whatever the order of the list, its line does not go to and fro.
-TEST(SweepFigures, ALineGoesFromTheSmallestValueToTheLargest) {
-  const std::vector<Figure> figures = sweep_figures(sweep_of(3, "[3, 1, 2]"));
-  const std::vector<Figure> ordered = sweep_figures(sweep_of(3));
-  ASSERT_EQ(figures.size(), 1U);
-  for (std::size_t panel = 0; panel < 2; ++panel) {
-    const std::vector<Series>& series = figures[0].panels[panel].series;
-    for (std::size_t i = 2; i < series.size(); ++i) {
-      EXPECT_TRUE(std::ranges::is_sorted(series[i].x));
-      EXPECT_EQ(series[i].y, ordered[0].panels[panel].series[i].y);
+TEST(SweepDocument, NamesTheConfigurationsInWhichAnIterationDidNotSettle) {
+  SweepAnalysis sweep = sweep_of(3);
+  const auto said = [&] {
+    const Document document = sweep_document(sweep);
+    std::vector<std::string> notes;
+    for (const std::string& note : std::get<ReportTable>(document.brief.front()).notes) {
+      if (note.find("settled") != std::string::npos) notes.push_back(note);
     }
-  }
+    return notes;
+  };
+  EXPECT_THAT(said(), testing::IsEmpty());
+  sweep.studies[1].statistics.not_converged = {{.run = 3, .steps = 2}, {.run = 7, .steps = 1}};
+  EXPECT_THAT(said(), testing::ElementsAre(testing::HasSubstr(
+                          "in 1 of 3 configurations, which say there where it stood: world.landmarks = 2 (in "
+                          "2 of 20 runs).")));
+  sweep.studies[2].statistics.not_converged = {{.run = 0, .steps = 6}};
+  EXPECT_THAT(said(), testing::ElementsAre(testing::HasSubstr("; world.landmarks = 3 (in 1 of 20 runs).")));
 }
 
 }  // namespace
