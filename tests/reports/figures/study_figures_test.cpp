@@ -1,0 +1,171 @@
+#include "reports/figures/study_figures.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/worlds/registry.h"
+
+namespace credence::internal {
+namespace {
+
+using testing::ElementsAre;
+
+Scenario short_study(const char* world) {
+  Scenario scenario = default_scenario(world);
+  scenario.study.runs = 4;
+  scenario.study.steps = 12;
+  return scenario;
+}
+
+RunTrace run_of(const Scenario& scenario) { return make_experiment(scenario)->trace(0); }
+
+const Series* find_series(const Panel& panel, const std::string& label) {
+  const auto found =
+      std::ranges::find_if(panel.series, [&](const Series& s) { return s.label.text == label; });
+  return found == panel.series.end() ? nullptr : &*found;
+}
+
+/// The error curve is estimate − truth of state i, and both bounds are two deviations from zero.
+void expect_errors(const Panel& panel, const RunTrace& trace, Index i, double unit, std::size_t first = 0) {
+  ASSERT_GE(panel.series.size(), first + 3);
+  const Series &lower = panel.series[first], &upper = panel.series[first + 1],
+               &error = panel.series[first + 2];
+  ASSERT_EQ(error.y.size(), trace.steps.size());
+  for (std::size_t k = 0; k < trace.steps.size(); ++k) {
+    const TraceStep& step = trace.steps[k];
+    double difference = step.estimate[i] - step.truth[i];
+    if (unit != 1.0) difference = std::remainder(difference, 2.0 * std::numbers::pi);
+    EXPECT_NEAR(std::abs(error.y[k]), std::abs(unit * difference), 1e-9) << k;
+    EXPECT_NEAR(upper.y[k], 2.0 * unit * std::sqrt(step.P(i, i)), 1e-9) << k;
+    EXPECT_EQ(lower.y[k], -upper.y[k]);
+  }
+}
+
+TEST(StudyFigures, OfAMonobotThePapersColumns) {
+  Scenario scenario = short_study("monobot");
+  scenario.world.landmarks = 2;
+  const RunTrace trace = run_of(scenario);
+  const Figure figure = monobot_run_figure("m", trace);
+  EXPECT_NO_THROW(validate(figure));
+  ASSERT_EQ(figure.panels.size(), 5U);
+  expect_errors(figure.panels[3], trace, 0, 1.0);
+  expect_errors(figure.panels[4], trace, 1, 1.0);
+  expect_errors(figure.panels[4], trace, 2, 1.0, 3);
+  const Panel& gains = figure.panels[2];
+  ASSERT_EQ(gains.series.size(), 3U);
+  for (std::size_t k = 1; k < trace.steps.size(); ++k) {
+    EXPECT_EQ(gains.series[0].y[k], trace.steps[k].K(0, 0));
+    EXPECT_EQ(gains.series[1].y[k], trace.steps[k].K(1, 0));
+    EXPECT_EQ(gains.series[2].y[k], trace.steps[k].K(2, 1)) << "by the measurement of its own landmark";
+  }
+  EXPECT_TRUE(std::isnan(gains.series[0].y[0])) << "no measurement at the start";
+  const Series* measured = find_series(figure.panels[1], "measured");
+  ASSERT_NE(measured, nullptr);
+  EXPECT_NEAR(measured->y[3], trace.steps[3].estimate[0] + trace.steps[3].z[0], 1e-12);
+}
+
+TEST(StudyFigures, AnAnchorsMeasurementIsNoLandmarks) {
+  Scenario scenario = short_study("monobot");
+  scenario.world.landmarks = 1;
+  scenario.world.anchors = 1;
+  scenario.world.observability = Observability::full;
+  const RunTrace trace = run_of(scenario);
+  const Figure figure = monobot_run_figure("m", trace);
+  EXPECT_NEAR(find_series(figure.panels[1], "measured")->y[3],
+              trace.steps[3].estimate[0] + trace.steps[3].z[1], 1e-12);
+  EXPECT_EQ(figure.panels[2].series[1].y[3], trace.steps[3].K(1, 1));
+}
+
+TEST(StudyFigures, InThePlaneTimeIsInSecondsAndHeadingInDegrees) {
+  Scenario scenario = short_study("planar");
+  scenario.world.landmarks = 3;
+  const RunTrace trace = run_of(scenario);
+  const Figure figure = planar_run_figure("p", trace, 0.25);
+  EXPECT_NO_THROW(validate(figure));
+  ASSERT_EQ(figure.panels.size(), 4U);
+  expect_errors(figure.panels[1], trace, 0, 1.0);
+  expect_errors(figure.panels[3], trace, 2, 180.0 / std::numbers::pi);
+  EXPECT_EQ(figure.panels[1].series[0].x.back(), 0.25 * 12);
+  const Series* path = find_series(figure.panels[0], "true path");
+  const Series* estimated = find_series(figure.panels[0], "estimated path");
+  const Series* landmarks = find_series(figure.panels[0], "landmarks, true");
+  ASSERT_TRUE(path && estimated && landmarks);
+  EXPECT_EQ(path->x.back(), trace.steps.back().truth[0]);
+  EXPECT_EQ(estimated->y.back(), trace.steps.back().estimate[1]);
+  EXPECT_EQ(landmarks->x.size(), 3U);
+}
+
+TEST(StudyFigures, OfManyStatesTheFirstSixAreShownAndCounted) {
+  RunTrace trace;
+  for (Index k = 0; k < 3; ++k) {
+    TraceStep step;
+    step.truth = Vector::Zero(8);
+    step.estimate = step.error = Vector::Constant(8, 0.5);
+    step.P = Matrix::Identity(8, 8);
+    trace.steps.push_back(step);
+  }
+  for (int i = 0; i < 8; ++i) trace.layout.states.push_back(std::string("x") + std::to_string(i));
+  const Figure figure = states_run_figure("s", trace);
+  EXPECT_NO_THROW(validate(figure));
+  ASSERT_EQ(figure.panels.size(), 6U);
+  EXPECT_EQ(figure.panels[5].title.text, "x5");
+  EXPECT_THAT(figure.caption, testing::HasSubstr("of the first 6 of 8 states"));
+}
+
+TEST(StudyFigures, AVerdictHasItsStepsInTheirPlaces) {
+  ConsistencyVerdict verdict;
+  verdict.confidence = 0.9;
+  verdict.step_stride = 5;
+  verdict.steps = {{.mean = 2.5,
+                    .expected = 2.0,
+                    .lower = 1.5,
+                    .upper = 2.75,
+                    .simultaneous_lower = 1.25,
+                    .simultaneous_upper = 3.0,
+                    .count = 10,
+                    .total_dof = 20.0},
+                   {.mean = 0.0, .count = 0},
+                   {.mean = 1.0,
+                    .expected = 2.0,
+                    .lower = 1.5,
+                    .upper = 2.75,
+                    .simultaneous_lower = 1.25,
+                    .simultaneous_upper = 3.0,
+                    .count = 10,
+                    .total_dof = 20.0}};
+  const Panel panel = verdict_panel("ANEES", "mean NEES", verdict, {2.0, 2.0});
+  EXPECT_NO_THROW(validate({.name = "v", .panels = {panel}}));
+  const Series* mean = find_series(panel, "measured mean");
+  EXPECT_THAT(mean->x, ElementsAre(1.0, 6.0, 11.0));
+  EXPECT_EQ(mean->y[0], 2.5);
+  EXPECT_TRUE(std::isnan(mean->y[1])) << "no data is no zero";
+  const Series* band = find_series(panel, "90 % of single steps");
+  ASSERT_NE(band, nullptr);
+  EXPECT_EQ(band->upper[2], 2.75);
+  EXPECT_EQ(find_series(panel, "all steps together")->y[0], 1.25);
+  EXPECT_EQ(find_series(panel, "exact")->y.size(), 2U);
+  EXPECT_EQ(find_series(verdict_panel("", "", verdict, {}), "exact"), nullptr);
+}
+
+TEST(StudyFigures, EveryWorldHasFiguresThatCanBeDrawnAlsoOfRunsThatAllFailed) {
+  for (const char* world : {"monobot", "planar", "pendulum"}) {
+    const Scenario scenario = short_study(world);
+    const auto experiment = make_experiment(scenario);
+    const StudyTask task{"", experiment.get(), scenario.study.runs};
+    StudyAnalysis analysis =
+        analyse_study(scenario, *experiment, std::move(run_studies({&task, 1}, {.threads = 1}).front()));
+    for (const Figure& figure : study_figures("s", analysis, experiment->trace(0))) {
+      if (!figure.panels.empty()) EXPECT_NO_THROW(validate(figure)) << world << figure.name;
+    }
+    const Figure consistency = consistency_figure("s", analysis);
+    EXPECT_EQ(find_series(consistency.panels.at(0), "measured mean")->y.size(), 12U);
+    EXPECT_EQ(find_series(consistency.panels[1], "measured mean")->y[4], analysis.nis.steps[4].mean);
+  }
+}
+
+}  // namespace
+}  // namespace credence::internal

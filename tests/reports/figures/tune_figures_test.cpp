@@ -1,0 +1,62 @@
+#include "reports/figures/tune_figures.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/analysis/tuning/quadratic_score.h"
+
+namespace credence::internal {
+namespace {
+
+using testing::QuadraticScore;
+
+ScenarioScore::Key thousandth(const std::string& parameter) { return {"filter." + parameter, 1e-3}; }
+
+const Series& labelled(const Panel& panel, const std::string& label) {
+  return *std::ranges::find_if(panel.series, [&](const Series& s) { return s.label.text == label; });
+}
+
+/// −½ Σ a_i (φ_i − t_i)² of two factors e^φ; their profiles are parabolas.
+Figure figure_of_parabolas(const Vector& start) {
+  const QuadraticScore score(Vector{{0.5, -0.25}}, Matrix(Vector{{40.0, 10.0}}.asDiagonal()));
+  return tune_profile_figure(score, tune(score, start), thousandth);
+}
+
+TEST(TuneFigures, AProfileFallsByTheLevelOfTheLikelihoodRatio) {
+  const Figure figure = figure_of_parabolas(Vector::Zero(2));
+  EXPECT_NO_THROW(validate(figure));
+  ASSERT_EQ(figure.panels.size(), 2U);
+  for (const auto& [panel, top, information] : {std::tuple{0U, 0.5, 40.0}, std::tuple{1U, -0.25, 10.0}}) {
+    const Panel& of = figure.panels[panel];
+    EXPECT_EQ(of.x_label.text, panel == 0 ? "filter.a" : "filter.b");
+    const Series& profile = labelled(of, "profile");
+    ASSERT_GE(profile.x.size(), 9U);
+    for (std::size_t i = 0; i < profile.x.size(); ++i) {
+      const double phi = std::log(profile.x[i] / 1e-3);
+      EXPECT_NEAR(profile.y[i], -0.5 * information * (phi - top) * (phi - top), 1e-4);
+    }
+    // χ² of one dof: its quantile of 95 % is 3.841459 (tables).
+    EXPECT_NEAR(labelled(of, "95 % interval").y.at(0), -0.5 * 3.841459, 1e-6);
+    EXPECT_NEAR(labelled(of, "tuned").x.at(0), 1e-3 * std::exp(top), 1e-8);
+    EXPECT_GE(profile.y.front(), -8.0);
+    EXPECT_LT(profile.y.front(), -0.5 * 3.841459) << "beyond the interval";
+  }
+}
+
+TEST(TuneFigures, ThePresentValueIsDrawnWhereItIsNear) {
+  const auto has_present = [](const Panel& panel) {
+    return std::ranges::any_of(panel.series, [](const Series& s) { return s.label.text == "present"; });
+  };
+  // 0.5/√(1/40) is 3.2 standard errors off, 0.25/√(1/10) 0.8 of them.
+  const Figure near = figure_of_parabolas(Vector::Zero(2));
+  EXPECT_TRUE(has_present(near.panels[0]));
+  EXPECT_NEAR(labelled(near.panels[1], "present").x.at(0), 1e-3, 1e-12);
+  const Figure far = figure_of_parabolas(Vector{{-0.5, 0.0}});
+  EXPECT_FALSE(has_present(far.panels[0]));
+  EXPECT_TRUE(has_present(far.panels[1]));
+}
+
+}  // namespace
+}  // namespace credence::internal
