@@ -13,7 +13,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-std::vector<ListedLog> two_logs() {
+std::vector<ListedLog> listed_logs() {
   return {{.file = "a.bag",
            .format = "ROS 1 bag",
            .contents = {.topics = {{.name = "/odom",
@@ -28,7 +28,7 @@ std::vector<ListedLog> two_logs() {
 }
 
 TEST(LogContentsReport, EachLogHasATableOfItsTopics) {
-  const Document document = contents_document(two_logs());
+  const Document document = contents_document(listed_logs());
   ASSERT_EQ(document.brief.size(), 2U);
   const auto& table = std::get<ReportTable>(document.brief[0]);
   EXPECT_EQ(table.title, "a.bag (ROS 1 bag)");
@@ -43,7 +43,7 @@ TEST(LogContentsReport, EachLogHasATableOfItsTopics) {
 }
 
 TEST(LogContentsReport, TheDataSayTheSame) {
-  const auto j = nlohmann::json::parse(contents_document(two_logs()).json());
+  const auto j = nlohmann::json::parse(contents_document(listed_logs()).json());
   ASSERT_EQ(j["logs"].size(), 2U);
   const auto& topics = j["logs"][0]["topics"];
   ASSERT_EQ(topics.size(), 2U);
@@ -61,7 +61,7 @@ TEST(LogContentsReport, TheDataSayTheSame) {
 
 // Names of topics are other people's bytes.
 TEST(LogContentsReport, HostileNamesNeitherReachATerminalNorBreakTheData) {
-  std::vector<ListedLog> logs = two_logs();
+  std::vector<ListedLog> logs = listed_logs();
   logs[0].contents.topics[0].name = "/a\x1b]0;owned\x07\n\xff";
   logs[0].file = "\x1b[2J.bag";
   const Document document = contents_document(logs);

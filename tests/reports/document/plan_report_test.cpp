@@ -12,7 +12,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-SweepPlan sweep_of(const std::string& sizes) {
+SweepPlan planned_sweep(const std::string& sizes) {
   SweepPlan plan = plan_sweep(read_scenario_text(
       "[world]\nmodel = \"monobot\"\n[study]\nruns = 128\nsteps = 10\n" + sizes, "sizes.toml"));
   return plan;
@@ -41,24 +41,24 @@ const ReportTable& planned_table(const Document& document) {
   return std::get<ReportTable>(document.brief.front());
 }
 
-std::vector<std::string> words_of(const std::vector<TableCell>& row) {
+std::vector<std::string> plan_words(const std::vector<TableCell>& row) {
   std::vector<std::string> texts;
   for (const TableCell& cell : row) texts.push_back(cell.text);
   return texts;
 }
 
 TEST(PlanReport, OneConfigurationHasARowForEachQuestion) {
-  const SweepPlan sweep = sweep_of("");
+  const SweepPlan sweep = planned_sweep("");
   const Document document = plan_document(sweep, {plan_of(sweep.points[0].scenario, 200)});
   const ReportTable& table = planned_table(document);
   ASSERT_EQ(table.rows.size(), 4U);
-  EXPECT_THAT(words_of(table.rows[0]),
+  EXPECT_THAT(plan_words(table.rows[0]),
               ElementsAre("NEES verdict optimistic at a factor 1.20", "200", "91.0", "4.0 s"));
-  EXPECT_THAT(words_of(table.rows[1]),
+  EXPECT_THAT(plan_words(table.rows[1]),
               ElementsAre("NEES verdict pessimistic at a factor 0.833", "300", "92.0", "6.0 s"));
-  EXPECT_THAT(words_of(table.rows[2]),
+  EXPECT_THAT(plan_words(table.rows[2]),
               ElementsAre("NIS verdict optimistic at a factor 1.20", "100", "93.0", "2.0 s"));
-  EXPECT_THAT(words_of(table.rows[3]), ElementsAre("mean NEES to ±5 %", "70", "", "1.4 s"));
+  EXPECT_THAT(plan_words(table.rows[3]), ElementsAre("mean NEES to ±5 %", "70", "", "1.4 s"));
   EXPECT_THAT(table.notes,
               testing::Contains(HasSubstr("The 128 runs of the scenario show in NEES a factor below "
                                           "0.800 or above 1.30 with 90 % power.")));
@@ -66,7 +66,7 @@ TEST(PlanReport, OneConfigurationHasARowForEachQuestion) {
 }
 
 TEST(PlanReport, TheDataOfOneConfigurationAreOfTheSameNumbers) {
-  const SweepPlan sweep = sweep_of("");
+  const SweepPlan sweep = planned_sweep("");
   const StudyPlan plan = plan_of(sweep.points[0].scenario, 200);
   const auto j = nlohmann::json::parse(plan_document(sweep, {plan}).json());
   EXPECT_EQ(j["scenario"], "sizes");
@@ -89,15 +89,15 @@ TEST(PlanReport, TheDataOfOneConfigurationAreOfTheSameNumbers) {
 }
 
 TEST(PlanReport, OfASweepEveryPlannedConfigurationAndTheCostOfAll) {
-  const SweepPlan sweep = sweep_of("[sweep]\nworld.landmarks = [1, 2, 3, 4]\n");
+  const SweepPlan sweep = planned_sweep("[sweep]\nworld.landmarks = [1, 2, 3, 4]\n");
   // Planned in another order, and not all.
   const std::vector<StudyPlan> plans = {plan_of(sweep.points[2].scenario, 400),
                                         plan_of(sweep.points[0].scenario, 200)};
   const Document document = plan_document(sweep, plans);
   const ReportTable& table = planned_table(document);
   ASSERT_EQ(table.rows.size(), 2U);
-  EXPECT_THAT(words_of(table.rows[0]), ElementsAre("world.landmarks = 3", "600", "200", "70", "12 s"));
-  EXPECT_THAT(words_of(table.rows[1]), ElementsAre("world.landmarks = 1", "300", "100", "70", "6.0 s"));
+  EXPECT_THAT(plan_words(table.rows[0]), ElementsAre("world.landmarks = 3", "600", "200", "70", "12 s"));
+  EXPECT_THAT(plan_words(table.rows[1]), ElementsAre("world.landmarks = 1", "300", "100", "70", "6.0 s"));
   const auto j = nlohmann::json::parse(document.json());
   EXPECT_EQ(j["sweep"]["configurations"], 4);
   EXPECT_EQ(j["sweep"]["planned"], 2);

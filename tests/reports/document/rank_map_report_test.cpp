@@ -36,7 +36,7 @@ std::vector<RankMapCell> small_map() {
   return cells;
 }
 
-std::vector<std::string> row_of(const ReportTable& table, std::size_t row) {
+std::vector<std::string> rank_map_row(const ReportTable& table, std::size_t row) {
   std::vector<std::string> texts;
   for (const TableCell& each : table.rows.at(row)) texts.push_back(each.text);
   return texts;
@@ -60,8 +60,8 @@ TEST(RankMapReport, CountsWhoErrs) {
   EXPECT_EQ(rank_map_answer(cells).tone, CellTone::caution);
   cells.push_back(cell(3, 0, 3, Observability::full));
   const ReportTable table = rank_map_table(cells, 0.95);
-  EXPECT_THAT(row_of(table, 0), ElementsAre("partial", "anywhere", "7", "3", "1", "2", "0.9000", "0"));
-  EXPECT_THAT(row_of(table, 1), ElementsAre("anchored", "anywhere", "1", "1", "0", "0", "0.9000", "0"));
+  EXPECT_THAT(rank_map_row(table, 0), ElementsAre("partial", "anywhere", "7", "3", "1", "2", "0.9000", "0"));
+  EXPECT_THAT(rank_map_row(table, 1), ElementsAre("anchored", "anywhere", "1", "1", "0", "0", "0.9000", "0"));
   EXPECT_EQ(table.rows[0][4].tone, CellTone::caution);
 }
 
@@ -72,12 +72,12 @@ TEST(RankMapReport, ListsThePlacesWhereAConditionErrsWithAllTheirSeeds) {
   cells[1].growth_per_step = 1.5;  // rank O = rank ΔP = 1, the other seed 0.5
   const ReportTable table = rank_map_disagreements(cells);
   ASSERT_EQ(table.rows.size(), 2U);
-  EXPECT_THAT(row_of(table, 0), ElementsAre("partial", "anywhere", "1", "1", "2", "unbounded", "1.000",
-                                            "unbounded", "bounded"));
-  EXPECT_THAT(row_of(table, 1), ElementsAre("partial", "anywhere", "2", "2", "2", "unbounded", "0.5000",
-                                            "unbounded", "bounded"));
+  EXPECT_THAT(rank_map_row(table, 0), ElementsAre("partial", "anywhere", "1", "1", "2", "unbounded", "1.000",
+                                                  "unbounded", "bounded"));
+  EXPECT_THAT(rank_map_row(table, 1), ElementsAre("partial", "anywhere", "2", "2", "2", "unbounded", "0.5000",
+                                                  "unbounded", "bounded"));
   cells[1].bounded = true;
-  EXPECT_EQ(row_of(rank_map_disagreements(cells), 0)[5], "1 bounded");
+  EXPECT_EQ(rank_map_row(rank_map_disagreements(cells), 0)[5], "1 bounded");
 }
 
 // As many are bounded as are said to be, but not the same ones.

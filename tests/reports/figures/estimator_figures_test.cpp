@@ -29,7 +29,7 @@ EstimatorStudy three_estimators() {
   return study;
 }
 
-const Series* named(const Panel& panel, const std::string& label) {
+const Series* estimator_series(const Panel& panel, const std::string& label) {
   const auto found =
       std::ranges::find_if(panel.series, [&](const Series& s) { return s.label.text == label; });
   return found == panel.series.end() ? nullptr : &*found;
@@ -41,16 +41,16 @@ TEST(EstimatorFigures, EachEstimatorStandsAtItsErrorItsCostAndItsTime) {
   EXPECT_NO_THROW(validate(figures[0]));
   const std::vector<Panel>& panels = figures[0].panels;
   ASSERT_EQ(panels.size(), 4U);
-  const Series* accuracy = named(panels[0], "ekf");
+  const Series* accuracy = estimator_series(panels[0], "ekf");
   ASSERT_NE(accuracy, nullptr);
   EXPECT_THAT(accuracy->x, ElementsAre(testing::DoubleEq(0.3)));
   EXPECT_THAT(accuracy->y, ElementsAre(3.0));
   EXPECT_THAT(accuracy->lower, ElementsAre(testing::DoubleEq(2.7)));
   EXPECT_THAT(accuracy->upper, ElementsAre(testing::DoubleEq(3.6)));
-  EXPECT_THAT(named(panels[1], "ekf")->x, ElementsAre(testing::DoubleEq(6.0))) << "µs";
-  EXPECT_THAT(named(panels[2], "ekf")->x, ElementsAre(10.0, 20.0));
-  EXPECT_THAT(named(panels[2], "ekf")->y, ElementsAre(3.0, 6.0));
-  const Series* runs = named(panels[3], "2: ekf");
+  EXPECT_THAT(estimator_series(panels[1], "ekf")->x, ElementsAre(testing::DoubleEq(6.0))) << "µs";
+  EXPECT_THAT(estimator_series(panels[2], "ekf")->x, ElementsAre(10.0, 20.0));
+  EXPECT_THAT(estimator_series(panels[2], "ekf")->y, ElementsAre(3.0, 6.0));
+  const Series* runs = estimator_series(panels[3], "2: ekf");
   ASSERT_NE(runs, nullptr);
   EXPECT_THAT(runs->x, ElementsAre(2.0));
   EXPECT_THAT(runs->y, ElementsAre(3.0)) << "the median";
@@ -61,9 +61,9 @@ TEST(EstimatorFigures, EachEstimatorStandsAtItsErrorItsCostAndItsTime) {
 TEST(EstimatorFigures, WhatHasNoRunsIsLeftOutAndTheYardstickHasAColourOfItsOwn) {
   EstimatorStudy study = three_estimators();
   const Figure figure = estimator_figures(study).at(0);
-  for (const Panel& panel : figure.panels) EXPECT_EQ(named(panel, "failed"), nullptr);
-  EXPECT_EQ(named(figure.panels[0], "ideal")->role, ColourRole::truth);
-  EXPECT_EQ(named(figure.panels[0], "ekf")->role, numbered_role(0));
+  for (const Panel& panel : figure.panels) EXPECT_EQ(estimator_series(panel, "failed"), nullptr);
+  EXPECT_EQ(estimator_series(figure.panels[0], "ideal")->role, ColourRole::truth);
+  EXPECT_EQ(estimator_series(figure.panels[0], "ekf")->role, numbered_role(0));
   for (EstimatorRow& row : study.rows) row.runs = 1;
   EXPECT_TRUE(estimator_figures(study).empty());
 }
@@ -73,7 +73,7 @@ TEST(EstimatorFigures, AnIntervalThatIsNotKnownIsNoBar) {
   study.rows[1].nees.fill({.mean = 3.0, .lower = kNaN, .upper = kNaN, .count = 2});
   const Figure figure = estimator_figures(study).at(0);
   EXPECT_NO_THROW(validate(figure));
-  EXPECT_THAT(named(figure.panels[0], "ekf")->upper, ElementsAre(3.0));
+  EXPECT_THAT(estimator_series(figure.panels[0], "ekf")->upper, ElementsAre(3.0));
 }
 
 TEST(EstimatorFigures, WithoutAVehicleNothingIsAPose) {
