@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "app/completion.h"
 #include "tests/app/command.h"
 
 namespace credence::internal {
@@ -49,6 +50,21 @@ TEST_F(ManPage, GroffHasNothingToSay) {
   const std::string groff = "cd " + folder_.path().string() + " && groff -man -ww -z -K utf8 credence.1 ";
   EXPECT_EQ(std::system((groff + "2> said").c_str()), 0);
   EXPECT_EQ(read("said"), "");
+}
+
+// No text of the program begins so yet; roff would take it for a command and leave it out.
+TEST(ManPageText, ALineThatBeginsWithADotOrAQuoteIsText) {
+  const CommandShape command{
+      .name = "run",
+      .about = ".toml files are run",
+      .group = "",
+      .footer = "Examples:\n.hidden\n'quoted'\nplain.",
+      .options = {{.names = {"--out"}, .value = "DIR", .about = "'x' or .x\\y", .choices = {}}}};
+  const std::string page = man_page({&command, 1});
+  for (const char* line : {"\n\\&.toml files are run\n", "\n\\&.hidden\n", "\n\\&'quoted'\n", "\nplain.\n",
+                           "\n\\&'x' or .x\\ey\n"}) {
+    EXPECT_THAT(page, HasSubstr(line));
+  }
 }
 
 }  // namespace
