@@ -11,7 +11,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The lines that Slurm reads; a word there is none of the shell, but between double quotes.
+/// A word in a line that Slurm reads, which is none of the shell.
+std::string slurm_word(const std::string& text) {
+  std::string word = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') word += '\\';
+    word += c;
+  }
+  return word + '"';
+}
+
+/// The lines that Slurm reads.
 std::string directives(const SlurmSweep& sweep, const std::vector<std::string>& own) {
   std::string text;
   const auto add = [&](const std::string& option) {
@@ -20,7 +30,7 @@ std::string directives(const SlurmSweep& sweep, const std::vector<std::string>& 
     }
     text += fmt::format("#SBATCH {}\n", option);
   };
-  add(fmt::format("--chdir=\"{}\"", sweep.work.string()));
+  add("--chdir=" + slurm_word(sweep.work.string()));
   for (const std::string& option : own) add(option);
   for (const std::string& option : sweep.options) add(option);
   return text;
@@ -34,7 +44,7 @@ std::string command_line(const SlurmSweep& sweep, const std::vector<std::string>
 }
 
 std::string log_option(const SlurmSweep& sweep, const char* name) {
-  return fmt::format("--output=\"{}\"", (sweep.out / kScriptFolder / name).string());
+  return "--output=" + slurm_word((sweep.out / kScriptFolder / name).string());
 }
 
 std::string array_script(const SlurmSweep& sweep) {
@@ -60,11 +70,10 @@ done
 if [ "$code" -eq 130 ]; then scontrol requeue "$SLURM_JOB_ID"; fi
 exit "$code"
 )",
-      directives(
-          sweep,
-          {fmt::format("--job-name=\"{}\"", sweep.name), fmt::format("--array=1-{}", sweep.tasks),
-           fmt::format("--cpus-per-task={}", sweep.threads), fmt::format("--time={}", sweep.time_limit),
-           "--signal=B:TERM@30", "--requeue", "--open-mode=append", log_option(sweep, "%A_%a.log")}),
+      directives(sweep, {"--job-name=" + slurm_word(sweep.name), fmt::format("--array=1-{}", sweep.tasks),
+                         fmt::format("--cpus-per-task={}", sweep.threads),
+                         fmt::format("--time={}", sweep.time_limit), "--signal=B:TERM@30", "--requeue",
+                         "--open-mode=append", log_option(sweep, "%A_%a.log")}),
       command_line(sweep, words), sweep.tasks, shell_word(shard));
 }
 
@@ -72,7 +81,7 @@ std::string merge_script(const SlurmSweep& sweep) {
   const std::string out = shell_word(sweep.out.string());
   const std::string program = shell_word(sweep.program.string());
   return fmt::format("#!/bin/sh\n{}\nset -e\n{} merge {}/{}/* --out {}\n{} report {}\n",
-                     directives(sweep, {fmt::format("--job-name=\"{}-merge\"", sweep.name),
+                     directives(sweep, {"--job-name=" + slurm_word(sweep.name + "-merge"),
                                         fmt::format("--time={}", sweep.time_limit), "--requeue",
                                         "--open-mode=append", log_option(sweep, "%j.log")}),
                      program, out, kShardFolder, out, program, out);
