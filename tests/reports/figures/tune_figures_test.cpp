@@ -5,12 +5,34 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/analysis/tuning/quadratic_score.h"
-
 namespace credence::internal {
 namespace {
 
-using testing::QuadraticScore;
+/// −½ Σ a_i (φ_i − t_i)² of two factors e^φ, whose profiles are parabolas.
+class ParabolaScore final : public ScoreModel {
+ public:
+  Index parameters() const override { return 2; }
+  std::vector<std::string> names() const override { return {"a", "b"}; }
+  std::vector<NoiseValue> values(const Vector& phi) const override {
+    return {{"a", std::exp(phi[0]), std::exp(phi[0]) * Vector::Unit(2, 0)},
+            {"b", std::exp(phi[1]), std::exp(phi[1]) * Vector::Unit(2, 1)}};
+  }
+  Index units() const override { return 1; }
+  bool has_gradient() const override { return true; }
+  UnitScores scores(const Vector& phi, bool gradient) const override {
+    const Vector off = Vector{{0.5, -0.25}} - phi;
+    UnitScores scores;
+    scores.value = Vector::Constant(1, -0.5 * off.dot(information_ * off));
+    if (gradient) scores.gradient = information_ * off;
+    scores.nis = scores.lag_one = Vector::Ones(1);
+    scores.steps = scores.dof = 1.0;
+    return scores;
+  }
+  Matrix expected_information(const Vector& /*phi*/) const override { return information_; }
+
+ private:
+  Matrix information_{Vector{{40.0, 10.0}}.asDiagonal()};
+};
 
 ScenarioScore::Key thousandth(const std::string& parameter) { return {"filter." + parameter, 1e-3}; }
 
@@ -18,9 +40,8 @@ const Series& labelled(const Panel& panel, const std::string& label) {
   return *std::ranges::find_if(panel.series, [&](const Series& s) { return s.label.text == label; });
 }
 
-/// −½ Σ a_i (φ_i − t_i)² of two factors e^φ; their profiles are parabolas.
 Figure figure_of_parabolas(const Vector& start) {
-  const QuadraticScore score(Vector{{0.5, -0.25}}, Matrix(Vector{{40.0, 10.0}}.asDiagonal()));
+  const ParabolaScore score;
   return tune_profile_figure(score, tune(score, start), thousandth);
 }
 
