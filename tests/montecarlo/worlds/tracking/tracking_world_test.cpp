@@ -3,15 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
-#include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
-#include "core/manifold/angle.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
@@ -92,68 +87,6 @@ TEST(TrackingWorld, PositionsAreTrackedConsistently) {
   }
 }
 
-// Far away and well measured the extended filter is nearly linear; near and badly measured it is not, and its
-// error is far larger than it believes.
-TEST(TrackingWorld, RangeAndBearingAreConsistentWhereTheyAreNearlyLinear) {
-  const std::vector<std::string> mild = {"world.sensor=range_bearing", "world.target_range=1000",
-                                         "initial.position_std=1",     "noise.range_std=1",
-                                         "noise.bearing_std_deg=0.05", "study.steps=50"};
-  const auto experiment = make_experiment(load(mild));
-  const StudyStatistics statistics = run(*experiment, 2000, 1);
-  EXPECT_TRUE(statistics.failures.empty());
-  for (const std::size_t k : {0U, 10U, 49U}) {
-    EXPECT_NEAR(statistics.steps[k][Quantity::nees].mean, 4.0, 5.0 * std::sqrt(8.0 / 2000.0)) << k;
-    EXPECT_NEAR(statistics.steps[k][Quantity::nis].mean, 2.0, 5.0 * std::sqrt(4.0 / 2000.0)) << k;
-  }
-  std::vector<std::string> hard = mild;
-  hard.insert(hard.end(), {"noise.bearing_std_deg=15", "initial.position_std=300"});
-  const StudyStatistics far_off = run(*make_experiment(load(hard)), 2000, 1);
-  const Moments& nees = far_off.steps[9][Quantity::nees];
-  EXPECT_GT(nees.mean, 4.0 + 5.0 * std::sqrt(nees.variance() / 2000.0));
-}
-
-// The innovation's Jacobian against differences of the measurement itself.
-TEST(TrackingWorld, ARunOfRangeAndBearingIsThatOfTheTextbook) {
-  const Scenario s = load({"world.sensor=range_bearing", "noise.detection_probability=0.7"});
-  const RunTrace trace = make_experiment(s)->trace(2);
-  const LinearModel model = target_model(s);
-  Vector x = target_start(s);
-  Matrix P = model.P0;
-  const auto h = [](const Vector& state) {
-    return Vector((Vector(2) << std::hypot(state[0], state[1]), std::atan2(state[1], state[0])).finished());
-  };
-  const double bearing = s.noise.bearing_std_deg * kRadiansPerDegree;
-  const Matrix R =
-      (Matrix(2, 2) << s.noise.range_std * s.noise.range_std, 0, 0, bearing * bearing).finished();
-  int missed = 0;
-  for (std::size_t k = 1; k < trace.steps.size(); ++k) {
-    const TraceStep& step = trace.steps[k];
-    x = model.F * x;
-    P = model.F * P * model.F.transpose() + model.Q;
-    if (step.nis_dof == 0) {
-      ++missed;
-      EXPECT_EQ(step.innovation().size(), 0);
-    } else {
-      Matrix H(2, 4);
-      for (Index j = 0; j < 4; ++j) {
-        const double width = 1e-5;
-        const Vector change = width * Vector::Unit(4, j);
-        H.col(j) = (h(x + change) - h(x - change)) / (2.0 * width);
-      }
-      const Matrix S = H * P * H.transpose() + R;
-      const Matrix K = P * H.transpose() * S.inverse();
-      EXPECT_LT((S - step.S()).norm(), 1e-6 * S.norm()) << k;
-      x += K * step.innovation();
-      P = (Matrix::Identity(4, 4) - K * H) * P;
-    }
-    EXPECT_LT((x - step.estimate).norm(), 1e-5 * x.norm()) << k;
-    EXPECT_LT((P - step.P).norm(), 1e-5 * P.norm()) << k;
-    EXPECT_LT((step.estimate - step.truth - step.error).norm(), 1e-9 * step.truth.norm()) << k;
-  }
-  EXPECT_GT(missed, 10);
-  EXPECT_LT(missed, 60);
-}
-
 TEST(TrackingWorld, ThreadsAndChunksGiveTheSameBits) {
   for (const auto& variant : std::vector<std::vector<std::string>>{
            {},
@@ -169,18 +102,6 @@ TEST(TrackingWorld, ThreadsAndChunksGiveTheSameBits) {
                   1e-12 * (10.0 + trace.steps[k].nees));
     }
   }
-}
-
-// Noise carries a measured bearing beyond half a turn; what is recorded is an angle in (−π, π].
-TEST(TrackingWorld, AMeasuredBearingIsWrapped) {
-  const RunTrace trace =
-      make_experiment(load({"world.sensor=range_bearing", "noise.bearing_std_deg=80"}))->trace(0);
-  double largest = 0.0;
-  for (const TraceStep& step : trace.steps) {
-    if (step.z.size() > 0) largest = std::max(largest, std::abs(step.z[1]));
-  }
-  EXPECT_GT(largest, 3.0);
-  EXPECT_LE(largest, std::numbers::pi);
 }
 
 }  // namespace
