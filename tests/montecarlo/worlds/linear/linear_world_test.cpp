@@ -3,19 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/simd/cpu_dispatch.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
-#include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/registry.h"
 
 namespace credence::internal {
@@ -194,25 +190,6 @@ TEST(LinearWorld, APThatIsNotFiniteEndsTheRun) {
   EXPECT_LT(statistics.failures.front().step, 515);  // 4^512 is beyond 1.8e308
 }
 
-// As every world: a run ends with the step at which it failed, which has no numbers.
-TEST(LinearWorld, ARunThatFailsShowsWhere) {
-  const char* text =
-      "[world]\nmodel = \"linear\"\nF = [[2]]\nH = [[0]]\nQ = [[1]]\nR = [[1]]\nP0 = [[1]]\n"
-      "[study]\nsteps = 1200\n";
-  for (const char* detection : {"1", "0.9"}) {
-    const auto experiment =
-        make_experiment(linear_scenario(text, {std::string("noise.detection_probability=") + detection}));
-    const StudyStatistics chunk = experiment->run_chunk(0, 1);
-    ASSERT_EQ(chunk.failures.size(), 1U) << detection;
-    const RunTrace trace = experiment->trace(0);
-    EXPECT_EQ(trace.outcome, Outcome::not_positive_definite);
-    EXPECT_EQ(trace.steps.back().step, chunk.failures[0].step);
-    EXPECT_EQ(trace.steps.back().outcome, Outcome::not_positive_definite);
-    EXPECT_EQ(trace.steps.back().nees_dof, 0);
-    EXPECT_EQ(trace.steps[trace.steps.size() - 2].outcome, Outcome::ok);
-  }
-}
-
 TEST(LinearWorld, SweepsNumbersAndNoMatrices) {
   const auto plan = [](const std::string& sweep) {
     return plan_sweep(read_scenario_text(kSystem + "[sweep]\n" + sweep, "s.toml"));
@@ -238,72 +215,6 @@ TEST(LinearWorld, ThreadsGiveTheSameBits) {
   for (const auto& variant : kVariants) {
     const auto experiment = make_experiment(linear_scenario(kSystem, variant));
     EXPECT_EQ(to_bytes(run(*experiment, 1)), to_bytes(run(*experiment, 2)));
-  }
-}
-
-TEST(LinearWorld, InstructionSetsGiveTheSameBits) {
-  if (best_instruction_set() == InstructionSet::scalar) GTEST_SKIP() << "one instruction set cannot differ";
-  for (const auto& variant : kVariants) {
-    const Scenario s = linear_scenario(kSystem, variant);
-    const auto bytes = [&](InstructionSet set) {
-      const NoiseSource source(s.study.seed, noise_group(s), set);
-      return to_bytes(
-          make_linear_experiment(linear_problem(s).value(), s.study.steps, source)->run_chunk(0, 100));
-    };
-    for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
-      if (!is_supported(set)) continue;
-      EXPECT_EQ(bytes(set), bytes(InstructionSet::scalar));
-    }
-  }
-}
-
-/// The Kalman filter of the textbook that meets the truth and the measurements of a trace.
-void expect_textbook(const RunTrace& trace, const LinearModel& truth, const LinearModel& assumed) {
-  const Index n = assumed.state_dim();
-  Vector x = trace.steps.front().estimate;
-  Matrix P = assumed.P0;
-  EXPECT_TRUE(x.isZero(0.0)) << "the filter starts at the mean";
-  for (std::size_t k = 1; k < trace.steps.size(); ++k) {
-    const TraceStep& step = trace.steps[k];
-    x = assumed.F * x;
-    P = assumed.F * P * assumed.F.transpose() + assumed.G * assumed.Q * assumed.G.transpose();
-    std::vector<Index> rows;
-    for (Index i = 0; i < step.z.size(); ++i) {
-      if (std::isfinite(step.z[i])) rows.push_back(i);
-    }
-    const Matrix H = assumed.H(rows, Eigen::all), R = assumed.R(rows, rows);
-    const Matrix S = H * P * H.transpose() + R;
-    const Matrix K = P * H.transpose() * S.inverse();
-    x += K * (Vector(step.z(rows)) - H * x);
-    P = (Matrix::Identity(n, n) - K * H) * P;
-    const double scale = 1e-9 * (1.0 + step.truth.norm());
-    EXPECT_LT((x - step.estimate).norm(), scale) << k;
-    EXPECT_LT((x - step.truth - step.error).norm(), scale) << k;
-    EXPECT_LT((P - step.P).norm(), 1e-9 * P.norm()) << k;
-    EXPECT_NEAR(step.nees, step.error.dot(P.inverse() * step.error), 1e-6 * (1.0 + step.nees)) << k;
-    EXPECT_EQ(truth.state_dim(), n);
-  }
-}
-
-TEST(LinearWorld, ARunIsThatOfTheTextbook) {
-  for (std::size_t v = 0; v < 4; ++v) {
-    const Scenario s = linear_scenario(kSystem, kVariants[v]);
-    const LinearProblem p = linear_problem(s).value();
-    expect_textbook(make_experiment(s)->trace(3), p.truth, p.assumed);
-  }
-}
-
-TEST(LinearWorld, AChunkHasTheRunsOfItsTraces) {
-  for (const auto& variant : kVariants) {
-    const auto experiment = make_experiment(linear_scenario(kSystem, variant));
-    const StudyStatistics one = experiment->run_chunk(5, 1);
-    const RunTrace trace = experiment->trace(5);
-    for (std::size_t k = 1; k < trace.steps.size(); ++k) {
-      // A chunk takes the dof off before it sums.
-      EXPECT_NEAR(one.steps[k - 1][Quantity::nees].mean, trace.steps[k].nees,
-                  1e-12 * (10.0 + trace.steps[k].nees));
-      EXPECT_EQ(one.steps[k - 1].nees_dof, trace.steps[k].nees_dof);
-    }
   }
 }
 
