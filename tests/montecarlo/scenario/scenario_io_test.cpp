@@ -139,9 +139,11 @@ TEST(ReadScenario, OverridesAreTomlValuesOrElseWords) {
 // "10:10:50" is a time of day in TOML, and a range in a sweep.
 TEST(ReadScenario, OverridesOfASweepAreNoTimesOfDay) {
   const std::vector<std::string> overrides = {"sweep.world.landmarks=10:10:50", "sweep.study.seed=[1, 2]",
-                                              "sweep.mode=zip", "sweep.study.seed='1:4'"};
+                                              "sweep.mode=zip", "sweep.world.anchors=[1, 2]",
+                                              "sweep.study.seed='1:4'"};
   EXPECT_THAT(texts_of(read_scenario_text("[sweep]\nworld.landmarks = [3]\n", "x.toml", overrides).sweep),
-              ElementsAre("world|landmarks = \"10:10:50\"", "study|seed = \"1:4\"", "|mode = \"zip\""));
+              ElementsAre("world|landmarks = \"10:10:50\"", "study|seed = \"1:4\"", "|mode = \"zip\"",
+                          "world|anchors = [1, 2]"));
 }
 
 TEST(ReadScenario, AnOverrideStandsWhereItsKeyStoodAndTheLastWins) {
