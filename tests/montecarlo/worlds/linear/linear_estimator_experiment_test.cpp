@@ -57,14 +57,15 @@ TEST(LinearEstimatorExperiment, NamesWhatTheScenarioMustSayForIt) {
 }
 
 /// P of every step as shown, and the gain.
-std::vector<TraceStep> steps_of(const std::string& name, const std::vector<std::string>& overrides = {}) {
+std::vector<TraceStep> estimated_steps(const std::string& name,
+                                       const std::vector<std::string>& overrides = {}) {
   return linear_estimator_experiment(estimated_scenario(overrides), name)->trace(0).steps;
 }
 
 // Far from its start the Kalman filter has the gain that the steady one has from its first step on; and all
 // of them meet the same truth.
 TEST(LinearEstimatorExperiment, TheSteadyGainIsTheLimitOfTheKalmanFilters) {
-  const std::vector<TraceStep> kalman = steps_of("kalman"), steady = steps_of("steady-state");
+  const std::vector<TraceStep> kalman = estimated_steps("kalman"), steady = estimated_steps("steady-state");
   EXPECT_LT((steady[1].K - kalman[60].K).norm(), 1e-10);
   EXPECT_EQ(steady[1].K, steady[60].K);
   EXPECT_LT((steady[60].P - kalman[60].P).norm(), 1e-8);
@@ -75,7 +76,7 @@ TEST(LinearEstimatorExperiment, TheSteadyGainIsTheLimitOfTheKalmanFilters) {
 
 // Of any gain P⁺ = (I − K H) P⁻ (I − K H)ᵀ + K R Kᵀ, of a filter that says of its own gain what it does.
 TEST(LinearEstimatorExperiment, OfAGainOfOnesOwnPIsJosephs) {
-  const std::vector<TraceStep> own = steps_of("own-gain", {"filter.gain=[[0.6], [0.1]]"});
+  const std::vector<TraceStep> own = estimated_steps("own-gain", {"filter.gain=[[0.6], [0.1]]"});
   const LinearModel model = linear_world_problem(estimated_scenario()).truth;
   const Matrix K = (Matrix(2, 1) << 0.6, 0.1).finished(), T = Matrix::Identity(2, 2) - K * model.H;
   Matrix P = model.P0;
@@ -90,7 +91,7 @@ TEST(LinearEstimatorExperiment, OfAGainOfOnesOwnPIsJosephs) {
 // A considered state is not corrected, and its P is that of no measurement.
 TEST(LinearEstimatorExperiment, AConsideredStateIsNotCorrected) {
   const std::vector<TraceStep> schmidt =
-      steps_of("schmidt", {"filter.considered=[\"x2\"]", "world.F=[[1, 0.5], [0, 0.9]]"});
+      estimated_steps("schmidt", {"filter.considered=[\"x2\"]", "world.F=[[1, 0.5], [0, 0.9]]"});
   Matrix P = (Matrix(1, 1) << 4.0).finished();
   for (std::size_t k = 1; k <= 60; ++k) {
     P = 0.81 * P + Matrix::Constant(1, 1, 0.3);

@@ -22,7 +22,7 @@ Scenario radar_scenario(const std::vector<std::string>& overrides = {}) {
                             overrides);
 }
 
-StudyStatistics chunk_of(const Experiment& experiment) { return experiment.run_chunk(0, 2000); }
+StudyStatistics radar_chunk(const Experiment& experiment) { return experiment.run_chunk(0, 2000); }
 
 // Far away and well measured the extended filter is nearly linear; near and badly measured it is not, and its
 // error is far larger than it believes.
@@ -30,7 +30,7 @@ TEST(RangeBearingTracking, RangeAndBearingAreConsistentWhereTheyAreNearlyLinear)
   const std::vector<std::string> mild = {"world.target_range=1000", "initial.position_std=1",
                                          "noise.range_std=1", "noise.bearing_std_deg=0.05", "study.steps=50"};
   const auto experiment = make_experiment(radar_scenario(mild));
-  const StudyStatistics statistics = chunk_of(*experiment);
+  const StudyStatistics statistics = radar_chunk(*experiment);
   EXPECT_TRUE(statistics.failures.empty());
   for (const std::size_t k : {0U, 10U, 49U}) {
     EXPECT_NEAR(statistics.steps[k][Quantity::nees].mean, 4.0, 5.0 * std::sqrt(8.0 / 2000.0)) << k;
@@ -38,7 +38,7 @@ TEST(RangeBearingTracking, RangeAndBearingAreConsistentWhereTheyAreNearlyLinear)
   }
   std::vector<std::string> hard = mild;
   hard.insert(hard.end(), {"noise.bearing_std_deg=15", "initial.position_std=300"});
-  const StudyStatistics far_off = chunk_of(*make_experiment(radar_scenario(hard)));
+  const StudyStatistics far_off = radar_chunk(*make_experiment(radar_scenario(hard)));
   const Moments& nees = far_off.steps[9][Quantity::nees];
   EXPECT_GT(nees.mean, 4.0 + 5.0 * std::sqrt(nees.variance() / 2000.0));
 }
