@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace credence::internal {
 namespace {
@@ -160,13 +160,12 @@ std::string growth_words(const LongHorizonResult& result) {
 }
 
 double spread_over_initials(const CarparkStudy& study, const CarparkVariant& variant) {
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
-  for (const InitialDeviations& initial : independence_initials()) {
-    const double trace = study.find(variant, initial).covariance.landmarks_final;
-    least = std::min(least, trace);
-    most = std::max(most, trace);
-  }
-  return most / least;
+  const std::vector<InitialDeviations> initials = independence_initials();
+  Eigen::ArrayXd traces(std::ssize(initials));
+  std::ranges::transform(initials, traces.begin(), [&](const InitialDeviations& initial) {
+    return study.find(variant, initial).covariance.landmarks_final;
+  });
+  return traces.maxCoeff<Eigen::PropagateNaN>() / traces.minCoeff<Eigen::PropagateNaN>();
 }
 
 std::vector<CarparkFinding> carpark_findings(const CarparkStudy& study) {
