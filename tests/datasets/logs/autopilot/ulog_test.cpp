@@ -253,67 +253,6 @@ TEST(Ulog, WhatComesBeforeACutIsReadIfAskedFor) {
   EXPECT_THAT(part.said(), HasSubstr("flight.ulg:byte "));
 }
 
-/// A simulated flight: 30 rows of states at 100 Hz and a truth at 50 Hz, whose origin is elsewhere; one row
-/// is not finite.
-UlogWriter simulated(bool error_state, int not_finite = -1) {
-  UlogWriter log;
-  log.format(fmt::format("estimator_states:uint64_t timestamp;float[24] states;float[{}] covariances;",
-                         error_state ? 23 : 24));
-  const std::string local =
-      "uint64_t timestamp;double ref_lat;double ref_lon;float ref_alt;float x;float y;"
-      "float z;float vx;float vy;float vz;";
-  log.format("vehicle_local_position:" + local);
-  log.format("vehicle_local_position_groundtruth:" + local);
-  log.subscribe(1, 0, "estimator_states");
-  log.subscribe(2, 0, "vehicle_local_position");
-  log.subscribe(3, 0, "vehicle_local_position_groundtruth");
-  const auto position = [&](std::uint16_t id, int i, float height) {
-    const auto k = static_cast<float>(i);
-    ByteWriter row;
-    row.add(static_cast<std::uint64_t>(1'000'000 + 10'000 * i)).add(47.0).add(8.5).add(height);
-    log.data(id, row.add(k).add(2.0F * k).add(-k).add(1.0F).add(2.0F).add(-1.0F).bytes());
-  };
-  for (int i = 0; i < 30; ++i) {
-    if (i % 2 == 0) position(3, i, 400.0F);
-    position(2, i, 410.0F);  // ten metres above
-    ByteWriter row;
-    row.add(static_cast<std::uint64_t>(1'000'000 + 10'000 * i));
-    const auto k = static_cast<float>(i);
-    const float north = i == not_finite ? std::numeric_limits<float>::quiet_NaN() : k;
-    const float motion[] = {1.5F, 2.0F, -1.0F, north, 2.0F * k, -k + 10.25F};
-    for (int s = 0; s < 24; ++s) row.add(s >= 4 && s < 10 ? motion[s - 4] : 0.0F);
-    for (int s = 0; s < (error_state ? 23 : 24); ++s) row.add(static_cast<float>(s + (error_state ? 1 : 0)));
-    log.data(1, row.bytes());
-  }
-  return log;
-}
-
-TEST(Ulog, StatesOfASimulatedFlightAreJudgedAgainstItsTruth) {
-  LogReadOptions options;
-  options.truth_topic = "vehicle_local_position_groundtruth";
-  for (const bool error_state : {false, true}) {
-    const RecordedSink sink = read(simulated(error_state).bytes(), options);
-    ASSERT_EQ(sink.runs.size(), 1U);
-    EXPECT_EQ(sink.runs[0].layout.states.size(), 6U);
-    EXPECT_FALSE(sink.runs[0].layout.joint_covariance);
-    ASSERT_EQ(sink.runs[0].steps.size(), 29U);  // the last has no truth behind it
-    EXPECT_EQ(sink.unmatched_rows, 1);
-    const Step& step = sink.runs[0].steps[7];
-    Vector error(6);
-    error << 0.5, 0.0, 0.0, 0.0, 0.0, 0.25;
-    EXPECT_LT((step.error - error).norm(), 1e-5);  // float, and the earth's curve
-    EXPECT_EQ(step.P.diagonal(), (Vector(6) << 4, 5, 6, 7, 8, 9).finished());
-  }
-  const RecordedSink broken = read(simulated(false, 7).bytes(), options);
-  EXPECT_EQ(broken.runs.at(0).steps.size(), 28U);
-  EXPECT_EQ(broken.unmatched_rows, 1) << "it has a truth";
-  EXPECT_THAT(broken.said(), HasSubstr("1 of 30 rows of estimator_states, whose estimate or variance"));
-  options.truth_topic = "/gt";
-  EXPECT_THAT([&] { read(simulated(false).bytes(), options); },
-              ::testing::ThrowsMessage<std::invalid_argument>(
-                  HasSubstr("accepted is vehicle_local_position_groundtruth")));
-}
-
 TEST(Ulog, NoCutOrFlippedByteCrashes) {
   UlogWriter log = with_innovations();
   for (int i = 0; i < 4; ++i) {
