@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "analysis/evidence/evidence.h"
+#include "analysis/laws/student.h"
 #include "analysis/laws/tail_weight.h"
 
 namespace credence::internal {
@@ -94,6 +95,42 @@ bool dies_out(const ConsistencyVerdict& verdict, bool first_fails) {
              kAllButGone * std::abs(excess_of_steps(verdict, 0, first));
 }
 
+// P = P_P0 + P_Q + P_R by what made it, and so are the true second moments, each part times the factor by
+// which its noise is wrong. The share of P0, tr P⁻¹ P_P0 / n, never grows, in predictions or in corrections:
+// what a wrong P0 does is there at the first step, and is most there.
+const StepTest* first_step(const ConsistencyVerdict& verdict) {
+  const auto first = std::ranges::find_if(
+      verdict.steps, [](const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; });
+  return first == verdict.steps.end() ? nullptr : &*first;
+}
+
+double excess_of(const StepTest& step) { return step.mean / step.expected - 1.0; }
+
+bool starts_wrong(const ConsistencyVerdict& verdict, double level) {
+  const StepTest* first = first_step(verdict);
+  return first != nullptr && first->p_value <= level;
+}
+
+// An excess of NIS that is less is nothing beside the errors' own, which are more than ten times as wrong.
+double small_beside_errors(const Findings& findings) {
+  constexpr double kSmallBesideErrors = 0.1;
+  return kSmallBesideErrors * (findings.nees.mean / findings.nees.expected - 1.0);
+}
+
+// Whether NIS, which is white, is wrong over the second half (χ² of its sum), by more than what its first one
+// leaves behind.
+bool noise_lasts(const Findings& findings) {
+  const ConsistencyVerdict& nis = findings.nis;
+  double dof = 0.0;
+  for (std::size_t k = nis.steps.size() / 2; k < nis.steps.size(); ++k) {
+    if (nis.steps[k].count > 0) dof += nis.steps[k].total_dof;
+  }
+  const double late = excess_of_second_half(nis);
+  if (dof == 0.0 || std::abs(late) < kAllButGone * std::abs(excess_of(*first_step(nis)))) return false;
+  const boost::math::normal law;
+  return 2.0 * cdf(complement(law, std::abs(late) * std::sqrt(0.5 * dof))) <= cause_level(findings);
+}
+
 std::size_t first_fifth(const ConsistencyVerdict& verdict) {
   const std::size_t steps = verdict.steps.size();
   return std::min(steps, std::max<std::size_t>(1, steps / 5));
@@ -117,34 +154,23 @@ bool nis_dies_out(const Findings& findings) {
                            2.0 * cdf(complement(law, deviations)) <= cause_level(findings));
 }
 
-// P(X ≥ count) of a binomial law.
-double binomial_upper_tail(std::int64_t count, std::int64_t trials, double probability) {
-  if (count <= 0) return 1.0;
-  const boost::math::binomial law(static_cast<double>(trials), probability);
-  return cdf(complement(law, static_cast<double>(count - 1)));
-}
-
-// Outliers come at any time: those that gather in the first fifth, where the excess of NIS goes with them and
-// the second half has no more than chance makes, are the start.
-bool outliers_are_the_start(const Findings& findings) {
-  const auto& [all, early, early_share, late] = findings.gross_outliers;
-  const double level = cause_level(findings);
-  return nis_dies_out(findings) && binomial_upper_tail(early, all, early_share) <= level &&
-         binomial_upper_tail(late.total - late.inside, late.total, kGrossOutlier) > level;
-}
-
-void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
-  if (!findings.far_tail || findings.far_tail->total == 0 || outliers_are_the_start(findings)) return;
-  const CoverageCount& tail = *findings.far_tail;
-  const double outside = static_cast<double>(tail.total - tail.inside);
-  const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
-  const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
-  const bool body_fits = !findings.fit || findings.fit->kolmogorov < kSmallDistance;
-  if (many && body_fits) {
-    found.push_back(
-        {Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
-                                      outside, tail.total, findings.far_tail_probability, expected)});
+// The sign of q − r, by which Q and R are wrong: of innovations with the gain that the filter believes in the
+// correlation at every lag is (q − r) times one matrix, so that lags that fade slowly are added up. The
+// largest of Σ_{h ≤ L} z_h/√L, L = 1, 5, 20, at the level of a cause; 0: not told.
+int gain_error(const Findings& findings) {
+  constexpr std::size_t kSums[] = {1, 5, 20};
+  if (!findings.whiteness || !findings.whiteness->reason.empty()) return 0;
+  const WhitenessTest& test = *findings.whiteness;
+  const boost::math::normal law;
+  const double of_band = quantile(complement(law, 0.5 * alpha_of(findings)));
+  double sum = 0.0, largest = 0.0;
+  for (std::size_t h = 0; h < test.autocorrelation.size(); ++h) {
+    sum += of_band * test.autocorrelation[h] / test.band[h];
+    const double z = sum / std::sqrt(static_cast<double>(h + 1));
+    if (std::ranges::find(kSums, h + 1) != std::end(kSums) && std::abs(z) > std::abs(largest)) largest = z;
   }
+  const double wanted = quantile(complement(law, 0.5 * cause_level(findings) / std::size(kSums)));
+  return largest > wanted ? 1 : largest < -wanted ? -1 : 0;
 }
 
 // Size and colour of the innovations: all that a wrong noise can change in them.
@@ -152,6 +178,7 @@ struct InnovationShape {
   double excess = 0.0;      // mean NIS over the expected one, less 1; of the steps after the start
   double lag_1 = 0.0;       // autocorrelation
   double lag_1_band = 0.0;  // beyond which lag_1 is no chance; infinite where it is not known
+  int gain = 0;             // the sign of q − r, by which Q and R are wrong; 0: not told
 };
 
 // Beyond the pointwise band where all lags together speak, else beyond that of all causes together.
@@ -171,8 +198,50 @@ InnovationShape innovation_shape(const Findings& findings) {
   if (findings.whiteness && findings.whiteness->reason.empty()) {
     shape.lag_1 = findings.whiteness->autocorrelation.at(0);
     shape.lag_1_band = lag_1_band(findings);
+    shape.gain = gain_error(findings);
   }
   return shape;
+}
+
+// The lag-1 autocorrelation if it lies outside its band, else 0.
+double lag_1_outside(const Findings& findings) {
+  const InnovationShape shape = innovation_shape(findings);
+  return std::abs(shape.lag_1) > shape.lag_1_band ? shape.lag_1 : 0.0;
+}
+
+// P(X ≥ count) of a binomial law.
+double binomial_upper_tail(std::int64_t count, std::int64_t trials, double probability) {
+  if (count <= 0) return 1.0;
+  const boost::math::binomial law(static_cast<double>(trials), probability);
+  return cdf(complement(law, static_cast<double>(count - 1)));
+}
+
+// Outliers come at any time: those that gather in the first fifth, or all come there with a first innovation
+// that is wrong, where the excess of NIS goes with them and the second half has no more than chance makes,
+// are the start.
+bool outliers_are_the_start(const Findings& findings) {
+  const auto& [all, early, early_share, late] = findings.gross_outliers;
+  const ConsistencyVerdict& nis = findings.nis;
+  const double level = cause_level(findings);
+  const bool gather =
+      (early == all && starts_wrong(nis, level)) || binomial_upper_tail(early, all, early_share) <= level;
+  return gather && !stays(excess_of_steps(nis, 0, first_fifth(nis)), nis) &&
+         binomial_upper_tail(late.total - late.inside, late.total, kGrossOutlier) > level;
+}
+
+void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
+  if (!findings.far_tail || findings.far_tail->total == 0 || outliers_are_the_start(findings)) return;
+  const CoverageCount& tail = *findings.far_tail;
+  const double outside = static_cast<double>(tail.total - tail.inside);
+  const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
+  const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
+  const bool body_fits = !findings.fit || findings.fit->kolmogorov < kSmallDistance;
+  // An outlier that the gain has followed turns the next innovations back.
+  if (many && body_fits && lag_1_outside(findings) <= 0.0) {
+    found.push_back(
+        {Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
+                                      outside, tail.total, findings.far_tail_probability, expected)});
+  }
 }
 
 // Of the innovations less their mean: of the mean square v of a component and its autocorrelation r a mean of
@@ -182,15 +251,13 @@ InnovationShape without_mean(InnovationShape shape, const Vector& mean) {
   const double b = mean.squaredNorm() / static_cast<double>(mean.size());
   const double left = v - b;
   if (!(left > 0.0)) return {.excess = 0.0, .lag_1 = 0.0, .lag_1_band = shape.lag_1_band};
+  const double lag_1 = (shape.lag_1 * v - b) / left, band = shape.lag_1_band * std::max(1.0, v / left);
   return {.excess = left - 1.0,
-          .lag_1 = (shape.lag_1 * v - b) / left,
-          .lag_1_band = shape.lag_1_band * std::max(1.0, v / left)};
-}
-
-// The lag-1 autocorrelation if it lies outside its band, else 0.
-double lag_1_outside(const Findings& findings) {
-  const InnovationShape shape = innovation_shape(findings);
-  return std::abs(shape.lag_1) > shape.lag_1_band ? shape.lag_1 : 0.0;
+          .lag_1 = lag_1,
+          .lag_1_band = band,
+          .gain = lag_1 > band    ? 1
+                  : lag_1 < -band ? -1
+                                  : 0};
 }
 
 // What remains of outliers when nothing speaks against the covariance.
@@ -234,8 +301,10 @@ void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
 constexpr double kMostOfExcess = 0.5;
 
 bool explains_the_errors(const ZeroMeanTest& mean, const Findings& findings) {
+  if (!findings.nonlinear) return true;
   const double excess = findings.nees.mean - findings.nees.expected;
-  return !findings.nonlinear || mean.mean.squaredNorm() > kMostOfExcess * std::max(0.0, excess);
+  return findings.nees.verdict == Verdict::optimistic &&
+         mean.mean.squaredNorm() > kMostOfExcess * std::max(0.0, excess);
 }
 
 // Of innovations of the right size nothing is to be explained.
@@ -288,9 +357,11 @@ void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
 
 // What is known need not be guessed.
 void find_inflation(const Findings& findings, std::vector<CauseFound>& found) {
-  const bool pessimistic =
-      findings.nees.verdict == Verdict::pessimistic || findings.nis.verdict == Verdict::pessimistic;
-  if (!findings.inflated || !pessimistic) return;
+  const auto too_large = [](const ConsistencyVerdict& verdict) {
+    return verdict.verdict == Verdict::pessimistic ||
+           (verdict.verdict == Verdict::mixed && excess_of_second_half(verdict) < 0.0);
+  };
+  if (!findings.inflated || !(too_large(findings.nees) || too_large(findings.nis))) return;
   found.push_back(
       {Cause::inflation,
        fmt::format("it makes P larger than the errors: mean NEES {:.4g} of {:.4g}, "
@@ -310,17 +381,18 @@ StepSpan start_of(const ConsistencyVerdict& verdict) {
 
 // A start that is wrong in one direction, before a noise that is wrong in the other: both are to be named.
 void find_start_beside_the_rest(const Findings& findings, std::vector<CauseFound>& found) {
-  const StepSpan by_nis = start_of(findings.nis);
-  const ConsistencyVerdict& verdict = by_nis.first > 0 ? findings.nis : findings.nees;
-  const StepSpan span = by_nis.first > 0 ? by_nis : start_of(findings.nees);
+  const bool by_nis = is_inconsistent(findings.nis.verdict);
+  const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;
+  const StepSpan span = start_of(verdict);
   if (span.first == 0) return;
   const bool low =
       span.first == verdict.pessimistic_steps.first && span.last == verdict.pessimistic_steps.last;
-  found.push_back(
-      {Cause::initial_covariance,
-       fmt::format("{} is {} in steps {} to {} only, and {} later", by_nis.first > 0 ? "NIS" : "NEES",
-                   low ? "pessimistic" : "optimistic", verdict.step_of(span.first),
-                   verdict.step_of(span.last), low ? "optimistic" : "pessimistic")});
+  const bool of_P0 = starts_wrong(verdict, cause_level(findings));
+  if (!of_P0 && (low || !findings.nonlinear)) return;
+  found.push_back({of_P0 ? Cause::initial_covariance : Cause::nonlinear_start,
+                   fmt::format("{} is {} in steps {} to {} only, and {} later", by_nis ? "NIS" : "NEES",
+                               low ? "pessimistic" : "optimistic", verdict.step_of(span.first),
+                               verdict.step_of(span.last), low ? "optimistic" : "pessimistic")});
 }
 
 // The first innovation is that of P0 alone. Where it fits and those after it do not, the first corrections
@@ -366,6 +438,27 @@ bool can_be_gaussian(const Moments& nees) {
                                 nees.mean * nees.mean;
 }
 
+// Whether what NEES of each run gains has a mean above zero (Student's t).
+bool grows(const Moments& gain, const Findings& findings) {
+  if (gain.count < 2 || !(gain.m2 > 0.0)) return false;
+  const double runs = static_cast<double>(gain.count);
+  const double t = gain.mean / std::sqrt(gain.variance() / runs);
+  return student_upper_p_value(t, runs - 1.0) <= cause_level(findings);
+}
+
+// Which of P0 and Q made errors that are wrong before any innovation: Q stays, P0 is forgotten later, by NIS
+// first. Of a nonlinear filter errors that are too small may not be so later for its linearisation.
+Cause cause_of_dead_reckoning(const Findings& findings, double before) {
+  const double late = excess_of_second_half(findings.nees) / before;
+  const bool nis_forgets = starts_wrong(findings.nis, cause_level(findings)) &&
+                           excess_of(*first_step(findings.nis)) * before > 0.0 && !noise_lasts(findings);
+  if (late >= 1.0 - kAllButGone && !nis_forgets)
+    return before > 0.0 ? Cause::process_noise_too_small : Cause::process_noise_too_large;
+  const bool nees_forgets = late < kAllButGone && (before > 0.0 || !findings.nonlinear);
+  if (nees_forgets || (nis_forgets && late < 1.0 - kAllButGone)) return Cause::initial_covariance;
+  return Cause::initial_covariance_or_process_noise;
+}
+
 // Errors that are wrong before any innovation: P0 is forgotten later, Q is not.
 void find_wrong_dead_reckoning(const Findings& findings, const DeadReckoning& before,
                                std::vector<CauseFound>& found) {
@@ -374,38 +467,80 @@ void find_wrong_dead_reckoning(const Findings& findings, const DeadReckoning& be
       "mean NEES is {:.3g} times its dof before the first innovation, where P0 and Q alone make the errors, "
       "and {:.3g} times in the second half",
       1.0 + before.excess, 1.0 + excess_of_second_half(findings.nees));
+  const Cause cause = cause_of_dead_reckoning(findings, before.excess);
   if (findings.nonlinear && high && !can_be_gaussian(findings.nees_before_innovations)) {
     found.push_back({Cause::nonlinear_start, why + ", and it varies more than that of any Gaussian error"});
-  } else if (!stays(before.excess, findings.nees)) {
-    found.push_back({Cause::initial_covariance, why});
+  } else if (findings.nonlinear && cause == Cause::process_noise_too_small &&
+             grows(findings.growth_before_innovations, findings)) {
+    found.push_back({Cause::process_noise_or_linearisation, why + ", and it grows on the way"});
   } else {
-    found.push_back({high ? Cause::process_noise_too_small : Cause::process_noise_too_large, why});
+    found.push_back({cause, why});
   }
 }
 
-// Where P fits before the first innovation, S = H P Hᵀ + R is wrong there for R, or for a linearisation that
-// is better later.
-void find_noise_of_first_innovation(const Findings& findings, const DeadReckoning& before,
-                                    std::vector<CauseFound>& found) {
+// Where P fits before the first innovation, or S is mostly R, S = H P Hᵀ + R is wrong there for R, or for a
+// linearisation or a P0 that is better later. So it is, of an R that is not told, where P fits just after it.
+bool first_innovation_is_of_R(const Findings& findings) {
+  if (findings.measurement_noise_share) return *findings.measurement_noise_share > kMostly;
+  const StepTest* first = first_step(findings.nees);
+  return is_inconsistent(findings.nees.verdict) && first != nullptr && first->p_value > cause_level(findings);
+}
+
+void find_noise_of_first_innovation(const Findings& findings, std::vector<CauseFound>& found) {
   const ConsistencyVerdict& nis = findings.nis;
-  const StepTest& first = nis.steps[before.steps];
-  const double excess = first.mean / first.expected - 1.0;
-  if (!any_step_outside(nis, before.steps, before.steps + 1) || !stays(excess, nis)) return;
+  if (!is_inconsistent(nis.verdict) || !starts_wrong(nis, cause_level(findings))) return;
+  const StepTest* first = first_step(nis);
+  const double excess = excess_of(*first);
+  if (first >= nis.steps.data() + nis.steps.size() / 2 || !stays(excess, nis)) return;
   found.push_back(
       {excess > 0.0 ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
-       fmt::format("NIS is {:.3g} times its dof at the first innovation, before which NEES fits, and {:.3g} "
-                   "times in the second half",
-                   1.0 + excess, 1.0 + excess_of_second_half(nis))});
+       fmt::format(
+           "NIS is {:.3g} times its dof at the first innovation, where R alone may be wrong, and {:.3g} "
+           "times in the second half",
+           1.0 + excess, 1.0 + excess_of_second_half(nis))});
 }
 
 void find_by_dead_reckoning(const Findings& findings, std::vector<CauseFound>& found) {
   const DeadReckoning before = dead_reckoning_of(findings);
-  if (before.steps == 0) return;
+  if (before.steps == 0) {
+    if (first_innovation_is_of_R(findings)) find_noise_of_first_innovation(findings, found);
+    return;
+  }
   if (!before.fits) return find_wrong_dead_reckoning(findings, before, found);
-  find_noise_of_first_innovation(findings, before, found);
+  find_noise_of_first_innovation(findings, found);
+}
+
+// Where a wrong P0 shows at once: in NEES of the first step, of a nonlinear filter only if no correction by
+// much has come between, or else in the first innovation; null: nowhere. It is most there and does not last.
+const ConsistencyVerdict* initial_covariance_shows(const Findings& findings) {
+  const ConsistencyVerdict &nees = findings.nees, &nis = findings.nis;
+  const double level = cause_level(findings);
+  if (noise_lasts(findings)) return nullptr;
+  if (is_inconsistent(nis.verdict) && starts_wrong(nis, level) && !dead_reckoning_of(findings).fits)
+    return &nis;
+  if (!is_inconsistent(nees.verdict) || !starts_wrong(nees, level)) return nullptr;
+  const bool corrected = !nis.steps.empty() && nis.steps.front().count > 0 &&
+                         findings.measurement_noise_share.value_or(0.0) <= kMostly;
+  if (findings.nonlinear && corrected) return nullptr;
+  // More than after it, by the standard error of the first mean at the level of a cause.
+  const StepTest& first = *first_step(nees);
+  const boost::math::normal law;
+  const double error = quantile(complement(law, level)) * std::max(1.0, first.mean / first.expected) *
+                       std::sqrt(2.0 / first.total_dof);
+  return std::abs(excess_of_second_half(nees)) + error < std::abs(excess_of(first)) ? &nees : nullptr;
 }
 
 void find_start(const Findings& findings, std::vector<CauseFound>& found) {
+  if (const ConsistencyVerdict* wrong = initial_covariance_shows(findings)) {
+    const StepTest& first = *first_step(*wrong);
+    found.push_back(
+        {Cause::initial_covariance,
+         fmt::format("the first {} is {:.3g} times its dof (p = {:.2g}), and it is {:.3g} times in "
+                     "the second half",
+                     wrong == &findings.nis ? "NIS" : "NEES", first.mean / first.expected, first.p_value,
+                     1.0 + excess_of_second_half(*wrong))});
+    return;
+  }
   const bool by_nis = nis_dies_out(findings);
   const bool by_nees = nees_dies_out(findings) && !is_inconsistent(findings.nis.verdict);
   if (!by_nis && !by_nees) return find_start_beside_the_rest(findings, found);
@@ -435,20 +570,27 @@ Cause cause_by_gain(bool nis_high, bool positive) {
 // A wrong gain changes the size of the innovations as much as it correlates them: |lag 1| is at most 0.9 to
 // 1.3 |ln(NIS / expected)| for a Q or R wrong by 2 to 25 at Q/R = 0.0025 to 1 (simulated random walk), noise
 // with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1.
-bool is_coloured(double lag_1, const ConsistencyVerdict& nis) {
+// Both at the level of a cause.
+bool is_coloured(const InnovationShape& shape, const Findings& findings) {
   constexpr double kMostByGain = 1.5;
-  return std::abs(lag_1) > kMostByGain * std::abs(std::log(nis.mean / nis.expected));
+  const boost::math::normal law;
+  const double wanted = quantile(complement(law, 0.5 * cause_level(findings)));
+  const double excess = std::max(std::abs(std::log1p(shape.excess)),
+                                 std::abs(std::log(findings.nis.mean / findings.nis.expected))) +
+                        wanted * std::sqrt(2.0 / findings.nis.dof);
+  return std::abs(shape.lag_1) - shape.lag_1_band > kMostByGain * excess;
 }
 
 void find_coloured_noise(const Findings& findings, double least, std::vector<CauseFound>& found) {
   const double lag_1 = lag_1_outside(findings);
   if (!findings.not_white || lag_1 == 0.0 || std::abs(lag_1) < least) return;
   if (!(findings.whiteness->p_value <= cause_level(findings))) return;
-  if (!is_coloured(lag_1, findings.nis)) return;
+  const InnovationShape shape = innovation_shape(findings);
+  if (!is_coloured(shape, findings)) return;
   found.push_back({Cause::coloured_noise,
                    fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
                                "{:.3g} is expected",
-                               lag_1, findings.nis.mean, findings.nis.expected)});
+                               lag_1, findings.nis.expected * (1.0 + shape.excess), findings.nis.expected)});
 }
 
 // A wrong Q leaves at least this much lag-1 autocorrelation for each unit of ln(NIS / expected): 0.19 to 1.3
@@ -456,30 +598,38 @@ void find_coloured_noise(const Findings& findings, double least, std::vector<Cau
 // at most 0.12.
 constexpr double kLeastByProcessNoise = 0.15;
 
-// Whether innovations this white, whose S is mostly R, tell R from Q.
-CauseFound noise_of_white_innovations(const InnovationShape& shape, double mean, double expected,
-                                      double share) {
-  const bool high = shape.excess > 0.0;
-  const double most = std::abs(shape.lag_1) + shape.lag_1_band;
-  const bool told = most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
-  const Cause of_R = high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large;
-  return {
-      told ? of_R : Cause::process_or_measurement_noise,
-      fmt::format("mean NIS {:.3g} of {:.3g}, lag-1 autocorrelation {:.2g} ± {:.2g}, and S is R to {:.2g}",
-                  mean, expected, shape.lag_1, shape.lag_1_band, share)};
+// Of a single wrong noise A q + B r, A + B = 1, is the excess of NEES as well as of NIS: either tells its
+// sign. Where the gain is not told, innovations that are white enough exclude Q if S is mostly R.
+void find_gain(const Findings& findings, const InnovationShape& shape, bool high,
+               std::vector<CauseFound>& found) {
+  const double share = findings.measurement_noise_share.value_or(0.0), expected = findings.nis.expected;
+  const std::string why =
+      fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g} ± {:.2g}",
+                  expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band);
+  if (shape.gain != 0) {
+    found.push_back({cause_by_gain(high, shape.gain > 0), why});
+  } else if (std::isfinite(shape.lag_1_band)) {
+    const double most = std::abs(shape.lag_1) + shape.lag_1_band;
+    const bool of_R = share > kMostly && most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
+    const Cause R = high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large;
+    found.push_back({of_R ? R : Cause::process_or_measurement_noise,
+                     of_R ? fmt::format("{}, and S is R to {:.2g}", why, share) : why});
+  }
 }
 
-void find_gain(const Findings& findings, const InnovationShape& shape, std::vector<CauseFound>& found) {
-  const ConsistencyVerdict& nis = findings.nis;
-  const double mean = nis.expected * (1.0 + shape.excess);
-  const double share = findings.measurement_noise_share.value_or(0.0);
-  if (std::abs(shape.lag_1) > shape.lag_1_band) {
-    found.push_back({cause_by_gain(shape.excess > 0.0, shape.lag_1 > 0.0),
-                     fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g}", mean,
-                                 nis.expected, shape.lag_1)});
-  } else if (share > kMostly && std::isfinite(shape.lag_1_band)) {
-    found.push_back(noise_of_white_innovations(shape, mean, nis.expected, share));
-  }
+void find_noise(const Findings& findings, std::vector<CauseFound>& found) {
+  const InnovationShape shape = innovation_shape(findings);
+  const double late = excess_of_second_half(findings.nis);
+  const bool nothing_beside_errors = findings.nonlinear && late > 0.0 && late < small_beside_errors(findings);
+  if (noise_lasts(findings) && !nothing_beside_errors) return find_gain(findings, shape, late > 0.0, found);
+}
+
+// NEES tells the sign where NIS does not. Linearisation makes errors too large, and not too small.
+void find_noise_by_errors(const Findings& findings, std::vector<CauseFound>& found) {
+  const InnovationShape shape = innovation_shape(findings);
+  const Verdict nees = findings.nees.verdict;
+  const bool of_noise = nees == Verdict::pessimistic || (nees == Verdict::optimistic && !findings.nonlinear);
+  if (of_noise && shape.gain != 0) find_gain(findings, shape, nees == Verdict::optimistic, found);
 }
 
 // The noise beside a bias, which alone raises NIS and correlates the innovations: where what is left without
@@ -496,7 +646,7 @@ void find_noise_beside_the_bias(const Findings& findings, std::vector<CauseFound
   const double deviation = std::sqrt(2.0 / findings.nis.dof);
   if (!(std::abs(shape.excess) > std::max(kLeast, kStandardErrors * deviation))) return;
   const std::size_t before = found.size();
-  find_gain(findings, shape, found);
+  find_gain(findings, shape, shape.excess > 0.0, found);
   if (found.size() > before) return;
   found.push_back({Cause::process_or_measurement_noise,
                    fmt::format("mean NIS {:.3g} of {:.3g} without the mean of the innovations",
@@ -543,31 +693,9 @@ void find_scale(const Findings& findings, std::vector<CauseFound>& found) {
 
 // Consistent, or so nearly that the errors are wrong by more than ten times as much.
 bool innovations_fit(const Findings& findings) {
-  constexpr double kSmall = 0.05, kSmallBesideErrors = 0.1;
   if (findings.nis.verdict == Verdict::consistent) return true;
   if (findings.nis.verdict == Verdict::undecided) return false;
-  const double excess = std::abs(findings.nis.mean / findings.nis.expected - 1.0);
-  return excess < kSmall && std::abs(lag_1_outside(findings)) < kSmall &&
-         excess < kSmallBesideErrors * (findings.nees.mean / findings.nees.expected - 1.0);
-}
-
-// By how much NEES over its dof changes over the steps without an innovation, and over those with one. With P
-// too small (Σ ⪰ P) and the right F and Q it cannot grow in the first, P⁻ = F P Fᵀ + Q: tr (P⁻)⁻¹ F (Σ − P)
-// Fᵀ ≤ tr P⁻¹ (Σ − P); with the right H and R not in the others.
-struct NeesGrowth {
-  double without = 0.0, with = 0.0;
-};
-
-NeesGrowth nees_growth_of(const Findings& findings) {
-  const auto &nees = findings.nees.steps, &nis = findings.nis.steps;
-  NeesGrowth growth;
-  if (findings.nees.step_stride > 1) return growth;
-  for (std::size_t k = 1; k < std::min(nees.size(), nis.size()); ++k) {
-    if (nees[k].count == 0 || nees[k - 1].count == 0) continue;
-    const double change = nees[k].mean / nees[k].expected - nees[k - 1].mean / nees[k - 1].expected;
-    (nis[k].count > 0 ? growth.with : growth.without) += change;
-  }
-  return growth;
+  return std::abs(findings.nis.mean / findings.nis.expected - 1.0) < small_beside_errors(findings);
 }
 
 // Jacobians at changing estimates make directions seem observable that are not: P shrinks there, which no
@@ -580,13 +708,20 @@ void find_linearisation(const Findings& findings, std::vector<CauseFound>& found
       "mean NEES is {:.3g} of {:.3g} while the innovations are as they should be (mean NIS "
       "{:.4g} of {:.4g})",
       findings.nees.mean, findings.nees.expected, findings.nis.mean, findings.nis.expected);
-  const NeesGrowth growth = nees_growth_of(findings);
-  if (growth.without > kMostOfExcess * (growth.without + std::max(0.0, growth.with)) &&
-      growth.without > kMostOfExcess * (findings.nees.mean / findings.nees.expected - 1.0)) {
+  // With P too small (Σ ⪰ P) and the right F and Q NEES cannot grow in P⁻ = F P Fᵀ + Q, as tr (P⁻)⁻¹ F (Σ −
+  // P) Fᵀ ≤ tr P⁻¹ (Σ − P), nor in the others with the right H and R.
+  if (grows(findings.growth_without_innovations, findings) &&
+      !grows(findings.growth_with_innovations, findings)) {
+    found.push_back(
+        {Cause::process_noise_or_linearisation,
+         fmt::format("{}, and NEES over its dof grows by {:.3g} over the steps without an "
+                     "innovation, by {:.3g} over those with one",
+                     why, findings.growth_without_innovations.mean, findings.growth_with_innovations.mean)});
+    return;
+  }
+  if (gain_error(findings) > 0) {
     found.push_back({Cause::process_noise_or_linearisation,
-                     fmt::format("{}, and NEES over its dof grows by {:.3g} over the steps without an "
-                                 "innovation, by {:.3g} over those with one",
-                                 why, growth.without, growth.with)});
+                     why + ", and the innovations are correlated as those of a gain that is too small"});
     return;
   }
   found.push_back({Cause::linearisation, why});
@@ -610,6 +745,9 @@ std::string_view to_string(Cause cause) {
       return "a bias of the sensor or of the model";
     case Cause::initial_covariance:
       return "the initial covariance";
+    case Cause::initial_covariance_or_process_noise:
+      return "the initial covariance or process noise; the errors before the first innovation cannot tell "
+             "which";
     case Cause::nonlinear_start:
       return "the linearisation at a start that is so uncertain";
     case Cause::process_noise_too_small:
@@ -675,12 +813,14 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   const bool another =
       is_mixed(findings) && found.size() == 1 &&
       (found.front().cause == Cause::initial_covariance || found.front().cause == Cause::nonlinear_start);
-  if (is_inconsistent(findings.nis.verdict) && (found.empty() || another)) {
-    find_gain(findings, innovation_shape(findings), found);
+  if (is_inconsistent(findings.nis.verdict) || is_inconsistent(findings.nees.verdict)) {
+    if (found.empty() || another) find_noise(findings, found);
+    if (found.size() == 2 && found.front().cause == Cause::nonlinear_start) std::swap(found[0], found[1]);
   }
   if (found.empty()) find_linearisation(findings, found);
   if (found.empty()) find_dof(findings, found);
   if (found.empty()) find_cross_covariance(findings, found);
+  if (found.empty()) find_noise_by_errors(findings, found);
   if (found.empty()) find_coloured_noise(findings, 0.0, found);
   find_scale(findings, found);
   return found;

@@ -19,14 +19,15 @@ namespace credence::internal {
 
 /// What a wrong filter most likely has wrong.
 enum class Cause {
-  unwrapped_angle,     ///< an innovation of an angle beyond half a turn
-  wide_angle,          ///< an angle so uncertain that its wrapped error is not Gaussian
-  outliers,            ///< a few innovations or errors beyond any law: a wrong match
-  gated_innovations,   ///< NIS is cut off at a gate
-  late_measurements,   ///< the estimate lags behind the truth by a time
-  bias,                ///< the innovations have a mean, or the errors
-  initial_covariance,  ///< only the first steps are inconsistent
-  nonlinear_start,     ///< only they are, but for the very first: P0 is right, the linearisation there is not
+  unwrapped_angle,                      ///< an innovation of an angle beyond half a turn
+  wide_angle,                           ///< an angle so uncertain that its wrapped error is not Gaussian
+  outliers,                             ///< a few innovations or errors beyond any law: a wrong match
+  gated_innovations,                    ///< NIS is cut off at a gate
+  late_measurements,                    ///< the estimate lags behind the truth by a time
+  bias,                                 ///< the innovations have a mean, or the errors
+  initial_covariance,                   ///< only the first steps are inconsistent
+  initial_covariance_or_process_noise,  ///< errors before the first innovation are, and cannot tell which
+  nonlinear_start,  ///< only they are, but for the very first: P0 is right, the linearisation there is not
   process_noise_too_small,
   process_noise_too_large,
   measurement_noise_too_small,
@@ -85,6 +86,9 @@ struct Findings {
   CoverageCount narrow_angles = {};        ///< angles of the state whose σ is no wider than kWideAngle
   Moments nees_values = {};                ///< single NEES values over runs and steps
   Moments nees_before_innovations = {};    ///< over runs, at the step before any innovation; else empty
+  /// Of each run, what NEES over its dof gains over the steps without an innovation (before the first one of
+  /// all), and over the others; empty where not every step of every run is known.
+  Moments growth_without_innovations = {}, growth_before_innovations = {}, growth_with_innovations = {};
   std::optional<double> measurement_noise_share = {};  ///< mean of tr(S⁻¹ R) / m
   bool nonlinear = false;                              ///< the filter linearises at its own estimates
   bool inflated = false;                               ///< it is known to inflate its covariance
@@ -110,13 +114,14 @@ struct CauseFound {
 /// right second moments; a law cut off at a gate; two sensors correlated at one step more than each is with
 /// itself in time; errors that are the way of some steps; a mean of the innovations, or of the errors, and
 /// beside it the noise, judged by the innovations less their mean; NEES of the steps before the first
-/// innovation, which P0 and Q alone make, and the first innovation where that fits; an inconsistency of the
-/// first fifth of the steps that is all but gone in the second half; innovations more correlated than a wrong
-/// gain makes them; the sign of the lag-1 autocorrelation with that of the NIS (gain too small: positive, too
-/// large: negative), or, for an S that is nearly R, innovations whiter than a wrong Q would leave them;
-/// Var(NEES) = 2 mean, as for another dof, against 2 mean²/n of a wrong factor; whitened errors that are
-/// correlated, or a joint inconsistency that no block shares. Heuristic: a hint; signatures that are tests of
-/// their own need (1 − confidence) / 15.
+/// innovation, which P0 and Q alone make, and the first innovation where that fits; a first NEES or NIS that
+/// is wrong, as P0 makes it, while NIS is right later; an inconsistency of the first fifth of the steps that
+/// is all but gone in the second half; innovations more correlated than a wrong gain makes them; the sign of
+/// the lags with that of the NIS, or else of NEES (gain too small: positive, too large: negative), or, for an
+/// S that is nearly R, innovations whiter than a wrong Q would leave them; Var(NEES) = 2 mean, as for another
+/// dof, against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a joint inconsistency
+/// that no block shares. Heuristic: a hint; signatures that are tests of their own need (1 − confidence)
+/// / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence::internal

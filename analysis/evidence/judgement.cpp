@@ -490,6 +490,23 @@ Moments nees_before_innovations(const Evidence& e) {
   return (*std::prev(first))[Quantity::nees];
 }
 
+void add_growth(const Evidence& e, Findings& f) {
+  const auto& steps = e.study.steps;
+  if (e.step_stride > 1) return;
+  const auto speaks_at = [](const StepStatistics& step) { return step[Quantity::nis].count > 0; };
+  const auto before = static_cast<std::size_t>(std::ranges::find_if(steps, speaks_at) - steps.begin());
+  for (const std::vector<double>& nees : e.whole_runs.nees) {
+    if (nees.size() != steps.size()) continue;
+    double without = 0.0, with = 0.0;
+    for (std::size_t k = 1; k < nees.size(); ++k) {
+      (speaks_at(steps[k]) ? with : without) += nees[k] - nees[k - 1];
+      if (k + 1 == before) f.growth_before_innovations.add(without);
+    }
+    f.growth_without_innovations.add(without);
+    f.growth_with_innovations.add(with);
+  }
+}
+
 std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   Findings findings{.nees = j.nees, .nis = j.nis};
   take_back(j.word, findings.nees);
@@ -509,6 +526,7 @@ std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   if (speaks(j, kErrorCorrelation)) findings.error_correlation = j.error_correlation;
   findings.nees_values = e.whole_runs.nees_values;
   findings.nees_before_innovations = nees_before_innovations(e);
+  add_growth(e, findings);
   findings.nonlinear = e.layout.nonlinear;
   findings.lateness = test_lateness(e.lateness);
   if (share.count > 0) findings.measurement_noise_share = share.mean;

@@ -155,8 +155,12 @@ TEST(CauseRules, OutliersThatGatherAtTheStartAreTheStart) {
   findings.gross_outliers = {
       .all = 44, .early = 40, .early_share = 0.2, .late = {.inside = 1996, .total = 2000}};
   EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
-  findings.gross_outliers = {
-      .all = 3, .early = 3, .early_share = 0.2, .late = clean};  // 0.008: chance, for all causes
+  // Three early ones of three may be chance (0.008), a first innovation that is wrong is not.
+  findings.gross_outliers = {.all = 3, .early = 3, .early_share = 0.2, .late = clean};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  std::vector<double> means = start_and_rest(6, 8.0, 1.0);
+  means[0] = 1.1;
+  findings.nis = verdict_of_means(means, true);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
   // NIS that stays too large is no start.
   findings.nis = verdict_of_means(start_and_rest(6, 8.0, 3.0), true);
@@ -279,26 +283,22 @@ TEST(CauseRules, StatesThatBeginWithAMeasurementAreNoDeadReckoning) {
   EXPECT_FALSE(is_of_Q());
 }
 
+// Of 100 runs, with a standard deviation of one.
+Moments gain_of_100_runs(double mean) { return {.count = 100, .mean = mean, .m2 = 99.0}; }
+
 // Where the errors grow while no innovation comes, Q too small may have done it, and the linearisation of the
 // motion; where they jump at innovations, the linearisation of the sensor.
 TEST(CauseRules, ErrorsThatGrowBetweenInnovationsMayBeOfQ) {
   Findings findings = findings_of(1.0, 1.0);
   findings.nonlinear = true;
-  std::vector<double> growing, jumping;
-  std::vector<Moments> nis(40);
-  std::vector<double> dofs(40, 0.0);
-  for (std::size_t k = 0; k < 40; ++k) {
-    if (k % 10 == 0) {
-      nis[k] = {.count = 100, .mean = 1.0, .m2 = 1.0};
-      dofs[k] = 100.0;
-    }
-    growing.push_back(1.0 + 0.05 * static_cast<double>(k - k / 10));
-    jumping.push_back(1.0 + 0.5 * static_cast<double>(k / 10));
-  }
-  findings.nis = judge_nis(nis, dofs, 0.95);
-  findings.nees = verdict_of_means(growing, false);
+  findings.nees = verdict_of_means(std::vector<double>(40, 1.5), false);
+  findings.growth_without_innovations = gain_of_100_runs(0.5);
+  findings.growth_with_innovations = gain_of_100_runs(-0.2);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
-  findings.nees = verdict_of_means(jumping, false);
+  findings.growth_without_innovations = gain_of_100_runs(0.2);  // two standard errors
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.growth_without_innovations = gain_of_100_runs(0.5);
+  findings.growth_with_innovations = gain_of_100_runs(0.5);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
 }
 
@@ -323,6 +323,102 @@ TEST(CauseRules, AStartMayBeClearInItsStepsTogetherOnly) {
   findings.nis = verdict_of_means(start_and_rest(8, 1.1, 1.0), true);
   findings.nis.verdict = Verdict::optimistic;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+// tr P⁻¹ P_P0 / n never grows: what a wrong P0 does is there at the first step, and most there, however long
+// it lasts where nothing is observed.
+TEST(CauseRules, AFirstStepThatIsWrongAndInnovationsThatFitLaterAreOfP0) {
+  Findings findings = findings_of(1.0, 1.0);
+  const auto errors = [&](double first, double rest) {
+    findings.nees = verdict_of_means(start_and_rest(1, first, rest), false);
+    return causes_of(findings);
+  };
+  EXPECT_EQ(errors(4.0, 1.6), CauseList{Cause::initial_covariance});
+  EXPECT_EQ(errors(0.2, 0.8), CauseList{Cause::initial_covariance});
+  EXPECT_EQ(errors(1.1, 1.6), CauseList{Cause::covariance_scale});
+  EXPECT_EQ(errors(2.2, 2.4), CauseList{Cause::covariance_scale});
+  findings.nonlinear = true;
+  EXPECT_EQ(errors(1.1, 1.6), CauseList{Cause::linearisation});
+  // The first correction may be at fault, unless it said little.
+  EXPECT_EQ(errors(4.0, 1.6), CauseList{Cause::linearisation});
+  findings.measurement_noise_share = 0.9;
+  EXPECT_EQ(errors(4.0, 1.6), CauseList{Cause::initial_covariance});
+  findings.measurement_noise_share.reset();
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  EXPECT_EQ(errors(4.0, 1.6), CauseList{Cause::initial_covariance});
+  findings = findings_of(1.0, 1.0);
+  findings.nis = verdict_of_means(start_and_rest(1, 0.2, 1.0), true);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+// Of a wrong gain all lags have one sign where they fade slowly.
+TEST(CauseRules, LagsTooSmallOneByOneTellTheGainTogether) {
+  Findings findings = findings_of(1.0, 1.3);
+  findings.whiteness =
+      WhitenessTest{.autocorrelation = std::vector<double>(20, 0.03), .band = std::vector<double>(20, 0.05)};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.whiteness->autocorrelation.assign(20, -0.03);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+  findings.whiteness->autocorrelation.assign(20, 0.01);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_or_measurement_noise});
+  // NIS of the right size tells no sign, NEES does; of a nonlinear filter one that is too small.
+  findings = findings_of(0.5, 1.0);
+  findings.whiteness = correlated_by(-0.05);
+  findings.whiteness->band = {0.02};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
+  findings.nees = verdict_of_means(std::vector<double>(40, 2.0), false);
+  findings.whiteness->autocorrelation = {0.05};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+}
+
+// S of the first innovation that is mostly R is wrong for R, however its errors colour what follows.
+TEST(CauseRules, AFirstInnovationThatIsMostlyOfRTellsRIfItLasts) {
+  Findings findings = findings_of(3.0, 2.0);
+  findings.whiteness = correlated_by(0.1);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.measurement_noise_share = 0.9;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+}
+
+// NIS forgets P0 even where NEES, of what is hardly observed, has not yet.
+TEST(CauseRules, ErrorsThatNisForgetsAreOfP0) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.nees = verdict_of_means(start_and_rest(12, 4.0, 3.0), false);
+  findings.nees_before_innovations = nees_of_100_runs(4.0, 2.0 * 16.0);
+  findings.nis = nis_from_fourth_step(3.0, 1.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  findings.nis = nis_from_fourth_step(1.0, 1.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance_or_process_noise});
+  findings.nees = verdict_of_means(start_and_rest(12, 4.0, 3.5), false);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.nonlinear = true;
+  findings.growth_before_innovations = gain_of_100_runs(0.5);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+}
+
+// Errors of a nonlinear filter that are no larger than they should be are not to be explained by their mean.
+TEST(CauseRules, AMeanOfErrorsThatAreTooSmallIsNoBiasOfANonlinearFilter) {
+  Findings findings = findings_of(0.6, 1.0);
+  findings.error_mean = {.test = {.mean = Vector::Constant(1, 0.3), .p_value = 1e-9}, .state = "x"};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
+  findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+}
+
+// A start whose first innovation fits is not that of P0, and noise that lasts comes first.
+TEST(CauseRules, NoiseThatLastsComesBeforeAStartThatIsNotLinear) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means = start_and_rest(3, 3.0, 0.6);
+  means[0] = 1.1;
+  findings.nis = verdict_of_means(means, true);
+  findings.whiteness = correlated_by(0.2);
+  findings.nonlinear = true;
+  ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
+  EXPECT_EQ(causes_of(findings), (CauseList{Cause::measurement_noise_too_large, Cause::nonlinear_start}));
+  findings.inflated = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::inflation});
 }
 
 // Innovations of the right size whose whiteness could not be tested are not known to be as they should be.
