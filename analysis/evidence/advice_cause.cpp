@@ -527,7 +527,12 @@ const ConsistencyVerdict* initial_covariance_shows(const Findings& findings) {
   const boost::math::normal law;
   const double error = quantile(complement(law, level)) * std::max(1.0, first.mean / first.expected) *
                        std::sqrt(2.0 / first.total_dof);
-  return std::abs(excess_of_second_half(nees)) + error < std::abs(excess_of(first)) ? &nees : nullptr;
+  const bool as_wrong_later = std::any_of(
+      nees.steps.begin() + std::ssize(nees.steps) / 2, nees.steps.end(), [&](const StepTest& step) {
+        return step.count > 0 && std::abs(excess_of(step)) >= std::abs(excess_of(first));
+      });
+  const bool most_at_first = std::abs(excess_of_second_half(nees)) + error < std::abs(excess_of(first));
+  return most_at_first && !as_wrong_later ? &nees : nullptr;
 }
 
 void find_start(const Findings& findings, std::vector<CauseFound>& found) {
@@ -570,15 +575,12 @@ Cause cause_by_gain(bool nis_high, bool positive) {
 // A wrong gain changes the size of the innovations as much as it correlates them: |lag 1| is at most 0.9 to
 // 1.3 |ln(NIS / expected)| for a Q or R wrong by 2 to 25 at Q/R = 0.0025 to 1 (simulated random walk), noise
 // with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1.
-// Both at the level of a cause.
-bool is_coloured(const InnovationShape& shape, const Findings& findings) {
+// Beyond the standard error of NIS.
+bool is_coloured(double lag_1, double settled_excess, const ConsistencyVerdict& nis) {
   constexpr double kMostByGain = 1.5;
-  const boost::math::normal law;
-  const double wanted = quantile(complement(law, 0.5 * cause_level(findings)));
-  const double excess = std::max(std::abs(std::log1p(shape.excess)),
-                                 std::abs(std::log(findings.nis.mean / findings.nis.expected))) +
-                        wanted * std::sqrt(2.0 / findings.nis.dof);
-  return std::abs(shape.lag_1) - shape.lag_1_band > kMostByGain * excess;
+  const double excess =
+      std::max(std::abs(std::log1p(settled_excess)), std::abs(std::log(nis.mean / nis.expected)));
+  return std::abs(lag_1) > kMostByGain * (excess + std::sqrt(2.0 / nis.dof));
 }
 
 void find_coloured_noise(const Findings& findings, double least, std::vector<CauseFound>& found) {
@@ -586,7 +588,7 @@ void find_coloured_noise(const Findings& findings, double least, std::vector<Cau
   if (!findings.not_white || lag_1 == 0.0 || std::abs(lag_1) < least) return;
   if (!(findings.whiteness->p_value <= cause_level(findings))) return;
   const InnovationShape shape = innovation_shape(findings);
-  if (!is_coloured(shape, findings)) return;
+  if (!is_coloured(lag_1, shape.excess, findings.nis)) return;
   found.push_back({Cause::coloured_noise,
                    fmt::format("the lag-1 autocorrelation is {:.2g}, too much for a mean NIS of {:.3g} where "
                                "{:.3g} is expected",
@@ -610,10 +612,13 @@ void find_gain(const Findings& findings, const InnovationShape& shape, bool high
     found.push_back({cause_by_gain(high, shape.gain > 0), why});
   } else if (std::isfinite(shape.lag_1_band)) {
     const double most = std::abs(shape.lag_1) + shape.lag_1_band;
-    const bool of_R = share > kMostly && most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
+    const bool so_white = most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
     const Cause R = high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large;
-    found.push_back({of_R ? R : Cause::process_or_measurement_noise,
-                     of_R ? fmt::format("{}, and S is R to {:.2g}", why, share) : why});
+    if (!so_white) {
+      found.push_back({Cause::process_or_measurement_noise, why});
+    } else if (share > kMostly) {
+      found.push_back({R, fmt::format("{}, and S is R to {:.2g}", why, share)});
+    }
   }
 }
 
