@@ -31,3 +31,12 @@
 #include "core/inflation/inflation.h"
 
 #include "core/version.h"
+
+namespace credence {
+
+// What the functions above take or give, and is used within as well.
+using internal::Anchor, internal::ArrowCovariance, internal::BlockLayout, internal::MapBound;
+using internal::MinTraceOptions, internal::MinTraceState, internal::RiccatiProblem;
+using internal::PlacedLandmark, internal::PredictedRangeBearing;
+
+}  // namespace credence

@@ -35,6 +35,11 @@ def installed():
     return found
 
 
+def bodies_of(header, namespace):
+    pattern = rf"^namespace {namespace} \{{\n(.*?)^\}}  // namespace"
+    return re.findall(pattern, (ROOT / header).read_text(), flags=re.S | re.M)
+
+
 def declarations(body):
     """The declarations of a namespace, each with its comment: (comment, code up to its first brace or end)."""
     depth = start = 0
@@ -71,7 +76,7 @@ def without_template_head(code):
 def name_of(code):
     code = without_template_head(" ".join(code.split()))
     code = re.sub(r"^requires .*?(?=\b(class|struct)\b)", "", code)
-    if re.match(r"(extern|using namespace|friend|static_assert)\b", code) or not code:
+    if re.match(r"(extern|using namespace|friend|static_assert)\b|using internal::", code) or not code:
         return None
     declared = re.match(r"(?:class|struct|enum class|concept|using) (\w+)", code)
     if declared:
@@ -81,29 +86,37 @@ def name_of(code):
     return None if called is None or "::" in called.group(1) else called.group(1)  # a member of a class template
 
 
+def first_sentence(comment):
+    return re.match(r".*?[.:](?=\s|$)|.*", comment).group().rstrip(".:;")
+
+
+def lent_names():
+    """What is internal and of the interface as well, by the using-declarations of credence.h."""
+    return set(re.findall(r"internal::(\w+)", " ".join(bodies_of("credence/credence.h", "credence"))))
+
+
 def interface():
     """{header: {name: first sentence}} of what is public, each name once."""
-    found, seen = {}, set()
+    found, seen, lent = {}, set(), lent_names()
     for header in installed():
-        text = (ROOT / header).read_text()
-        for body in re.findall(r"^namespace credence \{\n(.*?)^\}  // namespace credence\n", text, flags=re.S | re.M):
-            for comment, code in declarations(body):
-                name = name_of(code)
-                if name is None or name in seen:
-                    continue
-                seen.add(name)
-                sentence = re.match(r".*?[.:](?=\s|$)|.*", comment).group()
-                found.setdefault(header, {})[name] = sentence.rstrip(".:;")
+        for namespace in ("credence", "credence::internal"):
+            for body in bodies_of(header, namespace):
+                for comment, code in declarations(body):
+                    name = name_of(code)
+                    if name is None or name in seen or (name in lent) != (namespace == "credence::internal"):
+                        continue
+                    seen.add(name)
+                    found.setdefault(header, {})[name] = first_sentence(comment)
     return found
 
 
 def hidden_types(found):
     """Public names that are types within the project as well, which code of credence::internal would take for them."""
-    names = {name for names in found.values() for name in names}
+    names = {name for names in found.values() for name in names} - lent_names()
     for folder in ("core", "montecarlo", "analysis", "datasets", "reports"):
         for file in sorted((ROOT / folder).rglob("*.h")):
-            bodies = re.findall(r"^namespace credence::internal \{\n(.*?)^\}  // namespace", file.read_text(), flags=re.S | re.M)
-            for name in re.findall(r"^(?:struct|class|enum class|using) (\w+)(?= *[:={]| final)", "\n".join(bodies), flags=re.M):
+            body = "\n".join(bodies_of(file, "credence::internal"))
+            for name in re.findall(r"^(?:struct|class|enum class|using) (\w+)(?= *[:={]| final)", body, flags=re.M):
                 if name in names:
                     yield f"{file.relative_to(ROOT)}: {name}"
 
