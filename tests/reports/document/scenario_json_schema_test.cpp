@@ -11,13 +11,11 @@
 namespace credence::internal {
 namespace {
 
-using Json = nlohmann::json;
-
-Json schema() { return Json::parse(scenario_json_schema()); }
+nlohmann::json schema() { return nlohmann::json::parse(scenario_json_schema()); }
 
 /// The property of a key, or null.
-Json property(const Json& root, const std::string& section, const std::string& name) {
-  Json table = root;
+nlohmann::json property(const nlohmann::json& root, const std::string& section, const std::string& name) {
+  nlohmann::json table = root;
   for (std::size_t begin = 0; begin <= section.size();) {
     const std::size_t end = std::min(section.find('.', begin), section.size());
     table = table["properties"][section.substr(begin, end - begin)];
@@ -27,10 +25,10 @@ Json property(const Json& root, const std::string& section, const std::string& n
 }
 
 TEST(ScenarioJsonSchema, EveryKeyIsThereWithItsMeaningAndItsBounds) {
-  const Json root = schema();
+  const nlohmann::json root = schema();
   EXPECT_EQ(root["$schema"], "https://json-schema.org/draft/2020-12/schema");
   for (const ScenarioKey& key : scenario_keys()) {
-    const Json of = property(root, std::string(key.section), std::string(key.name));
+    const nlohmann::json of = property(root, std::string(key.section), std::string(key.name));
     ASSERT_TRUE(of.is_object()) << key.section << '.' << key.name;
     EXPECT_TRUE(of["description"].get<std::string>().starts_with(std::string(key.meaning)));
     if (const auto* real = std::get_if<RealField>(&key.field)) {
@@ -42,7 +40,7 @@ TEST(ScenarioJsonSchema, EveryKeyIsThereWithItsMeaningAndItsBounds) {
     // A default must be accepted by its own schema.
     if (!of.contains("default")) continue;
     if (of.contains("enum"))
-      EXPECT_THAT(of["enum"].get<std::vector<Json>>(), testing::Contains(of["default"]));
+      EXPECT_THAT(of["enum"].get<std::vector<nlohmann::json>>(), testing::Contains(of["default"]));
     if (of.contains("minimum")) EXPECT_GE(of["default"], of["minimum"]) << key.name;
     if (of.contains("exclusiveMinimum")) EXPECT_GT(of["default"], of["exclusiveMinimum"]) << key.name;
     if (of.contains("maximum")) EXPECT_LE(of["default"], of["maximum"]) << key.name;
@@ -51,10 +49,10 @@ TEST(ScenarioJsonSchema, EveryKeyIsThereWithItsMeaningAndItsBounds) {
 }
 
 TEST(ScenarioJsonSchema, AnUnknownKeyIsRefusedInEveryTable) {
-  const Json root = schema();
+  const nlohmann::json root = schema();
   EXPECT_EQ(root["additionalProperties"], false);
   for (const ScenarioKey& key : scenario_keys()) {
-    Json table = root;
+    nlohmann::json table = root;
     const std::string section(key.section);
     for (std::size_t begin = 0; begin <= section.size();) {
       const std::size_t end = std::min(section.find('.', begin), section.size());
@@ -69,20 +67,20 @@ TEST(ScenarioJsonSchema, AnUnknownKeyIsRefusedInEveryTable) {
 }
 
 TEST(ScenarioJsonSchema, EachWorldRefusesTheKeysThatItHasNotAndAsksForItsOwn) {
-  const Json root = schema();
+  const nlohmann::json root = schema();
   ASSERT_EQ(root["allOf"].size(), world_schemas().size());
   std::size_t refused = 0, asked = 0;
   for (std::size_t w = 0; w < world_schemas().size(); ++w) {
     const std::string_view world = world_schemas()[w]->name;
-    const Json& rule = root["allOf"][w];
+    const nlohmann::json& rule = root["allOf"][w];
     EXPECT_EQ(rule["if"]["properties"]["world"]["properties"]["model"]["const"], std::string(world));
     for (const ScenarioKey& key : scenario_keys()) {
       const bool is_refused =
-          property(rule["then"], std::string(key.section), std::string(key.name)) == Json(false);
+          property(rule["then"], std::string(key.section), std::string(key.name)) == nlohmann::json(false);
       EXPECT_EQ(is_refused, !key.of_world(world)) << world << ' ' << key.name;
       refused += is_refused ? 1 : 0;
     }
-    const Json& tables = rule["then"]["properties"];
+    const nlohmann::json& tables = rule["then"]["properties"];
     if (tables.contains("world") && tables["world"].contains("required"))
       asked += tables["world"]["required"].size();
   }
