@@ -703,6 +703,16 @@ bool innovations_fit(const Findings& findings) {
   return std::abs(findings.nis.mean / findings.nis.expected - 1.0) < small_beside_errors(findings);
 }
 
+// P that the linearisation makes too small has too small a gain as well, whose innovations are correlated;
+// but by less beside its errors than those of a Q that is too small, which all innovations show.
+bool lags_are_of_Q(const Findings& findings) {
+  constexpr double kLagsOfLinearisation = 0.2;
+  if (gain_error(findings) <= 0) return false;
+  double sum = 0.0, largest = 0.0;
+  for (const double lag : findings.whiteness->autocorrelation) largest = std::max(largest, sum += lag);
+  return largest > kLagsOfLinearisation * (findings.nees.mean / findings.nees.expected - 1.0);
+}
+
 // Jacobians at changing estimates make directions seem observable that are not: P shrinks there, which no
 // innovation can show (theory, section 5, rank O at the estimates).
 void find_linearisation(const Findings& findings, std::vector<CauseFound>& found) {
@@ -724,7 +734,7 @@ void find_linearisation(const Findings& findings, std::vector<CauseFound>& found
                      why, findings.growth_without_innovations.mean, findings.growth_with_innovations.mean)});
     return;
   }
-  if (gain_error(findings) > 0) {
+  if (lags_are_of_Q(findings)) {
     found.push_back({Cause::process_noise_or_linearisation,
                      why + ", and the innovations are correlated as those of a gain that is too small"});
     return;

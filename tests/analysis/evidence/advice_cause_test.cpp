@@ -369,8 +369,10 @@ TEST(CauseRules, LagsTooSmallOneByOneTellTheGainTogether) {
   findings.nonlinear = true;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_large});
   findings.nees = verdict_of_means(std::vector<double>(40, 2.0), false);
-  findings.whiteness->autocorrelation = {0.05};
+  findings.whiteness->autocorrelation = {0.3};
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+  findings.whiteness->autocorrelation = {0.05};  // a twentieth of what the errors have in excess
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
 }
 
 // S of the first innovation that is mostly R is wrong for R, however its errors colour what follows.

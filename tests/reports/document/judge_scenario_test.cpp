@@ -57,7 +57,8 @@ TEST(JudgeScenario, StoppedBeforeTheFirstRunsIsAnError) {
 
 TEST(JudgeScenario, NamesRunsThatFailed) {
   const Scenario scenario = load_scenario_text(
-      "[world]\nmodel = \"planar\"\n[noise]\nspeed_std = 30.0\nturn_rate_std = 20.0\n[study]\nruns = 40\nsteps = 60\n",
+      "[world]\nmodel = \"planar\"\n[noise]\nspeed_std = 30.0\nturn_rate_std = 20.0\n[study]\nruns = "
+      "40\nsteps = 60\n",
       "hard.toml");
   const JudgedFilter judged = judge_scenario(scenario);
   const auto json = nlohmann::json::parse(judged.json());
