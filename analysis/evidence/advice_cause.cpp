@@ -480,7 +480,7 @@ void find_wrong_dead_reckoning(const Findings& findings, const DeadReckoning& be
 
 // Where P fits before the first innovation, or S is mostly R, S = H P Hᵀ + R is wrong there for R, or for a
 // linearisation or a P0 that is better later. So it is, of an R that is not told, where P fits just after it.
-bool first_innovation_is_of_R(const Findings& findings) {
+bool first_innovation_tells_noise(const Findings& findings) {
   if (findings.measurement_noise_share) return *findings.measurement_noise_share > kMostly;
   const StepTest* first = first_step(findings.nees);
   return is_inconsistent(findings.nees.verdict) && first != nullptr && first->p_value > cause_level(findings);
@@ -503,7 +503,7 @@ void find_noise_of_first_innovation(const Findings& findings, std::vector<CauseF
 void find_by_dead_reckoning(const Findings& findings, std::vector<CauseFound>& found) {
   const DeadReckoning before = dead_reckoning_of(findings);
   if (before.steps == 0) {
-    if (first_innovation_is_of_R(findings)) find_noise_of_first_innovation(findings, found);
+    if (first_innovation_tells_noise(findings)) find_noise_of_first_innovation(findings, found);
     return;
   }
   if (!before.fits) return find_wrong_dead_reckoning(findings, before, found);
@@ -705,7 +705,7 @@ bool innovations_fit(const Findings& findings) {
 
 // P that the linearisation makes too small has too small a gain as well, whose innovations are correlated;
 // but by less beside its errors than those of a Q that is too small, which all innovations show.
-bool lags_are_of_Q(const Findings& findings) {
+bool lags_tell_process_noise(const Findings& findings) {
   constexpr double kLagsOfLinearisation = 0.2;
   if (gain_error(findings) <= 0) return false;
   double sum = 0.0, largest = 0.0;
@@ -734,7 +734,7 @@ void find_linearisation(const Findings& findings, std::vector<CauseFound>& found
                      why, findings.growth_without_innovations.mean, findings.growth_with_innovations.mean)});
     return;
   }
-  if (lags_are_of_Q(findings)) {
+  if (lags_tell_process_noise(findings)) {
     found.push_back({Cause::process_noise_or_linearisation,
                      why + ", and the innovations are correlated as those of a gain that is too small"});
     return;
