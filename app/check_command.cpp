@@ -73,6 +73,7 @@ CheckOptions options_of(const CheckArguments& o) {
   CheckOptions how = o.how;
   how.name = log_name(o.logs.front());
   how.threads = o.threads;
+  how.stop = &catch_interrupt();
   how.reading.chart = declared_chart(o);
   TrajectoryMatching& matching = how.reading.matching;
   matching.truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated;
@@ -84,9 +85,11 @@ CheckOptions options_of(const CheckArguments& o) {
 }
 
 int list(const CheckArguments& o) {
+  const std::vector<fs::path> files = log_files(o.logs);
+  const auto formats = formats_of(files, options_of(o));
   std::vector<ListedLog> listed;
-  for (const fs::path& file : log_files(o.logs)) {
-    const LogFormat& format = log_format_of(file, o.how.format);
+  for (const fs::path& file : files) {
+    const LogFormat& format = *formats.at(file);
     listed.push_back({file.string(), std::string(format.title), format.list(file)});
   }
   print(contents_document(std::move(listed)), o);
@@ -104,7 +107,6 @@ CheckedLogs judge(const CheckArguments& options, const std::vector<fs::path>& fi
   progress.runs_total = progress.runs_total / kMegabyte + 1;
   ProgressDisplay display("check", options.quiet, "MB");
   CheckWatch watch;
-  watch.stop = &catch_interrupt();
   watch.keep_first_run = !options.out.empty();
   watch.progress = [&](std::int64_t bytes) {
     progress.runs_done = bytes / kMegabyte;

@@ -16,7 +16,6 @@
 
 #include "datasets/arrays/array_evidence.h"
 #include "datasets/data_error.h"
-#include "datasets/logs/log_name.h"
 #include "montecarlo/engine/result_store_error.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/scenario_io.h"
@@ -24,7 +23,7 @@
 #include "python/interruptible.h"
 #include "python/told.h"
 #include "python/tuned_filter.h"
-#include "reports/document/checked_logs.h"
+#include "reports/document/check_logs.h"
 #include "reports/document/judged.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/text_page.h"
@@ -282,10 +281,9 @@ PYBIND11_MODULE(_credence, m) {
     matching.alignment = truth_alignment_named(align);
     matching.find_time_offset = std::holds_alternative<std::string>(time_offset);
     if (!matching.find_time_offset) matching.time_offset_s = std::get<double>(time_offset);
-    if (options.name.empty()) options.name = log_name(logs.front());
     return interruptible([&](const std::atomic<bool>& stop) {
-      CheckWatch watch{.stop = &stop, .progress = {}, .keep_first_run = true};
-      return tell(JudgedFilter(judged_logs(checked_logs(log_files(logs), options, watch))));
+      options.stop = &stop;
+      return tell(check_logs(logs, options));
     });
   });
   m.def("noise_group", [](const std::string& file, const std::optional<std::string>& text,

@@ -117,18 +117,22 @@ double small_beside_errors(const Findings& findings) {
   return kSmallBesideErrors * (findings.nees.mean / findings.nees.expected - 1.0);
 }
 
-// Whether NIS, which is white, is wrong over the second half (χ² of its sum), by more than what its first one
-// leaves behind.
-bool noise_lasts(const Findings& findings) {
-  const ConsistencyVerdict& nis = findings.nis;
+// NIS is white, so that its sum over some steps is χ²: its p-value, 1 without data.
+double p_value_of_sum(const ConsistencyVerdict& nis, std::size_t first, std::size_t last) {
   double dof = 0.0;
-  for (std::size_t k = nis.steps.size() / 2; k < nis.steps.size(); ++k) {
+  for (std::size_t k = first; k < last; ++k) {
     if (nis.steps[k].count > 0) dof += nis.steps[k].total_dof;
   }
-  const double late = excess_of_second_half(nis);
-  if (dof == 0.0 || std::abs(late) < kAllButGone * std::abs(excess_of(*first_step(nis)))) return false;
   const boost::math::normal law;
-  return 2.0 * cdf(complement(law, std::abs(late) * std::sqrt(0.5 * dof))) <= cause_level(findings);
+  return 2.0 * cdf(complement(law, std::abs(excess_of_steps(nis, first, last)) * std::sqrt(0.5 * dof)));
+}
+
+// Whether NIS is wrong over the second half, by more than what its first one leaves behind.
+bool noise_lasts(const Findings& findings) {
+  const ConsistencyVerdict& nis = findings.nis;
+  const double p_value = p_value_of_sum(nis, nis.steps.size() / 2, nis.steps.size());
+  if (!(p_value <= cause_level(findings))) return false;
+  return std::abs(excess_of_second_half(nis)) >= kAllButGone * std::abs(excess_of(*first_step(nis)));
 }
 
 std::size_t first_fifth(const ConsistencyVerdict& verdict) {
@@ -140,18 +144,12 @@ bool nees_dies_out(const Findings& findings) {
   return dies_out(findings.nees, any_step_outside(findings.nees, 0, first_fifth(findings.nees)));
 }
 
-// NIS is white, so that its sum over the first fifth is χ²: a test of its own beside those of single steps.
+// The sum over the first fifth is a test of its own beside those of single steps.
 bool nis_dies_out(const Findings& findings) {
   const ConsistencyVerdict& nis = findings.nis;
   const std::size_t first = first_fifth(nis);
-  double dof = 0.0;
-  for (std::size_t k = 0; k < first; ++k) {
-    if (nis.steps[k].count > 0) dof += nis.steps[k].total_dof;
-  }
-  const double deviations = std::abs(excess_of_steps(nis, 0, first)) * std::sqrt(0.5 * dof);
-  const boost::math::normal law;
-  return dies_out(nis, any_step_outside(nis, 0, first) ||
-                           2.0 * cdf(complement(law, deviations)) <= cause_level(findings));
+  return dies_out(nis,
+                  any_step_outside(nis, 0, first) || p_value_of_sum(nis, 0, first) <= cause_level(findings));
 }
 
 // The sign of q − r, by which Q and R are wrong: of innovations with the gain that the filter believes in the
@@ -574,8 +572,7 @@ Cause cause_by_gain(bool nis_high, bool positive) {
 
 // A wrong gain changes the size of the innovations as much as it correlates them: |lag 1| is at most 0.9 to
 // 1.3 |ln(NIS / expected)| for a Q or R wrong by 2 to 25 at Q/R = 0.0025 to 1 (simulated random walk), noise
-// with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1.
-// Beyond the standard error of NIS.
+// with a correlation of 0.5 makes 2 to 12 for Q/R up to 0.1. NIS is taken with its standard error.
 bool is_coloured(double lag_1, double settled_excess, const ConsistencyVerdict& nis) {
   constexpr double kMostByGain = 1.5;
   const double excess =
@@ -626,7 +623,7 @@ void find_noise(const Findings& findings, std::vector<CauseFound>& found) {
   const InnovationShape shape = innovation_shape(findings);
   const double late = excess_of_second_half(findings.nis);
   const bool nothing_beside_errors = findings.nonlinear && late > 0.0 && late < small_beside_errors(findings);
-  if (noise_lasts(findings) && !nothing_beside_errors) return find_gain(findings, shape, late > 0.0, found);
+  if (noise_lasts(findings) && !nothing_beside_errors) find_gain(findings, shape, late > 0.0, found);
 }
 
 // NEES tells the sign where NIS does not. Linearisation makes errors too large, and not too small.

@@ -28,26 +28,6 @@ bool moves_truth(const TrajectoryMatching& m) {
   return m.find_time_offset || m.time_offset_s != 0.0 || m.lever_arm.has_value();
 }
 
-/// The format of every file, by name or from how the file begins.
-Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
-  Formats formats;
-  for (const fs::path& file : files) {
-    const LogFormat& format = log_format_of(file, o.format);
-    if (!o.truths.empty() && !format.takes_truth) {
-      throw std::invalid_argument(
-          fmt::format("--truth: {} is read as {}, which holds its truth itself, or has none", file.string(),
-                      format.title));
-    }
-    if (const TrajectoryMatching& m = o.reading.matching; !format.has_poses && moves_truth(m)) {
-      throw std::invalid_argument(
-          fmt::format("{}: {} is read as {}; accepted are bags and trajectories of poses",
-                      m.lever_arm ? "--lever-arm" : "--time-offset", file.string(), format.title));
-    }
-    formats.emplace(file, &format);
-  }
-  return formats;
-}
-
 /// "PX4 ULog, …; truth interpolated, …"
 std::string format_text(const CheckOptions& o, const Formats& formats) {
   std::set<std::string_view> titles;
@@ -81,6 +61,25 @@ std::vector<std::string> remarks_of(const LogJudgeResult& result) {
 
 }  // namespace
 
+Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
+  Formats formats;
+  for (const fs::path& file : files) {
+    const LogFormat& format = log_format_of(file, o.format);
+    if (!o.truths.empty() && !format.takes_truth) {
+      throw std::invalid_argument(
+          fmt::format("--truth: {} is read as {}, which holds its truth itself, or has none", file.string(),
+                      format.title));
+    }
+    if (const TrajectoryMatching& m = o.reading.matching; !format.has_poses && moves_truth(m)) {
+      throw std::invalid_argument(
+          fmt::format("{}: {} is read as {}; accepted are bags and trajectories of poses",
+                      m.lever_arm ? "--lever-arm" : "--time-offset", file.string(), format.title));
+    }
+    formats.emplace(file, &format);
+  }
+  return formats;
+}
+
 CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& options,
                          const CheckWatch& watch) {
   const Formats formats = formats_of(files, options);
@@ -94,7 +93,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   };
   LogJudgeResult result = judge_logs(files, read,
                                      {.threads = options.threads,
-                                      .stop = watch.stop,
+                                      .stop = options.stop,
                                       .progress = watch.progress,
                                       .partial = reading.partial});
   CheckedLogs logs;
@@ -127,6 +126,9 @@ using namespace internal;
 JudgedFilter check_logs(std::span<const std::string> logs, const CheckOptions& options) {
   if (logs.empty()) throw std::invalid_argument("check_logs: no logs were given");
   CheckedLogs checked = checked_logs(log_files(logs), options, {.keep_first_run = true});
+  if (checked.analysis.evidence.rows == 0 && !checked.analysis.complete) {
+    throw std::runtime_error("interrupted before the first rows were judged");
+  }
   checked.name = options.name.empty() ? log_name(logs.front()) : options.name;
   return JudgedFilter(judged_logs(std::move(checked)));
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <filesystem>
+#include <atomic>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,12 +20,14 @@ struct CheckOptions {
   double within = 0.1;       ///< what counts as right: the factor on P between 1/(1 + this) and 1 + this
   bool sensitivity = false;  ///< judge without gross outliers too
   int threads = 0;           ///< 0: one for each processor; the bits do not depend on it
+  const std::atomic<bool>* stop = nullptr;  ///< set: what was read until then is judged
 };
 
 /// Judges logs of one filter, files or folders of them, as `credence check` does.
 ///
-/// Throws DataError for a file that cannot be read or a run that is there twice, and std::invalid_argument
-/// for options that do not fit the files, with what would be accepted.
+/// Throws DataError for a file that cannot be read or a run that is there twice, std::invalid_argument for
+/// options that do not fit the files, with what would be accepted, and std::runtime_error where it was
+/// stopped before the first rows were judged.
 JudgedFilter check_logs(std::span<const std::string> logs, const CheckOptions& options = {});
 
 }  // namespace credence

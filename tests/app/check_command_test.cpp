@@ -328,6 +328,8 @@ TEST_F(CheckCommand, BadInputIsOneErrorWithFileAndLine) {
       {{"check", "pose.txt", "--input", "openvins", "--truth", "pose.txt"}, "pose.txt:1: 8 fields where 20"},
       {{"check", "good.csv", "--truth", "pose.txt"},
        "good.csv is read as Credence CSV, which holds its truth"},
+      {{"check", "--list", "good.csv", "--truth", "pose.txt"},
+       "good.csv is read as Credence CSV, which holds its truth"},
       {{"check", "pose.txt"}, "pose.txt: a trajectory (tum) has no truth in it: name the truth by --truth"},
       {{"check", "pose.txt", "--truth", "pose.txt"}, "poses without a covariance"},
       {{"check", "pose.txt", "--input", "excel"}, "--input"},

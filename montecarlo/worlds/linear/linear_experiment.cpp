@@ -137,8 +137,13 @@ Outcome LinearExperiment::visit(std::int64_t run, const StepVisitor& take) const
   return Outcome::not_positive_definite;
 }
 
+bool plays_every_run_by_itself(double detection_probability, Index measurement_delay,
+                               const NoiseSource& source) {
+  return detection_probability < 1.0 || measurement_delay > 0 || !source.is_plain();
+}
+
 std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index steps, NoiseSource source) {
-  if (problem.detection_probability < 1.0 || problem.measurement_delay > 0 || !source.is_plain()) {
+  if (plays_every_run_by_itself(problem.detection_probability, problem.measurement_delay, source)) {
     return std::make_unique<IntermittentExperiment>(std::move(problem), steps, source);
   }
   return std::make_unique<LinearExperiment>(problem, steps, source);

@@ -41,8 +41,13 @@ class LinearExperiment final : public Experiment {
   LinearSimulator simulator_;
 };
 
-/// The experiment of a linear problem: a LinearExperiment, or, where measurements are missed or late or noise
-/// is not white and Gaussian, an IntermittentExperiment, which plays every run by itself.
+/// Whether every run has a filter of its own: measurements are missed or late, or noise is not white and
+/// Gaussian.
+bool plays_every_run_by_itself(double detection_probability, Index measurement_delay,
+                               const NoiseSource& source);
+
+/// The experiment of a linear problem: a LinearExperiment, or an IntermittentExperiment, which plays every
+/// run by itself.
 std::unique_ptr<Experiment> make_linear_experiment(LinearProblem problem, Index steps, NoiseSource source);
 
 }  // namespace credence::internal

@@ -65,6 +65,12 @@ TEST_F(CheckLogs, TellsTheFactorOfAWrongOne) {
   EXPECT_THAT(folder_.read("out/index.html"), HasSubstr("mine"));
 }
 
+TEST_F(CheckLogs, StoppedBeforeTheFirstRowsIsAnError) {
+  static constexpr std::atomic<bool> kStop{true};
+  const std::string good = (folder_ / "good").string();
+  EXPECT_THROW(check_logs({&good, 1}, {.stop = &kStop}), std::runtime_error);
+}
+
 TEST_F(CheckLogs, RefusesWhatDoesNotFit) {
   const std::string good = (folder_ / "good").string(), absent = (folder_ / "absent.csv").string();
   EXPECT_THROW(check_logs({&absent, 1}), DataError);
