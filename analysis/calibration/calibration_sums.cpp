@@ -109,12 +109,10 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
 void CalibrationRecorder::add(const Step& step, double distance_m) {
   const auto n = static_cast<Index>(layout_.states.size());
   if (!open_ || !step.problem.empty() || std::ssize(step.states) != n || step.error.size() != n) return;
-  factor_.compute(step.P);
-  if (factor_.info() != Eigen::Success || !step.error.allFinite() || !(step.P.diagonal().array() > 0.0).all())
-    return;
-  solved_ = step.error;  // P⁻¹ e
-  factor_.solveInPlace(solved_);
-  const double nees = step.error.dot(solved_) / static_cast<double>(n);
+  if (!step.error.allFinite() || !factor_.compute(step.P)) return;
+  whitened_ = step.error;
+  factor_.solve_lower(whitened_);
+  const double nees = whitened_.squaredNorm() / static_cast<double>(n);
   if (!std::isfinite(nees)) return;
   CalibrationSum& sum = group_at_hand();
   ++sum.rows;
@@ -178,28 +176,30 @@ void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here
 }
 
 void CalibrationRecorder::add_parts(const Step& step, CalibrationSum& sum) {
-  const Index n = step.error.size();
-  inverse_.setIdentity(n, n);
-  factor_.solveInPlace(inverse_);
-  std::size_t pair = 0;
-  for (std::size_t a = 0; a < parts_.size(); ++a) {
+  const std::size_t m = parts_.size();
+  parts_whitened_.setZero(step.error.size(), static_cast<Index>(m));  // L⁻¹ e_a, of the error of a part alone
+  for (std::size_t a = 0; a < m; ++a) {
     const std::vector<Index>& at = parts_[a].states;
-    if (at.size() == 1) {
-      const double u = step.error[at[0]] / std::sqrt(step.P(at[0], at[0]));
-      sum.marginal[a] += u * u;
-    } else {
-      const Vector e = step.error(at);
-      sum.marginal[a] +=
-          Matrix(step.P(at, at)).llt().matrixL().solve(e).squaredNorm() / static_cast<double>(at.size());
+    const auto k = std::ssize(at);
+    auto whitened = parts_whitened_.col(static_cast<Index>(a));
+    part_error_.resize(k);
+    part_P_.resize(k, k);
+    for (Index j = 0; j < k; ++j) {
+      const Index from = at[static_cast<std::size_t>(j)];
+      whitened[from] = part_error_[j] = step.error[from];
+      for (Index i = 0; i < k; ++i) part_P_(i, j) = step.P(at[static_cast<std::size_t>(i)], from);
     }
-    for (std::size_t b = a; b < parts_.size(); ++b) {
-      double product = 0.0;  // e_aᵀ (P⁻¹)_ab e_b
-      for (const Index i : at) {
-        double row = 0.0;
-        for (const Index j : parts_[b].states) row += inverse_(i, j) * step.error[j];
-        product += step.error[i] * row;
-      }
-      sum.pairs[pair++] += (a == b ? 1.0 : 2.0) * product;
+    factor_.solve_lower(whitened);
+    if (!part_factor_.compute(part_P_)) continue;  // by rounding alone: P has a factor
+    part_factor_.solve_lower(part_error_);
+    sum.marginal[a] += part_error_.squaredNorm() / static_cast<double>(k);
+  }
+  std::size_t pair = 0;
+  for (std::size_t a = 0; a < m; ++a) {
+    for (std::size_t b = a; b < m; ++b) {  // e_aᵀ (P⁻¹)_ab e_b
+      sum.pairs[pair++] +=
+          (a == b ? 1.0 : 2.0) *
+          parts_whitened_.col(static_cast<Index>(a)).dot(parts_whitened_.col(static_cast<Index>(b)));
     }
   }
 }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "analysis/calibration/distance_sums.h"
-#include "core/linear_algebra/cholesky.h"
+#include "core/linear_algebra/small_cholesky.h"
 #include "core/nan.h"
 #include "core/record/run_layout.h"
 #include "core/record/step.h"
@@ -95,10 +95,11 @@ class CalibrationRecorder {
       groups_;  ///< the first open_groups_ are of the open run, of equal numbers of rows
   std::size_t open_groups_ = 0;
   std::int64_t rows_per_group_ = 1;
-  std::vector<double> nees_;   ///< of the open run, of each row over n
-  Eigen::LLT<Matrix> factor_;  ///< of the step at hand
-  Vector solved_;
-  Matrix inverse_;
+  std::vector<double> nees_;  ///< of the open run, of each row over n
+  // Of the step at hand.
+  SmallCholesky factor_, part_factor_;
+  Vector whitened_, part_error_;
+  Matrix parts_whitened_, part_P_;
   std::vector<std::pair<double, int>> last_bins_;  ///< of each state: the last variance and its bin
   CalibrationRun run_;
   bool open_ = false;

@@ -218,7 +218,7 @@ double binomial_upper_tail(std::int64_t count, std::int64_t trials, double proba
 // that is wrong, where the excess of NIS goes with them and the second half has no more than chance makes,
 // are the start.
 bool outliers_are_the_start(const Findings& findings) {
-  const auto& [all, early, early_share, late] = findings.gross_outliers;
+  const auto& [all, early, early_share, late, rest_fits] = findings.gross_outliers;
   const ConsistencyVerdict& nis = findings.nis;
   const double level = cause_level(findings);
   const bool gather =
@@ -233,7 +233,9 @@ void find_outliers(const Findings& findings, std::vector<CauseFound>& found) {
   const double outside = static_cast<double>(tail.total - tail.inside);
   const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
   const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
-  const bool body_fits = !findings.fit || findings.fit->kolmogorov < kSmallDistance;
+  // The innovations after one that the gain has followed are too large as well, up to those that are gross.
+  const bool body_fits =
+      !findings.fit || findings.fit->kolmogorov < kSmallDistance || findings.gross_outliers.rest_fits;
   // An outlier that the gain has followed turns the next innovations back.
   if (many && body_fits && lag_1_outside(findings) <= 0.0) {
     found.push_back(
@@ -298,20 +300,36 @@ void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
 // bias must be most of what is wrong.
 constexpr double kMostOfExcess = 0.5;
 
+// Of many runs a mean is significant that is of no size: what makes no more than a twentieth of what is wrong
+// is not its cause.
+bool counts(double mean_square, double excess) {
+  constexpr double kLeastOfExcess = 0.05;
+  return mean_square >= kLeastOfExcess * std::abs(excess);
+}
+
 bool explains_the_errors(const ZeroMeanTest& mean, const Findings& findings) {
-  if (!findings.nonlinear) return true;
   const double excess = findings.nees.mean - findings.nees.expected;
+  if (!findings.nonlinear) return counts(mean.mean.squaredNorm(), excess);
   return findings.nees.verdict == Verdict::optimistic &&
          mean.mean.squaredNorm() > kMostOfExcess * std::max(0.0, excess);
 }
 
+// Errors that are wrong have the mean of their own, or that of the innovations.
+bool counts_beside_errors(double mean_square, const Findings& findings) {
+  const ConsistencyVerdict& nees = findings.nees;
+  if (!is_inconsistent(nees.verdict)) return true;
+  const double of_errors =
+      findings.error_mean ? findings.error_mean->test.mean.squaredNorm() / nees.expected : 0.0;
+  return counts(std::max(mean_square, of_errors), nees.mean / nees.expected - 1.0);
+}
+
 // Of innovations of the right size nothing is to be explained.
 bool explains_the_innovations(const ZeroMeanTest& mean, const Findings& findings) {
-  if (!findings.nonlinear) return true;
   const ConsistencyVerdict& nis = findings.nis;
   const double mean_square = mean.mean.squaredNorm() / static_cast<double>(mean.mean.size());
-  return is_inconsistent(nis.verdict) && nis.mean > nis.expected &&
-         mean_square > kMostOfExcess * (nis.mean / nis.expected - 1.0);
+  const double excess = nis.mean / nis.expected - 1.0;
+  if (!findings.nonlinear) return counts(mean_square, excess) && counts_beside_errors(mean_square, findings);
+  return is_inconsistent(nis.verdict) && excess > 0.0 && mean_square > kMostOfExcess * excess;
 }
 
 // A filter that is fed late follows the truth of then: its innovations are as they should be, and its errors
@@ -346,10 +364,13 @@ void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
   } else if (findings.error_mean && clear(findings.error_mean->test) &&
              explains_the_errors(findings.error_mean->test, findings)) {
     const ZeroMeanTest& test = findings.error_mean->test;
-    found.push_back({Cause::bias,
-                     fmt::format("the error of {} has mean {:.2g} of its standard deviations (p = {:.2g}), "
-                                 "which the innovations do not show",
-                                 findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(), test.p_value)});
+    found.push_back(
+        {Cause::bias, fmt::format("the error of {} has mean {:.2g} of its standard deviations (p = {:.2g}), "
+                                  "which the innovations do not show{}",
+                                  findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(), test.p_value,
+                                  findings.lateness && findings.lateness->reason == kNoVariedMotion
+                                      ? "; along a motion that is always the same a delay looks alike"
+                                      : "")});
   }
 }
 
@@ -533,6 +554,10 @@ const ConsistencyVerdict* initial_covariance_shows(const Findings& findings) {
   return most_at_first && !as_wrong_later ? &nees : nullptr;
 }
 
+bool errors_are_correlated(const Findings& findings) {
+  return findings.error_correlation && findings.error_correlation->p_value <= cause_level(findings);
+}
+
 void find_start(const Findings& findings, std::vector<CauseFound>& found) {
   if (const ConsistencyVerdict* wrong = initial_covariance_shows(findings)) {
     const StepTest& first = *first_step(*wrong);
@@ -553,15 +578,18 @@ void find_start(const Findings& findings, std::vector<CauseFound>& found) {
   if (findings.nonlinear && verdict.verdict == Verdict::optimistic && P0_fits) {
     found.push_back(
         {Cause::nonlinear_start,
-         fmt::format("{} is optimistic in the first steps only, most at step {}, and {}",
+         fmt::format("{} is optimistic in the first steps above all, most at step {}, and {}",
                      by_nis ? "NIS" : "NEES", verdict.step_of(verdict.worst_step + 1),
                      nees_before_fits ? "NEES before the first innovation, which is that of P0 and Q, fits"
                                       : "the first innovation, which is that of P0 alone, fits")});
     return;
   }
-  found.push_back({Cause::initial_covariance,
-                   fmt::format("{} is {} in the first steps only, most at step {}", by_nis ? "NIS" : "NEES",
-                               to_string(verdict.verdict), verdict.step_of(verdict.worst_step + 1))});
+  // Errors of a P0 that is all but forgotten are not correlated otherwise than P says.
+  if (errors_are_correlated(findings)) return;
+  found.push_back(
+      {Cause::initial_covariance,
+       fmt::format("{} is {} in the first steps above all, most at step {}", by_nis ? "NIS" : "NEES",
+                   to_string(verdict.verdict), verdict.step_of(verdict.worst_step + 1))});
 }
 
 // The gain is too small if innovations are followed by others of the same sign, too large if of the opposite.
@@ -656,7 +684,7 @@ void find_noise_beside_the_bias(const Findings& findings, std::vector<CauseFound
 }
 
 void find_cross_covariance(const Findings& findings, std::vector<CauseFound>& found) {
-  if (findings.error_correlation && findings.error_correlation->p_value <= cause_level(findings)) {
+  if (errors_are_correlated(findings)) {
     found.push_back({Cause::cross_covariance,
                      fmt::format("errors whitened by P are correlated up to {:.2g} between components (p = "
                                  "{:.2g})",

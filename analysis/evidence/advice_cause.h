@@ -78,6 +78,7 @@ struct Findings {
     std::int64_t all = 0, early = 0;  ///< of these in the first fifth of the steps
     double early_share = 0.0;         ///< of all innovations in that fifth
     CoverageCount late = {};          ///< innovations of the second half: those that are none
+    bool rest_fits = false;           ///< the verdict on NIS without them is `consistent`
   };
   GrossOutliers gross_outliers = {};
   std::optional<ResponsibleBlock> block = {};

@@ -18,7 +18,9 @@
 ///
 /// A verdict joins two tests by the union bound, each at half the level α = 1 − confidence:
 ///  - steps: every step's mean against its χ² law, Bonferroni over the T steps. Proved for any dependence
-///    between the steps. Sees a deviation at one step, such as a wrong initial P.
+///    between the steps. Sees a deviation at one step, such as a wrong initial P. A mean that is too small is
+///    not looked for at a step of one or two degrees of freedom, nor where it is zero in fewer than five
+///    runs: there it tells that values were rounded.
 ///  - overall: the sum over steps and runs. NEES is correlated in time, so whole runs are compared, which are
 ///    independent (run_mean.h; its measured level is there); of fewer than five runs, or where the averages
 ///    of the runs are not known, the sum is tested by a bound proved for any dependence
@@ -62,6 +64,7 @@ struct ConsistencyVerdict {
   double optimistic_p_value = kNaN;   ///< of this direction, adjusted; p_value is the smaller of both
   double pessimistic_p_value = kNaN;  ///< likewise
   bool decided_by_steps = false;      ///< the smallest p-value is that of a step, and not of the overall test
+  bool decided_by_sensors = false;    ///< the verdict is that of the sensors one by one
   MeanInterval factor = {};           ///< on P, of whole runs at `confidence`; a reason where not known
   StepSpan optimistic_steps, pessimistic_steps;  ///< that reject, adjusted for the number of steps
   double overall_p_value = kNaN;                 ///< of the overall test alone

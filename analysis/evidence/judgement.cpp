@@ -115,6 +115,7 @@ void join_sensors(const std::vector<SensorJudgement>& sensors, ConsistencyVerdic
   v.pessimistic_p_value = std::min(1.0, tested * pessimistic);
   v.p_value = std::min(v.optimistic_p_value, v.pessimistic_p_value);
   v.verdict = direction_of(v.optimistic_p_value <= alpha, v.pessimistic_p_value <= alpha);
+  v.decided_by_sensors = true;
   v.method += "; the verdict is that of the sensors one by one, Bonferroni over them";
 }
 
@@ -261,6 +262,27 @@ void judge_ends(const Evidence& e, Judgement& j) {
   j.accuracy = block_accuracy(e, j.confidence);
 }
 
+/// By what factors P may be wrong for the stretches of the run, whose average at the level of the verdict is
+/// `decides`, to show it with kSettlingPower: the average is as far below that factor as it is in one of 1 −
+/// kSettlingPower. Runs like it tell more by the root of their number.
+SettlingRuns settle_stretches(const ConsistencyVerdict& v, const MeanInterval& decides,
+                              const MeanInterval& spread) {
+  const double square = decides.mean * decides.mean;
+  SettlingRuns result{.observed_factor = decides.mean,
+                      .detectable = {.below = square / (decides.upper * spread.upper),
+                                     .above = square / (decides.lower * spread.lower)}};
+  const double seen = std::log(decides.mean);
+  if (v.verdict != Verdict::consistent) {
+    result.reason = "the verdict is there";
+  } else if (std::abs(seen) < 1e-4) {
+    result.reason = "nothing deviates";
+  } else {
+    const double ratio = std::log(seen > 0.0 ? result.detectable.above : result.detectable.below) / seen;
+    result.runs = static_cast<std::int64_t>(std::ceil(std::min(ratio * ratio, 1e15)));
+  }
+  return result;
+}
+
 /// Adds to the verdict what the course of one run in time says.
 void judge_single_run(const Evidence& e, Judgement& j) {
   const ThinnedSeries series = thinned(e.first_run);
@@ -290,6 +312,17 @@ void judge_single_run(const Evidence& e, Judgement& j) {
     v.verdict = direction_of(v.optimistic_p_value <= alpha, v.pessimistic_p_value <= alpha);
   }
   j.effective_steps = std::isnan(single.sample.size) ? 1.0 : single.sample.size;
+  if (tested) {
+    const MeanInterval& decides = single.time_average.run_sum;
+    v.factor = test_single_run(series.values, j.confidence).run_sum;
+    v.bounds = {v.mean / decides.upper, v.mean / decides.lower};
+    v.decided_by_steps = v.decided_by_steps && 2.0 * v.steps_p_value < p_average;
+    j.scale_covariance = scale_of_covariance(v);
+    j.settle_nees =
+        settle_stretches(v, decides, test_single_run(series.values, 2.0 * kSettlingPower - 1.0).run_sum);
+    j.single = single;
+    return;
+  }
   ConsistencyVerdict assumed = v;
   if (v.verdict == Verdict::undecided) assumed.verdict = Verdict::consistent;
   j.settle_nees = settle(assumed, false, j.effective_steps);
@@ -520,6 +553,11 @@ std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   }
   findings.far_tail_probability = SensorSums::kFarTail;
   findings.gross_outliers = gross_outliers_of(e);
+  if (findings.gross_outliers.all > 0) {
+    const StepSeries clean = series_of(e.clean_nis, e.study.steps.size());
+    findings.gross_outliers.rest_fits =
+        judge_all_sensors(e, clean, j.confidence).verdict == Verdict::consistent;
+  }
   findings.narrow_angles = e.narrow_angles;
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
   findings.block = j.responsible;
@@ -610,7 +648,8 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   judge_scales(e, j);
   j.settle_nees = settle(j.nees, false, j.effective_steps);
   j.settle_nis = settle(j.nis, true, j.effective_steps);
-  if (e.study.runs == 1 && context.all_runs == nullptr) judge_single_run(e, j);
+  if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
+    judge_single_run(e, j);
   j.word = word_of(e, j);
   j.tests = list_tests(e, j);
   j.causes = causes_of(e, j);

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "analysis/laws/student.h"
-#include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -20,11 +19,11 @@ LatenessTest no_lateness(std::int64_t runs, std::string_view reason) {
 
 void RunLateness::add(VectorRef error, VectorRef motion, MatrixRef P) {
   using Small = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kLargest, 1>;
-  using Factor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kLargest, kLargest>;
   if (error.size() > kLargest) return;
-  const Eigen::LLT<Factor> factor(P);
-  if (factor.info() != Eigen::Success) return;
-  const Small u = factor.matrixL().solve(error), b = factor.matrixL().solve(motion);
+  if (!factor_.compute(P)) return;
+  Small u = error, b = motion;
+  factor_.solve_lower(u);
+  factor_.solve_lower(b);
   if (!u.allFinite() || !b.allFinite()) return;
   if (steps_ == 0) u_ = b_ = Vector::Zero(u.size());
   if (u.size() != u_.size()) return;
@@ -59,7 +58,7 @@ LatenessTest test_lateness(const VectorMoments& runs) {
   const Vector mean_motion = runs.mean.tail(dim);
   const double varied = runs.mean[kMotion] - mean_motion.squaredNorm();
   if (!(varied > kLeastVaried * runs.mean[kMotion])) {
-    return no_lateness(runs.count, "the motion is always the same");
+    return no_lateness(runs.count, kNoVariedMotion);
   }
   Vector weights = Vector::Zero(runs.mean.size());
   weights[kAcross] = 1.0;

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "analysis/laws/consistency_vector_moments.h"
+#include "core/linear_algebra/small_cholesky.h"
 #include "core/types.h"
 
 /// @file
@@ -28,6 +29,7 @@ class RunLateness {
   void add_to(VectorMoments& runs) const;
 
  private:
+  SmallCholesky factor_{};
   std::int64_t steps_ = 0;
   double across_ = 0.0, motion_ = 0.0, error_ = 0.0;  ///< Σ bᵀu, Σ bᵀb, Σ uᵀu
   Vector u_{}, b_{};                                  ///< their sums
@@ -35,6 +37,9 @@ class RunLateness {
 
 /// Joins the runs of one dimension; others are left out.
 void merge_lateness(const VectorMoments& later, VectorMoments& runs);
+
+/// Why there is no test of runs along one way.
+inline constexpr std::string_view kNoVariedMotion = "the motion is always the same";
 
 /// The slope of errors over the way.
 struct LatenessTest {

@@ -17,9 +17,8 @@ namespace {
 
 void add_verdict(ReportTable& table, const std::string& what, const ConsistencyVerdict& v) {
   if (v.count == 0) return;
-  table.add({what, verdict_cell(v.verdict), v.mean, v.expected,
-             fmt::format("{} … {}", number_text(v.bounds.lower), number_text(v.bounds.upper)),
-             p_value_text(v.p_value), v.count});
+  table.add(
+      {what, verdict_cell(v.verdict), v.mean, v.expected, trusted_text(v), p_value_text(v.p_value), v.count});
 }
 
 std::string tests_of(const SensorJudgement& s) {

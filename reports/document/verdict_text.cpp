@@ -57,6 +57,16 @@ std::string word_sentence(const std::string& name, const Word& word, const Consi
   return fmt::format("{}: {}.", name, word_clause(word, nees));
 }
 
+std::string trusted_text(const ConsistencyVerdict& v) {
+  if (v.decided_by_sensors) return "each sensor by itself";
+  const std::string bounds = fmt::format("{} … {}", number_text(v.bounds.lower), number_text(v.bounds.upper));
+  if (!is_inconsistent(v.verdict) || !v.decided_by_steps || v.worst_step < 0) return bounds;
+  const StepTest& step = v.steps[static_cast<std::size_t>(v.worst_step)];
+  return fmt::format("{} … {} at step {}, has {}", number_text(step.simultaneous_lower, 4),
+                     number_text(step.simultaneous_upper, 4), v.step_of(v.worst_step + 1),
+                     number_text(step.mean, 4));
+}
+
 std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
   if (v.verdict == Verdict::undecided) return fmt::format("{}: undecided, {}.", what, v.reason);
   return fmt::format(

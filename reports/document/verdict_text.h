@@ -15,6 +15,10 @@ std::string word_clause(const Word& word, const ConsistencyVerdict& nees);
 /// "planar_loop: optimistic in heading from step 180 on; times 1.3 on P the mean NEES would be right."
 std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees);
 
+/// What the value of a verdict would have to lie within: the bounds of its mean, or where a step decided
+/// those of that step and what it has.
+std::string trusted_text(const ConsistencyVerdict& v);
+
 /// "map, pairwise" and the like.
 std::string filter_text(const FilterSettings& filter);
 

@@ -11,6 +11,8 @@
 namespace credence::internal {
 namespace {
 
+const std::vector<std::vector<Index>> kPoseParts = {{0, 1, 2}, {3, 4, 5}};
+
 /// Mean NEES of the samples; NaN where a P is not positive definite.
 template <class Read>
 double mean_nees(const std::vector<PoseSample>& samples, Read read) {
@@ -58,15 +60,19 @@ double ConventionCheck::spacing() const {
   return (last_s_ - first_s_) / static_cast<double>(std::max<std::size_t>(1, seen_ - 1));
 }
 
-ReadingFit ConventionCheck::fit(const PoseReading& reading) const {
-  PoseError error;
-  PoseCovariance P;
-  return fit_reading(samples_.size(), 6, {{0, 1, 2}, {3, 4, 5}}, [&](std::size_t i, Vector& e, Matrix& C) {
+ReadingRow ConventionCheck::rows_of(const PoseReading& reading) const {
+  return [this, &reading](std::size_t i, Vector& e, Matrix& C) {
+    PoseError error;
+    PoseCovariance P;
     if (!reading.read(samples_[i], error, P)) return false;
     e = error;
     C = P;
     return true;
-  });
+  };
+}
+
+ReadingFit ConventionCheck::fit(const PoseReading& reading) const {
+  return fit_reading(samples_.size(), 6, kPoseParts, rows_of(reading));
 }
 
 ChartFindings ConventionCheck::charts() const {
@@ -132,8 +138,8 @@ std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthCom
   };
   std::vector<Fitting> fitting;
   for (PoseReading& reading : mistaken_readings(declared_, spacing(), truth_at)) {
-    const ReadingFit found = fit(reading);
-    if (found.fits()) fitting.push_back({std::move(reading), found});
+    const auto found = fitting_reading(samples_.size(), 6, kPoseParts, rows_of(reading));
+    if (found) fitting.push_back({std::move(reading), *found});
   }
   if (fitting.empty()) return "";
   std::ranges::stable_sort(fitting, std::greater(), [](const Fitting& f) { return f.fit.log_likelihood; });

@@ -32,6 +32,8 @@ class ConventionCheck {
   ChartFindings charts() const;
   std::string charts_text(const ChartFindings& findings) const;
   std::string mistakes(const ReadingFit& declared, const TruthComparison& truth) const;
+  /// What fit_reading asks for; it refers to the reading.
+  ReadingRow rows_of(const PoseReading& reading) const;
   ReadingFit fit(const PoseReading& reading) const;
   double spacing() const;
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,8 @@
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/effective_sample.h"
+#include "core/linear_algebra/logarithm.h"
+#include "core/linear_algebra/small_cholesky.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -21,22 +22,34 @@ ReadingFit impossible() {
 }
 
 /// NEES of some components over the rows, a component.
-struct PartNees {
-  std::vector<Index> components;
-  std::vector<double> normalised{};
-
-  double dof() const { return static_cast<double>(components.size()); }
-
-  void add(const Vector& error, const Matrix& P) {
-    double nees = 0.0;
-    if (components.size() == 1) {
-      const Index c = components.front();
-      nees = error[c] * error[c] / P(c, c);
-    } else {
-      nees = Eigen::LLT<Matrix>(P(components, components)).matrixL().solve(error(components)).squaredNorm();
-    }
-    normalised.push_back(nees / dof());
+class PartNees {
+ public:
+  explicit PartNees(std::vector<Index> components, std::size_t rows) : components_(std::move(components)) {
+    normalised.reserve(rows);
   }
+
+  std::vector<double> normalised;
+
+  double dof() const { return static_cast<double>(components_.size()); }
+
+  /// False where P has no Cholesky factor.
+  bool add(const Vector& error, const Matrix& P) {
+    const Index n = std::ssize(components_);
+    e_.resize(n);
+    P_.resize(n, n);
+    for (Index j = 0; j < n; ++j) {
+      const Index from = components_[static_cast<std::size_t>(j)];
+      e_[j] = error[from];
+      for (Index i = 0; i < n; ++i) P_(i, j) = P(components_[static_cast<std::size_t>(i)], from);
+    }
+    if (!factor_.compute(P_)) return false;
+    factor_.solve_lower(e_);
+    normalised.push_back(e_.squaredNorm() / dof());
+    return true;
+  }
+
+  /// Of the last row.
+  double log_determinant() const { return log_determinant_of_factor(factor_.lower()); }
 
   /// Of the mean, two-sided: by stretches, or where these are too short for the correlation in time as of so
   /// many independent rows, χ²(dof rows) / (dof rows). NaN with fewer than kFewestForReading of those.
@@ -58,7 +71,58 @@ struct PartNees {
     const double rows = static_cast<double>(normalised.size());
     return 2.0 * std::min(rows * chi_square_survival(largest, dof()), chi_square_cdf(largest, dof()));
   }
+
+  /// The value of a row, a component, beyond which p_value_of_largest is below `level`.
+  double excluded_beyond(double level, double rows) const {
+    return chi_square_upper_quantile(0.5 * level / rows, dof()) / dof();
+  }
+
+ private:
+  std::vector<Index> components_;
+  SmallCholesky factor_;
+  Vector e_;
+  Matrix P_;
 };
+
+/// `to_fit`: nothing is asked of a reading that misfits but that, so that the first row that excludes it ends
+/// it.
+ReadingFit test_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
+                        const ReadingRow& read, bool to_fit) {
+  std::vector<PartNees> series;
+  std::vector<Index> all(static_cast<std::size_t>(dim));
+  std::iota(all.begin(), all.end(), 0);
+  series.emplace_back(all, rows);
+  for (const std::vector<Index>& part : parts) series.emplace_back(part, rows);
+  for (const Index c : all) series.emplace_back(std::vector<Index>{c}, rows);
+  const double tests = 2.0 * static_cast<double>(series.size());
+  std::vector<double> excluded_beyond;
+  for (const PartNees& part : series) {
+    excluded_beyond.push_back(part.excluded_beyond(ReadingFit::kLevel / tests, static_cast<double>(rows)));
+  }
+  ReadingFit fit;
+  Vector error;
+  Matrix P;
+  const double share = 1.0 / static_cast<double>(rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    if (!read(i, error, P) || !error.allFinite() || !P.allFinite()) return impossible();
+    for (std::size_t s = 0; s < series.size(); ++s) {
+      if (!series[s].add(error, P)) return impossible();
+      if (to_fit && series[s].normalised.back() > excluded_beyond[s]) return impossible();
+    }
+    const double nees = static_cast<double>(dim) * series.front().normalised.back();
+    fit.nees += share * nees;
+    fit.log_likelihood -= share * 0.5 * (nees + series.front().log_determinant());
+  }
+  fit.p_value = 1.0;
+  for (const PartNees& part : series) {
+    fit.p_value = std::min(fit.p_value, tests * part.p_value_of_largest());
+    if (to_fit && fit.misfits()) return impossible();
+    const double mean = part.p_value_of_mean();
+    if (std::isnan(mean)) fit.all_tested = false;
+    if (!std::isnan(mean)) fit.p_value = std::min(fit.p_value, tests * mean);
+  }
+  return fit;
+}
 
 }  // namespace
 
@@ -69,34 +133,14 @@ std::string misfit_text(const ReadingFit& fit, Index dim) {
 
 ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
                        const ReadingRow& read) {
-  ReadingFit fit;
-  std::vector<PartNees> series;
-  std::vector<Index> all(static_cast<std::size_t>(dim));
-  std::iota(all.begin(), all.end(), 0);
-  series.push_back({all});
-  for (const std::vector<Index>& part : parts) series.push_back({part});
-  for (const Index c : all) series.push_back({{c}});
-  Vector error;
-  Matrix P;
-  const double share = 1.0 / static_cast<double>(rows);
-  for (std::size_t i = 0; i < rows; ++i) {
-    if (!read(i, error, P) || !error.allFinite() || !P.allFinite()) return impossible();
-    const Eigen::LLT<Matrix> factor(P);
-    if (factor.info() != Eigen::Success) return impossible();
-    for (PartNees& part : series) part.add(error, P);
-    const double nees = static_cast<double>(dim) * series.front().normalised.back();
-    fit.nees += share * nees;
-    fit.log_likelihood -= share * (0.5 * nees + factor.matrixLLT().diagonal().array().log().sum());
-  }
-  const double tests = 2.0 * static_cast<double>(series.size());
-  fit.p_value = 1.0;
-  for (const PartNees& part : series) {
-    const double mean = part.p_value_of_mean();
-    if (std::isnan(mean)) fit.all_tested = false;
-    if (!std::isnan(mean)) fit.p_value = std::min(fit.p_value, tests * mean);
-    fit.p_value = std::min(fit.p_value, tests * part.p_value_of_largest());
-  }
-  return fit;
+  return test_reading(rows, dim, parts, read, false);
+}
+
+std::optional<ReadingFit> fitting_reading(std::size_t rows, Index dim,
+                                          const std::vector<std::vector<Index>>& parts,
+                                          const ReadingRow& read) {
+  const ReadingFit fit = test_reading(rows, dim, parts, read, true);
+  return fit.fits() ? std::optional(fit) : std::nullopt;
 }
 
 }  // namespace credence::internal

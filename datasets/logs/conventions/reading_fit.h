@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,5 +40,10 @@ using ReadingRow = std::function<bool(std::size_t i, Vector& error, Matrix& P)>;
 /// that cannot be read, or whose P is not positive definite, ends it: the reading is not possible.
 ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
                        const ReadingRow& read);
+/// The same of a reading that is asked no more than whether it fits: null where it does not, which is found
+/// at the first row that is too large.
+std::optional<ReadingFit> fitting_reading(std::size_t rows, Index dim,
+                                          const std::vector<std::vector<Index>>& parts,
+                                          const ReadingRow& read);
 
 }  // namespace credence::internal

@@ -71,22 +71,22 @@ void StepConventions::add(const Step& step) {
 void StepConventions::finish() {
   if (rows_.size() < kFewestForReading || !layout_.joint_covariance) return;
   const auto n = static_cast<Index>(layout_.states.size());
-  const auto fit = [&](const StepReading& reading) {
-    return fit_reading(rows_.size(), n, {}, [&](std::size_t i, Vector& error, Matrix& P) {
+  const auto rows_changed_by = [&](const std::function<void(Matrix&)>& change) -> ReadingRow {
+    return [&](std::size_t i, Vector& error, Matrix& P) {
       if (rows_[i].error.size() != n) return false;
       error = rows_[i].error;
       P = rows_[i].P;
-      reading.change(P);
+      change(P);
       return true;
-    });
+    };
   };
-  const ReadingFit declared = fit({"", [](Matrix&) {}});
+  const ReadingFit declared = fit_reading(rows_.size(), n, {}, rows_changed_by([](Matrix&) {}));
   if (!declared.misfits()) return;
   std::optional<ReadingFit> best;
   std::string cause;
   for (const StepReading& reading : step_readings(layout_)) {
-    const ReadingFit found = fit(reading);
-    if (!found.fits() || (best && best->log_likelihood >= found.log_likelihood)) continue;
+    const auto found = fitting_reading(rows_.size(), n, {}, rows_changed_by(reading.change));
+    if (!found || (best && best->log_likelihood >= found->log_likelihood)) continue;
     best = found;
     cause = reading.cause;
   }

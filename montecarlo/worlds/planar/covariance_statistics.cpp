@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/logarithm.h"
 #include "core/nan.h"
 
@@ -10,7 +11,7 @@ namespace credence {
 using namespace internal;
 
 bool NeesSolver::factor(const VectorRef& error, const MatrixRef& P) {
-  wide_ = P.rows() >= kWide;
+  wide_ = P.rows() > SmallCholesky::kMost;
   if (wide_) {
     if (lead_rows_.rows() != lead_ || lead_rows_.cols() != P.rows()) {
       lead_rows_ = Matrix::Identity(lead_, P.rows());
@@ -19,11 +20,9 @@ bool NeesSolver::factor(const VectorRef& error, const MatrixRef& P) {
     whitened_ = panels_.whitened();
     return true;
   }
-  llt_.compute(P);
-  // Eigen takes a pivot that is no number for a good one.
-  if (llt_.info() != Eigen::Success || !llt_.matrixLLT().diagonal().allFinite()) return false;
+  if (!small_.compute(P)) return false;
   whitened_ = error;
-  llt_.matrixL().solveInPlace(whitened_);
+  small_.solve_lower(whitened_);
   return true;
 }
 
@@ -46,17 +45,12 @@ NeesValue NeesSolver::solve(const VectorRef& error, const MatrixRef& P) {
 }
 
 double NeesSolver::log_determinant() const {
-  return wide_ ? panels_.log_determinant() : log_determinant_of_factor(llt_.matrixLLT());
+  return wide_ ? panels_.log_determinant() : log_determinant_of_factor(small_.lower());
 }
 
 const Vector& NeesSolver::inverse_diagonal() {
   if (wide_) return panels_.inverse_diagonal();
-  // (P⁻¹)_ii = ‖column i of L⁻¹‖²
-  const Index m = llt_.rows();
-  inverse_factor_.setIdentity(m, m);
-  llt_.matrixL().solveInPlace(inverse_factor_);
-  inverse_diagonal_.resize(m);
-  for (Index i = 0; i < m; ++i) inverse_diagonal_[i] = inverse_factor_.col(i).tail(m - i).squaredNorm();
+  small_.inverse_diagonal(inverse_diagonal_);
   return inverse_diagonal_;
 }
 
@@ -71,7 +65,7 @@ bool NeesSolver::well_conditioned(const MatrixRef& P) const {
 double NeesSolver::without_lead() const {
   const Index n = whitened_.size();
   Matrix G = wide_ ? Matrix(panels_.W().transpose()) : Matrix(Matrix::Identity(n, lead_));
-  if (!wide_) llt_.matrixL().solveInPlace(G);
+  if (!wide_) small_.lower().triangularView<Eigen::Lower>().solveInPlace(G);
   const Vector scale = G.colwise().norm();
   G.array().rowwise() /= scale.transpose().array();
   const Eigen::LLT<Matrix> J(G.transpose() * G);

@@ -4,8 +4,8 @@
 #include <limits>
 #include <vector>
 
-#include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/panel_cholesky.h"
+#include "core/linear_algebra/small_cholesky.h"
 #include "core/types.h"
 
 /// @file
@@ -28,7 +28,7 @@ class NeesSolver {
 
   /// Of the last solve: L⁻¹ e, L_ii, ln det P and (P⁻¹)_ii, of the states of non-zero variance.
   const Vector& whitened() const { return whitened_; }
-  double pivot(Index i) const { return wide_ ? panels_.pivot(i) : llt_.matrixLLT()(i, i); }
+  double pivot(Index i) const { return wide_ ? panels_.pivot(i) : small_.pivot(i); }
   double log_determinant() const;
   const Vector& inverse_diagonal();
 
@@ -51,16 +51,13 @@ class NeesSolver {
   }
 
  private:
-  static constexpr Index kWide = 32;  ///< from here on panels are faster
-
   bool factor(const VectorRef& error, const MatrixRef& P);
 
   bool wide_ = false;
   Index lead_ = 0;
-  Matrix lead_rows_;        ///< lead×n: [I 0]
-  Eigen::LLT<Matrix> llt_;  ///< of what is not wide
+  Matrix lead_rows_;               ///< lead×n: [I 0]
+  internal::SmallCholesky small_;  ///< of what is not wide
   internal::PanelCholesky panels_;
-  Matrix inverse_factor_;
   Vector inverse_diagonal_;
   Vector whitened_;
   std::vector<Index> kept_;

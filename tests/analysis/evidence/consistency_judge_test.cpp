@@ -52,6 +52,27 @@ TEST(ConsistencyJudge, OfOneStepTheSumHasTheDirection) {
   EXPECT_EQ(result.optimistic_p_value, 1.0);
 }
 
+// A log with two decimals has errors of 0.00, of which χ² knows none.
+TEST(ConsistencyJudge, AValueOfZeroIsRoundedAndNotTooSmall) {
+  const auto verdict_of = [](double zero, std::int64_t runs, double dof) {
+    std::vector<Moments> steps(200, {.count = runs, .mean = dof, .m2 = 0.0});
+    steps[50].mean = steps[70].mean = zero;
+    return judge_nees(steps, std::vector<double>(200, dof * static_cast<double>(runs)), 0.95);
+  };
+  for (const double dof : {1.0, 2.0, 3.0}) {
+    const ConsistencyVerdict rounded = verdict_of(0.0, 1, dof);
+    EXPECT_EQ(rounded.verdict, Verdict::consistent) << dof;
+    EXPECT_EQ(rounded.steps[50].p_value, 1.0);
+  }
+  EXPECT_EQ(verdict_of(1e-12, 1, 2.0).verdict, Verdict::consistent);
+  EXPECT_EQ(verdict_of(1e-12, 1, 2.0).steps[50].simultaneous_lower, 0.0);
+  EXPECT_GT(verdict_of(1e-12, 1, 3.0).steps[50].simultaneous_lower, 0.0);
+  EXPECT_EQ(verdict_of(1e-12, 1, 3.0).verdict, Verdict::pessimistic)
+      << "three that are as small are no rounding";
+  EXPECT_EQ(verdict_of(0.0, 5, 1.0).verdict, Verdict::pessimistic) << "nor is zero in five runs";
+  EXPECT_EQ(verdict_of(60.0, 1, 1.0).verdict, Verdict::optimistic) << "too large is seen at any dof";
+}
+
 TEST(ConsistencyJudge, JoinsStepsAndSumAtHalfTheLevelEach) {
   // Three steps of dof 10 with deviations 2, −8 and 0.5; that of the sum is −5.5.
   const ConsistencyVerdict result =

@@ -62,12 +62,12 @@ class WhiteFilter {
 
 /// The sums of some runs, as a reader of files would add them.
 Evidence logs_of(int runs, std::int64_t steps, double memory, double scale,
-                 const std::function<void(Step&, int run)>& change = {}) {
+                 const std::function<void(Step&, int run)>& change = {}, unsigned first_seed = 1) {
   EvidenceRecorder sums;
   Evidence all;
   sums.begin_file("synthetic.csv", plane_layout());
   for (int run = 0; run < runs; ++run) {
-    WhiteFilter filter(static_cast<unsigned>(run) + 1, memory, scale);
+    WhiteFilter filter(static_cast<unsigned>(run) + first_seed, memory, scale);
     sums.begin_run();
     for (std::int64_t k = 1; k <= steps; ++k) {
       Step row = filter.next(k);
@@ -185,6 +185,50 @@ TEST(Judgement, ALongSingleRunIsDecided) {
   EXPECT_EQ(optimistic.nees.verdict, Verdict::optimistic);
   const Judgement pessimistic = judge(logs_of(1, 3000, 0.9, 0.7));
   EXPECT_EQ(pessimistic.nees.verdict, Verdict::pessimistic);
+}
+
+// What is shown beside the verdict of one run is what decided it: the stretches.
+TEST(Judgement, ASingleRunShowsTheBoundsThatDecideIt) {
+  const ConsistencyVerdict right = judge(logs_of(1, 3000, 0.9, 1.0)).nees;
+  EXPECT_LT(right.bounds.lower, right.mean);
+  EXPECT_GT(right.bounds.upper, right.mean);
+  EXPECT_LT(right.factor.lower, 1.0);
+  EXPECT_GT(right.factor.upper, 1.0);
+  for (const double scale : {1.3, 0.7}) {
+    const Judgement wrong = judge(logs_of(1, 3000, 0.9, scale));
+    ASSERT_TRUE(is_inconsistent(wrong.nees.verdict));
+    EXPECT_FALSE(wrong.nees.decided_by_steps);
+    const bool high = scale > 1.0;
+    EXPECT_EQ(wrong.nees.mean > wrong.nees.bounds.upper, high);
+    EXPECT_EQ(wrong.nees.mean < wrong.nees.bounds.lower, !high);
+    EXPECT_EQ(wrong.scale_covariance.lower > 1.0, high) << "and so is the factor";
+    EXPECT_EQ(wrong.scale_covariance.upper < 1.0, !high);
+  }
+}
+
+// The factors that one run would have shown with 90 % are shown by nine of ten other runs like it.
+TEST(Judgement, WhatASingleRunWouldHaveShownOthersShow) {
+  double above = 0.0, below = 0.0;
+  constexpr int kRuns = 60;
+  for (unsigned i = 0; i < kRuns; ++i) {
+    const Judgement j = judge(logs_of(1, 2000, 0.5, 1.0, {}, 100 + i));
+    above += std::log(j.settle_nees.detectable.above) / kRuns;
+    below += std::log(j.settle_nees.detectable.below) / kRuns;
+  }
+  EXPECT_LT(std::exp(above), 1.6);
+  EXPECT_GT(std::exp(below), 0.6);
+  int optimistic = 0, pessimistic = 0;
+  for (unsigned i = 0; i < kRuns; ++i) {
+    // The scale is that of the error, whose square is that of P.
+    optimistic +=
+        judge(logs_of(1, 2000, 0.5, std::exp(0.5 * above), {}, 900 + i)).nees.verdict == Verdict::optimistic;
+    pessimistic +=
+        judge(logs_of(1, 2000, 0.5, std::exp(0.5 * below), {}, 900 + i)).nees.verdict == Verdict::pessimistic;
+  }
+  // 54 of 60, with a standard deviation of 2.3; the power is that of the mean factor, and not of the run's
+  // own.
+  EXPECT_GE(optimistic, 42);
+  EXPECT_GE(pessimistic, 42);
 }
 
 TEST(Judgement, ASingleRunOfACorrelatedConsistentFilterIsSeldomAccused) {

@@ -29,6 +29,23 @@ TEST(VerdictText, AFactorIsSaidWhereItIsOneThatMends) {
   EXPECT_EQ(word_sentence("loop", optimistic(), unknown), "loop: optimistic from step 3 on.");
 }
 
+TEST(VerdictText, TrustsWithinTheBoundsOfWhatDecided) {
+  ConsistencyVerdict v;
+  v.bounds = {.lower = 0.7, .upper = 1.4};
+  v.steps.resize(20);
+  v.steps[11] = {.mean = 9.0, .simultaneous_lower = 0.01, .simultaneous_upper = 7.5};
+  v.worst_step = 11;
+  EXPECT_EQ(trusted_text(v), "0.7000 … 1.400");
+  v.verdict = Verdict::optimistic;
+  EXPECT_EQ(trusted_text(v), "0.7000 … 1.400");
+  v.decided_by_steps = true;
+  EXPECT_EQ(trusted_text(v), "0.01000 … 7.500 at step 12, has 9.000");
+  v.step_stride = 10;
+  EXPECT_EQ(trusted_text(v), "0.01000 … 7.500 at step 111, has 9.000");
+  v.decided_by_sensors = true;
+  EXPECT_EQ(trusted_text(v), "each sensor by itself");
+}
+
 TEST(VerdictText, ColoursWhatMustNotBeTrusted) {
   EXPECT_EQ(verdict_cell(Verdict::consistent).tone, CellTone::good);
   for (const Verdict verdict : {Verdict::optimistic, Verdict::mixed}) {
