@@ -4,17 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <random>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <vector>
 
-#include "core/filters/linear_filter.h"
-#include "core/linear_algebra/psd_root.h"
 #include "montecarlo/lanes/linear_kernel_units.h"
+#include "tests/montecarlo/lanes/linear_systems.h"
 
 namespace credence::internal {
 namespace {
@@ -25,61 +21,6 @@ std::vector<InstructionSet> supported_sets() {
     if (is_supported(set)) sets.push_back(set);
   }
   return sets;
-}
-
-LinearErrorSystem error_system(const LinearModel& truth, const LinearModel& assumed, Inflation inflation,
-                               Index steps) {
-  LinearErrorSystem system{{.F = truth.F,
-                            .noise_input = truth.G * psd_root(truth.Q),
-                            .H = truth.H,
-                            .measurement_root = psd_root(truth.R)},
-                           psd_root(truth.P0),
-                           {},
-                           {}};
-  for (const LinearFilterStep& step :
-       linear_filter_steps(assumed, {.inflation = inflation, .constant = {}}, steps)) {
-    EXPECT_TRUE(step.ok);
-    system.steps.push_back({.K = step.K,
-                            .innovation_whitening = psd_whitening(step.S),
-                            .error_whitening = psd_whitening(step.P)});
-  }
-  return system;
-}
-
-LinearErrorSystem monobot(Index landmarks, Index anchors, Inflation inflation, Index steps) {
-  const LinearModel model = monobot_model(landmarks, anchors, 0.1, 0.1, 1.0);
-  return error_system(model, model, inflation, steps);
-}
-
-Matrix random_matrix(Index rows, Index columns, std::mt19937_64& generator) {
-  Matrix matrix(rows, columns);
-  for (Index i = 0; i < matrix.size(); ++i) {
-    matrix.data()[i] = std::ldexp(static_cast<double>(generator() >> 11), -52) - 1.0;
-  }
-  return matrix;
-}
-
-/// A system without any structure: F dense, two process noises, whitenings that are neither square nor
-/// triangular.
-LinearErrorSystem unstructured(Index n, Index m, Index steps) {
-  std::mt19937_64 generator(7);
-  LinearErrorSystem system{{.F = 0.3 * random_matrix(n, n, generator),
-                            .noise_input = random_matrix(n, 2, generator),
-                            .H = random_matrix(m, n, generator),
-                            .measurement_root = random_matrix(m, m, generator)},
-                           random_matrix(n, n, generator),
-                           {},
-                           {}};
-  for (Index k = 0; k < steps; ++k) {
-    system.steps.push_back({.K = 0.3 * random_matrix(n, m, generator),
-                            .innovation_whitening = random_matrix(std::max<Index>(1, m - 1), m, generator),
-                            .error_whitening = random_matrix(n - 1, n, generator)});
-    // zeros at the ends of rows, and a row of nothing but zeros
-    system.steps.back().error_whitening.row(0).head(n / 2).setZero();
-    if (k % 3 == 1) system.steps.back().error_whitening.row(n - 2).setZero();
-    if (k % 4 == 2) system.steps.back().K.row(n - 1).setZero();
-  }
-  return system;
 }
 
 /// y + M x, term by term, and with zeros left in.
@@ -170,70 +111,39 @@ void expect_bits_of_plain_loop(const std::string& name, const LinearErrorSystem&
 
 TEST(LinearKernel, lanes_are_a_plain_loop_to_the_last_bit) {
   for (const Index runs : {1, 5, 8, 31, 32, 33, 70}) {
-    expect_bits_of_plain_loop("one landmark", monobot(1, 0, Inflation::none, 38), 3, runs);
+    expect_bits_of_plain_loop("one landmark", monobot_system(1, 0, Inflation::none, 38), 3, runs);
   }
   for (const Inflation inflation : {Inflation::none, Inflation::full, Inflation::map}) {
-    expect_bits_of_plain_loop("one anchored", monobot(1, 1, inflation, 9), 0, 40);
-    expect_bits_of_plain_loop("two", monobot(2, 0, inflation, 9), 100, 40);
-    expect_bits_of_plain_loop("two anchored", monobot(2, 1, inflation, 9), 7, 40);
-    expect_bits_of_plain_loop("three", monobot(3, 0, inflation, 9), 7, 37);
+    expect_bits_of_plain_loop("one anchored", monobot_system(1, 1, inflation, 9), 0, 40);
+    expect_bits_of_plain_loop("two", monobot_system(2, 0, inflation, 9), 100, 40);
+    expect_bits_of_plain_loop("two anchored", monobot_system(2, 1, inflation, 9), 7, 40);
+    expect_bits_of_plain_loop("three", monobot_system(3, 0, inflation, 9), 7, 37);
   }
-  expect_bits_of_plain_loop("two anchors", monobot(2, 2, Inflation::none, 5), 7, 40);
-  expect_bits_of_plain_loop("nineteen", monobot(19, 1, Inflation::map, 6), 7, 37);
+  expect_bits_of_plain_loop("two anchors", monobot_system(2, 2, Inflation::none, 5), 7, 40);
+  expect_bits_of_plain_loop("nineteen", monobot_system(19, 1, Inflation::map, 6), 7, 37);
 }
 
 TEST(LinearKernel, any_system_will_do) {
   for (const Index n : {2, 3, 5, 8, 13}) {
     for (const Index m : {1, 2, 4, 7}) {
-      expect_bits_of_plain_loop("n " + std::to_string(n) + " m " + std::to_string(m), unstructured(n, m, 7),
-                                1, 43);
+      expect_bits_of_plain_loop("n " + std::to_string(n) + " m " + std::to_string(m),
+                                unstructured_system(n, m, 7), 1, 43);
     }
   }
 }
 
 TEST(LinearKernel, more_runs_than_one_batch) {
-  expect_bits_of_plain_loop("one landmark", monobot(1, 0, Inflation::none, 3), 0, 1100);
-  expect_bits_of_plain_loop("forty", monobot(40, 0, Inflation::none, 2), 0, 70);
+  expect_bits_of_plain_loop("one landmark", monobot_system(1, 0, Inflation::none, 3), 0, 1100);
+  expect_bits_of_plain_loop("forty", monobot_system(40, 0, Inflation::none, 2), 0, 70);
 }
 
 TEST(LinearKernel, monobots_with_a_missing_direction_use_the_general_kernel) {
   // the landmark is known exactly: its variance is zero, P has rank one
   LinearModel model = monobot_model(1, 0, 0.1, 0.1, 1.0);
   model.P0(1, 1) = 0.0;
-  const LinearErrorSystem system = error_system(model, model, Inflation::none, 6);
+  const LinearErrorSystem system = linear_error_system(model, model, Inflation::none, 6);
   ASSERT_EQ(system.steps[0].error_whitening.rows(), 1);
   expect_bits_of_plain_loop("known landmark", system, 0, 33);
-}
-
-// The equations of the header with vectors for the world and the estimate, in ordinary arithmetic.
-TEST(LinearKernel, a_trace_is_the_error_of_a_filter_in_a_world) {
-  const LinearErrorSystem system = unstructured(5, 3, 12);
-  const NoiseSource noise(5, 5);
-  const LinearRunTrace trace = trace_linear(system, noise, 21);
-  const auto normals = [&](Index step, NoisePurpose purpose, Index count) {
-    Vector x(count);
-    for (Index i = 0; i < count; ++i) x[i] = noise.normal(21, step, purpose, i);
-    return x;
-  };
-  Vector x = Vector::LinSpaced(5, -1.0, 2.0);
-  Vector estimate = x - system.initial_root * normals(0, NoisePurpose::initial, 5);
-  EXPECT_LT((trace.initial_error - (x - estimate)).norm(), 1e-14);
-  for (std::size_t k = 0; k < system.steps.size(); ++k) {
-    const Index step = static_cast<Index>(k) + 1;
-    const Vector process = system.noise_input * normals(step, NoisePurpose::process, 2);
-    const Vector measurement = system.measurement_root * normals(step, NoisePurpose::measurement, 3);
-    x = system.F * x + process;
-    const Vector z = system.H * x + measurement;
-    estimate = system.F * estimate;
-    const Vector nu = z - system.H * estimate;
-    estimate += system.steps[k].K * nu;
-    EXPECT_LT((trace.process_noise[k] - process).norm(), 1e-14);
-    EXPECT_LT((trace.measurement_noise[k] - measurement).norm(), 1e-14);
-    EXPECT_LT((trace.innovations[k] - nu).norm(), 1e-12);
-    EXPECT_LT((trace.errors[k] - (x - estimate)).norm(), 1e-12);
-    EXPECT_NEAR(trace.nis[k], (system.steps[k].innovation_whitening * nu).squaredNorm(), 1e-12);
-    EXPECT_NEAR(trace.nees[k], (system.steps[k].error_whitening * (x - estimate)).squaredNorm(), 1e-12);
-  }
 }
 
 // Expected values at step 100: theory, section 6.
@@ -252,7 +162,7 @@ TEST(LinearKernel, means_are_the_exact_ones_of_the_theory) {
                         {"2 partial full", 2, 0, Inflation::full, 2.947689567, 0.076303405},
                         {"2 partial map", 2, 0, Inflation::map, 2.888204333, 1.223591335}};
   for (const Case& c : cases) {
-    const LinearErrorSystem system = monobot(c.landmarks, c.anchors, c.inflation, 100);
+    const LinearErrorSystem system = monobot_system(c.landmarks, c.anchors, c.inflation, 100);
     std::vector<Moments> nees(100), nis(100);
     simulate_linear(system, NoiseSource(1, 0), 0, 10000, nees, nis);
     const auto error = [](const Moments& m) {
@@ -264,7 +174,7 @@ TEST(LinearKernel, means_are_the_exact_ones_of_the_theory) {
 }
 
 TEST(LinearKernel, variance_of_an_optimal_filter_is_that_of_chi_square) {
-  const LinearErrorSystem system = monobot(2, 0, Inflation::none, 20);
+  const LinearErrorSystem system = monobot_system(2, 0, Inflation::none, 20);
   std::vector<Moments> nees(20), nis(20);
   simulate_linear(system, NoiseSource(2, 0), 0, 20000, nees, nis);
   for (std::size_t k = 0; k < 20; ++k) {
@@ -276,7 +186,7 @@ TEST(LinearKernel, variance_of_an_optimal_filter_is_that_of_chi_square) {
 
 TEST(LinearKernel, units_do_not_change_what_is_measured) {
   // the mean of the traces, which are in the units of the system
-  const LinearErrorSystem system = unstructured(4, 2, 5);
+  const LinearErrorSystem system = unstructured_system(4, 2, 5);
   const NoiseSource noise(1, 2);
   std::vector<Moments> nees(5), nis(5), trace_nees(5), trace_nis(5);
   simulate_linear(system, noise, 0, 100, nees, nis);
@@ -295,26 +205,8 @@ TEST(LinearKernel, units_do_not_change_what_is_measured) {
   }
 }
 
-// Noise of a few times 1e-155 beside one of 0.3, or beside one of 1e155: their squares are in no double's
-// range.
-TEST(LinearKernel, noises_may_be_as_far_apart_as_doubles_are) {
-  for (const auto& [Q, R, P0] : {std::tuple(1e-310, 0.1, 1.0), std::tuple(1e-200, 1e200, 1.0),
-                                 std::tuple(1e-310, 0.1, 1e-310), std::tuple(0.1, 1e-310, 0.1)}) {
-    const LinearModel model = monobot_model(1, 0, Q, R, P0);
-    const LinearErrorSystem system = error_system(model, model, Inflation::none, 3);
-    const LinearRunTrace trace = trace_linear(system, NoiseSource(1, 1), 0);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double nees = (system.steps[k].error_whitening * trace.errors[k]).squaredNorm();
-      const double nis = (system.steps[k].innovation_whitening * trace.innovations[k]).squaredNorm();
-      ASSERT_TRUE(std::isfinite(nees) && std::isfinite(nis)) << Q << " " << R << " " << P0;
-      EXPECT_NEAR(trace.nees[k], nees, 1e-9 * nees) << Q << " " << R << " " << P0 << " step " << k;
-      EXPECT_NEAR(trace.nis[k], nis, 1e-9 * nis) << Q << " " << R << " " << P0 << " step " << k;
-    }
-  }
-}
-
 TEST(LinearKernel, chunks_are_merged_into_what_is_there) {
-  const LinearSimulator simulator(monobot(1, 0, Inflation::none, 4));
+  const LinearSimulator simulator(monobot_system(1, 0, Inflation::none, 4));
   const NoiseSource noise(1, 2);
   std::vector<Moments> nees(4), nis(4), first_nees(4), first_nis(4), second_nees(4), second_nis(4);
   simulator.simulate(noise, 0, 50, nees, nis);
@@ -332,7 +224,7 @@ TEST(LinearKernel, chunks_are_merged_into_what_is_there) {
 }
 
 TEST(LinearKernel, an_error_that_overflows_stays_visible) {
-  LinearErrorSystem system = monobot(1, 0, Inflation::none, 3);
+  LinearErrorSystem system = monobot_system(1, 0, Inflation::none, 3);
   system.F *= 1e200;
   std::vector<Moments> nees(3), nis(3);
   simulate_linear(system, NoiseSource(1, 0), 0, 10, nees, nis);
@@ -341,7 +233,7 @@ TEST(LinearKernel, an_error_that_overflows_stays_visible) {
 }
 
 TEST(LinearKernel, refuses_what_does_not_fit) {
-  const LinearErrorSystem good = monobot(2, 0, Inflation::none, 3);
+  const LinearErrorSystem good = monobot_system(2, 0, Inflation::none, 3);
   const NoiseSource noise(1, 0);
   std::vector<Moments> three(3), two(2);
   const auto refused = [&](auto change) {
@@ -364,7 +256,6 @@ TEST(LinearKernel, refuses_what_does_not_fit) {
   EXPECT_THROW(simulate_linear(good, noise, 0, -1, three, three), std::invalid_argument);
   EXPECT_THROW(simulate_linear(good, noise, 0, 1, two, three), std::invalid_argument);
   EXPECT_THROW(simulate_linear(good, noise, 0, 1, three, two), std::invalid_argument);
-  EXPECT_THROW(trace_linear(good, noise, -1), std::invalid_argument);
 }
 
 }  // namespace

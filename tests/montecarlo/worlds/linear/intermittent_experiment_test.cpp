@@ -5,117 +5,24 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "core/filters/linear_filter.h"
 #include "montecarlo/scenario/scenario_text.h"
-#include "montecarlo/scenario/world_schema.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/monobot/monobot_world.h"
-#include "tests/montecarlo/engine/allocation_count.h"
+#include "tests/montecarlo/lanes/missed_measurements.h"
 
 namespace credence::internal {
 namespace {
 
-Scenario monobot(Index landmarks, Index anchors, double probability) {
-  Scenario s = default_scenario("monobot");
-  s.world.landmarks = landmarks;
-  s.world.observability = anchors > 0 ? Observability::full : Observability::partial;
-  s.world.anchors = anchors;
-  s.noise.detection_probability = probability;
-  s.study.steps = 30;
-  return s;
-}
-
-LinearProblem problem_of(const Scenario& s) { return monobot_problem(s); }
-
 IntermittentExperiment experiment_of(const Scenario& s, InstructionSet set = best_instruction_set()) {
-  return {problem_of(s), s.study.steps, NoiseSource(s.study.seed, noise_group(s), set)};
+  return {monobot_problem(s), s.study.steps, NoiseSource(s.study.seed, noise_group(s), set)};
 }
-
-using WideMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
-using WideVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
-
-/// One run of a monobot in extended precision, the way of the textbook: all measurements of a step together,
-/// Joseph's form.
-class WideRun {
- public:
-  WideRun(const IntermittentProblem& problem, const NoiseSource& source, std::int64_t run)
-      : problem_(problem), source_(source), run_(run) {
-    const Index n = problem.truth.state_dim();
-    Vector normals(n);
-    source.normals(run, 0, NoisePurpose::initial, {normals.data(), static_cast<std::size_t>(n)});
-    e = std::sqrt(static_cast<long double>(problem.truth.P0(0, 0))) * normals.cast<long double>();
-    P = problem.assumed.P0.cast<long double>();
-  }
-
-  void step(Index k) {
-    const LinearModel &truth = problem_.truth, &assumed = problem_.assumed;
-    const Index n = truth.state_dim(), m = truth.measurement_dim(), first = k - (k - 1) % 4;
-    const auto root = [](double variance) { return std::sqrt(static_cast<long double>(variance)); };
-    e[0] += root(truth.Q(0, 0)) * source_.normal(run_, k, NoisePurpose::process, 0);
-    P(0, 0) += assumed.Q(0, 0);
-    if (problem_.rule.constant.size() > 0) P += problem_.rule.constant.cast<long double>();
-    decorrelate();
-    trace_prior = P.trace();
-
-    std::vector<double> events(static_cast<std::size_t>(4 * m));
-    source_.events_of_four_steps(run_, first, NoisePurpose::detection, problem_.detection_probability, m,
-                                 events);
-    rows.clear();
-    for (Index i = 0; i < m; ++i) {
-      if (events[static_cast<std::size_t>((k - first) * m + i)] == 1.0) rows.push_back(i);
-    }
-    nis = 0.0;
-    if (!rows.empty()) {
-      const Index seen = std::ssize(rows);
-      const WideMatrix H = truth.H(rows, Eigen::all).cast<long double>();
-      WideVector nu = H * e;
-      for (Index i = 0; i < seen; ++i) {
-        nu[i] += root(truth.R(0, 0)) *
-                 source_.normal(run_, k, NoisePurpose::measurement, rows[static_cast<std::size_t>(i)]);
-      }
-      const WideMatrix R = assumed.R(0, 0) * WideMatrix::Identity(seen, seen), S = H * P * H.transpose() + R;
-      const WideMatrix K = S.llt().solve(H * P).transpose();
-      const WideMatrix A = WideMatrix::Identity(n, n) - K * H;
-      e -= K * nu;
-      P = (A * P * A.transpose() + K * R * K.transpose()).eval();
-      P = (0.5L * (P + P.transpose())).eval();
-      nis = nu.dot(S.llt().solve(nu));
-    }
-    nees = e.dot(P.llt().solve(e));
-  }
-
-  WideVector e;
-  WideMatrix P;
-  long double nees = 0.0, nis = 0.0, trace_prior = 0.0;
-  std::vector<Index> rows;
-
- private:
-  /// The pairwise sum of blocks of one state.
-  void decorrelate() {
-    const Inflation inflation = problem_.rule.inflation;
-    if (inflation == Inflation::none) return;
-    const Index first = inflation == Inflation::full ? 0 : 1;
-    for (Index i = first; i < P.rows(); ++i) {
-      for (Index j = first; j < i; ++j) {
-        const long double c = std::abs(P(i, j));
-        P(i, i) += c;
-        P(j, j) += c;
-        P(i, j) = P(j, i) = 0.0;
-      }
-    }
-  }
-
-  const IntermittentProblem& problem_;
-  const NoiseSource& source_;
-  std::int64_t run_;
-};
 
 // A diffuse prior beside a small R: the Cholesky factor of S fails where one measurement at a time does not.
 TEST(IntermittentExperiment, AVisitGoesOnWhereTheMatricesLoseSAndTheLanesDoNot) {
-  Scenario s = monobot(3, 0, 0.5);
+  Scenario s = intermittent_monobot(3, 0, 0.5);
   s.noise.initial_variance = 1e10;
   s.noise.measurement_variance = 1e-6;
   s.study.steps = 50;
@@ -137,92 +44,11 @@ TEST(IntermittentExperiment, AVisitGoesOnWhereTheMatricesLoseSAndTheLanesDoNot) 
   EXPECT_GT(lost, 0) << "S must have been lost, else this test tests nothing";
 }
 
-struct Case {
-  std::string name;
-  Scenario scenario;
-};
-
-std::vector<Case> cases() {
-  std::vector<Case> all;
-  for (const Index landmarks : {0, 1, 2, 6}) {
-    for (const Index anchors : {0, 1, 2}) {
-      if (landmarks + anchors == 0) continue;
-      for (const FilterInflation inflation :
-           {FilterInflation::none, FilterInflation::full, FilterInflation::map, FilterInflation::rank}) {
-        if (inflation == FilterInflation::rank && landmarks == 0) continue;
-        Scenario s = monobot(landmarks, anchors, 0.7);
-        s.filter.inflation = inflation;
-        s.filter.inflation_scale = 0.02;
-        s.filter.measurement_scale = 0.8;
-        s.filter.process_scale = 1.3;
-        all.push_back({std::to_string(landmarks) + " landmarks, " + std::to_string(anchors) + " anchors, " +
-                           std::string(to_string(inflation)),
-                       s});
-      }
-    }
-  }
-  return all;
-}
-
-TEST(IntermittentExperiment, lanes_are_the_textbook_filter_to_rounding) {
-  for (const Case& c : cases()) {
-    SCOPED_TRACE(c.name);
-    const IntermittentProblem problem = problem_of(c.scenario);
-    const NoiseSource source(c.scenario.study.seed, noise_group(c.scenario));
-    ASSERT_TRUE(IntermittentLanes::support(problem));
-    IntermittentLanes lanes(problem, source);
-    lanes.start(3, IntermittentLanes::kLanes);
-    WideRun first(problem, source, 3), last(problem, source, 34);
-    for (Index k = 1; k <= c.scenario.study.steps; ++k) {
-      ASSERT_EQ(lanes.advance(1), 1);
-      for (const auto& [run, lane] : {std::pair<WideRun*, int>{&first, 0}, {&last, 31}}) {
-        run->step(k);
-        const WideMatrix P = lanes.covariance(lane).cast<long double>();
-        const WideVector e = lanes.error(lane).cast<long double>();
-        EXPECT_LT((P - run->P).cwiseAbs().maxCoeff(), 1e-13L * run->P.cwiseAbs().maxCoeff()) << k;
-        EXPECT_LT((e - run->e).cwiseAbs().maxCoeff(), 1e-12L * run->e.cwiseAbs().maxCoeff()) << k;
-        EXPECT_NEAR(lanes.value(kNeesValue, lane), static_cast<double>(run->nees),
-                    1e-10 * (1.0 + static_cast<double>(run->nees)))
-            << k;
-        EXPECT_NEAR(lanes.value(kNisValue, lane), static_cast<double>(run->nis),
-                    1e-10 * (1.0 + static_cast<double>(run->nis)))
-            << k;
-        EXPECT_NEAR(lanes.value(kTracePriorValue, lane), static_cast<double>(run->trace_prior),
-                    1e-12 * static_cast<double>(run->trace_prior));
-        const double trace = lanes.covariance(lane).trace();
-        EXPECT_NEAR(lanes.value(kTraceValue, lane), trace, 1e-14 * trace);
-        EXPECT_EQ(lanes.value(kVehicleValue, lane), lanes.covariance(lane)(0, 0));
-        std::vector<Index> rows;
-        for (Index i = 0; i < problem.truth.measurement_dim(); ++i) {
-          if (lanes.seen(i, lane)) rows.push_back(i);
-        }
-        EXPECT_EQ(rows, run->rows);
-      }
-    }
-  }
-}
-
-TEST(IntermittentExperiment, a_vague_prior_costs_no_digits) {
-  Scenario s = monobot(2, 1, 0.8);
-  s.noise.initial_variance = 1e14;  // 1e15 times the variance of a measurement
-  const IntermittentProblem problem = problem_of(s);
-  const NoiseSource source(1, 0);
-  IntermittentLanes lanes(problem, source);
-  lanes.start(0, 1);
-  WideRun wide(problem, source, 0);
-  for (Index k = 1; k <= s.study.steps; ++k) {
-    lanes.advance(1);
-    wide.step(k);
-    const WideMatrix P = lanes.covariance(0).cast<long double>();
-    for (Index i = 0; i < P.rows(); ++i) EXPECT_LT(std::abs(P(i, i) / wide.P(i, i) - 1.0L), 1e-9L) << k;
-  }
-}
-
 TEST(IntermittentExperiment, matrices_do_what_no_lane_does) {
-  Scenario s = monobot(3, 0, 0.6);
+  Scenario s = intermittent_monobot(3, 0, 0.6);
   s.filter.inflation = FilterInflation::map;
   s.filter.solution = InflationSolution::min_trace;
-  ASSERT_FALSE(IntermittentLanes::support(problem_of(s)));
+  ASSERT_FALSE(IntermittentLanes::support(monobot_problem(s)));
   const RunTrace trace = experiment_of(s).trace(5);
   ASSERT_EQ(trace.outcome, Outcome::ok);
   const LinearProblem problem = monobot_problem(s);
@@ -242,7 +68,7 @@ TEST(IntermittentExperiment, matrices_do_what_no_lane_does) {
 
 TEST(IntermittentExperiment, instruction_sets_give_the_same_bits) {
   if (best_instruction_set() == InstructionSet::scalar) GTEST_SKIP() << "one instruction set cannot differ";
-  for (const Case& c : cases()) {
+  for (const IntermittentCase& c : intermittent_cases()) {
     const StudyStatistics scalar = experiment_of(c.scenario, InstructionSet::scalar).run_chunk(64, 40);
     for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
       if (!is_supported(set)) continue;
@@ -253,7 +79,7 @@ TEST(IntermittentExperiment, instruction_sets_give_the_same_bits) {
 
 TEST(IntermittentExperiment, a_run_alone_has_the_numbers_of_its_chunk) {
   for (const FilterInflation inflation : {FilterInflation::none, FilterInflation::map}) {
-    Scenario s = monobot(2, 0, 0.7);
+    Scenario s = intermittent_monobot(2, 0, 0.7);
     s.filter.inflation = inflation;
     const IntermittentExperiment experiment = experiment_of(s);
     const StudyStatistics one = experiment.run_chunk(7, 1);
@@ -275,7 +101,7 @@ TEST(IntermittentExperiment, a_run_alone_has_the_numbers_of_its_chunk) {
 }
 
 TEST(IntermittentExperiment, a_chunk_is_its_runs) {
-  const Scenario s = monobot(2, 0, 0.7);
+  const Scenario s = intermittent_monobot(2, 0, 0.7);
   const IntermittentExperiment experiment = experiment_of(s);
   const StudyStatistics chunk = experiment.run_chunk(64, 64);
   StudyStatistics runs = experiment.run_chunk(64, 1);
@@ -298,7 +124,7 @@ TEST(IntermittentExperiment, a_chunk_is_its_runs) {
 
 TEST(IntermittentExperiment, an_optimal_filter_has_its_exact_means) {
   for (const Index anchors : {0, 1}) {
-    Scenario s = monobot(2, anchors, 0.5);
+    Scenario s = intermittent_monobot(2, anchors, 0.5);
     s.study.steps = 100;
     const IntermittentExperiment experiment = experiment_of(s);
     ASSERT_TRUE(experiment.is_optimal());
@@ -323,12 +149,12 @@ TEST(IntermittentExperiment, an_optimal_filter_has_its_exact_means) {
 
 /// tr(P⁻¹ Σ) of a filter given what it saw: Σ is the true covariance of its error.
 TEST(IntermittentExperiment, a_wrong_filter_has_its_exact_mean_given_what_it_saw) {
-  Scenario s = monobot(2, 0, 0.6);
+  Scenario s = intermittent_monobot(2, 0, 0.6);
   s.filter.measurement_scale = 0.5;
   s.filter.inflation = FilterInflation::map;
   const IntermittentExperiment experiment = experiment_of(s);
   EXPECT_FALSE(experiment.is_optimal());
-  const IntermittentProblem problem = problem_of(s);
+  const IntermittentProblem problem = monobot_problem(s);
   const auto steps = static_cast<std::size_t>(s.study.steps);
   std::vector<Moments> excess(steps);
   for (std::int64_t run = 0; run < 2000; ++run) {
@@ -355,7 +181,7 @@ TEST(IntermittentExperiment, a_wrong_filter_has_its_exact_mean_given_what_it_saw
 }
 
 TEST(IntermittentExperiment, runs_that_fail_are_counted_named_and_end_there) {
-  Scenario s = monobot(2, 0, 0.01);
+  Scenario s = intermittent_monobot(2, 0, 0.01);
   s.noise.process_variance = 1e306;  // overflows where nothing is seen for long
   s.study.steps = 4000;
   const IntermittentExperiment experiment = experiment_of(s);
@@ -381,10 +207,10 @@ TEST(IntermittentExperiment, runs_that_fail_are_counted_named_and_end_there) {
 }
 
 TEST(IntermittentExperiment, a_sure_detection_is_the_shared_filter) {
-  const Scenario s = monobot(2, 1, 1.0);
+  const Scenario s = intermittent_monobot(2, 1, 1.0);
   const NoiseSource source(s.study.seed, 0);
-  const LinearExperiment shared(problem_of(s), s.study.steps, source);
-  const IntermittentExperiment own(problem_of(s), s.study.steps, source);
+  const LinearExperiment shared(monobot_problem(s), s.study.steps, source);
+  const IntermittentExperiment own(monobot_problem(s), s.study.steps, source);
   const RunTrace a = shared.trace(11), b = own.trace(11);
   for (std::size_t k = 0; k < a.steps.size(); ++k) {
     EXPECT_EQ(a.steps[k].truth, b.steps[k].truth);
@@ -393,35 +219,6 @@ TEST(IntermittentExperiment, a_sure_detection_is_the_shared_filter) {
     EXPECT_NEAR(a.steps[k].nees, b.steps[k].nees, 1e-10);
     EXPECT_NEAR(a.steps[k].nis, b.steps[k].nis, 1e-10);
   }
-}
-
-TEST(IntermittentExperiment, a_tile_of_runs_allocates_nothing) {
-  const Scenario s = monobot(5, 1, 0.7);
-  IntermittentLanes lanes(problem_of(s), NoiseSource(1, 0));
-  StudyStatistics statistics;
-  statistics.steps.resize(40);
-  lanes.start(0, IntermittentLanes::kLanes);
-  const std::int64_t before = allocations_of_this_thread();
-  for (Index done = 0; done < 40;) {
-    done += lanes.advance(40 - done);
-    lanes.add_to(statistics);
-  }
-  EXPECT_EQ(allocations_of_this_thread() - before, 0);
-}
-
-TEST(IntermittentExperiment, refuses_what_the_lanes_do_not_have) {
-  Scenario s = monobot(2, 0, 0.5);
-  s.filter.inflation = FilterInflation::map;
-  s.filter.solution = InflationSolution::sequential;
-  EXPECT_THROW(IntermittentLanes(problem_of(s), NoiseSource(1, 0)), std::invalid_argument);
-  EXPECT_FALSE(IntermittentLanes::support(problem_of([&] {
-    Scenario exact = monobot(2, 0, 0.5);
-    exact.noise.measurement_variance = 0.0;
-    return exact;
-  }())));
-  IntermittentProblem problem = problem_of(monobot(2, 0, 0.5));
-  problem.truth.F(0, 0) = 0.9;
-  EXPECT_FALSE(IntermittentLanes::support(problem));
 }
 
 }  // namespace
