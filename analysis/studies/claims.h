@@ -46,8 +46,8 @@ Claim linear_time_claim(std::span<const FilterTime> times);
 /// The claim on time, from short interleaved timings of a few seconds; empty when stopped.
 std::vector<Claim> timing_claims(const std::atomic<bool>* stop = nullptr);
 
-/// The claims on the plane: ranks and growth along twenty loops of a circle with six landmarks and a range of
-/// 12 m (theory, section 5). Takes a few seconds.
-std::vector<Claim> planar_claims();
+/// The claims on the plane: ranks and growth along so many loops, at least four, of a circle with six
+/// landmarks and a range of 12 m (theory, section 5). Twenty take a few seconds.
+std::vector<Claim> planar_claims(Index loops = 20);
 
 }  // namespace credence::internal

@@ -7,8 +7,6 @@
 namespace credence::internal {
 namespace {
 
-constexpr Index kLoops = 20;
-
 Scenario circle(Index anchors, FilterInflation inflation) {
   Scenario s = default_scenario("planar");
   s.world.landmarks = 6;
@@ -108,11 +106,11 @@ Claim map_bounded_claim(const PlanarStability& map) {
 
 }  // namespace
 
-std::vector<Claim> planar_claims() {
-  const PlanarStability free = analyse_planar_stability(circle(0, FilterInflation::map), kLoops);
-  const PlanarStability one = analyse_planar_stability(circle(1, FilterInflation::map), kLoops);
-  const PlanarStability two = analyse_planar_stability(circle(2, FilterInflation::map), kLoops);
-  const PlanarStability full = analyse_planar_stability(circle(0, FilterInflation::full), kLoops);
+std::vector<Claim> planar_claims(Index loops) {
+  const PlanarStability free = analyse_planar_stability(circle(0, FilterInflation::map), loops);
+  const PlanarStability one = analyse_planar_stability(circle(1, FilterInflation::map), loops);
+  const PlanarStability two = analyse_planar_stability(circle(2, FilterInflation::map), loops);
+  const PlanarStability full = analyse_planar_stability(circle(0, FilterInflation::full), loops);
   return {controllability_claim(free), one_beacon_claim(free, one, two), full_unbounded_claim(full),
           map_bounded_claim(free)};
 }

@@ -1,18 +1,36 @@
-#include "analysis/studies/claims.h"
-
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <map>
 #include <set>
+#include <string>
+
+#include "analysis/studies/claims.h"
 
 namespace credence::internal {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
-TEST(Claims, OfTheMonobotComeOutAsTheTheorySays) {
+/// By id; made once, as it takes a while.
+const std::map<std::string, Claim>& claims_by_id() {
+  static const std::map<std::string, Claim> all = [] {
+    std::map<std::string, Claim> claims;
+    for (const Claim& claim : monobot_claims()) {
+      EXPECT_TRUE(claims.emplace(claim.id, claim).second) << claim.id;
+    }
+    return claims;
+  }();
+  return all;
+}
+
+std::string measured_of(const std::string& id) { return claims_by_id().at(id).measured; }
+std::string long_run_of(const std::string& id) { return claims_by_id().at(id).long_run; }
+
+TEST(MonobotClaims, ComeOutAsTheTheorySays) {
   // theory, sections 3 to 6.
   const std::map<std::string, ClaimVerdict> expected = {
       {"unit-eigenvalue", ClaimVerdict::holds},    {"bounded-error", ClaimVerdict::holds},
@@ -21,63 +39,80 @@ TEST(Claims, OfTheMonobotComeOutAsTheTheorySays) {
       {"full-unbounded", ClaimVerdict::holds},     {"map-bounded", ClaimVerdict::conditional},
       {"one-landmark-map", ClaimVerdict::holds},   {"suboptimal-variance", ClaimVerdict::holds},
       {"rank-condition", ClaimVerdict::fails},     {"anchored-bounded", ClaimVerdict::holds}};
-  std::set<std::string> seen;
-  for (const Claim& claim : monobot_claims()) {
-    ASSERT_TRUE(expected.contains(claim.id)) << claim.id;
-    EXPECT_EQ(claim.verdict, expected.at(claim.id))
-        << claim.id << ": " << claim.measured << "; " << claim.long_run;
-    EXPECT_TRUE(seen.insert(claim.id).second) << claim.id;
-    EXPECT_FALSE(claim.source.empty() || claim.statement.empty() || claim.measured.empty()) << claim.id;
-  }
-  EXPECT_EQ(seen.size(), expected.size());
-}
-
-TEST(Claims, OfThePlaneComeOutAsTheTheorySays) {
-  // theory, section 5.
-  const std::map<std::string, ClaimVerdict> expected = {{"planar-controllability", ClaimVerdict::holds},
-                                                        {"one-beacon", ClaimVerdict::fails},
-                                                        {"planar-full-unbounded", ClaimVerdict::holds},
-                                                        {"planar-map-bounded", ClaimVerdict::conditional}};
-  const std::vector<Claim> claims = planar_claims();
-  EXPECT_EQ(claims.size(), expected.size());
-  for (const Claim& claim : claims) {
-    ASSERT_TRUE(expected.contains(claim.id)) << claim.id;
-    EXPECT_EQ(claim.verdict, expected.at(claim.id))
-        << claim.id << ": " << claim.measured << "; " << claim.long_run;
+  EXPECT_EQ(claims_by_id().size(), expected.size());
+  for (const auto& [id, claim] : claims_by_id()) {
+    ASSERT_TRUE(expected.contains(id)) << id;
+    EXPECT_EQ(claim.verdict, expected.at(id)) << id << ": " << claim.measured << "; " << claim.long_run;
+    EXPECT_FALSE(claim.source.empty() || claim.statement.empty() || claim.measured.empty()) << id;
   }
 }
 
-TEST(Claims, CarryTheirNumbers) {
-  std::map<std::string, std::string> measured;
-  for (const Claim& claim : monobot_claims()) measured[claim.id] = claim.measured;
-  // The last row of theory, section 6.
-  EXPECT_THAT(measured["map-bounded"], HasSubstr("1.872825"));
-  EXPECT_THAT(measured["map-bounded"], HasSubstr("0.437066"));
-  EXPECT_THAT(measured["rank-condition"], HasSubstr("errs in 0"));
+// The rows of theory, section 6, after step 100.
+TEST(MonobotClaims, CarryTheNumbersOfTheTheory) {
+  EXPECT_THAT(measured_of("map-bounded"), HasSubstr("prior 1.872825 m²"));
+  EXPECT_THAT(measured_of("map-bounded"), HasSubstr("0.437066"));
+  EXPECT_THAT(measured_of("gains-die-out"), HasSubstr("0.004995"));
+  EXPECT_THAT(measured_of("full-unbounded"), HasSubstr("12.7056 m²"));
+  EXPECT_THAT(measured_of("suboptimal-variance"), HasSubstr("0.390951 m² (optimal 0.347744)"));
+  EXPECT_THAT(measured_of("suboptimal-variance"), HasSubstr("of the vehicle 0.383847 m² (0.383847)"));
+  EXPECT_THAT(measured_of("suboptimal-variance"), HasSubstr("E[NEES] 2.8882 of 3"));
+  EXPECT_THAT(measured_of("anchored-bounded"), HasSubstr("0.089443 m²"));
+  EXPECT_THAT(measured_of("anchored-bounded"), HasSubstr("(5.957737 m² without anchor)"));
 }
 
-/// Steps that take N^exponent, with a factor of `scatter` up and down in turn.
-std::vector<FilterTime> times_of(double map_exponent, double scatter) {
-  std::vector<FilterTime> times;
-  for (const TimedFilter filter : {TimedFilter::full, TimedFilter::map}) {
-    const double exponent = filter == TimedFilter::map ? map_exponent : 2.0;
-    for (const Index n : {1000, 2000, 4000, 8000}) {
-      FilterTime time{.filter = filter, .landmarks = n, .observed = 2, .step = {}, .bytes = {}};
-      time.step.median = 1e-8 * std::pow(n, exponent) * (n == 1000 || n == 8000 ? scatter : 1.0);
-      times.push_back(time);
-    }
-  }
-  return times;
+// With one landmark s is that of the difference of two states, whose variance follows d⁻ = d + Q,
+// d = d⁻ R/(d⁻ + R): R/s tends to the inverse of the golden ratio's square.
+TEST(MonobotClaims, TheSecondEigenvalueIsThatOfTheDifference) {
+  const double golden = 0.5 * (1.0 + std::sqrt(5.0));
+  EXPECT_NEAR(1.0 / (golden * golden), 0.381966011, 1e-9);
+  EXPECT_THAT(measured_of("unit-eigenvalue"),
+              HasSubstr("eigenvalues 1.000000000 and 0.381966011, R/s = 0.381966011"));
 }
 
-TEST(Claims, OnTimeFollowTheIntervalOfTheExponent) {
-  EXPECT_EQ(linear_time_claim(times_of(1.0, 1.02)).verdict, ClaimVerdict::holds);
-  EXPECT_THAT(linear_time_claim(times_of(1.0, 1.02)).measured, HasSubstr("block diagonal map N^1.0"));
-  EXPECT_EQ(linear_time_claim(times_of(2.0, 1.02)).verdict, ClaimVerdict::fails);
-  const Claim busy = linear_time_claim(times_of(1.3, 2.0));
-  EXPECT_EQ(busy.verdict, ClaimVerdict::not_measured);
-  EXPECT_THAT(busy.measured, HasSubstr("less busy"));
-  EXPECT_EQ(linear_time_claim({}).verdict, ClaimVerdict::not_measured);
+// All differences of landmarks are learnt. Of the place of the whole, what the prior says of two landmarks
+// and, by way of the measurements, of the vehicle: (2/c + 1/(c + p))⁻¹ from P0 = c I before the first update,
+// p the limit of the variance of the vehicle in the map, by measurements of R/2; before an update it is p +
+// Q.
+TEST(MonobotClaims, TheLimitIsWhatThePriorSaysOfThePlaceOfTheWhole) {
+  constexpr double kProcess = 0.1, kHalfR = 0.05;
+  const double before = 0.5 * kProcess * (1.0 + std::sqrt(1.0 + 4.0 * kHalfR / kProcess));
+  const double p = before * kHalfR / (before + kHalfR);
+  EXPECT_NEAR(p + kProcess, before, 1e-15);
+  const auto in_words = [&](double c) {
+    return fmt::format("{:.6f} m² from P0 = ", 3.0 / (2.0 / c + 1.0 / (c + p)) + before);
+  };
+  EXPECT_THAT(measured_of("psd-limit"), HasSubstr(in_words(1.0) + "I"));
+  EXPECT_THAT(measured_of("psd-limit"), HasSubstr(in_words(4.0) + "4 I"));
+}
+
+TEST(MonobotClaims, RanksAreThoseOfEveryMap) {
+  EXPECT_EQ(measured_of("controllability-rank"),
+            "1 landmarks: 1, 2 landmarks: 1, 5 landmarks: 1, 12 landmarks: 1");
+  EXPECT_EQ(measured_of("observability-rank"),
+            "n = 2: 1 and 2; n = 3: 2 and 3; n = 6: 5 and 6; n = 13: 12 and 13");
+}
+
+// rank ΔP ≤ rank O is necessary (theory, section 5): where (22) says unbounded, P grows.
+TEST(MonobotClaims, TheExactConditionErrsInNoCellAndThePapersOnOneSideAlone) {
+  EXPECT_THAT(measured_of("rank-condition"), HasSubstr("errs in 0"));
+  EXPECT_THAT(measured_of("rank-condition"), HasSubstr("unbounded where it does not in 0;"));
+}
+
+// Growth a step of the prior, Q, and of the posterior, Q/(N + 1): theory, section 5.
+TEST(MonobotClaims, FarBeyondThePapersStepsTheNumbersSettle) {
+  EXPECT_THAT(long_run_of("full-unbounded"),
+              ContainsRegex("N = 1: 0\\.099[89][0-9] and 0\\.049[89][0-9] .*N = 2: 0\\.099[89][0-9] and "
+                            "0\\.033[23][0-9] .*N = 3: 0\\.099[89][0-9] and 0\\.0249[0-9]"));
+  EXPECT_THAT(long_run_of("map-bounded"), HasSubstr("1.872825 m² and 0.437066 at step 4000"));
+  EXPECT_THAT(long_run_of("gains-die-out"), HasSubstr("0.000125 at step 4000")) << "1/(N k)";
+  EXPECT_TRUE(long_run_of("controllability-rank").empty()) << "nothing changes";
+}
+
+TEST(ClaimVerdict, HasItsWords) {
+  EXPECT_EQ(to_string(ClaimVerdict::holds), "holds");
+  EXPECT_EQ(to_string(ClaimVerdict::conditional), "conditional");
+  EXPECT_EQ(to_string(ClaimVerdict::fails), "fails");
+  EXPECT_EQ(to_string(ClaimVerdict::not_measured), "not measured");
 }
 
 }  // namespace
