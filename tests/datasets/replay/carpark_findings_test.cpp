@@ -6,48 +6,24 @@
 #include <set>
 #include <string>
 
+#include "tests/datasets/replay/carpark_traces.h"
+
 namespace credence::internal {
 namespace {
 
-constexpr auto kPairwiseBound = InflationSolution::pairwise;
 constexpr auto kMinimalTrace = InflationSolution::min_trace;
 
-LongHorizonResult of_traces(std::initializer_list<double> traces) {
-  LongHorizonResult result;
-  for (const double trace : traces) result.loops.push_back({0, trace});
-  return result;
-}
-
 TEST(CarparkFindings, WordsOfGrowth) {
-  EXPECT_EQ(growth_words(of_traces({5, 4, 4, 4, 4, 4})), "flat");
-  EXPECT_EQ(growth_words(of_traces({1, 2, 3, 4, 5, 6})), "linear");
-  EXPECT_EQ(growth_words(of_traces({1, 2, 4, 8, 16, 32})), "exponential");
-  EXPECT_EQ(growth_words(of_traces({1, 1.06, 1.12, 1.18, 1.24, 1.30})), "grows slowly");
-  EXPECT_EQ(growth_words(of_traces({6, 5, 4, 3, 2, 1})), "falls");
-  EXPECT_NEAR(of_traces({1, 4, 9, 16, 25, 36}).fitted_exponent(), 2, 1e-12);
-  EXPECT_EQ(of_traces({7}).fitted_exponent(), 0);
-  EXPECT_EQ(growth_words(of_traces({1, 1, 3, 5, 7, 9, 11, 13})), "linear") << "begun late";
-  EXPECT_NEAR(of_traces({1, 2, 4, 8, 16, 32}).increment_ratio(), 2, 1e-12);
-  EXPECT_EQ(of_traces({7}).increment_ratio(), 1);
-}
-
-/// A study as replays of the car park gave it, traces alone.
-CarparkStudy study_of_traces() {
-  CarparkStudy study;
-  study.plan.loops = 10;
-  std::vector<InitialDeviations> all = carpark_initials();
-  for (const InitialDeviations& initial : independence_initials()) all.push_back(initial);
-  for (const CarparkVariant& variant : carpark_variants())
-    for (const InitialDeviations& initial : all) study.runs.push_back({variant, initial, {}});
-  for (CarparkVariantRun& run : study.runs) {
-    const bool five = paper_figure(run.variant) == "Figure 5", six = paper_figure(run.variant) == "Figure 6";
-    const bool pairwise = run.variant.solution == kPairwiseBound;
-    run.result.covariance.vehicle_max = five ? 100 : six ? 3 : 1;
-    run.result.covariance.landmarks_final = five ? 70 : six ? (pairwise ? 9000 : 50) : 20;
-    if (run.variant.anchors == 1 && run.initial.heading_std_deg == 15)
-      run.result.covariance.landmarks_final *= 2.5;
-  }
-  return study;
+  EXPECT_EQ(growth_words(horizon_of_traces({5, 4, 4, 4, 4, 4})), "flat");
+  EXPECT_EQ(growth_words(horizon_of_traces({1, 2, 3, 4, 5, 6})), "linear");
+  EXPECT_EQ(growth_words(horizon_of_traces({1, 2, 4, 8, 16, 32})), "exponential");
+  EXPECT_EQ(growth_words(horizon_of_traces({1, 1.06, 1.12, 1.18, 1.24, 1.30})), "grows slowly");
+  EXPECT_EQ(growth_words(horizon_of_traces({6, 5, 4, 3, 2, 1})), "falls");
+  EXPECT_NEAR(horizon_of_traces({1, 4, 9, 16, 25, 36}).fitted_exponent(), 2, 1e-12);
+  EXPECT_EQ(horizon_of_traces({7}).fitted_exponent(), 0);
+  EXPECT_EQ(growth_words(horizon_of_traces({1, 1, 3, 5, 7, 9, 11, 13})), "linear") << "begun late";
+  EXPECT_NEAR(horizon_of_traces({1, 2, 4, 8, 16, 32}).increment_ratio(), 2, 1e-12);
+  EXPECT_EQ(horizon_of_traces({7}).increment_ratio(), 1);
 }
 
 bool holds(const CarparkStudy& study, const std::string& id) {
@@ -58,7 +34,7 @@ bool holds(const CarparkStudy& study, const std::string& id) {
 }
 
 TEST(CarparkFindings, FollowFromTheTraces) {
-  const CarparkStudy study = study_of_traces();
+  const CarparkStudy study = carpark_study_of_traces();
   for (const char* id : {"carpark.order.vehicle.pairwise", "carpark.order.vehicle.exact",
                          "carpark.independence.one_anchor", "carpark.independence.two_anchors"})
     EXPECT_TRUE(holds(study, id)) << id;
@@ -67,7 +43,7 @@ TEST(CarparkFindings, FollowFromTheTraces) {
 }
 
 TEST(CarparkFindings, AWrongOrderDoesNotHold) {
-  CarparkStudy study = study_of_traces();
+  CarparkStudy study = carpark_study_of_traces();
   for (CarparkVariantRun& run : study.runs) {
     if (paper_figure(run.variant) == "Figure 6") run.result.covariance.vehicle_max = 11;
     if (run.variant.anchors == 2) run.result.covariance.landmarks_final *= run.initial.position_std;
@@ -78,26 +54,7 @@ TEST(CarparkFindings, AWrongOrderDoesNotHold) {
 
 // What the study of the paper's data gave, so that the sentences hold that a reader finds.
 TEST(CarparkFindings, EveryOneHoldsOfWhatTheyWereMadeFor) {
-  CarparkStudy study = study_of_traces();
-  for (CarparkVariantRun& run : study.runs) {
-    run.result.observations = run.result.associated = 888;
-    run.result.scans_with_observations = 505;
-    run.result.landmark_rms_aligned = 0.05;
-    run.result.nis.add(0.14);
-    const bool six = paper_figure(run.variant) == "Figure 6";
-    if (six && run.variant.solution == kMinimalTrace) run.result.covariance.landmarks_final = 60;
-  }
-  const auto add = [&](Inflation inflation, InflationSolution solution,
-                       std::initializer_list<double> traces) {
-    LongHorizonResult result = of_traces(traces);
-    result.ok = true;
-    study.horizon.push_back({{inflation, solution, 0}, result});
-  };
-  add(Inflation::none, kPairwiseBound, {5, 4, 4, 4, 4, 4});
-  add(Inflation::full, kPairwiseBound, {1, 2, 4, 8, 16, 32});
-  add(Inflation::map, kPairwiseBound, {1, 2, 3, 4, 5, 6});
-  add(Inflation::map, kMinimalTrace, {4, 4, 4, 4, 4, 4});
-  add(Inflation::full, kMinimalTrace, {1, 1.06, 1.12, 1.18, 1.24, 1.30});
+  CarparkStudy study = carpark_study_that_holds();
   std::set<std::string> ids;
   for (const CarparkFinding& finding : carpark_findings(study)) {
     EXPECT_TRUE(ids.insert(finding.id).second) << finding.id;
@@ -113,7 +70,7 @@ TEST(CarparkFindings, EveryOneHoldsOfWhatTheyWereMadeFor) {
 
 // A trace that is not a number is like no other.
 TEST(CarparkFindings, ATraceThatIsNotANumberHasNoSpread) {
-  CarparkStudy study = study_of_traces();
+  CarparkStudy study = carpark_study_of_traces();
   const CarparkVariant exact{Inflation::map, kMinimalTrace, 2};
   EXPECT_DOUBLE_EQ(spread_over_initials(study, exact), 1.0);
   EXPECT_DOUBLE_EQ(spread_over_initials(study, {Inflation::map, kMinimalTrace, 1}), 2.5);
