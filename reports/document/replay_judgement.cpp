@@ -38,8 +38,11 @@ RecordedNees nees_of(const ReplayResult& result) {
 MapConsistency map_of(const ReplayResult& result) {
   std::vector<Point> truth, estimate;
   for (const ReplayLandmark& landmark : result.map) {
-    if (landmark.landmark < 0)
-      return judge_map(Vector(), Vector(), Vector(), Matrix());  // a map that the survey does not know
+    if (landmark.landmark < 0) {
+      MapConsistency unknown = judge_map(Vector(), Vector(), Vector(), Matrix());
+      unknown.placed.reason = unknown.shape.reason = "the survey does not know every landmark of the map";
+      return unknown;
+    }
     truth.push_back(result.survey_m[static_cast<std::size_t>(landmark.landmark)]);
     estimate.push_back(landmark.position);
   }
