@@ -13,6 +13,7 @@
 
 #include "analysis/studies/selftest_families.h"
 #include "analysis/studies/selftest_study.h"
+#include "analysis/studies/selftest_tests.h"
 
 namespace credence::internal {
 namespace {
@@ -115,7 +116,28 @@ void expect_naive_rates_far_above(const SelftestResult& result) {
   EXPECT_EQ(naive[2].measured.count, (CoverageCount{.inside = rejected, .total = kFewStudies / 4}));
 }
 
-// Studies of five runs made again, one by one: block i is that of study i.
+// The studies made again, one by one: block i is that of study i.
+void expect_alarms_of_its_studies(const SelftestResult& result) {
+  const SyntheticFilter exact({});
+  const NoiseSource noise(kCalibrationSeed, SelftestNoise::kTests);
+  std::map<std::string, std::int64_t> alarms;
+  std::int64_t all = 0;
+  for (std::int64_t i = 0; i < kFewStudies; ++i) {
+    CalibrationRecorder recorder;
+    const Evidence evidence =
+        synthetic_evidence(exact, noise, i, SyntheticFilter::kRuns, SyntheticFilter::kSteps, &recorder);
+    for (const TestResult& test :
+         shipped_tests(evidence, judge(evidence, {.confidence = 0.95}), judge_calibration(recorder, 0.95))) {
+      alarms[test.name] += test.p_value <= 0.05 ? 1 : 0;
+      all += test.p_value <= 0.05 ? 1 : 0;
+    }
+  }
+  for (const auto& [name, count] : alarms) {
+    EXPECT_EQ(row_of(result, name, 0.05).measured.count.inside, count) << name;
+  }
+  EXPECT_GT(all, 10) << "or nothing is compared";
+}
+
 void expect_the_word_of_its_studies(const SelftestResult& result) {
   const SyntheticFilter exact({});
   const NoiseSource noise(kCalibrationSeed, SelftestNoise::kWord + 2);
@@ -158,6 +180,7 @@ TEST(SelftestCalibration, CountsHowOftenExactFiltersAreAccused) {
   expect_shipped_tests_twice(c.result);
   expect_rates_of_the_levels(c.result);
   expect_naive_rates_far_above(c.result);
+  expect_alarms_of_its_studies(c.result);
   expect_the_word_of_its_studies(c.result);
   expect_sweeps_and_single_runs_of_the_families(c.result);
 }
