@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/parallel_tasks.h"
+#include "core/stop_point.h"
 
 namespace credence::internal {
 namespace {
@@ -16,8 +17,13 @@ constexpr std::int64_t kRunsOfScoreTask = 16;
 
 }  // namespace
 
-LinearScore::LinearScore(NoiseParameters parameters, std::vector<MeasuredRun> runs, int threads)
-    : parameters_(std::move(parameters)), runs_(std::move(runs)), threads_(threads), stretches_(1) {
+LinearScore::LinearScore(NoiseParameters parameters, std::vector<MeasuredRun> runs, int threads,
+                         const std::atomic<bool>* stop)
+    : parameters_(std::move(parameters)),
+      runs_(std::move(runs)),
+      threads_(threads),
+      stop_(stop),
+      stretches_(1) {
   if (runs_.empty() || runs_.front().z.cols() == 0) throw std::invalid_argument("there is nothing measured");
   const LinearModel& model = parameters_.model();
   for (const MeasuredRun& run : runs_) {
@@ -43,10 +49,11 @@ UnitScores LinearScore::scores(const Vector& phi, bool gradient) const {
   scores.steps = static_cast<double>(runs() * steps());
   scores.dof = scores.steps * static_cast<double>(parameters_.model().measurement_dim());
   const std::int64_t tasks = (runs() + kRunsOfScoreTask - 1) / kRunsOfScoreTask;
-  for_each_task(tasks, tasks == 1 ? 1 : threads_, nullptr, [&](std::int64_t task) {
+  for_each_task(tasks, tasks == 1 ? 1 : threads_, stop_, [&](std::int64_t task) {
     const Index end = std::min(runs(), Index{(task + 1) * kRunsOfScoreTask});
     for (Index run = task * kRunsOfScoreTask; run < end; ++run) score_run(filter, run, scores);
   });
+  if (stop_ != nullptr && stop_->load()) throw Stopped{};
   scores.ok = scores.value.allFinite() && scores.gradient.allFinite();
   return scores;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <vector>
 
 #include "analysis/tuning/innovation_sensitivities.h"
@@ -23,8 +24,9 @@ class LinearScore final : public ScoreModel {
   static constexpr Index kFewestUnits = 30;
 
   /// Throws std::invalid_argument for no run, runs of different length or of none, or z and x̂_0 of another
-  /// dimension than the model's.
-  LinearScore(NoiseParameters parameters, std::vector<MeasuredRun> runs, int threads = 0);
+  /// dimension than the model's. Once `stop` is set its scores throw Stopped (stop_point.h).
+  LinearScore(NoiseParameters parameters, std::vector<MeasuredRun> runs, int threads = 0,
+              const std::atomic<bool>* stop = nullptr);
 
   Index parameters() const override { return parameters_.size(); }
   std::vector<std::string> names() const override { return parameters_.names(); }
@@ -44,6 +46,7 @@ class LinearScore final : public ScoreModel {
   NoiseParameters parameters_;
   std::vector<MeasuredRun> runs_;
   int threads_;
+  const std::atomic<bool>* stop_;
   Index stretches_;
 };
 

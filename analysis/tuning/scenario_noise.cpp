@@ -11,6 +11,7 @@
 #include "analysis/tuning/linear_score.h"
 #include "core/models/model_mismatch.h"
 #include "core/parallel_tasks.h"
+#include "core/stop_point.h"
 #include "montecarlo/random/noise.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
@@ -47,7 +48,8 @@ void require_keys(const Scenario& scenario, const std::vector<FreeNoise>& free) 
 }
 
 /// What the world's sensor gives in each of the study's runs, with the filter's start.
-std::vector<MeasuredRun> measure_runs(const Scenario& scenario, LinearProblem problem, int threads) {
+std::vector<MeasuredRun> measure_runs(const Scenario& scenario, LinearProblem problem, int threads,
+                                      const std::atomic<bool>* stop) {
   const auto runs = scenario.study.runs;
   const double doubles = static_cast<double>(runs) * static_cast<double>(scenario.study.steps) *
                          static_cast<double>(problem.truth.measurement_dim());
@@ -62,7 +64,7 @@ std::vector<MeasuredRun> measure_runs(const Scenario& scenario, LinearProblem pr
   const auto experiment =
       make_linear_experiment(std::move(problem), scenario.study.steps, noise_source(scenario));
   std::vector<MeasuredRun> measured(static_cast<std::size_t>(runs));
-  for_each_task(runs, threads, nullptr, [&](std::int64_t i) {
+  for_each_task(runs, threads, stop, [&](std::int64_t i) {
     MeasuredRun& run = measured[static_cast<std::size_t>(i)];
     const Outcome outcome = experiment->visit(i, [&](const TraceStep& step) {
       if (step.step == 0) {
@@ -76,15 +78,17 @@ std::vector<MeasuredRun> measure_runs(const Scenario& scenario, LinearProblem pr
       throw std::invalid_argument("no filter can score this world: the true S is not positive definite");
     }
   });
+  if (stop != nullptr && stop->load()) throw Stopped{};
   return measured;
 }
 
 class LinearScenarioScore final : public ScenarioScore {
  public:
   LinearScenarioScore(const Scenario& scenario, const LinearProblem& problem,
-                      const std::vector<FreeNoise>& free, int threads)
+                      const std::vector<FreeNoise>& free, int threads, const std::atomic<bool>* stop)
       : scenario_(scenario),
-        score_(NoiseParameters(problem.assumed, free), measure_runs(scenario, problem, threads), threads) {}
+        score_(NoiseParameters(problem.assumed, free), measure_runs(scenario, problem, threads, stop),
+               threads, stop) {}
 
   const ScoreModel& model() const override { return score_; }
   Vector start() const override { return score_.noise().start(); }
@@ -185,7 +189,7 @@ std::unique_ptr<ScenarioScore> make_scenario_score(const Scenario& scenario,
   const std::optional<LinearProblem> linear = linear_problem(scenario);
   if (linear && !linear->is_periodic() && scenario.noise.detection_probability == 1.0 &&
       linear->measurement_delay == 0 && scenario.filter.inflation == FilterInflation::none) {
-    return std::make_unique<LinearScenarioScore>(scenario, *linear, free, threads);
+    return std::make_unique<LinearScenarioScore>(scenario, *linear, free, threads, stop);
   }
   return std::make_unique<PlayedScenarioScore>(scenario, free, threads, stop, watch);
 }

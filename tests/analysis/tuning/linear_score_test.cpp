@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/LU>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
+#include "core/stop_point.h"
 #include "tests/analysis/tuning/local_level.h"
 
 namespace credence::internal {
@@ -125,6 +127,15 @@ TEST(LinearScore, SameBitsForAnyThreads) {
   const UnitScores four = LinearScore(noise, runs, 4).scores(Vector::Zero(2), true);
   EXPECT_EQ(one.value, four.value);
   EXPECT_EQ(one.gradient, four.gradient);
+}
+
+TEST(LinearScore, EndsWhereItIsToldTo) {
+  const LinearModel model = survey_model();
+  const std::atomic<bool> go_on{false}, stop{true};
+  const auto runs = simulate(model, 100, 20, 2);
+  const NoiseParameters noise(model, parse_free_noise("Q,R"));
+  EXPECT_NO_THROW(LinearScore(noise, runs, 1, &go_on).scores(Vector::Zero(2), true));
+  EXPECT_THROW(LinearScore(noise, runs, 1, &stop).scores(Vector::Zero(2), true), Stopped);
 }
 
 TEST(LinearScore, RefusesWhatDoesNotFit) {
