@@ -21,11 +21,18 @@ WorldStream stream_of(std::shared_ptr<const Experiment> experiment) {
   if (const std::string no_pose = no_pose_sentence(experiment->layout()); !no_pose.empty())
     stream.notes = no_pose + "\n";
   stream.visit = [experiment = std::move(experiment)](std::int64_t run, const RowVisitor& take) {
-    experiment->visit(run, [&](const TraceStep& now) {
+    std::int64_t step = 0;
+    const Outcome outcome = experiment->visit(run, [&](const TraceStep& now) {
+      step = now.step;
+      if (now.outcome != Outcome::ok) return;  // what is left there is of the step before
       StreamRow row{.truth = now.truth};
       (now.step == 0 ? row.prior : row.measurement) = now.step == 0 ? now.estimate : now.z;
       take(now.step, row);
     });
+    if (outcome == Outcome::ok) return;
+    throw std::invalid_argument(
+        fmt::format("run {} ends at step {}, where the filter of the scenario fails ({})", run, step,
+                    to_string(outcome)));
   };
   return stream;
 }

@@ -28,7 +28,8 @@ using RowVisitor = std::function<void(std::int64_t step, const StreamRow&)>;
 struct WorldStream {
   std::vector<std::string> states, inputs{}, measurements;
   std::string notes{};  ///< what a filter must know beside the scenario, in lines
-  /// All steps of a run, from 0 on, with the noise of the scenario's experiment.
+  /// All steps of a run, from 0 on, with the noise of the scenario's experiment. Where the rows come from the
+  /// experiment itself, std::invalid_argument at the step at which its filter fails.
   std::function<void(std::int64_t run, const RowVisitor& take)> visit;
 };
 
