@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 
 #include "analysis/studies/claims.h"
 #include "app/commands.h"
@@ -26,20 +27,25 @@ void append(std::vector<Claim>& all, std::vector<Claim> more) {
   for (Claim& claim : more) all.push_back(std::move(claim));
 }
 
+/// The car park's run, where its data are named.
+std::optional<CarparkLog> carpark_log(const ClaimsOptions& options) {
+  if (options.data.empty()) return std::nullopt;
+  return read_carpark(data_set_folder(options.data, "carpark"));
+}
+
 /// What the car park's run shows; nothing of a study that was interrupted.
-std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
-  if (options.data.empty()) {
+std::vector<Claim> carpark_claims(const std::optional<CarparkLog>& log, const ClaimsOptions& options) {
+  if (!log) {
     return {{.id = "carpark",
              .source = "Figures 5 to 8",
              .statement = "the car park's run: covariance, map and path with each kind of decorrelation",
              .measured = "needs the data: --data DIR or CREDENCE_DATA (docs/datasets.md)"}};
   }
-  const CarparkLog log = read_carpark(data_set_folder(options.data, "carpark"));
   ProgressDisplay display("car park", options.quiet, "replays");
   CarparkStudyOptions study;
   study.stop = &catch_interrupt();
   study.progress = [&](int done, int all) { display.show({.runs_done = done, .runs_total = all}); };
-  const CarparkStudy result = run_carpark_study(log, carpark_settings(), study);
+  const CarparkStudy result = run_carpark_study(*log, carpark_settings(), study);
   if (!result.complete) return {};
   std::vector<Claim> claims;
   for (const CarparkFinding& f : carpark_findings(result)) {
@@ -54,10 +60,11 @@ std::vector<Claim> carpark_claims(const ClaimsOptions& options) {
 }
 
 int claims(const ClaimsOptions& options) {
+  const std::optional<CarparkLog> log = carpark_log(options);  // before anything is measured
   std::vector<Claim> all = monobot_claims();
   append(all, planar_claims());
   append(all, timing_claims(&catch_interrupt()));
-  append(all, carpark_claims(options));
+  append(all, carpark_claims(log, options));
   if (catch_interrupt().load()) {
     say("credence: claims interrupted, nothing is told");
     return kInterrupted;
