@@ -13,7 +13,6 @@
 #include "app/launched_ranks.h"
 #include "app/logged_experiment.h"
 #include "app/naming_file.h"
-#include "app/require_stored.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/study_runner.h"

@@ -24,6 +24,12 @@ void require_storable(const Scenario& scenario) {
       fmt::format("study.steps = {}: at most {} can be stored", scenario.study.steps, most));
 }
 
+void require_stored(const std::filesystem::path& directory) {
+  if (ResultStore::exists(directory)) return;
+  throw StoreError(fmt::format("{}: the stored results were moved or removed while the report was written",
+                               directory.string()));
+}
+
 namespace {
 
 void refuse_stop_rules(std::span<const Configuration> configurations) {

@@ -29,6 +29,10 @@ struct Configuration {
 /// Throws std::invalid_argument naming the key where a chunk of this scenario is more than a store takes.
 void require_storable(const Scenario& scenario);
 
+/// Throws StoreError where the store that was written is no longer in its folder: reports are written after
+/// the last commit, which sees that by itself.
+void require_stored(const std::filesystem::path& directory);
+
 Configuration make_configuration(const Scenario& scenario);
 
 /// Has its evidence taken while the engine plays, kept in its store and taken from there.

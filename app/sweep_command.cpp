@@ -12,7 +12,6 @@
 #include "app/interrupt.h"
 #include "app/launched_ranks.h"
 #include "app/naming_file.h"
-#include "app/require_stored.h"
 #include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/study_runner.h"
