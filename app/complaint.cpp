@@ -25,6 +25,10 @@ std::string about_extras(const CLI::App& app, const CLI::App& command) {
   const auto is_option = [](const std::string& word) { return word.starts_with('-'); };
   const auto option = std::ranges::find_if(extras, is_option);
   const std::string word = option != extras.end() ? *option : extras.empty() ? "" : extras.front();
+  const bool comes_first = std::ranges::count(app.remaining(), word) > 0;
+  if (comes_first && &command != &app &&
+      command.get_option_no_throw(word.substr(0, word.find('='))) != nullptr)
+    return fmt::format("{} stands before the command and belongs behind it", word);
   return fmt::format("{} is not expected{}", word, option_proposal(command, word));
 }
 
@@ -35,14 +39,24 @@ std::string about_number(const CLI::App& command, const std::string& given) {
   return fmt::format("{} is no {}number", given, whole ? "whole " : "");
 }
 
+/// Of "--runs: 1 required INT missing" and "--runs: At Most 1 required but received 2".
+std::string about_count(const std::string& what) {
+  const std::string option = what.substr(0, what.find(':'));
+  if (what.ends_with(" missing")) return option + ": the value is missing";
+  return what.starts_with(option + ": At Most 1 ") ? option + ": is given more than once" : what;
+}
+
 }  // namespace
 
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   constexpr std::string_view kConversion = "Could not convert: ";
   const CLI::App& command = called(app);
   std::string what = error.what();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
+      (&command == &app && !app.remaining(true).empty())) {
     what = about_extras(app, command);
+  } else if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    what = about_count(what);
   } else if (what.starts_with(kConversion)) {
     what = about_number(command, what.substr(kConversion.size()));
   }

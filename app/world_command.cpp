@@ -95,10 +95,8 @@ void add_world_command(CLI::App& app) {
   command->add_option("scenario", options->scenario, "scenario file, or a name of credence list scenarios")
       ->required();
   add_setting_option(*command, *options);
-  command->add_option("--runs", options->runs, "number of runs, instead of study.runs");
-  command->add_option("--steps", options->steps, "steps of each run, instead of study.steps");
+  add_study_options(*command, *options);
   command->add_flag("--frames", options->frames, "binary rows of float64 instead of CSV (docs/formats.md)");
-  command->add_option("--seed", options->seed, "seed, instead of study.seed");
   static constexpr const char* kExamples[] = {
       "credence world tracking --runs 200 | my_filter | credence check -    # docs/formats.md",
       "credence world planar_loop --runs 1 > run.csv"};
