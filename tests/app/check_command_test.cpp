@@ -4,15 +4,14 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <chrono>
 #include <filesystem>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "tests/app/command.h"
+#include "tests/app/small_studies.h"
 
 namespace credence::internal {
 namespace {
@@ -45,9 +44,6 @@ TEST_F(CheckCommand, AnInterruptionIsHeardWithinAFile) {
 }
 
 // 150 runs: three chunks.
-const std::string kLine =
-    "[world]\nmodel = \"monobot\"\nlandmarks = 2\n[filter]\ninflation = \"map\"\n[study]\nruns = 150\nsteps "
-    "= 12\n";
 const std::string kPlane = "[world]\nmodel = \"planar\"\nlandmarks = 3\n[study]\nruns = 150\nsteps = 15\n";
 
 TEST_F(CheckCommand, GivesTheNumbersOfTheRunThatWroteTheLogsToTheLastDigit) {
@@ -204,16 +200,6 @@ TEST_F(CheckCommand, SameBitsForAnyNumberOfThreadsAndHoweverRunsLieInFiles) {
   EXPECT_EQ(joined["calibration"]["unit_names"][1], "all:2");
   joined["calibration"]["unit_names"] = one["calibration"]["unit_names"];
   EXPECT_EQ(joined, one);
-}
-
-TEST_F(CheckCommand, RefusesToMixLogsAndDiscardsThemWhenAsked) {
-  write("a.toml", kLine);
-  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet"}).code, 0);
-  const Finished again = run({"run", "a.toml", "--log", "logs", "--quiet", "--runs", "70"});
-  EXPECT_EQ(again.code, 2);
-  EXPECT_NE(again.err.find("holds logs of earlier runs"), std::string::npos) << again.err;
-  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet", "--runs", "70", "--fresh"}).code, 0);
-  EXPECT_EQ(json({"check", "logs", "--format", "json", "--quiet"})["runs"], 70);
 }
 
 TEST_F(CheckCommand, FindsAMistunedFilterFromItsLogs) {
@@ -472,23 +458,6 @@ TEST_F(CheckCommand, WritesAReport) {
   }
   EXPECT_TRUE(fs::exists(folder_ / "out" / "logs.csv"));
   EXPECT_TRUE(fs::exists(folder_ / "out" / "figures" / "logs-consistency.pdf"));
-}
-
-TEST_F(CheckCommand, CtrlCLeavesWholeLogsOfTheRunsThatItReports) {
-  write("a.toml", kLine);
-  const pid_t child =
-      start({"run", "a.toml", "--runs", "1000000", "--log", "logs", "--format", "json", "--quiet"});
-  for (int i = 0; i < 20000 && !fs::exists(folder_ / "logs" / "run-000070.csv"); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  kill(child, SIGINT);
-  const Finished f = finish(child);
-  ASSERT_EQ(f.code, 130) << f.err;
-  const Json run = Json::parse(f.out);
-  EXPECT_EQ(run["complete"], false);
-  const Json check = json({"check", "logs", "--format", "json", "--quiet"});
-  EXPECT_EQ(check["runs"], run["runs"]);
-  EXPECT_EQ(check["nees"], run["nees"]);
 }
 
 }  // namespace

@@ -67,8 +67,22 @@ class CommandTest : public ::testing::Test {
     return Json::parse(f.out);
   }
 
+  /// A scenario file of the project.
+  static std::string scenario_file(const std::string& name) {
+    return source_folder() / "scenarios" / (name + ".toml");
+  }
+
   static void wait_for(const std::function<bool()>& ready) {
     for (int i = 0; i < 60000 && !ready(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+
+  /// Until chunks have been written to the store of this folder.
+  void wait_for_chunks(const std::filesystem::path& folder) const {
+    wait_for([&] {
+      std::error_code none;
+      const std::uintmax_t size = std::filesystem::file_size(folder_ / folder / "results.sqlite-wal", none);
+      return !none && size > 60000;
+    });
   }
 
   /// Until the process catches SIGINT, as soon as it has something to save.

@@ -11,15 +11,10 @@
 namespace credence::internal {
 namespace {
 
-class EstimatorsCommand : public CommandTest {
- protected:
-  static std::string scenario(const std::string& name) {
-    return source_folder() / "scenarios" / (name + ".toml");
-  }
-};
+class EstimatorsCommand : public CommandTest {};
 
 TEST_F(EstimatorsCommand, GivesTheDocumentOfTheContract) {
-  const Json j = json({"estimators", scenario("ukfm_slam2d"), "--runs", "16", "--steps", "300",
+  const Json j = json({"estimators", scenario_file("ukfm_slam2d"), "--runs", "16", "--steps", "300",
                        "--estimators", "ekf,invariant,fej", "--format", "json"});
   EXPECT_EQ(j["schema"], 1);
   EXPECT_EQ(j["scenario"]["world"]["model"], "planar_slam");
@@ -57,7 +52,7 @@ TEST_F(EstimatorsCommand, GivesTheDocumentOfTheContract) {
 
 TEST_F(EstimatorsCommand, TextAndPage) {
   const Finished f =
-      run({"estimators", scenario("huang_ring"), "--runs", "8", "--steps", "60", "--out", "page"});
+      run({"estimators", scenario_file("huang_ring"), "--runs", "8", "--steps", "60", "--out", "page"});
   ASSERT_EQ(f.code, 0) << f.err;
   for (const char* word : {"invariant", "unobservable", "gain of pairing", "Cramér-Rao"}) {
     EXPECT_NE(f.out.find(word), std::string::npos) << word;
@@ -69,7 +64,7 @@ TEST_F(EstimatorsCommand, TextAndPage) {
 // A sweep gives the map of what is enough where.
 TEST_F(EstimatorsCommand, MapsASweep) {
   const std::vector<std::string> common = {
-      "estimators",   scenario("estimator_map"), "--runs", "4", "--steps", "60", "--estimators",
+      "estimators",   scenario_file("estimator_map"), "--runs", "4", "--steps", "60", "--estimators",
       "ekf,invariant"};
   std::vector<std::string> as_json = common, as_page = common;
   as_json.insert(as_json.end(), {"--format", "json"});
@@ -87,10 +82,10 @@ TEST_F(EstimatorsCommand, MapsASweep) {
 }
 
 TEST_F(EstimatorsCommand, RefusesOtherWorldsAndNames) {
-  const Finished planar = run({"estimators", scenario("planar_loop")});
+  const Finished planar = run({"estimators", scenario_file("planar_loop")});
   EXPECT_EQ(planar.code, 2);
   EXPECT_NE(planar.err.find("planar_loop.toml: world.model = \"planar\""), std::string::npos) << planar.err;
-  const Finished magic = run({"estimators", scenario("huang_ring"), "--estimators", "magic"});
+  const Finished magic = run({"estimators", scenario_file("huang_ring"), "--estimators", "magic"});
   EXPECT_EQ(magic.code, 2);
   EXPECT_NE(magic.err.find("magic"), std::string::npos);
 }
@@ -98,18 +93,18 @@ TEST_F(EstimatorsCommand, RefusesOtherWorldsAndNames) {
 // A failed run is exit code 3; an optimistic estimator is 1 where that is asked for.
 TEST_F(EstimatorsCommand, ExitCodesSayWhatWasFound) {
   const Finished failed =
-      run({"estimators", scenario("huang_annulus"), "--runs", "8", "--steps", "400", "--estimators", "ekf",
-           "--set", "noise.turn_rate_std=1", "--set", "noise.speed_std=2"});
+      run({"estimators", scenario_file("huang_annulus"), "--runs", "8", "--steps", "400", "--estimators",
+           "ekf", "--set", "noise.turn_rate_std=1", "--set", "noise.speed_std=2"});
   EXPECT_EQ(failed.code, 3) << failed.err;
   EXPECT_NE(failed.out.find("--only-run"), std::string::npos);
-  const Finished optimistic = run({"estimators", scenario("huang_annulus"), "--runs", "32", "--estimators",
-                                   "ekf", "--fail-on-inconsistent"});
+  const Finished optimistic = run({"estimators", scenario_file("huang_annulus"), "--runs", "32",
+                                   "--estimators", "ekf", "--fail-on-inconsistent"});
   EXPECT_EQ(optimistic.code, 1);
 }
 
 // What is not asked for by its name and cannot be had is left out, and said.
 TEST_F(EstimatorsCommand, LeavesOutWhatRefusesTheScenario) {
-  const std::vector<std::string> misses = {"estimators", scenario("linear_estimators"),    "--runs", "8",
+  const std::vector<std::string> misses = {"estimators", scenario_file("linear_estimators"), "--runs", "8",
                                            "--set",      "noise.detection_probability=0.8"};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), misses.begin(), misses.end());

@@ -1,4 +1,4 @@
-// What the program says of itself: help, completion, lists, and what it proposes for what it does not know.
+// What the program says of itself: help, version, completion, and the projects that it begins.
 
 #include <gtest/gtest.h>
 
@@ -30,33 +30,6 @@ class HelpCommand : public CommandTest {
   }
 };
 
-TEST_F(HelpCommand, WhatIsUnknownGetsOneSentenceWithAProposal) {
-  fs::create_directory(folder_ / "sub");
-  write("sub/a.toml", "[world]\nmodel = \"monobot\"\n");
-  const std::pair<std::vector<std::string>, std::string> cases[] = {
-      {{"rnu"}, "credence: no command is called rnu; did you mean run?\n"},
-      {{"xyzzy"}, "credence: no command is called xyzzy; credence help lists all\n"},
-      {{"help", "swep"}, "credence: help: no command is called swep; did you mean sweep?\n"},
-      {{"run"}, "credence: run: scenario is required (credence help run)\n"},
-      {{"run", "planar_loop", "--landmarks", "20"},
-       "credence: run: --landmarks is not expected; did you mean --set world.landmarks=VALUE? (credence help "
-       "run)\n"},
-      {{"run", "planar_loop", "--thread", "2"},
-       "credence: run: --thread is not expected; did you mean --threads? (credence help run)\n"},
-      {{"run", "planar_loop", "--runs", "1e4"},
-       "credence: run: --runs = 1e4 is no whole number (credence help run)\n"},
-      {{"run", "planar_lop"},
-       "credence: planar_lop: no such scenario file; did you mean planar_loop, which comes with the "
-       "program?\n"},
-      {{"run", "sub/a"}, "credence: sub/a: no such scenario file; did you mean sub/a.toml?\n"}};
-  for (const auto& [arguments, message] : cases) {
-    const Finished f = run(arguments);
-    EXPECT_EQ(f.code, 2) << message;
-    EXPECT_EQ(f.out, "") << message;
-    EXPECT_EQ(f.err, message);
-  }
-}
-
 TEST_F(HelpCommand, EveryCommandTellsHelpAndVersionAndIsListed) {
   const Json commands = json({"list", "commands", "--format", "json"})["commands"];
   ASSERT_GT(commands.size(), 15U);
@@ -84,15 +57,6 @@ TEST_F(HelpCommand, AScenarioThatComesWithTheProgramRunsByItsNameAnywhere) {
   write("figure1_two_landmarks", "[world]\nmodel = \"monobot\"\nlandmarks = 3\n");
   EXPECT_EQ(json({"run", "figure1_two_landmarks", "--runs", "64", "--format", "json"})["state_dim"], 4)
       << "a file of that name is what is meant";
-}
-
-TEST_F(HelpCommand, RunSaysThatItLeavesASweepAside) {
-  const Finished f = run({"run", "mistuned_sweep", "--runs", "64"});
-  EXPECT_EQ(f.code, 0);
-  EXPECT_EQ(f.err,
-            "mistuned_sweep has a [sweep], which run leaves aside; all of its configurations: credence sweep "
-            "mistuned_sweep\n");
-  EXPECT_EQ(run({"run", "mistuned_sweep", "--runs", "64", "--quiet"}).err, "");
 }
 
 TEST_F(HelpCommand, InitWritesWhatRunsAsItIs) {

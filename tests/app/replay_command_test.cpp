@@ -111,15 +111,5 @@ TEST_F(ReplayCommand, ABrokenFileIsOneErrorWithItsPlace) {
   expect_one_error(replay({"mrclam", "--robot", "3"}, broken.path()), {"Robot3_Odometry.dat:", "backwards"});
 }
 
-TEST_F(ReplayCommand, ClaimsInterruptedAreNotTold) {
-  const pid_t child = start({"claims", "--quiet"});
-  wait_until_caught(child);
-  kill(child, SIGINT);
-  const Finished f = finish(child);
-  EXPECT_EQ(f.code, 130);
-  EXPECT_EQ(f.out, "");
-  EXPECT_NE(f.err.find("claims interrupted"), std::string::npos) << f.err;
-}
-
 }  // namespace
 }  // namespace credence::internal

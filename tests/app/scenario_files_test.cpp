@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/app/command.h"
@@ -36,6 +37,20 @@ TEST_F(ScenarioFiles, AFileOfItsNameIsTheOneThatIsMeant) {
   const Finished f = short_run("tracking");
   ASSERT_EQ(f.code, 0) << f.err;
   EXPECT_EQ(Json::parse(f.out)["scenario"]["world"]["model"], "monobot");
+}
+
+TEST_F(ScenarioFiles, WhatMayBeMeantIsSaidInOneSentence) {
+  fs::create_directory(folder_ / "sub");
+  write("sub/a.toml", "[world]\nmodel = \"monobot\"\n");
+  const std::pair<const char*, const char*> cases[] = {
+      {"planar_lop", "did you mean planar_loop, which comes with the program?"},
+      {"sub/a", "did you mean sub/a.toml?"}};
+  for (const auto& [name, proposal] : cases) {
+    const Finished f = run({"run", name});
+    EXPECT_EQ(f.code, 2);
+    EXPECT_EQ(f.out, "");
+    EXPECT_EQ(f.err, std::string("credence: ") + name + ": no such scenario file; " + proposal + "\n");
+  }
 }
 
 TEST_F(ScenarioFiles, WhatIsNeitherIsRefusedWithWhatMayBeMeant) {

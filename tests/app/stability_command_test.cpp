@@ -10,15 +10,10 @@
 namespace credence::internal {
 namespace {
 
-class StabilityCommand : public CommandTest {
- protected:
-  static std::string scenario(const std::string& name) {
-    return source_folder() / "scenarios" / (name + ".toml");
-  }
-};
+class StabilityCommand : public CommandTest {};
 
 TEST_F(StabilityCommand, GivesTheDocumentOfTheContract) {
-  const Finished f = run({"stability", scenario("figure2_two_landmarks"), "--format", "json"});
+  const Finished f = run({"stability", scenario_file("figure2_two_landmarks"), "--format", "json"});
   ASSERT_EQ(f.code, 0) << f.err;
   EXPECT_EQ(f.err, "");
   const Json j = Json::parse(f.out);
@@ -50,7 +45,7 @@ TEST_F(StabilityCommand, GivesTheDocumentOfTheContract) {
 }
 
 TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
-  const Finished f = run({"stability", scenario("figure3_two_landmarks"), "--out", "page"});
+  const Finished f = run({"stability", scenario_file("figure3_two_landmarks"), "--out", "page"});
   ASSERT_EQ(f.code, 0) << f.err;
   EXPECT_NE(f.out.find("common translation"), std::string::npos) << f.out;
   EXPECT_NE(f.out.find("bounded"), std::string::npos);
@@ -60,7 +55,7 @@ TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
 }
 
 TEST_F(StabilityCommand, RefusesWhatCannotBeFollowedNamingFileAndKey) {
-  const std::string file = scenario("planar_stability");
+  const std::string file = scenario_file("planar_stability");
   for (const char* setting : {"world.dt=7e10", "world.path_radius=1e20"}) {
     const Finished f = run({"stability", file, "--set", setting});
     EXPECT_EQ(f.code, 2) << setting;
@@ -69,8 +64,8 @@ TEST_F(StabilityCommand, RefusesWhatCannotBeFollowedNamingFileAndKey) {
 }
 
 TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
-  const Finished f = run({"stability", scenario("planar_stability"), "--set", "world.landmarks=4", "--loops",
-                          "6", "--format", "json", "--out", "plane", "--quiet"});
+  const Finished f = run({"stability", scenario_file("planar_stability"), "--set", "world.landmarks=4",
+                          "--loops", "6", "--format", "json", "--out", "plane", "--quiet"});
   ASSERT_EQ(f.code, 0) << f.err;
   const Json j = Json::parse(f.out);
   EXPECT_EQ(j["state_dim"], 11);
@@ -87,7 +82,7 @@ TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
 }
 
 TEST_F(StabilityCommand, RefusesAConstantInflationInThePlane) {
-  const Finished f = run({"stability", scenario("planar_stability"), "--set", "filter.inflation=rank"});
+  const Finished f = run({"stability", scenario_file("planar_stability"), "--set", "filter.inflation=rank"});
   EXPECT_EQ(f.code, 2);
   EXPECT_EQ(f.out, "");
   EXPECT_NE(f.err.find("filter.inflation"), std::string::npos) << f.err;
@@ -96,19 +91,21 @@ TEST_F(StabilityCommand, RefusesAConstantInflationInThePlane) {
 TEST_F(StabilityCommand, BadInputIsTwo) {
   EXPECT_EQ(run({"stability", "missing.toml"}).code, 2);
   EXPECT_EQ(run({"stability"}).code, 2);
-  EXPECT_EQ(run({"stability", scenario("figure3_two_landmarks"), "--horizon", "0"}).code, 2);
-  EXPECT_EQ(run({"stability", scenario("planar_stability"), "--loops", "1"}).code, 2);
+  EXPECT_EQ(run({"stability", scenario_file("figure3_two_landmarks"), "--horizon", "0"}).code, 2);
+  EXPECT_EQ(run({"stability", scenario_file("planar_stability"), "--loops", "1"}).code, 2);
   EXPECT_EQ(
-      run({"stability", scenario("figure3_two_landmarks"), "--set", "noise.measurement_variance=0"}).code, 2);
+      run({"stability", scenario_file("figure3_two_landmarks"), "--set", "noise.measurement_variance=0"})
+          .code,
+      2);
   EXPECT_EQ(run({"stability", "--help"}).code, 0);
   const Finished missing =
-      run({"stability", scenario("figure3_two_landmarks"), "--set", "noise.detection_probability=0.5"});
+      run({"stability", scenario_file("figure3_two_landmarks"), "--set", "noise.detection_probability=0.5"});
   EXPECT_EQ(missing.code, 2);
   EXPECT_NE(missing.err.find("noise.detection_probability"), std::string::npos) << missing.err;
 }
 
 TEST_F(StabilityCommand, SweepDrawsTheMapOfRanks) {
-  const Finished f = run({"sweep", scenario("rank_map"), "--set", "sweep.world.landmarks=1:3", "--set",
+  const Finished f = run({"sweep", scenario_file("rank_map"), "--set", "sweep.world.landmarks=1:3", "--set",
                           "sweep.study.seed=1", "--out", "map", "--format", "json", "--quiet"});
   ASSERT_EQ(f.code, 0) << f.err;
   const Json map = Json::parse(f.out)["rank_map"];
@@ -123,6 +120,37 @@ TEST_F(StabilityCommand, SweepDrawsTheMapOfRanks) {
   }
   EXPECT_NE(read("map/index.html").find("figure-rank-map"), std::string::npos);
   EXPECT_NE(read("map/sweep.csv").find("paper_condition_holds"), std::string::npos);
+}
+
+TEST_F(StabilityCommand, StabilityJudgesAnyF) {
+  const std::string chain =
+      source_folder() / "tests/analysis/stability/golden/linear_systems/unobserved_chain.toml";
+  const Json grows = json({"stability", chain, "--format", "json"});
+  EXPECT_EQ(grows["predicted_bounded"], false);
+  EXPECT_EQ(grows["riccati"]["bounded"], false);
+  EXPECT_TRUE(grows["noise_condition"].is_null());
+  const Json motor = json({"stability", scenario_file("linear"), "--format", "json"});
+  EXPECT_EQ(motor["riccati"]["bounded"], true);
+  EXPECT_LT(motor["spectral_radius"].get<double>(), 1.0);
+  const Finished text = run({"stability", scenario_file("tracking")});
+  EXPECT_EQ(text.code, 0);
+  EXPECT_THAT(text.out, Not(HasSubstr("m²")));
+  const Finished radar =
+      run({"stability", scenario_file("tracking_radar"), "--set", "noise.detection_probability=1"});
+  EXPECT_EQ(radar.code, 2);
+  EXPECT_THAT(radar.err, HasSubstr("stability handles linear worlds and the planar one"));
+}
+
+TEST_F(StabilityCommand, StabilityOfAPeriodicWorldIsThatOfItsPeriod) {
+  write("periodic.toml",
+        "[world]\nmodel = \"linear\"\nperiod = 2\nF = [[1, 0], [0, 1]]\nH = [[1, 0], [0, 1]]\n"
+        "Q = [[0.1, 0], [0, 0.1]]\nR = [[1]]\nP0 = [[1, 0], [0, 1]]\n");
+  const Finished seen = run({"stability", "periodic.toml"});
+  EXPECT_EQ(seen.code, 0) << seen.err;
+  EXPECT_THAT(seen.out, HasSubstr("a step is here a whole period of 2"));
+  EXPECT_TRUE(json({"stability", "periodic.toml", "--format", "json"})["predicted_bounded"]);
+  EXPECT_FALSE(json(
+      {"stability", "periodic.toml", "--set", "world.H=[[1, 0]]", "--format", "json"})["predicted_bounded"]);
 }
 
 }  // namespace

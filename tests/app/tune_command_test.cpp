@@ -1,147 +1,68 @@
-// `credence tune` as a user types it: the built binary, its documents, its files, its exit codes.
+// Which of its three kinds of input `credence tune` takes.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tests/app/command.h"
-#include "tests/datasets/data_folder.h"
+#include "tests/app/small_studies.h"
 
 namespace credence::internal {
 namespace {
 
+namespace fs = std::filesystem;
+
 class TuneCommand : public CommandTest {
  protected:
-  /// A local level of q = 0.1 and r = 1, with a filter that has the right NIS and the wrong noise.
-  std::string local_level() const {
-    return write("level.toml", R"(
-[world]
-model = "linear"
-F = [[1]]
-H = [[1]]
-Q = [[0.1]]
-R = [[1]]
-P0 = [[1]]
-[filter]
-Q = [[0.3]]
-R = [[0.78]]
-[study]
-runs = 50
-steps = 300
-)");
+  std::string refusal(const std::vector<std::string>& arguments) const {
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, 2);
+    EXPECT_EQ(f.out, "");
+    return f.err;
   }
 };
 
-TEST_F(TuneCommand, GivesTheDocumentOfTheContract) {
-  const Json j = json({"tune", local_level(), "--free", "diag(Q),diag(R)", "--format", "json"});
-  ASSERT_EQ(j["parameters"].size(), 2U);
-  const Json &q = j["parameters"][0], &r = j["parameters"][1];
-  EXPECT_EQ(q["name"], "filter.Q[1,1]");
-  EXPECT_EQ(r["name"], "filter.R[1,1]");
-  EXPECT_EQ(q["before"], 0.3);
-  for (const auto& [p, truth] : {std::pair{q, 0.1}, std::pair{r, 1.0}}) {
-    EXPECT_EQ(p["identifiable"], true);
-    EXPECT_LT(p["lower"].get<double>(), p["value"].get<double>());
-    EXPECT_LT(p["value"].get<double>(), p["upper"].get<double>());
-    // Half the interval is two standard errors: it is off by less than five.
-    const double width = p["upper"].get<double>() / p["lower"].get<double>();
-    EXPECT_LT(p["value"].get<double>() / truth, std::pow(width, 1.25));
-    EXPECT_GT(p["value"].get<double>() / truth, std::pow(width, -1.25));
-    EXPECT_GT(p["steps_for_10_percent"].get<double>(), 100.0);
+TEST_F(TuneCommand, OptionsOfOneKindOfInputAreRefusedForAnother) {
+  write("a.toml", kMonobot);
+  write("log.csv", "innovation.1,S.1.1\n0.5,1\n-0.5,1\n");
+  for (const char* input : {"a.toml", "log.csv", "tracking"}) {
+    EXPECT_EQ(refusal({"tune", input, "--data", "x"}),
+              "credence: --data and --robot: only of carpark and mrclam\n");
+    EXPECT_EQ(refusal({"tune", input, "--robot", "1"}),
+              "credence: --data and --robot: only of carpark and mrclam\n");
   }
-  EXPECT_EQ(j["correlation"].size(), 2U);
-  EXPECT_LT(j["log_score"]["before"].get<double>(), j["log_score"]["after"].get<double>());
-  EXPECT_LT(j["log_score"]["likelihood_ratio_p_value"].get<double>(), 1e-20);
-  EXPECT_EQ(j["held_out"]["verdict"], "consistent");
-  EXPECT_EQ(j["held_out"]["runs"], 50);
-  EXPECT_EQ(j["held_out"]["nis"]["expected"], 1.0);
-  EXPECT_NEAR(j["held_out"]["nis"]["mean"].get<double>(), 1.0, 5.0 * std::sqrt(2.0 / 15000.0));
-  EXPECT_GT(j["held_out"]["whiteness_p_value"].get<double>(), 1e-6);
-  EXPECT_LT(j["held_out"]["before"]["whiteness_p_value"].get<double>(), 1e-6);
-  EXPECT_EQ(j["ridge"].size(), 4U);
-  EXPECT_TRUE(j["notes"].is_array());
-}
-
-TEST_F(TuneCommand, WritesAScenarioThatRunsAndNeverOverAFile) {
-  const std::string scenario = local_level();
-  const Finished f = run({"tune", scenario, "--write", "tuned.toml", "--out", "page", "--quiet"});
-  ASSERT_EQ(f.code, 0) << f.err;
-  EXPECT_NE(f.out.find("filter.process_scale"), std::string::npos) << f.out;
-  EXPECT_NE(f.out.find("NIS alone"), std::string::npos);
-  EXPECT_NE(read("page/index.html").find("figure-surface"), std::string::npos);
-  EXPECT_NE(read("page/index.html").find("figure-profiles"), std::string::npos);
-  const Json after = json({"run", "tuned.toml", "--format", "json", "--quiet", "--seed", "9"});
-  EXPECT_NEAR(after["nis"]["mean"].get<double>(), 1.0, 5.0 * std::sqrt(2.0 / 15000.0));
-  const std::string kept = read("tuned.toml");
-  const Finished again = run({"tune", scenario, "--write", "tuned.toml"});
-  EXPECT_EQ(again.code, 2);
-  EXPECT_NE(again.err.find("exists"), std::string::npos) << again.err;
-  EXPECT_EQ(read("tuned.toml"), kept);
-}
-
-TEST_F(TuneCommand, SaysThatNothingIsKnown) {
-  const std::string scenario = local_level();
-  const std::vector<std::string> unknown = {
-      "tune", scenario, "--free", "diag(Q)", "--set", "world.Q=[[0.0]]", "--runs", "1", "--steps", "50"};
-  std::vector<std::string> as_json = unknown;
-  as_json.insert(as_json.end(), {"--format", "json"});
-  const Json j = json(as_json);
-  EXPECT_EQ(j["parameters"][0]["identifiable"], false);
-  EXPECT_TRUE(j["parameters"][0]["value"].is_null());
-  EXPECT_FALSE(j["parameters"][0]["null_reason"].empty());
-  EXPECT_TRUE(j["held_out"].is_null());
-  std::vector<std::string> writing = unknown;
-  writing.insert(writing.end(), {"--write", "tuned.toml"});
-  EXPECT_EQ(run(writing).code, 2);
-}
-
-TEST_F(TuneCommand, OfALogSaysWhatInnovationsAloneCanTell) {
-  ASSERT_EQ(run({"run", local_level(), "--runs", "20", "--log", "logs", "--quiet"}).code, 0);
-  const Json j = json({"tune", "logs", "--format", "json"});
-  EXPECT_EQ(j["parameters"][0]["name"], "factor on S");
-  EXPECT_NEAR(j["parameters"][0]["value"].get<double>(), 1.0, 0.15);
-  EXPECT_EQ(j["sensors"][0]["gain"], "too large") << "Q is three times too large";
-  EXPECT_EQ(j["sensors"][0]["values"], 6000);
-  EXPECT_NE(j["notes"][0].get<std::string>().find("cannot be separated"), std::string::npos);
-  EXPECT_EQ(run({"tune", "logs", "--write", "tuned.toml"}).code, 2);
-  ASSERT_EQ(run({"tune", "logs", "--out", "page", "--quiet"}).code, 0);
-  EXPECT_NE(read("page/index.html").find("S should be"), std::string::npos);
-}
-
-TEST_F(TuneCommand, OfADataSetIsJudgedOnWhatWasLeftOut) {
-  CREDENCE_DATA_OR_SKIP(data, "carpark");
-  const Json j = json({"tune", "carpark", "--data", data.string(), "--free", "noise.range_std", "--quiet",
-                       "--format", "json"});
-  EXPECT_EQ(j["parameters"][0]["name"], "noise.range_std");
-  EXPECT_EQ(j["held_out"]["parts"].size(), 5U);
-  EXPECT_EQ(j["held_out"]["before"]["verdict"], "pessimistic");
-  EXPECT_TRUE(j["held_out"]["whiteness_p_value"].is_number());
-  const Finished f = run({"tune", "carpark", "--data", data.string(), "--free", "R"});
-  EXPECT_EQ(f.code, 2);
-  EXPECT_NE(f.err.find("noise.range_std"), std::string::npos) << f.err;
-  EXPECT_EQ(run({"tune", "carpark", "--data", data.string(), "--runs", "3"}).code, 2);
-}
-
-TEST_F(TuneCommand, ADelayIsPartOfTheWorldThatIsTuned) {
-  for (const std::string& scenario : {local_level(), std::string("figure1_two_landmarks")}) {
-    const auto score = [&](const std::string& delay) {
-      const Json j = json({"tune", scenario, "--free", "R", "--runs", "20", "--steps", "30", "--set",
-                           "noise.measurement_delay=" + delay, "--format", "json"});
-      return j["log_score"]["before"].get<double>();
-    };
-    EXPECT_GT(std::abs(score("3") - score("0")), 1e-3) << scenario;
+  for (const std::vector<std::string>& option : {std::vector<std::string>{"--free", "Q"},
+                                                 {"--write", "tuned.toml"},
+                                                 {"--set", "world.Q=[[1]]"},
+                                                 {"--runs", "2"},
+                                                 {"--steps", "2"},
+                                                 {"--seed", "2"}}) {
+    EXPECT_EQ(refusal({"tune", "log.csv", option[0], option[1]}),
+              "credence: a log is no scenario: --free, --write, --set, --runs, --steps and --seed have no "
+              "meaning for it\n");
   }
+  EXPECT_EQ(refusal({"tune", "a.toml", "b.toml"}), "credence: tune: accepts exactly one scenario, or logs\n");
 }
 
-TEST_F(TuneCommand, RefusesWithTheKey) {
-  const std::string scenario = local_level();
-  EXPECT_NE(run({"tune", scenario, "--free", "S"}).err.find("\"S\""), std::string::npos);
-  const Finished none = run({"tune", scenario, "--set", "world.Q=[[0]]", "--set", "filter.Q=[[0]]"});
-  EXPECT_EQ(none.code, 2);
-  EXPECT_NE(none.err.find("Q is 0"), std::string::npos) << none.err;
+TEST_F(TuneCommand, AFileOrFolderOfItsNameIsMeantBeforeWhatTheProgramKnows) {
+  fs::create_directories(folder_ / "carpark");
+  write("tracking", "innovation.1,S.1.1\n0.5,1\n-0.5,1\n");
+  EXPECT_THAT(refusal({"tune", "carpark"}), ::testing::Not(::testing::HasSubstr("CREDENCE_DATA")));
+  EXPECT_THAT(refusal({"tune", "tracking", "--free", "Q"}), ::testing::HasSubstr("a log is no scenario"));
+}
+
+TEST_F(TuneCommand, NothingIsWrittenOverAndThatIsSaidAtOnce) {
+  write("a.toml", kMonobot);
+  write("there.toml", "kept");
+  fs::create_symlink("nowhere", folder_ / "link.toml");
+  for (const std::string file : {"there.toml", "link.toml"}) {
+    EXPECT_EQ(refusal({"tune", "a.toml", "--write", file}),
+              "credence: --write " + file + ": the file exists; nothing is written over\n");
+  }
+  EXPECT_EQ(read("there.toml"), "kept");
 }
 
 }  // namespace

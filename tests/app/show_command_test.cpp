@@ -1,36 +1,29 @@
-// What is done with stored results: show, compare, report.
+// `credence show` and `credence report` as a user types them.
 
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 
-#include <chrono>
 #include <filesystem>
 #include <string>
-#include <thread>
 
-#include "montecarlo/engine/result_store.h"
 #include "tests/app/command.h"
+#include "tests/app/small_studies.h"
 
 namespace credence::internal {
 namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kMonobot = "[world]\nmodel = \"monobot\"\nlandmarks = 2\n[study]\nruns = 300\nsteps = 30\n";
-const std::string kSweep =
+const std::string kShownSweep =
     "[world]\nmodel = \"monobot\"\n[study]\nruns = 100\nsteps = 20\n[sweep]\n\"world.landmarks\" = \"1:3\"\n";
 
-class ResultsCommand : public CommandTest {
+class ShowCommand : public CommandTest {
  protected:
   /// The process of `arguments` as soon as it has stored something.
   pid_t running(const std::vector<std::string>& arguments, const fs::path& folder) const {
     const pid_t child = start(arguments);
-    wait_for([&] {
-      std::error_code none;
-      const std::uintmax_t size = fs::file_size(folder_ / folder / "results.sqlite-wal", none);
-      return !none && size > 60000;
-    });
+    wait_for_chunks(folder);
     return child;
   }
 
@@ -43,7 +36,7 @@ class ResultsCommand : public CommandTest {
   }
 };
 
-TEST_F(ResultsCommand, ShowSaysOfStoredRunsWhatRunSaid) {
+TEST_F(ShowCommand, ShowSaysOfStoredRunsWhatRunSaid) {
   write("a.toml", kMonobot);
   const Json said = json({"run", "a.toml", "--out", "out", "--format", "json"});
   EXPECT_EQ(json({"show", "out", "--format", "json"}), said);
@@ -58,8 +51,8 @@ TEST_F(ResultsCommand, ShowSaysOfStoredRunsWhatRunSaid) {
   EXPECT_NE(run({"show", "empty"}).err.find("credence: empty: holds no stored results"), std::string::npos);
 }
 
-TEST_F(ResultsCommand, ShowAndReportOfASweepThatIsRunningLeaveItAlone) {
-  write("s.toml", kSweep);
+TEST_F(ShowCommand, ShowAndReportOfASweepThatIsRunningLeaveItAlone) {
+  write("s.toml", kShownSweep);
   const Finished whole = run({"sweep", "s.toml", "--runs", "300000", "--out", "whole", "--format", "json"});
   ASSERT_EQ(whole.code, 0) << whole.err;
   const pid_t child = running(
@@ -88,7 +81,7 @@ TEST_F(ResultsCommand, ShowAndReportOfASweepThatIsRunningLeaveItAlone) {
   EXPECT_EQ(run({"show", "out"}).out.find("goes on"), std::string::npos);
 }
 
-TEST_F(ResultsCommand, ReportMakesThePagesOfRunAgain) {
+TEST_F(ShowCommand, ReportMakesThePagesOfRunAgain) {
   write("a.toml", kMonobot);
   ASSERT_EQ(run({"run", "a.toml", "--out", "out"}).code, 0);
   const std::string csv = read("out/a.csv");
@@ -100,43 +93,35 @@ TEST_F(ResultsCommand, ReportMakesThePagesOfRunAgain) {
   EXPECT_EQ(read("out/a.csv"), csv);
   EXPECT_NE(read("out/index.html").find("<svg"), std::string::npos);
 }
-
-TEST_F(ResultsCommand, CompareSetsVerdictsBesideEachOtherAndPairsRunsOfTheSameNoise) {
+TEST_F(ShowCommand, FiguresForAPaperAreMadeFromWhatIsStored) {
   write("a.toml", kMonobot);
-  const Json first = json({"run", "a.toml", "--out", "a", "--format", "json"});
-  ASSERT_EQ(run({"run", "a.toml", "--out", "b", "--set", "filter.measurement_scale=2.0"}).code, 0);
-  ASSERT_EQ(run({"run", "a.toml", "--out", "c", "--seed", "2"}).code, 0);
-  const Json studies = json({"compare", "a", "b", "c", "a", "--format", "json"})["studies"];
-  ASSERT_EQ(studies.size(), 4U);
-  EXPECT_EQ(studies[0]["verdict"], "consistent");
-  EXPECT_EQ(studies[1]["verdict"], "pessimistic");
-  EXPECT_EQ(studies[0]["nees"]["mean"], first["nees"]["mean"]);
-  EXPECT_EQ(studies[1]["name"], "a (b)") << "two of one name are told apart";
-  const double dof = first["nees"]["expected"];
-  const double difference =
-      (studies[1]["nees"]["mean"].get<double>() - studies[0]["nees"]["mean"].get<double>()) / dof;
-  EXPECT_NEAR(studies[1]["paired_difference"]["value"].get<double>(), difference, 1e-12);
-  EXPECT_LT(studies[1]["paired_difference"]["upper"], 0.0);
-  EXPECT_TRUE(studies[2]["paired_difference"].is_null()) << "another seed is other noise";
-  EXPECT_EQ(studies[3]["paired_difference"]["lower"], 0.0) << "itself";
-
-  write("a.json", first.dump());
-  const Json documents = json({"compare", "a.json", "b", "--format", "json"})["studies"];
-  EXPECT_EQ(documents[0]["nees"]["mean"], first["nees"]["mean"]);
-  EXPECT_NE(run({"compare", "a", "b"}).out.find("against the first"), std::string::npos);
-  EXPECT_EQ(run({"compare", "a"}).code, 2);
-  write("no.json", "{\"schema\": 1}");
-  EXPECT_NE(run({"compare", "a", "no.json"}).err.find("no.json: is no document of"), std::string::npos);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "out"}).code, 0);
+  const Finished f = run({"report", "out", "--figures", "pgf,png,one-column"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "figures" / "panels" / "a-run-2.pgf"));
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "figures" / "a-run.png"));
+  EXPECT_NE(read("out/index.html").find("a-run.pgf\">PGF</a>"), std::string::npos);
+  const Finished word = run({"report", "out", "--figures", "eps"});
+  EXPECT_EQ(word.code, 2);
+  EXPECT_NE(word.err.find("one-column"), std::string::npos) << "what is accepted: " << word.err;
+  const Finished widths = run({"run", "a.toml", "--figures", "one-column,two-columns", "--out", "none"});
+  EXPECT_EQ(widths.code, 2);
+  EXPECT_NE(widths.err.find("one-column and two-columns exclude each other"), std::string::npos)
+      << widths.err;
+  EXPECT_FALSE(fs::exists(folder_ / "none"));
 }
 
-TEST_F(ResultsCommand, AfterAnInterruptionTheCommandThatContinuesIsToldAndDoesSo) {
-  write("a b.toml", kMonobot);
-  const pid_t child = running({"run", "a b.toml", "--fresh", "--runs", "100000000", "--out", "out"}, "out");
-  kill(child, SIGINT);
-  const Finished f = finish(child);
-  EXPECT_EQ(f.code, 130);
-  const std::string told = credence_binary().string() + " run 'a b.toml' --runs 100000000 --out out\n";
-  EXPECT_TRUE(f.err.ends_with(told)) << f.err << "\nmust end with " << told;
+TEST_F(ShowCommand, ASweepAmongOtherStudiesIsNotMixedWithThem) {
+  write("a.toml", kMonobot);
+  write("s.toml", kShownSweep);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "out/a", "--quiet"}).code, 0);
+  const Json swept = json({"sweep", "s.toml", "--out", "out/s", "--quiet", "--format", "json"});
+  for (const char* command : {"show", "report"}) {
+    const Finished f = run({command, "out"});
+    EXPECT_EQ(f.code, 2);
+    EXPECT_EQ(f.err, "credence: out/s: is a sweep among other studies; name its folder alone\n");
+  }
+  EXPECT_EQ(json({"show", "out/s", "--format", "json"}), swept);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ const std::string kRanksSweep =
     "[world]\nmodel = \"planar\"\nlandmarks = 5\n[study]\nruns = 500\nsteps = 60\n"
     "[sweep]\n\"filter.measurement_scale\" = [0.5, 1.0]\n";
 
-class RanksCommand : public CommandTest {
+class MpiRanks : public CommandTest {
  protected:
   void SetUp() override {
     if (!fs::exists(fs::path(credence_binary()).parent_path() / "libcredence_mpi.so")) {
@@ -72,7 +72,7 @@ class RanksCommand : public CommandTest {
   }
 };
 
-TEST_F(RanksCommand, SweepHasTheSameBitsForAnyNumberOfRanks) {
+TEST_F(MpiRanks, SweepHasTheSameBitsForAnyNumberOfRanks) {
   const Finished alone = run({"sweep", "s.toml", "--out", "o1", "--format", "json"});
   EXPECT_EQ(alone.code, 0) << alone.err;
   for (const int count : {1, 2, 3, 8}) {
@@ -84,7 +84,7 @@ TEST_F(RanksCommand, SweepHasTheSameBitsForAnyNumberOfRanks) {
   }
 }
 
-TEST_F(RanksCommand, AStopRuleEndsWhereItEndsAlone) {
+TEST_F(MpiRanks, AStopRuleEndsWhereItEndsAlone) {
   write("r.toml",
         "[world]\nmodel = \"monobot\"\n[study]\nruns = 20000\nsteps = 20\n"
         "[study.stop]\nprecision = 0.05\n");
@@ -93,7 +93,7 @@ TEST_F(RanksCommand, AStopRuleEndsWhereItEndsAlone) {
   EXPECT_EQ(ranks(3, {"run", "r.toml", "--format", "json"}).out, alone.out);
 }
 
-TEST_F(RanksCommand, AKilledRankLosesNothing) {
+TEST_F(MpiRanks, AKilledRankLosesNothing) {
   const pid_t job = start_ranks(3, {"sweep", "s.toml", "--runs", "1000000", "--out", "cut"});
   wait_for([&] {
     std::error_code none;
@@ -112,7 +112,7 @@ TEST_F(RanksCommand, AKilledRankLosesNothing) {
       << "nothing was there: " << counts;
 }
 
-TEST_F(RanksCommand, EstimatorsSayTheSame) {
+TEST_F(MpiRanks, EstimatorsSayTheSame) {
   const std::vector<std::string> compared{"estimators", "ukfm_slam2d", "--runs", "20",           "--steps",
                                           "40",         "--format",    "json",   "--estimators", "ekf,ideal"};
   Json alone = json(compared);
@@ -123,7 +123,7 @@ TEST_F(RanksCommand, EstimatorsSayTheSame) {
   EXPECT_EQ(alone, shared);
 }
 
-TEST_F(RanksCommand, WhatIsWrongIsSaidOnce) {
+TEST_F(MpiRanks, WhatIsWrongIsSaidOnce) {
   const Finished f = ranks(3, {"run", "nowhere.toml"});
   EXPECT_EQ(f.code, 2);
   const std::size_t first = f.err.find("nowhere.toml: no such scenario file");

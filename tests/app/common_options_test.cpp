@@ -1,0 +1,90 @@
+// The options that commands on a scenario share.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/app/command.h"
+#include "tests/app/small_studies.h"
+
+namespace credence::internal {
+namespace {
+
+namespace fs = std::filesystem;
+
+class CommonOptionsTest : public CommandTest {
+ protected:
+  void SetUp() override { write("a.toml", kMonobot); }
+};
+
+TEST_F(CommonOptionsTest, OptionsOfTheStudyHaveTheLastWordAndLaterSettingsTheLater) {
+  const Json j = json({"run",      "a.toml",
+                       "--runs",   "70",
+                       "--steps",  "6",
+                       "--seed",   "4",
+                       "--set",    "study.runs=50",
+                       "--set",    "study.steps=5",
+                       "--set",    "study.seed=3",
+                       "--set",    "noise.process_variance=0.3",
+                       "--set",    "noise.process_variance=0.2",
+                       "--format", "json"});
+  EXPECT_EQ(j["runs"], 70);
+  EXPECT_EQ(j["steps"], 6);
+  EXPECT_EQ(j["scenario"]["study"]["seed"], 4);
+  EXPECT_EQ(j["scenario"]["noise"]["process_variance"], 0.2);
+}
+
+TEST_F(CommonOptionsTest, ASettingIsOneWordAndTakesNoScenarioForAnother) {
+  // CLI11 by itself would give every word behind --set to it.
+  EXPECT_EQ(json({"run", "--set", "study.runs=70", "a.toml", "--format", "json"})["runs"], 70);
+  EXPECT_EQ(run({"run", "a.toml", "--set", "study.runs"}).code, 2);
+}
+
+TEST_F(CommonOptionsTest, ANumberThatIsTooLargeOrMissingIsNotMadeAnother) {
+  for (const char* option : {"--runs", "--steps", "--seed"}) {
+    for (const char* command : {"run", "world"}) {
+      const std::string begin = "credence: " + std::string(command) + ": " + option,
+                        end = " (credence help " + std::string(command) + ")\n";
+      const Finished large = run({command, "a.toml", option, "99999999999999999999"});
+      EXPECT_EQ(large.code, 2);
+      EXPECT_EQ(large.err, begin + ": 99999999999999999999 is too large" + end);
+      // As of a variable of a script that is not set.
+      const Finished missing = run({command, "a.toml", option, ""});
+      EXPECT_EQ(missing.code, 2);
+      EXPECT_EQ(missing.err, begin + ": the number is missing" + end);
+    }
+  }
+  EXPECT_EQ(json({"run", "a.toml", "--runs", "2", "--seed", "9223372036854775807", "--format",
+                  "json"})["scenario"]["study"]["seed"],
+            9223372036854775807);
+}
+
+TEST_F(CommonOptionsTest, FiguresAreWhatIsAskedForAndAWrongWordIsRefusedAtOnce) {
+  ASSERT_EQ(run({"run", "a.toml", "--out", "both", "--quiet"}).code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "both/figures/a-run.svg"));
+  EXPECT_TRUE(fs::exists(folder_ / "both/figures/a-run.pdf"));
+  ASSERT_EQ(run({"run", "a.toml", "--out", "one", "--quiet", "--figures", "svg"}).code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "one/figures/a-run.svg"));
+  EXPECT_FALSE(fs::exists(folder_ / "one/figures/a-run.pdf"));
+  const Finished f = run({"run", "a.toml", "--out", "none", "--figures", "svg,eps"});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_EQ(f.err,
+            "credence: run: --figures: 'eps' is none of svg, pdf, png, pgf, one-column, two-columns, serif "
+            "(credence help run)\n");
+  EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
+TEST_F(CommonOptionsTest, AnInconsistentFilterIsAFailureWhereThatIsAskedFor) {
+  for (const char* scale : {"0.5", "1.0", "2.0"}) {
+    std::vector<std::string> arguments{"run", "a.toml", "--set",
+                                       std::string("filter.measurement_scale=") + scale};
+    EXPECT_EQ(run(arguments).code, 0) << scale;
+    arguments.emplace_back("--fail-on-inconsistent");
+    EXPECT_EQ(run(arguments).code, std::string(scale) == "1.0" ? 0 : 1) << scale;
+  }
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,89 @@
+// `credence compare` as a user types it.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/app/command.h"
+#include "tests/app/small_studies.h"
+
+namespace credence::internal {
+namespace {
+
+class CompareCommand : public CommandTest {};
+
+TEST_F(CompareCommand, CompareSetsVerdictsBesideEachOtherAndPairsRunsOfTheSameNoise) {
+  write("a.toml", kMonobot);
+  const Json first = json({"run", "a.toml", "--out", "a", "--format", "json"});
+  ASSERT_EQ(run({"run", "a.toml", "--out", "b", "--set", "filter.measurement_scale=2.0"}).code, 0);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "c", "--seed", "2"}).code, 0);
+  const Json studies = json({"compare", "a", "b", "c", "a", "--format", "json"})["studies"];
+  ASSERT_EQ(studies.size(), 4U);
+  EXPECT_EQ(studies[0]["verdict"], "consistent");
+  EXPECT_EQ(studies[1]["verdict"], "pessimistic");
+  EXPECT_EQ(studies[0]["nees"]["mean"], first["nees"]["mean"]);
+  EXPECT_EQ(studies[1]["name"], "a (b)") << "two of one name are told apart";
+  const double dof = first["nees"]["expected"];
+  const double difference =
+      (studies[1]["nees"]["mean"].get<double>() - studies[0]["nees"]["mean"].get<double>()) / dof;
+  EXPECT_NEAR(studies[1]["paired_difference"]["value"].get<double>(), difference, 1e-12);
+  EXPECT_LT(studies[1]["paired_difference"]["upper"], 0.0);
+  EXPECT_TRUE(studies[2]["paired_difference"].is_null()) << "another seed is other noise";
+  EXPECT_EQ(studies[3]["paired_difference"]["lower"], 0.0) << "itself";
+
+  write("a.json", first.dump());
+  const Json documents = json({"compare", "a.json", "b", "--format", "json"})["studies"];
+  EXPECT_EQ(documents[0]["nees"]["mean"], first["nees"]["mean"]);
+  EXPECT_NE(run({"compare", "a", "b"}).out.find("against the first"), std::string::npos);
+  EXPECT_EQ(run({"compare", "a"}).code, 2);
+  write("no.json", "{\"schema\": 1}");
+  EXPECT_NE(run({"compare", "a", "no.json"}).err.find("no.json: is no document of"), std::string::npos);
+}
+
+TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {
+  write("a.toml", kMonobot);
+  write("s.toml", kMonobotSweep);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "a", "--quiet"}).code, 0);
+  ASSERT_EQ(run({"sweep", "s.toml", "--runs", "64", "--out", "s", "--quiet"}).code, 0);
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"compare", "a"}, "compare: takes two results or more"},
+      {{"compare", "a", "nowhere"}, "nowhere: no such folder or document"},
+      {{"compare", "a", "a.toml"}, "a.toml: is no JSON"},
+      {{"compare", "a", "s"}, "s: is a sweep, whose configurations credence show sets side by side"}};
+  for (const auto& [arguments, message] : cases) {
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, 2) << message;
+    EXPECT_EQ(f.out, "") << message;
+    EXPECT_EQ(f.err, "credence: " + message + "\n");
+  }
+}
+
+TEST_F(CompareCommand, MoreConfidenceIsAWiderIntervalAroundTheSameDifference) {
+  write("a.toml", kMonobot);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "a", "--quiet"}).code, 0);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "b", "--set", "filter.measurement_scale=2.0", "--quiet"}).code, 0);
+  const auto difference = [&](const char* confidence) {
+    return json({"compare", "a", "b", "--confidence", confidence, "--format",
+                 "json"})["studies"][1]["paired_difference"];
+  };
+  const Json some = difference("0.8"), more = difference("0.99");
+  EXPECT_EQ(some["value"], more["value"]);
+  const auto width = [](const Json& d) { return d["upper"].get<double>() - d["lower"].get<double>(); };
+  // The quantile at 0.99 of a normal law is 2.576 and at 0.8 it is 1.2816; of a t of 299 degrees 2.592
+  // and 1.284.
+  EXPECT_NEAR(width(more) / width(some), 2.592 / 1.284, 0.02);
+}
+
+TEST_F(CompareCommand, TheReportSetsThemSideBySide) {
+  write("a.toml", kMonobot);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "a", "--quiet"}).code, 0);
+  const Finished f = run({"compare", "a", "a", "--out", "page"});
+  EXPECT_EQ(f.code, 0) << f.err;
+  EXPECT_EQ(f.err, "Report: page/index.html\n");
+  EXPECT_NE(read("page/index.html").find("<svg"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,56 @@
+// What is wrong with a command line, in one sentence.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/app/command.h"
+
+namespace credence::internal {
+namespace {
+
+class Complaint : public CommandTest {};
+
+TEST_F(Complaint, IsOneSentenceWithWhereTheRightWordsAreListed) {
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"run"}, "run: scenario is required (credence help run)"},
+      {{"run", "planar_loop", "--runs", "1e4"}, "run: --runs = 1e4 is no whole number (credence help run)"},
+      {{"plan", "planar_loop", "--power", "high"}, "plan: --power = high is no number (credence help plan)"},
+      {{"run", "planar_loop", "--format", "yaml"},
+       "run: --format: yaml not in {text,json} (credence help run)"},
+      {{"run", "planar_loop", "--threads", "5000"},
+       "run: --threads: Value 5000 not in range 0 to 4096 (credence help run)"},
+      {{"run", "planar_loop", "--only-run", "3", "--out", "out"},
+       "run: --out excludes --only-run (credence help run)"},
+      {{"run", "planar_loop", "--runs"}, "run: --runs: the value is missing (credence help run)"},
+      {{"run", "planar_loop", "--runs", "3", "--runs", "4"},
+       "run: --runs: is given more than once (credence help run)"},
+      {{"plan", "planar_loop", "extra"}, "plan: extra is not expected (credence help plan)"},
+      // The option is what is wrong, not the words that it would have taken.
+      {{"plan", "planar_loop", "extra", "--bogus", "3"},
+       "plan: --bogus is not expected (credence help plan)"}};
+  for (const auto& [arguments, message] : cases) {
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, 2) << message;
+    EXPECT_EQ(f.out, "") << message;
+    EXPECT_EQ(f.err, "credence: " + message + "\n");
+  }
+}
+
+TEST_F(Complaint, OptionsBelongBehindTheirCommand) {
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"--threads", "2", "run", "planar_loop"},
+       "run: --threads stands before the command and belongs behind it (credence help run)"},
+      {{"--bogus"}, "--bogus is not expected (credence help)"},
+      {{"--quiet", "2"}, "--quiet is not expected (credence help)"}};
+  for (const auto& [arguments, message] : cases) {
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, 2) << message;
+    EXPECT_EQ(f.err, "credence: " + message + "\n");
+  }
+}
+
+}  // namespace
+}  // namespace credence::internal

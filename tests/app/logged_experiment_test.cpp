@@ -1,0 +1,143 @@
+// `credence run --log`: the logs, and that `credence check` says of them what the run said.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/app/command.h"
+#include "tests/app/small_studies.h"
+
+namespace credence::internal {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class LoggedExperiment : public CommandTest {};
+
+TEST_F(LoggedExperiment, RefusesToMixLogsAndDiscardsThemWhenAsked) {
+  write("a.toml", kLine);
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet"}).code, 0);
+  const Finished again = run({"run", "a.toml", "--log", "logs", "--quiet", "--runs", "70"});
+  EXPECT_EQ(again.code, 2);
+  EXPECT_NE(again.err.find("holds logs of earlier runs"), std::string::npos) << again.err;
+  ASSERT_EQ(run({"run", "a.toml", "--log", "logs", "--quiet", "--runs", "70", "--fresh"}).code, 0);
+  EXPECT_EQ(json({"check", "logs", "--format", "json", "--quiet"})["runs"], 70);
+}
+
+TEST_F(LoggedExperiment, CtrlCLeavesWholeLogsOfTheRunsThatItReports) {
+  write("a.toml", kLine);
+  const pid_t child =
+      start({"run", "a.toml", "--runs", "1000000", "--log", "logs", "--format", "json", "--quiet"});
+  for (int i = 0; i < 20000 && !fs::exists(folder_ / "logs" / "run-000070.csv"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  kill(child, SIGINT);
+  const Finished f = finish(child);
+  ASSERT_EQ(f.code, 130) << f.err;
+  const Json run = Json::parse(f.out);
+  EXPECT_EQ(run["complete"], false);
+  const Json check = json({"check", "logs", "--format", "json", "--quiet"});
+  EXPECT_EQ(check["runs"], run["runs"]);
+  EXPECT_EQ(check["nees"], run["nees"]);
+}
+
+// The states of these worlds are no vectors: what their logs hold differs by the error in the judged chart.
+TEST_F(LoggedExperiment, WorldsOnGroupsRunSweepAndLog) {
+  for (const char* name : {"localisation", "inertial"}) {
+    const auto with = [&](std::vector<std::string> arguments) {
+      arguments.insert(arguments.begin() + 1, {scenario_file(name), "--runs", "64", "--set", "study.steps=20",
+                                               "--set", "world.aiding_interval=5"});
+      return arguments;
+    };
+    const std::string logs = std::string("logs of ") + name;
+    ASSERT_EQ(run(with({"run", "--log", logs, "--out", name})).code, 0) << name;
+    const Json judged = json({"check", logs, "--format", "json"}),
+               own = json(with({"run", "--format", "json"}));
+    EXPECT_NEAR(judged["nees"]["mean"].get<double>(), own["nees"]["mean"].get<double>(), 1e-6) << name;
+    EXPECT_NEAR(judged["nis"]["mean"].get<double>(), own["nis"]["mean"].get<double>(), 1e-9) << name;
+    EXPECT_EQ(own["rmse"]["position_m"].size(), 20U);
+    EXPECT_THAT(read(std::filesystem::path(name) / "index.html"), HasSubstr("error in the "));
+    const Finished sweep = run(with({"sweep", "--set", "sweep.filter.chart=componentwise,right,left", "--out",
+                                     std::string("swept ") + name}));
+    EXPECT_EQ(sweep.code, 0) << sweep.err;
+  }
+}
+
+// P of the invariant filters is that of an error in SE(2), and so must be what a log writes beside it.
+TEST_F(LoggedExperiment, LogsOfInvariantEstimatorsHoldTheErrorOfTheirP) {
+  for (const char* estimator : {"ekf", "invariant", "invariant-left", "ukf-manifold"}) {
+    const std::string logs = std::string("logs of ") + estimator;
+    const std::string chosen = std::string("filter.estimator=") + estimator;
+    const auto of_run = [&](std::vector<std::string> more) {
+      std::vector<std::string> all{
+          "run",   scenario_file("ukfm_slam2d"), "--runs", "40",  "--set", "study.steps=60",
+          "--set", "initial.position_std=0.01",  "--set",  chosen};
+      all.insert(all.end(), more.begin(), more.end());
+      return all;
+    };
+    ASSERT_EQ(run(of_run({"--log", logs})).code, 0) << estimator;
+    const Json judged = json({"check", logs, "--format", "json"}), own = json(of_run({"--format", "json"}));
+    const double nees = own["nees"]["mean"].get<double>();
+    EXPECT_NEAR(judged["nees"]["mean"].get<double>(), nees, 1e-6 * nees) << estimator;
+    EXPECT_EQ(judged["nees"]["dof"], own["nees"]["dof"]) << estimator;
+    EXPECT_EQ(judged["verdict"], own["verdict"]) << estimator;
+  }
+}
+
+TEST_F(LoggedExperiment, OnlyLogsOfRunsAreDiscarded) {
+  write("a.toml", kLine);
+  fs::create_directories(folder_ / "logs");
+  const std::vector<std::string> others{"notes.csv", "run-.csv",   "run-1a.csv",
+                                        "run-1.txt", "run--1.csv", "run-1.csv.bak"};
+  for (const std::string& name : others) write("logs/" + name, "kept");
+  for (const char* name : {"run-000007.npz", "run-1.csv", "run-000200.mcap"})
+    write(std::string("logs/") + name, "old");
+  const Finished mixed = run({"run", "a.toml", "--runs", "2", "--log", "logs", "--quiet"});
+  EXPECT_EQ(mixed.code, 2);
+  EXPECT_EQ(
+      mixed.err,
+      "credence: logs: holds logs of earlier runs; name another folder, or discard them with --fresh\n");
+  ASSERT_EQ(run({"run", "a.toml", "--runs", "2", "--log", "logs", "--quiet", "--fresh"}).code, 0);
+  for (const std::string& name : others) EXPECT_EQ(read("logs/" + name), "kept") << name;
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "logs"), {}), std::ssize(others) + 2);
+  EXPECT_TRUE(fs::exists(folder_ / "logs/run-000000.csv") && fs::exists(folder_ / "logs/run-000001.csv"));
+}
+
+TEST_F(LoggedExperiment, AFormatThatTheWorldHasNotMakesNoFolder) {
+  write("a.toml", kLine);
+  const Finished f = run({"run", "a.toml", "--log", "logs", "--log-format", "mcap"});
+  EXPECT_EQ(f.code, 2);
+  EXPECT_EQ(
+      f.err,
+      "credence: --log-format mcap: this world has no pose in the plane; csv and npz take every world\n");
+  EXPECT_FALSE(fs::exists(folder_ / "logs"));
+}
+
+// One step is good; then P is 0, and S of the second.
+TEST_F(LoggedExperiment, ARunThatFailedEndsWithItsLastGoodStepAndSaysWhy) {
+  write("f.toml",
+        "[world]\nmodel = \"linear\"\nF = [[1]]\nH = [[1]]\nQ = [[0]]\nR = [[0]]\nP0 = [[1]]\n"
+        "[study]\nruns = 2\nsteps = 5\n");
+  EXPECT_EQ(run({"run", "f.toml", "--log", "logs", "--quiet"}).code, 3);
+  const std::string log = read("logs/run-000001.csv");
+  EXPECT_THAT(log, HasSubstr("not_positive_definite at step 2"));
+  EXPECT_EQ(json({"check", "logs", "--format", "json", "--quiet"}, 3)["rows"], 2)
+      << "one good step of each run, of which P is 0";
+}
+
+TEST_F(LoggedExperiment, SeveralScenariosHaveAFolderEach) {
+  write("a.toml", kLine);
+  write("b.toml", kLine);
+  ASSERT_EQ(run({"run", "a.toml", "b.toml", "--runs", "2", "--log", "logs", "--quiet"}).code, 0);
+  for (const char* name : {"logs/a/run-000001.csv", "logs/b/run-000001.csv"})
+    EXPECT_NE(read(name), "") << name;
+  EXPECT_EQ(read("logs/a/run-000001.csv"), read("logs/b/run-000001.csv")) << "the same seed";
+}
+
+}  // namespace
+}  // namespace credence::internal

@@ -1,0 +1,70 @@
+// `credence plan` as a user types it.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "tests/app/command.h"
+#include "tests/app/small_studies.h"
+
+namespace credence::internal {
+namespace {
+
+class PlanCommand : public CommandTest {};
+
+TEST_F(PlanCommand, PlanGivesRunsForBothDirections) {
+  write("a.toml", kMonobot);
+  const Finished f = run({"plan", "a.toml", "--factor", "1.5", "--power", "0.8", "--format", "json"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json j = Json::parse(f.out);
+  for (const char* name : {"nees", "nis"}) {
+    ASSERT_EQ(j[name]["detect"].size(), 2U);
+    EXPECT_EQ(j[name]["detect"][0]["factor"], 1.5);
+    for (const Json& detection : j[name]["detect"]) {
+      EXPECT_GE(detection["power"], 0.8);
+      EXPECT_GE(detection["runs"], 1);
+      EXPECT_LE(detection["runs"], j["runs"]);
+    }
+  }
+  EXPECT_EQ(j["nees"]["effective_steps_from"], "exact law");
+  EXPECT_GT(j["seconds"], 0.0);
+  EXPECT_GE(j["precision"]["runs"], 2);
+  EXPECT_NE(run({"plan", "a.toml"}).out.find("NEES verdict"), std::string::npos);
+  EXPECT_EQ(run({"plan", "a.toml", "--factor", "1"}).err,
+            "credence: a.toml: factor = 1 is a consistent filter: there is nothing to detect\n");
+}
+
+TEST_F(PlanCommand, PlanOfASweepIsTheCostOfAllOfIt) {
+  write("s.toml", kMonobotSweep);
+  const Finished f = run({"plan", "s.toml", "--factor", "2", "--format", "json"});
+  ASSERT_EQ(f.code, 0) << f.err;
+  const Json j = Json::parse(f.out);
+  EXPECT_EQ(j["sweep"]["configurations"], 6);
+  EXPECT_EQ(j["sweep"]["planned"], 6);
+  EXPECT_EQ(j["configurations"].size(), 6U);
+  EXPECT_GT(j["sweep"]["seconds"], 0.0);
+  EXPECT_NE(run({"plan", "s.toml", "--factor", "2"}).out.find("The sweep of 6 configurations"),
+            std::string::npos);
+}
+
+TEST_F(PlanCommand, APlanHasNothingToSaveAndEndsAtOnce) {
+  write("p.toml", kLongChunk);
+  const pid_t child = start({"plan", "p.toml", "--quiet"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  kill(child, SIGINT);
+  EXPECT_EQ(finish(child).code, 128 + SIGINT);
+}
+
+TEST_F(PlanCommand, OfALinearWorldItIsMadeTooAndWhatIsWrongIsNamed) {
+  EXPECT_EQ(run({"plan", scenario_file("linear"), "--set", "study.steps=20"}).code, 0);
+  write("a.toml", kMonobot);
+  const Finished certain = run({"plan", "a.toml", "--power", "1"});
+  EXPECT_EQ(certain.code, 2);
+  EXPECT_EQ(certain.err, "credence: a.toml: power = 1 must lie in (0, 1)\n");
+}
+
+}  // namespace
+}  // namespace credence::internal
