@@ -56,6 +56,22 @@ TEST_F(Main, WhatIsSaidToAClosedStreamGoesIntoNoFile) {
   EXPECT_EQ(json({"show", "out", "--format", "json"})["runs"], 300) << "the store is whole";
 }
 
+// The file that says who writes is open all the time.
+TEST_F(Main, WhatIsSaidOfAnInterruptionGoesIntoNoFileOfTheStore) {
+  write("a.toml", kMonobot);
+  const pid_t child =
+      start_program({"sh", "-c",
+                     "exec " + credence_binary().string() +
+                         " run a.toml --runs 100000000 --out out --threads 1 --format json 2>&-"});
+  wait_for_chunks("out");
+  kill(child, SIGINT);
+  EXPECT_EQ(finish(child).code, 130);
+  for (const fs::directory_entry& file : fs::recursive_directory_iterator(folder_ / "out")) {
+    if (file.is_regular_file())
+      EXPECT_EQ(read(file.path()).find("once more ends at once"), std::string::npos) << file;
+  }
+}
+
 TEST_F(Main, ALimitOfTheSizeOfFilesIsAnErrorAndNoSignal) {
   write("a.toml", kMonobot);
   const Finished f = finish(start_program(
