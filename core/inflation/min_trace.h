@@ -14,6 +14,7 @@ struct MinTraceState {
   Matrix V;  ///< dual factors, p×m: the columns of each block are orthonormal and X = VᵀV
 };
 
+/// How exact the minimal trace is to be, and what it may cost.
 struct MinTraceOptions {
   /// Bound on (primal − dual)/primal, in (0, 1), that counts as converged; a tenth of it is aimed at.
   double relative_gap = 1e-9;

@@ -18,6 +18,7 @@ enum class Chart {
   componentwise_left,  ///< vectors by their differences, the rotation by its left chart
 };
 
+/// The word of scenario files and JSON for a chart.
 constexpr std::string_view chart_name(Chart chart) {
   constexpr std::string_view kNames[] = {"right", "left", "componentwise", "componentwise_left"};
   return kNames[static_cast<std::size_t>(chart)];

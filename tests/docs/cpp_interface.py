@@ -136,6 +136,8 @@ def main():
         sys.exit(f"{count} public names, at most {MOST_NAMES} are allowed: put what is internal into credence::internal")
     if hidden := list(hidden_types(found)):
         sys.exit("names of the interface, used for something internal: " + ", ".join(hidden))
+    if blank := [name for names in found.values() for name, sentence in names.items() if not sentence]:
+        sys.exit("names of the interface without a sentence: " + ", ".join(blank))
     if sys.argv[1:] == ["--write"]:
         PAGE.write_text(page(found))
     elif not PAGE.exists() or PAGE.read_text() != page(found):
