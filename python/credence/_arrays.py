@@ -69,23 +69,60 @@ def leading(value: Any, name: str) -> "tuple[Shape, list[np.ndarray], int]":
     return shape, [stacked], stacked.shape[2]
 
 
-LEAST_NUMBERS = 16  # other than zero: coarse numbers agree by chance
+ENOUGH_BITS = 100.0  # that two runs agree is no chance
+
+
+def coincidence_bits(run: np.ndarray) -> float:
+    """-log2 of the chance that an independent run has the same (steps, n), as datasets/logs/run_fingerprints.h tells
+    it: of the numbers that are neither zero nor what they were in the row before, by how often two are equal."""
+    counts = np.isfinite(run) & (run != 0.0)
+    counts[1:] &= run[1:] != run[:-1]
+    numbers = run[counts]
+    if numbers.size < 2:
+        return 0.0
+    times = np.unique(numbers, return_counts=True)[1].astype(float)
+    equal_pairs = np.sum(times * (times - 1.0)) / 2.0
+    return -numbers.size * float(np.log2((1.0 + equal_pairs) / (numbers.size * (numbers.size - 1.0) / 2.0)))
+
+
+def _is_telling(run: np.ndarray) -> bool:
+    first = 64  # rows, which are enough of most
+    return coincidence_bits(run[:first]) >= ENOUGH_BITS or coincidence_bits(run) >= ENOUGH_BITS
+
+
+def _without_end(run: np.ndarray) -> np.ndarray:
+    """A run without the rows of NaN at its end."""
+    rows = np.flatnonzero(~np.isnan(run).all(axis=1))
+    return run[: rows[-1] + 1 if rows.size else 0]
 
 
 def require_distinct(parts: "list[np.ndarray]", name: str) -> None:
-    """Raises ValueError for a run that is there twice: independent runs share no errors to the last bit. `parts` are
-    those of the array that decides."""
-    runs = [run for part in parts for run in part]
-    seen: "dict[int, int]" = {}
-    for i, run in enumerate(runs):
-        if np.count_nonzero(run[np.isfinite(run)]) < LEAST_NUMBERS:
-            continue
-        first = seen.setdefault(hash(run.tobytes()), i)
-        if first != i and np.array_equal(run, runs[first], equal_nan=True):
-            raise ValueError(
-                f"{name}[{i}] has the same numbers as {name}[{first}], to the last bit: independent runs cannot, "
-                "and it would be counted twice"
-            )
+    """Raises ValueError for a run that is there twice, whole or cut off: independent runs share no errors to the last
+    bit. `parts` are those of the array that decides."""
+    runs = [_without_end(run) for part in parts for run in part]
+    telling = [i for i, run in enumerate(runs) if _is_telling(run)]
+    # The longest beginning of 1, 2, 4, ... rows of a copy is a beginning of the other as well.
+    longest: "dict[tuple[int, int], list[int]]" = {}
+    for i in telling:
+        rows = 1 << (len(runs[i]).bit_length() - 1)
+        longest.setdefault((rows, hash(runs[i][:rows].tobytes())), []).append(i)
+    lengths = {rows for rows, _ in longest}
+    found = None
+    for i in telling:
+        for rows in (rows for rows in lengths if rows <= len(runs[i])):
+            for j in longest.get((rows, hash(runs[i][:rows].tobytes())), []):
+                short = min(len(runs[i]), len(runs[j]))
+                if j == i or (found is not None and (max(i, j), min(i, j)) >= found[:2]):
+                    continue
+                if np.array_equal(runs[i][:short], runs[j][:short], equal_nan=True):
+                    found = (max(i, j), min(i, j), short)
+    if found is not None:
+        later, before, short = found
+        whole = len(runs[later]) == len(runs[before])
+        raise ValueError(
+            f"{name}[{later}] has the same numbers as {name}[{before}]{'' if whole else f' in its first {short} steps'}, "
+            "to the last bit: independent runs cannot, and it would be counted twice"
+        )
 
 
 def following(value: Any, name: str, row: "tuple[int, ...]", shape: Shape, like: str) -> "list[np.ndarray]":

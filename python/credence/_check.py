@@ -107,8 +107,8 @@ def check(
     sensitivity: judge without gross outliers too.
     threads: 0 for one on each processor; the bits do not depend on it.
 
-    Raises ValueError naming argument, shape, and the first bad index, and for a run that is there twice. A covariance that is not positive
-    semidefinite is data: the row is counted as rejected, and named.
+    Raises ValueError naming argument, shape, and the first bad index, and for a run that is there twice, whole or cut
+    off. A covariance that is not positive semidefinite is data: the row is counted as rejected, and named.
     """
     if (error is None) != (P is None):
         raise ValueError("error and P belong together: one of them is None")

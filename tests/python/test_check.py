@@ -310,3 +310,33 @@ def test_a_run_that_is_there_twice_is_refused():
     credence.check(np.round(error[:, :4], 0), P[:, :4])
     error[:, :3] = 0.0
     credence.check(error, P)
+
+
+def test_a_run_that_was_cut_off_is_there_twice():
+    error, P, nu, S = play(runs=12, steps=20)
+    for long_first in (True, False):
+        runs, covariances = [*error], [*P]
+        runs[2 if long_first else 9] = error[5][:13]
+        covariances[2 if long_first else 9] = P[5][:13]
+        later, before = (5, 2) if long_first else (9, 5)
+        with pytest.raises(ValueError, match=rf"error\[{later}\] .*as error\[{before}\] in its first 13 steps"):
+            credence.check(runs, covariances)
+    cut = nu.copy()
+    cut[4] = nu[8]
+    cut[4, 15:] = np.nan
+    with pytest.raises(ValueError, match=r"innovation\[8\] .*as innovation\[4\] in its first 15 steps"):
+        credence.check(innovation=cut, S=S)
+    branched = error.copy()
+    branched[1, :18] = error[0, :18]  # from there on runs of their own
+    credence.check(branched, P)
+
+
+def test_runs_of_few_levels_may_agree_by_chance():
+    rng = np.random.default_rng(4)
+    levels = rng.choice([-1.0, 1.0], size=(1000, 17, 1))  # 2^-17 a pair, of half a million
+    assert len({run.tobytes() for run in levels}) < 1000
+    credence.check(levels, np.eye(1))
+    long = rng.choice([-1.0, 1.0], size=(3, 1000, 1))
+    long[2] = long[0]
+    with pytest.raises(ValueError, match=r"error\[2\] has the same numbers as error\[0\],"):
+        credence.check(long, np.eye(1))
