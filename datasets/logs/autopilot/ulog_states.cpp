@@ -166,7 +166,7 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
   for (Index i = 0; i < n; ++i) step.states.push_back(i);
   std::int64_t unmatched = 0, not_finite = 0;
   for (const EstimatedMotion& row : rows) {
-    if (!row.value.allFinite() || !row.variance.allFinite()) {
+    if (!row.value.head(n).allFinite() || !row.variance.head(n).allFinite()) {
       ++not_finite;
       continue;
     }

@@ -114,6 +114,14 @@ TEST(UlogStates, WhatHasNoOriginIsNotJudgedAndSaysSo) {
   EXPECT_THAT(whole.said(), Not(HasSubstr("not judged")));
 }
 
+// A position that is not finite says nothing against the velocity beside it.
+TEST(UlogStates, WhatIsNotJudgedNeedNotBeFinite) {
+  const RecordedSink nowhere = read_states(simulated(true, 7, std::nan("")).bytes(), against_truth());
+  ASSERT_EQ(nowhere.runs.at(0).steps.size(), 29U);
+  EXPECT_LT((nowhere.runs[0].steps[7].error - Eigen::Vector3d(0.5, 0.0, 0.0)).norm(), 1e-6);
+  EXPECT_THAT(nowhere.said(), Not(HasSubstr("not finite")));
+}
+
 TEST(UlogStates, AnInstanceThatIsNotThereIsRefusedNamingThoseThatAre) {
   LogReadOptions options = against_truth();
   options.instance = 3;
