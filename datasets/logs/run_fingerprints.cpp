@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,21 +21,34 @@ std::string_view bytes_of(const auto& number) {
   return {reinterpret_cast<const char*>(&number), sizeof(number)};
 }
 
-/// The numbers of a row, in no order.
-struct RowSum {
+/// The numbers of a row other than zero, in no order.
+std::uint64_t row_sum(const std::vector<double>& row) {
   std::uint64_t sum = 0;
-  std::int64_t numbers = 0;  ///< other than zero
-
-  void add(const Vector& values) {
-    for (const double value : values) {
-      if (value == 0.0) continue;
-      sum += stable_hash(bytes_of(value));
-      ++numbers;
-    }
+  for (const double value : row) {
+    if (value != 0.0) sum += stable_hash(bytes_of(value));
   }
-};
+  return sum;
+}
 
 }  // namespace
+
+void RunFingerprints::CoincidenceBits::add_row(const std::vector<double>& numbers) {
+  if (enough_) return;
+  double of_row = 0.0;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const bool held = before_.size() == numbers.size() && before_[i] == numbers[i];
+    if (numbers[i] == 0.0 || std::isnan(numbers[i]) || held) continue;
+    equal_pairs_ += times_[numbers[i]]++;
+    ++numbers_;
+    orders_ += std::log2(++of_row);
+  }
+  before_ = numbers;
+  const auto n = static_cast<double>(numbers_);
+  if (numbers_ < 2) return;
+  const double equal = (1.0 + static_cast<double>(equal_pairs_)) / (0.5 * n * (n - 1.0));
+  enough_ = -n * std::log2(equal) - orders_ >= kEnough;
+  if (enough_) times_.clear();
+}
 
 void RunFingerprints::begin_file(const std::filesystem::path& file) {
   file_ = &file;
@@ -44,16 +58,18 @@ void RunFingerprints::begin_file(const std::filesystem::path& file) {
 void RunFingerprints::begin_run() {
   runs_.push_back({.file = file_, .number = ++in_file_});
   hash_ = 0;
-  rows_ = numbers_ = 0;
+  rows_ = 0;
+  bits_ = {};
 }
 
 void RunFingerprints::add(const Step& step) {
-  RowSum row;
-  row.add(step.error);
-  for (const Innovation& innovation : step.innovations) row.add(innovation.nu);
-  hash_ = stable_hash(bytes_of(row.sum), hash_);
-  numbers_ += row.numbers;
-  if (!std::has_single_bit(static_cast<std::uint64_t>(++rows_)) || numbers_ < kLeastNumbers) return;
+  row_.assign(step.error.begin(), step.error.end());
+  for (const Innovation& innovation : step.innovations)
+    row_.insert(row_.end(), innovation.nu.begin(), innovation.nu.end());
+  const std::uint64_t sum = row_sum(row_);
+  hash_ = stable_hash(bytes_of(sum), hash_);
+  bits_.add_row(row_);
+  if (!std::has_single_bit(static_cast<std::uint64_t>(++rows_)) || !bits_.enough()) return;
   runs_.back().longest = rows_;
   beginnings_.push_back({.hash = hash_, .run = runs_.size() - 1, .rows = rows_});
 }

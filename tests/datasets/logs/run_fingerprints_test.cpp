@@ -96,6 +96,55 @@ TEST(RunFingerprints, LeaveRunsAloneOfTooFewNumbers) {
   EXPECT_EQ(complaint_of({silent}, {silent}), "");
 }
 
+/// Rows of `columns` numbers of ±1.
+std::vector<Step> coarse_rows(unsigned seed, int count, Index columns) {
+  std::mt19937_64 bits(seed);
+  std::vector<Step> steps;
+  for (int k = 1; k <= count; ++k) {
+    Step step{.step = k};
+    step.error = Vector::NullaryExpr(columns, [&] { return (bits() & 1U) == 0 ? 1.0 : -1.0; });
+    steps.push_back(std::move(step));
+  }
+  return steps;
+}
+
+// Of 1000 runs of 16 numbers of two levels each some have the same, 2^-16 a pair; so have rows of 100, of
+// which the order does not count. Of 1000 rows none have.
+TEST(RunFingerprints, LeaveRunsAloneOfFewLevels) {
+  const auto complaint = [](int count, Index columns) {
+    std::vector<std::vector<Step>> runs;
+    for (unsigned seed = 1; seed <= 1000; ++seed) runs.push_back(coarse_rows(seed, count, columns));
+    return complaint_of(runs, {});
+  };
+  EXPECT_EQ(complaint(16, 1), "");
+  EXPECT_EQ(complaint(2, 100), "");
+  EXPECT_THAT(complaint_of({coarse_rows(1, 1000, 1)}, {coarse_rows(1, 1000, 1)}),
+              HasSubstr("first 512 rows"));
+}
+
+// An error that goes up or down by a level at each row tells a bit a row, whatever levels it comes to.
+TEST(RunFingerprints, LeaveRunsAloneThatGoUpAndDownByALevel) {
+  std::vector<std::vector<Step>> runs;
+  for (unsigned seed = 1; seed <= 1000; ++seed) {
+    double level = 20.0;
+    std::vector<Step> walk = coarse_rows(seed, 16, 1);
+    for (Step& step : walk) step.error[0] = 0.1 * (level += step.error[0]);
+    runs.push_back(std::move(walk));
+  }
+  EXPECT_EQ(complaint_of(runs, {}), "");
+}
+
+// Each number stands for 20 rows, as of a slow sensor whose last value is repeated.
+TEST(RunFingerprints, LeaveRunsAloneWhoseNumbersAreHeld) {
+  std::vector<std::vector<Step>> runs;
+  for (unsigned seed = 1; seed <= 1000; ++seed) {
+    std::vector<Step> held;
+    for (const Step& step : coarse_rows(seed, 13, 1)) held.insert(held.end(), 20, step);
+    runs.push_back(std::move(held));
+  }
+  EXPECT_EQ(complaint_of(runs, {}), "");
+}
+
 // Of many files, in parallel: the first one that was there before, whoever reads first.
 TEST(RunFingerprints, OfManyFilesTheFirstCopyIsNamedForAnyNumberOfThreads) {
   constexpr unsigned kFiles = 300;
