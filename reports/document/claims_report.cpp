@@ -35,8 +35,14 @@ ReportAnswer claims_answer(const std::vector<Claim>& claims) {
                         : verdict == ClaimVerdict::fails       ? "fail"
                                                                : "not measured");
   }
-  const bool fails = std::ranges::find(claims, ClaimVerdict::fails, &Claim::verdict) != claims.end();
-  return {fails ? CellTone::caution : CellTone::good, fmt::format("Of {} claims: {}", claims.size(), text)};
+  const auto any = [&](ClaimVerdict verdict) {
+    return std::ranges::find(claims, verdict, &Claim::verdict) != claims.end();
+  };
+  // Claims of which none was measured are as if there were none.
+  const CellTone tone = any(ClaimVerdict::fails)                                     ? CellTone::caution
+                        : any(ClaimVerdict::holds) || any(ClaimVerdict::conditional) ? CellTone::good
+                                                                                     : CellTone::plain;
+  return {tone, fmt::format("Of {} claims: {}", claims.size(), text)};
 }
 
 /// The text in lines of at most 100 columns, each begun with `indent` blanks.

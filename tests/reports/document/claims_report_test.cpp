@@ -35,6 +35,14 @@ TEST(ClaimsReport, EveryClaimIsCountedOnce) {
   EXPECT_EQ(claims_document({claim("a", ClaimVerdict::holds)}).answer.tone, CellTone::good);
 }
 
+TEST(ClaimsReport, ClaimsOfWhichNoneWasMeasuredAreNotGood) {
+  const Claim not_measured = claim("d", ClaimVerdict::not_measured);
+  EXPECT_EQ(claims_document({not_measured, not_measured}).answer.tone, CellTone::plain);
+  EXPECT_EQ(claims_document({}).answer.tone, CellTone::plain);
+  EXPECT_EQ(claims_document({not_measured, claim("b", ClaimVerdict::conditional)}).answer.tone,
+            CellTone::good);
+}
+
 TEST(ClaimsReport, TableAndDataHaveEveryClaimWithItsEvidence) {
   const std::vector<Claim> claims = one_of_each();
   const Document document = claims_document(claims);
