@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/nan.h"
+#include "montecarlo/worlds/registry.h"
 #include "reports/document/estimator_report.h"
 #include "reports/document/swept_values.h"
 #include "reports/render/number_text.h"
@@ -118,6 +119,17 @@ ReportAnswer estimator_map_answer(const EstimatorMap& map) {
                       map.plan.points.size(), text)};
 }
 
+/// What is said of the ideal filter where it is one of those compared, or the world has none.
+const char* ideal_words(const EstimatorMap& map) {
+  if (std::ranges::find(map.names, "ideal") != map.names.end())
+    return " ideal is not asked: no filter that could be built.";
+  const EstimatorOffer* offer = world_of(map.studies.front().scenario).estimators;
+  std::vector<std::string_view> offered;
+  if (offer != nullptr) offered = offer->names(nullptr);
+  const bool has_ideal = std::ranges::find(offered, "ideal") != offered.end();
+  return has_ideal ? "" : " The world has no ideal filter.";
+}
+
 /// One row for each point, titled by the answer: the cheapest, and the pose NEES of all.
 ReportTable estimator_map_table(const EstimatorMap& map) {
   ReportTable table{.title = estimator_map_answer(map).text, .columns = {}, .rows = {}, .notes = {}};
@@ -143,11 +155,11 @@ ReportTable estimator_map_table(const EstimatorMap& map) {
         fmt::format("{}{} {}", e == 0 ? "" : ", ", map.names[e], duration_text(map.seconds_per_step[e], 2));
   }
   table.notes = {
-      fmt::format(
-          "{} over dof of {} runs a point. Stays consistent: no run failed, and the {:g} % "
-          "interval of its mean reaches down to {:g}. ideal is not asked: no filter that could be built.",
-          map_nees_words(map), map.studies.front().runs,
-          100.0 * map.studies.front().scenario.study.confidence, kToleratedOptimism),
+      fmt::format("{} over dof of {} runs a point. Stays consistent: no run failed, and the {:g} % "
+                  "interval of its mean reaches down to {:g}.{}",
+                  map_nees_words(map), map.studies.front().runs,
+                  100.0 * map.studies.front().scenario.study.confidence, kToleratedOptimism,
+                  ideal_words(map)),
       fmt::format("Time of a step, mean over the points: {}.", costs)};
   for (std::string& note : left_out_notes(map.left_out)) table.notes.push_back(std::move(note));
   return table;

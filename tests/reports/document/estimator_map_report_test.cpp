@@ -149,8 +149,26 @@ TEST(EstimatorMapReport, OfALinearWorldSpeaksOfTheState) {
   EXPECT_THAT(figure.caption, Not(HasSubstr("pose")));
   EXPECT_THAT(figure.panels[0].title.text + figure.panels[0].colour_label.text, Not(HasSubstr("ose NEES")));
   EXPECT_THAT(shown_table(document).notes.back(), HasSubstr("smoother is left out"));
+  EXPECT_THAT(shown_table(document).notes.front(), HasSubstr("The world has no ideal filter."));
   const auto j = nlohmann::json::parse(document.json());
   EXPECT_EQ(j["left_out"].size(), map.left_out.size());
+}
+
+// Of a filter that is not compared nothing is said, but where the world has none.
+TEST(EstimatorMapReport, SaysOfTheIdealFilterWhatIsSoInThisWorld) {
+  const auto said = [](const std::string& world, std::vector<std::string> names) {
+    EstimatorMap map = map_of("study.steps = [3, 6]\n");
+    for (EstimatorStudy& study : map.studies)
+      study.scenario = load_scenario_text("[world]\nmodel = \"" + world + "\"\n", "s.toml", {});
+    map.names = std::move(names);
+    return shown_table(estimator_map_document(map)).notes.front();
+  };
+  EXPECT_THAT(said("planar_slam", {"ekf", "ideal"}), HasSubstr("ideal is not asked"));
+  EXPECT_THAT(said("planar_slam", {"ekf", "fej"}), Not(HasSubstr("ideal")));
+  EXPECT_THAT(said("spatial_slam", {"ekf", "ideal"}), HasSubstr("ideal is not asked"));
+  const std::string of_none = said("planar", {"a", "b"});
+  EXPECT_THAT(of_none, HasSubstr("The world has no ideal filter."));
+  EXPECT_THAT(of_none, Not(HasSubstr("not asked")));
 }
 
 }  // namespace
