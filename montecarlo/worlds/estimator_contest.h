@@ -54,7 +54,9 @@ struct EstimatorProfile {
   std::string_view chart_text = "x̂ − x";
   /// Unknowns among which the rows of the observability matrix tell; see EstimatorContest::profile.
   Index known = 0;
-  double seconds_per_step = 0.0;  ///< of predict and update alone
+  /// Of predict and update alone, of a run that was simulated before; what else it holds in a world the note
+  /// of the world says.
+  double seconds_per_step = 0.0;
 };
 
 /// Hears what the estimators show.
