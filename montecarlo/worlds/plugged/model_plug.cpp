@@ -73,11 +73,10 @@ void wrap_angles(Vector& v, const std::vector<bool>& angles) {
 
 Matrix difference_jacobian(const std::function<Vector(const Vector&)>& function, const Vector& x,
                            const std::vector<bool>& angles) {
-  const double relative = 6.055454452393343e-06;  // ε^(1/3)
   Matrix J;
   for (Index i = 0; i < x.size(); ++i) {
     Vector ahead = x, behind = x;
-    const double step = relative * std::max(1.0, std::abs(x[i]));
+    const double step = kDifferenceStep * std::max(1.0, std::abs(x[i]));
     ahead[i] += step;
     behind[i] -= step;
     Vector change = function(ahead) - function(behind);

@@ -89,6 +89,9 @@ namespace credence::internal {
 /// Wraps those components that are angles in rad; empty: none.
 void wrap_angles(Vector& v, const std::vector<bool>& angles);
 
+/// ε^(1/3): the step of differences, of a component of x that is larger than 1 times it.
+inline constexpr double kDifferenceStep = 6.055454452393343e-06;
+
 /// The Jacobian of `function` at x by central differences; where `angles` says so a component is an angle,
 /// whose differences are wrapped.
 Matrix difference_jacobian(const std::function<Vector(const Vector&)>& function, const Vector& x,

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace credence::internal {
@@ -145,12 +146,36 @@ TEST(FunctionBound, JacobiansByDifferencesGiveTheSame) {
   }
 }
 
+// Differences of a linear f are constant but for rounding, ε |f| over their step: 4e-11 of states of size 1,
+// and 4e-5 where another state is 1e6. Q and P0 are singular.
+TEST(FunctionBound, OfALinearMotionWithoutItsJacobianIsTheSameWhereQIsSingular) {
+  for (const auto& [size, tolerance] : {std::pair{1.0, 1e-8}, std::pair{1e6, 1e-2}}) {
+    FunctionModel given = moving_model();
+    given.mean = Eigen::Vector2d(size, 0.3);
+    given.P0(0, 0) = size * size;
+    FunctionModel without = given;
+    without.F = nullptr;
+    const PosteriorBound a = posterior_bound(given, {.steps = 30}, 1.0, 8),
+                         b = posterior_bound(without, {.steps = 30}, 1.0, 8);
+    ASSERT_EQ(b.reason, "") << size;
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_NEAR(a.blocks[i].mean_bound(), b.blocks[i].mean_bound(), tolerance * a.blocks[i].mean_bound());
+    }
+  }
+}
+
 TEST(FunctionBound, ThatIsNotThereHasAReason) {
   FunctionModel bent = moving_model();
   bent.F = [F = bent.F](const Vector& x) {
     return Matrix(F(x) + 0.1 * std::sin(x[0]) * Matrix::Identity(2, 2));
   };
   EXPECT_THAT(posterior_bound(bent, {.steps = 3}, 1.0, 4).reason, HasSubstr("process noise is singular"));
+  FunctionModel hardly = moving_model();  // its Jacobian differs by some 1e-5 between the truths
+  hardly.f = [f = hardly.f](const Vector& x) {
+    return Vector(f(x) + 1e-5 * Vector(Eigen::Vector2d(std::sin(x[0]), 0.0)));
+  };
+  hardly.F = nullptr;
+  EXPECT_THAT(posterior_bound(hardly, {.steps = 3}, 1.0, 4).reason, HasSubstr("Jacobian of the motion"));
   FunctionModel exact = standing_number();
   exact.R.setZero();
   EXPECT_EQ(posterior_bound(exact, {.steps = 3}, 1.0, 4).reason, kBoundOfNoisyMeasurements);
