@@ -21,8 +21,24 @@ std::string slurm_word(const std::string& text) {
   return word + '"';
 }
 
+/// Where a job's output goes: into the folder of the scripts, under a name that Slurm makes of `pattern`. In
+/// a pattern %% is a percent sign, and Slurm reads a path from the work folder on together with that folder
+/// (seen of 22.05). A backslash cannot stand there, as Slurm takes every one away and then reads no symbol;
+/// the output of such a folder goes to the file that Slurm has for it, in the work folder.
+std::vector<std::string> log_option(const SlurmSweep& sweep, const char* pattern) {
+  const bool symbol_before = sweep.work.string().find('%') != std::string::npos;
+  const fs::path folder = symbol_before ? sweep.work / sweep.out : sweep.out;
+  std::string name;
+  for (const char c : (folder / kScriptFolder).string()) {
+    if (c == '\\') return {};
+    name += c == '%' ? "%%" : std::string(1, c);
+  }
+  return {"--output=" + slurm_word((fs::path(name) / pattern).string())};
+}
+
 /// The lines that Slurm reads.
-std::string directives(const SlurmSweep& sweep, const std::vector<std::string>& own) {
+std::string directives(const SlurmSweep& sweep, const std::vector<std::string>& own,
+                       const char* log_pattern) {
   std::string text;
   const auto add = [&](const std::string& option) {
     if (option.find('\n') != std::string::npos) {
@@ -32,6 +48,7 @@ std::string directives(const SlurmSweep& sweep, const std::vector<std::string>& 
   };
   add("--chdir=" + slurm_word(sweep.work.string()));
   for (const std::string& option : own) add(option);
+  for (const std::string& option : log_option(sweep, log_pattern)) add(option);
   for (const std::string& option : sweep.options) add(option);
   return text;
 }
@@ -41,10 +58,6 @@ std::string command_line(const SlurmSweep& sweep, const std::vector<std::string>
   std::string line = shell_word(sweep.program.string());
   for (const std::string& word : words) line += fmt::format(" {}", shell_word(word));
   return line;
-}
-
-std::string log_option(const SlurmSweep& sweep, const char* name) {
-  return "--output=" + slurm_word((sweep.out / kScriptFolder / name).string());
 }
 
 std::string array_script(const SlurmSweep& sweep) {
@@ -70,21 +83,25 @@ done
 if [ "$code" -eq 130 ]; then scontrol requeue "$SLURM_JOB_ID"; fi
 exit "$code"
 )",
-      directives(sweep, {"--job-name=" + slurm_word(sweep.name), fmt::format("--array=1-{}", sweep.tasks),
-                         fmt::format("--cpus-per-task={}", sweep.threads),
-                         fmt::format("--time={}", sweep.time_limit), "--signal=B:TERM@30", "--requeue",
-                         "--open-mode=append", log_option(sweep, "%A_%a.log")}),
+      directives(
+          sweep,
+          {"--job-name=" + slurm_word(sweep.name), fmt::format("--array=1-{}", sweep.tasks),
+           fmt::format("--cpus-per-task={}", sweep.threads), fmt::format("--time={}", sweep.time_limit),
+           "--signal=B:TERM@30", "--requeue", "--open-mode=append"},
+          "%A_%a.log"),
       command_line(sweep, words), sweep.tasks, shell_word(shard));
 }
 
 std::string merge_script(const SlurmSweep& sweep) {
   const std::string out = shell_word(sweep.out.string());
   const std::string program = shell_word(sweep.program.string());
-  return fmt::format("#!/bin/sh\n{}\nset -e\n{} merge {}/{}/* --out {}\n{} report {}\n",
-                     directives(sweep, {"--job-name=" + slurm_word(sweep.name + "-merge"),
-                                        fmt::format("--time={}", sweep.time_limit), "--requeue",
-                                        "--open-mode=append", log_option(sweep, "%j.log")}),
-                     program, out, kShardFolder, out, program, out);
+  return fmt::format(
+      "#!/bin/sh\n{}\nset -e\n{} merge {}/{}/* --out {}\n{} report {}\n",
+      directives(sweep,
+                 {"--job-name=" + slurm_word(sweep.name + "-merge"),
+                  fmt::format("--time={}", sweep.time_limit), "--requeue", "--open-mode=append"},
+                 "%j.log"),
+      program, out, kShardFolder, out, program, out);
 }
 
 std::string submit_script(const SlurmSweep& sweep) {

@@ -51,5 +51,31 @@ TEST(SlurmScripts, AQuoteInAFoldersNameEndsNoWord) {
   }
 }
 
+// "%%" is a percent sign in the name of a file of output (sbatch, filename pattern). --chdir is no pattern by
+// itself, but the path of a file that begins there is one with it: seen with Slurm 22.05, whose logs stand
+// where these names say.
+TEST(SlurmScripts, APercentSignInAFoldersNameIsNoSymbolOfSlurm) {
+  SlurmSweep sweep = sweep_of_slurm();
+  sweep.out = "10%j 5%";
+  EXPECT_THAT(slurm_scripts(sweep).array, HasSubstr("#SBATCH --output=\"10%%j 5%%/slurm/%A_%a.log\"\n"));
+  EXPECT_THAT(slurm_scripts(sweep).merge, HasSubstr("#SBATCH --output=\"10%%j 5%%/slurm/%j.log\"\n"));
+  sweep.work = "/home/%u";
+  const SlurmScripts scripts = slurm_scripts(sweep);
+  EXPECT_THAT(scripts.array, HasSubstr("#SBATCH --output=\"/home/%%u/10%%j 5%%/slurm/%A_%a.log\"\n"));
+  for (const std::string& script : {scripts.array, scripts.merge}) {
+    EXPECT_THAT(script, HasSubstr("#SBATCH --chdir=\"/home/%u\"\n"));
+  }
+}
+
+// Slurm takes every backslash out of the name of a file of output, which would be in another folder.
+TEST(SlurmScripts, OutputOfAFolderWithABackslashGoesToSlurmsOwnFile) {
+  SlurmSweep sweep = sweep_of_slurm();
+  EXPECT_THAT(slurm_scripts(sweep).array, HasSubstr("--output=\"out/slurm/%A_%a.log\"\n"));
+  sweep.out = "a\\b";
+  const SlurmScripts scripts = slurm_scripts(sweep);
+  EXPECT_THAT(scripts.array, Not(HasSubstr("--output")));
+  EXPECT_THAT(scripts.merge, Not(HasSubstr("--output")));
+}
+
 }  // namespace
 }  // namespace credence::internal
