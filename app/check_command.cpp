@@ -78,7 +78,7 @@ CheckOptions options_of(const CheckArguments& o) {
   TrajectoryMatching& matching = how.reading.matching;
   matching.truth_time = o.truth_time == "nearest" ? TruthTime::nearest : TruthTime::interpolated;
   matching.alignment = truth_alignment_named(o.align);
-  matching.time_offset_s = named_time_offset(o).value_or(0.0);
+  matching.time_offset_s = named_time_offset(o);
   matching.find_time_offset = o.time_offset == "estimate";
   matching.lever_arm = named_lever_arm(o);
   return how;

@@ -274,18 +274,21 @@ PYBIND11_MODULE(_credence, m) {
       .def("normals", &normals)
       .def("normals_of_four_steps", &normals_of_four_steps);
 
-  m.def("check_logs", [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
-                         const std::string& align, const std::variant<double, std::string>& time_offset) {
-    TrajectoryMatching& matching = options.reading.matching;
-    if (!chart.empty()) options.reading.chart = pose_chart_named(chart);
-    matching.alignment = truth_alignment_named(align);
-    matching.find_time_offset = std::holds_alternative<std::string>(time_offset);
-    if (!matching.find_time_offset) matching.time_offset_s = std::get<double>(time_offset);
-    return interruptible([&](const std::atomic<bool>& stop) {
-      options.stop = &stop;
-      return tell(check_logs(logs, options));
-    });
-  });
+  m.def("check_logs",
+        [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
+           const std::string& align, const std::optional<std::variant<double, std::string>>& time_offset) {
+          TrajectoryMatching& matching = options.reading.matching;
+          if (!chart.empty()) options.reading.chart = pose_chart_named(chart);
+          matching.alignment = truth_alignment_named(align);
+          if (time_offset) {
+            matching.find_time_offset = std::holds_alternative<std::string>(*time_offset);
+            if (!matching.find_time_offset) matching.time_offset_s = std::get<double>(*time_offset);
+          }
+          return interruptible([&](const std::atomic<bool>& stop) {
+            options.stop = &stop;
+            return tell(check_logs(logs, options));
+          });
+        });
   m.def("noise_group", [](const std::string& file, const std::optional<std::string>& text,
                           const std::vector<std::string>& overrides) {
     return noise_group(text ? load_scenario_text(*text, file, overrides) : load_scenario(file, overrides));

@@ -225,8 +225,9 @@ TimeOffset find_time_offset(std::span<const OffsetSample> samples, const Traject
 TrajectoryMatching with_time_offset(std::span<const OffsetSample> samples, const Trajectory& truth,
                                     TrajectoryMatching matching, PoseErrorAxes axes, bool joint_covariance,
                                     LogSink& sink) {
-  if (!matching.find_time_offset && matching.time_offset_s == 0.0) return matching;
-  TimeOffset offset{.value_s = matching.time_offset_s, .rows = std::ssize(samples)};
+  const double named_s = matching.time_offset_s.value_or(0.0);
+  if (!matching.find_time_offset && named_s == 0.0) return matching;
+  TimeOffset offset{.value_s = named_s, .rows = std::ssize(samples)};
   if (matching.find_time_offset) {
     offset = find_time_offset(samples, truth, matching, axes, joint_covariance);
     matching.time_offset_s = offset.reason.empty() ? offset.value_s : 0.0;

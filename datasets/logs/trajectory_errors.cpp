@@ -136,7 +136,8 @@ RunLayout layout_of(OrientationError orientation, bool has_orientation, bool joi
 
 std::optional<UncertainPose> truth_at(const Trajectory& truth, double time_s,
                                       const TrajectoryMatching& matching) {
-  std::optional<UncertainPose> at = truth_as_written(truth, time_s + matching.time_offset_s, matching);
+  std::optional<UncertainPose> at =
+      truth_as_written(truth, time_s + matching.time_offset_s.value_or(0.0), matching);
   if (at && matching.lever_arm && truth.has_orientation) {
     move_on_body(inverse(*matching.lever_arm), kFixedAxes, at->pose, at->covariance);
   }

@@ -41,7 +41,9 @@ struct TrajectoryMatching {
   double max_time_difference_s = 0.02;  ///< to the truth used: to the nearest, or to both neighbours
   TruthTime truth_time = TruthTime::interpolated;
   TruthAlignment alignment = TruthAlignment::none;
-  double time_offset_s = 0.0;     ///< the truth of an estimate at t is that at t + this
+  /// The truth of an estimate at t is that at t + this. Of logs without poses, which it cannot move, any that
+  /// is named is refused, 0 as well.
+  std::optional<double> time_offset_s{};
   bool find_time_offset = false;  ///< by find_time_offset(), before all else
   /// Where the frame of the truth is on the estimate's body: moves a truth with orientations onto the
   /// body's own frame, and the estimate to the point of a truth without.

@@ -56,7 +56,7 @@ class CheckOptions:
     ) -> None: ...
 
 def check_logs(
-    logs: Sequence[str], options: CheckOptions, chart: str, align: str, time_offset: Union[float, str]
+    logs: Sequence[str], options: CheckOptions, chart: str, align: str, time_offset: Union[float, str, None]
 ) -> Told: ...
 
 class Bundle:

@@ -27,7 +27,7 @@ def check_logs(
     chart: str = "",
     align: str = "none",
     max_time_difference: float = 0.02,
-    time_offset: Union[float, str] = 0.0,
+    time_offset: Union[float, str, None] = None,
     partial: bool = False,
     confidence: float = 0.95,
     within: float = 0.1,
@@ -44,7 +44,7 @@ def check_logs(
     chart: how a library writes the covariance of a pose; "" is what the format means by itself.
     align: moves the truth onto the estimate first: "none", "se2", "yaw" or "se3".
     max_time_difference: how far the truth used may be from an estimate, s.
-    time_offset: what the times of the truth are ahead, s, or "estimate".
+    time_offset: what the times of the truth are ahead, s, or "estimate"; of logs of poses.
     partial: of a file that is cut off, judge what comes before.
     within: what counts as right: the factor on P between 1/(1 + this) and 1 + this.
     confidence, sensitivity, threads, name: as in ``check``.

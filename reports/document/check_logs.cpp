@@ -24,9 +24,7 @@ namespace fs = std::filesystem;
 
 using Formats = std::map<fs::path, const LogFormat*>;
 
-bool moves_truth(const TrajectoryMatching& m) {
-  return m.find_time_offset || m.time_offset_s != 0.0 || m.lever_arm.has_value();
-}
+bool moves_truth(const TrajectoryMatching& m) { return m.find_time_offset || m.time_offset_s || m.lever_arm; }
 
 /// "PX4 ULog, …; truth interpolated, …"
 std::string format_text(const CheckOptions& o, const Formats& formats) {

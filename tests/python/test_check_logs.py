@@ -42,5 +42,7 @@ def test_what_cannot_be_judged_is_named(logs, tmp_path):
         credence.check_logs(file, time_offset="soon")
     with pytest.raises(ValueError, match="trajectories"):
         credence.check_logs(file, time_offset=1.0)
+    with pytest.raises(ValueError, match="trajectories"):
+        credence.check_logs(file, time_offset=0.0)
     with pytest.raises(ValueError, match="empty"):
         credence.check_logs([])

@@ -120,7 +120,7 @@ TEST(TimeOffset, WhatCannotBeToldHasAReason) {
 
 TEST(TimeOffset, IsUsedAndToldOrNeither) {
   const auto used = [](const OffsetLog& log, TrajectoryMatching matching, testing::RecordedSink& sink) {
-    return with_time_offset(log.samples, log.truth, matching, kRight, true, sink).time_offset_s;
+    return with_time_offset(log.samples, log.truth, matching, kRight, true, sink).time_offset_s.value_or(0.0);
   };
   const OffsetLog late = offset_log(6, 400, 0.1, 0.0), unknown = offset_log(2, 400, 1.6, 0.0);
   testing::RecordedSink silent, found, not_found, named;

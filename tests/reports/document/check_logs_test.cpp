@@ -77,8 +77,10 @@ TEST_F(CheckLogs, RefusesWhatDoesNotFit) {
   EXPECT_THROW(check_logs({&good, 1}, {.format = "excel"}), std::invalid_argument);
   EXPECT_THROW(check_logs({&good, 1}, {.truths = {good}}), std::invalid_argument);
   CheckOptions moved;
-  moved.reading.matching.time_offset_s = 0.5;
-  EXPECT_THROW(check_logs({&good, 1}, moved), std::invalid_argument);
+  for (const double seconds : {0.5, 0.0}) {
+    moved.reading.matching.time_offset_s = seconds;
+    EXPECT_THROW(check_logs({&good, 1}, moved), std::invalid_argument) << seconds << ": there are no poses";
+  }
   EXPECT_THROW(check_logs({}), std::invalid_argument);
   const std::string twice[] = {good + "/run1.csv", good + "/run1.csv"};
   EXPECT_THROW(check_logs(twice), DataError);
