@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/laws/lateness.h"
+#include "core/record/certain_states.h"
 
 namespace credence::internal {
 void StepPlaces::find(const std::vector<Index>& step_states, const RunLayout& layout) {
@@ -137,30 +137,12 @@ void StepNormaliser::Solved::normalise(double e, double variance) {
   of.dof = 1;
 }
 
-// Of an estimate of 10 a σ of 1e-19 is none: where the error, too, is no larger than the rounding of the
-// estimate, the filter claims certainty and has it.
-bool StepNormaliser::find_certain(const Step& step) {
-  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
-  certain_.clear();
-  const Index known = step.estimate.size() == step.error.size() ? step.error.size() : 0;
-  for (Index i = 0; i < known; ++i) {
-    const double rounding = kRounding * std::abs(step.estimate[i]), variance = step.P(i, i);
-    if (variance > 0.0 && variance < rounding * rounding && std::abs(step.error[i]) <= rounding) {
-      certain_.push_back(i);
-    }
-  }
-  return !certain_.empty();
-}
-
 std::string_view StepNormaliser::normalise(const Step& step, const RunLayout& layout,
                                            const StepPlaces& places, NormalisedStep& normalised) {
-  if (!find_certain(step)) return normalise_known(step, layout, places, normalised);
+  find_certain_states(step.estimate, step.error, step.P, certain_);
+  if (certain_.empty()) return normalise_known(step, layout, places, normalised);
   Step known = step;
-  for (const Index i : certain_) {
-    known.error[i] = 0.0;
-    known.P.row(i).setZero();
-    known.P.col(i).setZero();
-  }
+  make_certain(certain_, known.error, known.P);
   return normalise_known(known, layout, places, normalised);
 }
 

@@ -52,7 +52,6 @@ class StepNormaliser {
                                    NormalisedStep& normalised);
   std::string_view normalise_known(const Step& step, const RunLayout& layout, const StepPlaces& places,
                                    NormalisedStep& normalised);
-  bool find_certain(const Step& step);
   /// The pose and one landmark; without a map the position, or a state without one, unless it is large.
   static void take_moving(const Step& step, const RunLayout& layout, const StepPlaces& at,
                           NormalisedStep& normalised);

@@ -2,6 +2,7 @@
 
 #include "core/linear_algebra/psd_root.h"
 #include "core/manifold/angle.h"
+#include "core/record/certain_states.h"
 #include "core/stop_point.h"
 
 namespace credence::internal {
@@ -20,6 +21,15 @@ NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P) {
   if (!is_psd(full, kLeastPivot) || !error.allFinite()) return {0.0, -1};
   const Matrix whitening = psd_whitening(full, kLeastPivot);
   return {(whitening * error).squaredNorm(), whitening.rows()};
+}
+
+NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P, const VectorRef& estimate) {
+  find_certain_states(estimate, error, P, certain_);
+  if (certain_.empty()) return solve(error, P);
+  Vector known_error = error;
+  Matrix known_P = P.selfadjointView<Eigen::Lower>();
+  make_certain(certain_, known_error, known_P);
+  return solve(known_error, known_P);
 }
 
 EstimatorRun::EstimatorRun(const OdometryWorld& world, std::unique_ptr<SlamEstimator> filter)

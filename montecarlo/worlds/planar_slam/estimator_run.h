@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/worlds/planar/covariance_statistics.h"
@@ -13,9 +14,12 @@ namespace credence::internal {
 class SingularNees {
  public:
   NeesValue solve(const VectorRef& error, const MatrixRef& P);
+  /// The same without the states that are certain of these estimates (find_certain_states).
+  NeesValue solve(const VectorRef& error, const MatrixRef& P, const VectorRef& estimate);
 
  private:
   NeesSolver solver_;
+  std::vector<Index> certain_;
 };
 
 /// One estimator in one run after the other of a world; what it hears comes from an OdometrySimulation, which

@@ -18,21 +18,22 @@ class StepJudge {
     const SlamEstimator& filter = run.filter();
     const MatrixRef P = filter.covariance();
     const Eigen::Matrix3d P_plane = filter.plane_pose_covariance();
-    const VectorRef e = run.error();
+    const VectorRef e = run.error(), x = filter.state();
     const Pose plane = run.plane_error();
     EstimatorStep step;
-    step[chart_position] = solve(e.head(2), P.topLeftCorner(2, 2));
-    step[heading] = solve(e.segment(2, 1), P.block(2, 2, 1, 1));
-    step[pose] = solve(e.head(3), P.topLeftCorner(3, 3));
+    step[chart_position] = solve(e.head(2), P.topLeftCorner(2, 2), x.head(2));
+    step[heading] = solve(e.segment(2, 1), P.block(2, 2, 1, 1), x.segment(2, 1));
+    step[pose] = solve(e.head(3), P.topLeftCorner(3, 3), x.head(3));
     if (filter.chart() == ErrorChart::plane) {
       step[position] = step[chart_position];
       step[plane_pose] = step[pose];
     } else {
-      step[position] = solve(plane.head<2>(), P_plane.topLeftCorner<2, 2>());
-      step[plane_pose] = solve(plane, P_plane);
+      step[position] = solve(plane.head<2>(), P_plane.topLeftCorner<2, 2>(), x.head(2));
+      step[plane_pose] = solve(plane, P_plane, x.head(3));
     }
     const Index n = filter.size();
-    if (with_map && n > 3) step[map] = map_solver_.solve(e.tail(n - 3), P.bottomRightCorner(n - 3, n - 3));
+    if (with_map && n > 3)
+      step[map] = map_solver_.solve(e.tail(n - 3), P.bottomRightCorner(n - 3, n - 3), x.tail(n - 3));
     step.converged = run.update().converged;
     step.heading_squared = plane[2] * plane[2];
     step.position_squared = plane.head<2>().squaredNorm();
@@ -42,8 +43,8 @@ class StepJudge {
   }
 
  private:
-  NeesValue solve(const VectorRef& error, const MatrixRef& P) {
-    return solver_[static_cast<std::size_t>(error.size())].solve(error, P);
+  NeesValue solve(const VectorRef& error, const MatrixRef& P, const VectorRef& estimate) {
+    return solver_[static_cast<std::size_t>(error.size())].solve(error, P, estimate);
   }
 
   std::array<SingularNees, 4> solver_;  ///< by dimension, so that none changes its size

@@ -39,8 +39,9 @@ class PlanarSlamExperiment::Run {
     const SlamEstimator& filter = run_.filter();
     const Index n = filter.size();
     const MatrixRef P = filter.covariance();
-    const NeesValue whole = solver_.solve(run_.error(), P);
-    const NeesValue pose = pose_solver_.solve(run_.error().head(3), P.topLeftCorner(3, 3));
+    const VectorRef x = filter.state();
+    const NeesValue whole = solver_.solve(run_.error(), P, x);
+    const NeesValue pose = pose_solver_.solve(run_.error().head(3), P.topLeftCorner(3, 3), x.head(3));
     if (whole.dof < 0 || pose.dof < 0) return Outcome::not_positive_definite;
     step_.nees = whole.value;
     step_.nees_dof = whole.dof;

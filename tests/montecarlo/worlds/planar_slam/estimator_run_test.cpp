@@ -22,6 +22,20 @@ TEST(SingularNees, CountsTheDirectionsOfNonZeroVariance) {
   EXPECT_EQ(solver.solve(e, Matrix::Zero(3, 3)).dof, 0);
 }
 
+// Of an estimate of 9.5 a σ of 1e-18 is rounding, however it is correlated; of one of 0 it is a σ.
+TEST(SingularNees, LeavesOutWhatIsCertainOfItsEstimate) {
+  SingularNees solver;
+  Matrix P = Vector{{1e-36, 1.0, 4.0}}.asDiagonal();
+  P(1, 0) = 0.5e-18;
+  const Vector e{{1e-15, 1.0, 2.0}};
+  const NeesValue known = solver.solve(e, P, Vector{{9.5, 1.0, 1.0}});
+  EXPECT_EQ(known.dof, 2);
+  EXPECT_NEAR(known.value, 2.0, 1e-12);
+  const NeesValue open = solver.solve(e, P, Vector{{0.0, 1.0, 1.0}});
+  EXPECT_EQ(open.dof, 3);
+  EXPECT_GT(open.value, 1e5);
+}
+
 TEST(SingularNees, KnowsNoValueOfWhatIsNoCovariance) {
   SingularNees solver;
   const Vector e = Vector::Ones(3);

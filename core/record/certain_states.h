@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/types.h"
+
+namespace credence::internal {
+
+/// Finds the states that are known to the rounding of their estimate x̂: of an estimate of 10 a σ of 1e-19 is
+/// none. Where the error, too, is no larger than the rounding, the filter claims certainty and has it; the
+/// state is then to be judged as one of zero variance. With an estimate of another size none are found.
+inline void find_certain_states(const VectorRef& estimate, const VectorRef& error, const MatrixRef& P,
+                                std::vector<Index>& certain) {
+  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+  certain.clear();
+  const Index known = estimate.size() == error.size() ? error.size() : 0;
+  for (Index i = 0; i < known; ++i) {
+    const double rounding = kRounding * std::abs(estimate[i]), variance = P(i, i);
+    if (variance > 0.0 && variance < rounding * rounding && std::abs(error[i]) <= rounding) {
+      certain.push_back(i);
+    }
+  }
+}
+
+/// What is judged where states are certain: no error, no variance, no covariances.
+inline void make_certain(const std::vector<Index>& certain, Vector& error, Matrix& P) {
+  for (const Index i : certain) {
+    error[i] = 0.0;
+    P.row(i).setZero();
+    P.col(i).setZero();
+  }
+}
+
+}  // namespace credence::internal
