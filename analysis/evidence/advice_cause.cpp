@@ -355,22 +355,23 @@ void find_late_measurements(const Findings& findings, std::vector<CauseFound>& f
 
 void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
   const auto clear = [&](const ZeroMeanTest& test) { return test.p_value <= cause_level(findings); };
+  const std::string_view beside = findings.lateness && findings.lateness->reason == kNoVariedMotion
+                                      ? "; along a motion that is always the same a delay looks alike"
+                                      : "";
   if (findings.innovation_mean && clear(*findings.innovation_mean) &&
       explains_the_innovations(*findings.innovation_mean, findings)) {
     const ZeroMeanTest& test = *findings.innovation_mean;
     found.push_back(
-        {Cause::bias, fmt::format("the innovation has mean {:.2g} standard deviations (p = {:.2g})",
-                                  test.mean.cwiseAbs().maxCoeff(), test.p_value)});
+        {Cause::bias, fmt::format("the innovation has mean {:.2g} standard deviations (p = {:.2g}){}",
+                                  test.mean.cwiseAbs().maxCoeff(), test.p_value, beside)});
   } else if (findings.error_mean && clear(findings.error_mean->test) &&
              explains_the_errors(findings.error_mean->test, findings)) {
     const ZeroMeanTest& test = findings.error_mean->test;
     found.push_back(
-        {Cause::bias, fmt::format("the error of {} has mean {:.2g} of its standard deviations (p = {:.2g}), "
-                                  "which the innovations do not show{}",
-                                  findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(), test.p_value,
-                                  findings.lateness && findings.lateness->reason == kNoVariedMotion
-                                      ? "; along a motion that is always the same a delay looks alike"
-                                      : "")});
+        {Cause::bias,
+         fmt::format("the error of {} has mean {:.2g} of its standard deviations (p = {:.2g}), "
+                     "which the innovations do not show{}",
+                     findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(), test.p_value, beside)});
   }
 }
 
@@ -859,8 +860,9 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   }
   if (found.empty()) find_linearisation(findings, found);
   if (found.empty()) find_dof(findings, found);
-  if (found.empty()) find_cross_covariance(findings, found);
+  // A wrong gain leaves the errors of the components correlated as well.
   if (found.empty()) find_noise_by_errors(findings, found);
+  if (found.empty()) find_cross_covariance(findings, found);
   if (found.empty()) find_coloured_noise(findings, 0.0, found);
   find_scale(findings, found);
   return found;
