@@ -10,6 +10,7 @@
 #include "core/manifold/angle.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
+#include "datasets/logs/conventions/angle_units.h"
 #include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/distance_travelled.h"
 #include "datasets/logs/number_field.h"
@@ -303,7 +304,8 @@ Outcome outcome_named(const std::string& name) {
 void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*options*/, LogSink& judged) {
   constexpr std::int64_t kRowsBetween = 4096;
   FilterLogReader reader(file);
-  StepConventions sink(judged);
+  AngleUnits units(judged);
+  StepConventions sink(units);
   Step row;
   std::int64_t rows = 0, told = 0;
   bool open = false;
@@ -330,6 +332,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
   }
   end_failed();
   sink.finish();
+  units.finish();
   sink.advance(reader.bytes_read() - told);
 }
 

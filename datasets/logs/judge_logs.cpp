@@ -83,7 +83,12 @@ class GroupSink final : public LogSink {
   void travelled(double distance_m) override { travelled_m_ = distance_m; }
   void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
-  void hint(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence), true}); }
+  void hint(std::string sentence) override {
+    group_.remarks.push_back({file_, std::move(sentence), true, true});
+  }
+  void mistake(std::string sentence) override {
+    group_.remarks.push_back({file_, std::move(sentence), false, true});
+  }
   void unexplained() override { ++group_.unexplained; }
   void charts(ChartFindings findings) override { poses().charts = std::move(findings); }
   void time_offset(TimeOffset offset) override { poses().time_offset = std::move(offset); }
@@ -160,6 +165,8 @@ void leave_out_chance(LogJudgeResult& result, std::int64_t unexplained) {
 }
 
 }  // namespace
+
+bool LogJudgeResult::explained() const { return std::ranges::any_of(remarks, &LogRemark::mistake); }
 
 LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const LogFileReader& read,
                           const LogJudgeOptions& options) {

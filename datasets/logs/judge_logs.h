@@ -29,7 +29,8 @@ struct LogJudgeOptions {
 struct LogRemark {
   std::filesystem::path file;
   std::string sentence;
-  bool hint = false;  ///< may be chance: LogSink::hint
+  bool hint = false;     ///< may be chance: LogSink::hint
+  bool mistake = false;  ///< LogSink::mistake, or a hint: why the file does not fit its covariance
 };
 
 /// What was read.
@@ -43,6 +44,9 @@ struct LogJudgeResult {
   std::vector<LogPoses> poses{};  ///< of the files that hold some, in their order
   CalibrationUnits calibration{};
   bool complete = true;
+
+  /// A remark says why P misfits: that its scale is wrong is then no cause.
+  bool explained() const;
 };
 
 /// Reads the files in parallel, with memory for a few groups of them.

@@ -39,6 +39,8 @@ class LogSink {
   virtual void unmatched(std::int64_t rows) = 0;
   /// So many bytes more of the file were read.
   virtual void advance(std::int64_t bytes) = 0;
+  /// As hint, of what is a mistake of the file's author beyond doubt.
+  virtual void mistake(std::string sentence) { remark(std::move(sentence)); }
 };
 
 /// Hands everything on: the base of those that look at what passes.
@@ -52,6 +54,7 @@ class ForwardingSink : public LogSink {
   void end_run(Outcome outcome, std::int64_t step) override { next_.end_run(outcome, step); }
   void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
   void hint(std::string sentence) override { next_.hint(std::move(sentence)); }
+  void mistake(std::string sentence) override { next_.mistake(std::move(sentence)); }
   void unexplained() override { next_.unexplained(); }
   void charts(ChartFindings findings) override { next_.charts(std::move(findings)); }
   void time_offset(TimeOffset offset) override { next_.time_offset(std::move(offset)); }

@@ -108,6 +108,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
       std::move(result.evidence),
       {.confidence = options.confidence, .sensitivity = options.sensitivity, .margin = options.within});
   logs.analysis.complete = result.complete;
+  if (result.explained()) leave_out_scale(logs.analysis);
   logs.poses = std::move(result.poses);
   logs.calibration = judge_calibration(result.calibration, options.confidence);
   logs.units = unit_factors(result.calibration);

@@ -88,6 +88,11 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
   return all;
 }
 
+void leave_out_scale(LogAnalysis& analysis) {
+  std::erase_if(analysis.judgement.causes,
+                [](const CauseFound& found) { return found.cause == Cause::covariance_scale; });
+}
+
 Document log_document(CheckedLogs given) {
   const auto shared = std::make_shared<const CheckedLogs>(std::move(given));
   const CheckedLogs& logs = *shared;

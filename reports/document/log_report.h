@@ -46,6 +46,9 @@ struct CheckedLogs {
   std::vector<std::string> all_remarks() const;
 };
 
+/// Takes a wrong scale of P, which nothing explained, from the likely causes: a remark explains it.
+void leave_out_scale(LogAnalysis& analysis);
+
 /// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read
 /// and what was rejected, what to do and what would mend it. JSON: docs/formats.md. Beside the page: NAME.csv
 /// with every step.

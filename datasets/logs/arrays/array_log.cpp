@@ -11,6 +11,7 @@
 
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
+#include "datasets/logs/conventions/angle_units.h"
 #include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/symmetry.h"
 
@@ -392,7 +393,8 @@ bool is_log_array(std::string_view name) {
 }
 
 void read_arrays(ArrayFile& file, LogSink& judged) {
-  StepConventions sink(judged);
+  AngleUnits units(judged);
+  StepConventions sink(units);
   const ArrayRoles roles(file);
   const RunLayout layout = layout_of(file, roles);
   std::vector<PairReader> sensors;
@@ -434,6 +436,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
     }
   }
   sink.finish();
+  units.finish();
 }
 
 LogContents list_arrays(const ArrayFile& file) {

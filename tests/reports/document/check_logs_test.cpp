@@ -65,6 +65,32 @@ TEST_F(CheckLogs, TellsTheFactorOfAWrongOne) {
   EXPECT_THAT(folder_.read("out/index.html"), HasSubstr("mine"));
 }
 
+// Of standard deviations σ² taken for variances: a wrong scale is what is seen, and not what is wrong.
+TEST_F(CheckLogs, AMistakeThatIsFoundIsNotCalledAWrongScaleBesides) {
+  const auto of = [&](double written) {
+    std::mt19937 bits(5);
+    std::normal_distribution<double> normal;
+    std::string text = "step,truth.x,estimate.x,P.1.1\n";
+    for (int k = 1; k <= 600; ++k) {
+      const double sigma = k % 2 == 0 ? 0.01 : 0.03;
+      text += std::to_string(k) + ",0," + std::to_string(sigma * normal(bits)) + "," +
+              std::to_string(written > 0.0 ? written * sigma * sigma : sigma) + "\n";
+    }
+    folder_.write("mistake.csv", text);
+    const std::string file = (folder_ / "mistake.csv").string();
+    return check_logs({&file, 1});
+  };
+  const auto names_scale = [](const JudgedFilter& judged) {
+    return std::ranges::any_of(
+        judged.causes(), [](const NamedCause& cause) { return cause.name == "the scale of the covariance"; });
+  };
+  const JudgedFilter deviations = of(0.0), scaled = of(0.3);
+  EXPECT_THAT(deviations.text(), HasSubstr("P holds standard deviations"));
+  EXPECT_EQ(deviations.verdict(), Verdict::pessimistic);
+  EXPECT_FALSE(names_scale(deviations)) << deviations.text();
+  EXPECT_TRUE(names_scale(scaled)) << scaled.text();
+}
+
 TEST_F(CheckLogs, StoppedBeforeTheFirstRowsIsAnError) {
   static constexpr std::atomic<bool> kStop{true};
   const std::string good = (folder_ / "good").string();

@@ -1,0 +1,141 @@
+#include "datasets/logs/conventions/angle_units.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/manifold/angle.h"
+#include "core/nan.h"
+#include "datasets/logs/conventions/reading_fit.h"
+
+namespace credence::internal {
+namespace {
+
+constexpr double kDegreesOfTurn = 360.0, kRadiansOfTurn = 2.0 * std::numbers::pi;
+// A value with its rounding.
+constexpr double kSlack = 1.0 + 1e-3;
+
+/// Whether a step from a to b is a wrap of an angle with such a turn, counted from 0 or from −half a turn.
+bool wraps(double a, double b, double turn) {
+  constexpr double kNearEnd = 1.0 / 6.0;  // of a turn
+  const double low = std::min(a, b), high = std::max(a, b), near = kNearEnd * turn;
+  if (!(high - low >= turn - near)) return false;  // also where one is NaN
+  const bool about_zero = low >= -0.5 * turn * kSlack && high <= 0.5 * turn * kSlack;
+  const bool from_zero = low >= 0.0 && high <= turn * kSlack;
+  return about_zero || from_zero;
+}
+
+/// Whether values of a state stay within a turn, from 0 or from −half a turn.
+bool within_turn(double least, double most, double turn) {
+  return (least >= -0.5 * turn * kSlack && most <= 0.5 * turn * kSlack) ||
+         (least >= 0.0 && most <= turn * kSlack);
+}
+
+}  // namespace
+
+void AngleUnits::State::add_estimate(double value) {
+  wraps_of_degrees += wraps(last, value, kDegreesOfTurn) ? 1 : 0;
+  wraps_of_radians += wraps(last, value, kRadiansOfTurn) ? 1 : 0;
+  least = estimates == 0 ? value : std::min(least, value);
+  most = estimates == 0 ? value : std::max(most, value);
+  last = value;
+  ++estimates;
+}
+
+void AngleUnits::begin_run(const RunLayout& layout) {
+  layout_ = layout;
+  states_.resize(layout.states.size());
+  for (State& state : states_) state.last = kNaN;
+  ForwardingSink::begin_run(layout);
+}
+
+void AngleUnits::add(const Step& step) {
+  ForwardingSink::add(step);
+  if (!step.problem.empty()) return;
+  for (std::size_t i = 0; i < step.states.size(); ++i) {
+    const auto at = static_cast<Index>(i);
+    State& state = states_[static_cast<std::size_t>(step.states[i])];
+    if (step.estimate.size() > at) state.add_estimate(step.estimate[at]);
+    const double error = step.error[at], variance = step.P(at, at);
+    state.least_error = std::min(state.least_error, error);
+    state.most_error = std::max(state.most_error, error);
+    if (!(variance > 0.0)) continue;
+    state.normalised += error * error / variance;
+    ++state.count;
+  }
+}
+
+std::string AngleUnits::wrap_text(std::size_t i) const {
+  const State& state = states_[i];
+  const std::string& name = layout_.states[i];
+  const bool degrees = state.wraps_of_degrees > 0 && within_turn(state.least, state.most, kDegreesOfTurn);
+  if (layout_.angles[i]) {
+    if (!degrees) return {};
+    return fmt::format(
+        "Estimates of {}, an angle, wrap at {:g} like degrees, where radians are expected: write estimate "
+        "and truth times π/180 and, unless they are in radians already, its rows and columns of P too.",
+        name, state.least < -kRadiansOfTurn ? 0.5 * kDegreesOfTurn : kDegreesOfTurn);
+  }
+  const bool radians = state.wraps_of_radians > 0 && within_turn(state.least, state.most, kRadiansOfTurn);
+  if (!degrees && !radians) return {};
+  // Where estimate and truth lie on both sides of the wrap.
+  const double turn = degrees ? kDegreesOfTurn : kRadiansOfTurn;
+  constexpr double kMostOfTurn = 5.0 / 6.0;
+  if (std::max(-state.least_error, state.most_error) < kMostOfTurn * turn) return {};
+  return fmt::format(
+      "{} jumps by {} like an angle{}, and its errors with it: an angle is marked as one, so that its error "
+      "is wrapped (in a CSV {}:angle){}.",
+      name, degrees ? "360" : "2π", degrees ? " in degrees" : "", name,
+      degrees ? ", and written in radians" : "");
+}
+
+bool AngleUnits::others_fit() const {
+  constexpr double kFactor = 4.0;
+  std::int64_t others = 0;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (layout_.angles[i] || states_[i].count == 0) continue;
+    const double fit = states_[i].mean_square();
+    if (!(fit > 1.0 / kFactor && fit < kFactor)) return false;
+    ++others;
+  }
+  return others > 0;
+}
+
+std::string AngleUnits::likely_text(std::size_t i) const {
+  constexpr double kFactor = 4.0, kTwoTurns = 2.0 * kRadiansOfTurn;
+  constexpr double kSquare = 1.0 / (kRadiansPerDegree * kRadiansPerDegree);
+  const State& state = states_[i];
+  if (!layout_.angles[i] || state.count < static_cast<std::int64_t>(kFewestForReading)) return {};
+  const double fit = state.mean_square();
+  const std::string but_that = fmt::format("mean e²/P is {:.4g} there, and about 1 in the other states", fit);
+  if (fit * kSquare > 1.0 / kFactor && fit * kSquare < kFactor) {
+    return fmt::format("P is perhaps in degrees in {}, where the error is in radians: {}.", layout_.states[i],
+                       but_that);
+  }
+  // Of errors that were wrapped as if they were radians the largest are lost.
+  const bool large = state.estimates > 0 && std::max(-state.least, state.most) > kTwoTurns;
+  constexpr double kSomeLost = 30.0;
+  if (fit > kSquare / (large ? kSomeLost : kFactor) && fit < kFactor * kSquare) {
+    return fmt::format("{} is perhaps in degrees, where P is in radians, which are expected: {}.",
+                       layout_.states[i], but_that);
+  }
+  return {};
+}
+
+void AngleUnits::finish() {
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (std::string text = wrap_text(i); !text.empty()) return ForwardingSink::mistake(std::move(text));
+  }
+  if (!of_all_states_.empty()) return ForwardingSink::hint(std::move(of_all_states_));
+  if (others_fit()) {
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      if (std::string text = likely_text(i); !text.empty()) return ForwardingSink::hint(std::move(text));
+    }
+  }
+  if (unexplained_) ForwardingSink::unexplained();
+}
+
+}  // namespace credence::internal
