@@ -290,10 +290,26 @@ class HeaderParser {
   std::map<std::string, SensorColumns> sensors_;
 };
 
+/// Throws for a line that is of another kind of file than names with commas between.
+void require_commas(std::string_view line) {
+  if (line.starts_with('{') || line.starts_with('[')) {
+    throw std::invalid_argument(
+        "JSON is not read: write a CSV whose first line names the columns, like "
+        "'estimate.x,truth.x,P.1.1', or NumPy arrays (docs/formats.md)");
+  }
+  if (line.find(',') != std::string_view::npos) return;
+  for (const auto& [separator, shown] : {std::pair(';', "';'"), std::pair('\t', "tabs")}) {
+    if (line.find(separator) == std::string_view::npos) continue;
+    throw std::invalid_argument(fmt::format(
+        "the fields seem to be separated by {} where ',' is expected (and '.' in numbers)", shown));
+  }
+}
+
 }  // namespace
 
 FilterLogHeader parse_filter_log_header(std::string_view line) {
   if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // the byte order mark that some tools write
+  require_commas(line);
   HeaderParser parser;
   Index column = 0;
   for (std::size_t begin = 0; begin <= line.size(); ++column) {

@@ -145,6 +145,13 @@ TEST(FilterLogHeaderLine, columns_that_are_missing_are_named) {
   }
 }
 
+TEST(FilterLogHeaderLine, another_separator_and_json_are_named) {
+  expect_header_error("estimate.x;truth.x;P.1.1", "separated by ';' where ',' is expected");
+  expect_header_error("estimate.x\ttruth.x\tP.1.1", "separated by tabs where ',' is expected");
+  expect_header_error(R"({"estimate.x":1,"truth.x":1,"P.1.1":1})", "JSON is not read");
+  expect_header_error("estimate.x;truth.x,P.1.1", "nothing to judge");
+}
+
 TEST(FilterLogHeaderLine, marks_at_the_wrong_places_are_refused) {
   const std::string S3 = ",S.1.1,S.1.2,S.1.3,S.2.2,S.2.3,S.3.3";
   for (const char* innovations :
