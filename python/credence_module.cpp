@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "datasets/arrays/array_evidence.h"
+#include "datasets/arrays/array_mistakes.h"
 #include "datasets/data_error.h"
 #include "montecarlo/engine/result_store_error.h"
 #include "montecarlo/random/noise.h"
@@ -80,8 +81,8 @@ class Collector {
  public:
   Collector(std::vector<std::string> states, std::vector<bool> angles,
             const std::vector<std::pair<std::string, std::vector<Index>>>& blocks,
-            const std::vector<std::tuple<std::string, Index, Index>>& sensors, bool has_truth, bool nonlinear,
-            bool inflated) {
+            const std::vector<std::tuple<std::string, Index, Index, std::vector<bool>>>& sensors,
+            bool has_truth, bool nonlinear, bool inflated) {
     layout_.states = std::move(states);
     layout_.angles = std::move(angles);
     layout_.has_truth = has_truth;
@@ -89,8 +90,8 @@ class Collector {
     layout_.inflated = inflated;
     for (const auto& [name, members] : blocks) layout_.blocks.push_back({name, Part::other, members});
     if (blocks.empty()) add_named_blocks(layout_);
-    for (const auto& [name, dim, observation] : sensors) {
-      layout_.sensors.push_back({.name = name, .dim = dim, .piece = observation});
+    for (const auto& [name, dim, observation, of_angles] : sensors) {
+      layout_.sensors.push_back({.name = name, .dim = dim, .piece = observation, .angles = of_angles});
     }
   }
 
@@ -110,13 +111,24 @@ class Collector {
         interruptible([&](const auto& stop) { return add_arrays(arrays, threads, &stop, &calibration_); }));
   }
 
-  Told judge(const std::string& name, const std::string& source, double confidence, bool sensitivity) {
+  /// Looks for mistakes of units in the runs that are added next, to tell of them.
+  void look(const std::vector<ArrayBundle>& bundles, ArrayIndexing indexing) {
+    ArrayRuns arrays{.layout = layout_, .runs = {}, .indexing = indexing};
+    for (const ArrayBundle& bundle : bundles) add_runs(bundle, arrays);
+    const py::gil_scoped_release released;
+    mistakes_ = array_mistakes(arrays);
+  }
+
+  Told judge(const std::string& name, const std::string& source, double confidence, bool sensitivity,
+             double within) {
     const py::gil_scoped_release released;
     CheckedLogs runs;
     runs.name = name;
     runs.format = source;
-    runs.analysis =
-        analyse_logs(std::move(evidence_), {.confidence = confidence, .sensitivity = sensitivity});
+    runs.analysis = analyse_logs(std::move(evidence_),
+                                 {.confidence = confidence, .sensitivity = sensitivity, .margin = within});
+    if (!mistakes_.empty()) leave_out_scale(runs.analysis);
+    runs.remarks = std::move(mistakes_);
     if (!calibration_.runs.empty()) {
       runs.calibration = judge_calibration(calibration_, confidence);
       runs.units = unit_factors(calibration_);
@@ -125,6 +137,7 @@ class Collector {
     evidence_ = {};
     calibration_ = {};
     failures_said_ = {};
+    mistakes_ = {};
     return tell(JudgedFilter(judged_logs(std::move(runs))));
   }
 
@@ -162,6 +175,7 @@ class Collector {
   Evidence evidence_;
   CalibrationUnits calibration_;
   std::map<std::int64_t, std::string> failures_said_;
+  std::vector<std::string> mistakes_;
 };
 
 /// Standard normals (runs, slots) of one step.
@@ -251,9 +265,12 @@ PYBIND11_MODULE(_credence, m) {
   py::class_<Collector>(m, "Collector")
       .def(py::init<std::vector<std::string>, std::vector<bool>,
                     const std::vector<std::pair<std::string, std::vector<Index>>>&,
-                    const std::vector<std::tuple<std::string, Index, Index>>&, bool, bool, bool>())
+                    const std::vector<std::tuple<std::string, Index, Index, std::vector<bool>>>&, bool, bool,
+                    bool>())
       .def("add", &Collector::add)
-      .def("judge", &Collector::judge);
+      .def("look", &Collector::look)
+      .def("judge", &Collector::judge, py::arg("name"), py::arg("source"), py::arg("confidence"),
+           py::arg("sensitivity"), py::arg("within") = 0.1);
 
   py::enum_<NoisePurpose>(m, "Purpose")
       .value("initial", NoisePurpose::initial)

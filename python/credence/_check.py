@@ -36,17 +36,29 @@ def _noise(R: Any, sensor: str, m: int, piece: int) -> Any:
     return R
 
 
+def _innovation_angles(which: Any, sensor: str, piece: int) -> "list[bool]":
+    """Of one observation of a sensor; none: []."""
+    which = which.get(sensor) if isinstance(which, Mapping) else which
+    if which is None or which is False:
+        return []
+    angle = np.zeros(piece, dtype=bool)
+    components = [str(i) for i in range(piece)]
+    label = _label("innovation_angles", sensor)
+    angle[indices(slice(None) if which is True else which, components, label)] = True
+    return angle.tolist() if angle.any() else []
+
+
 def collector(
     names,
     angles,
     blocks,
     n: int,
-    sensors: "list[tuple[str, int, int]]",
+    sensors: "list[tuple[str, int, int, list[bool]]]",
     has_truth: bool,
     nonlinear: bool,
     inflated: bool,
 ):
-    """Where runs with a state of n and these sensors (name, dimension, that of one observation) are added up."""
+    """Where runs with a state of n and these sensors (name, dimension, that of one observation, its angles) are added up."""
     states = state_names(names, n) if has_truth else []
     angle = np.zeros(len(states), dtype=bool)
     if angles is not None:
@@ -71,10 +83,12 @@ def check(
     estimate: Any = None,
     names: Optional[Sequence[str]] = None,
     angles: Any = None,
+    innovation_angles: Any = None,
     blocks: Optional[Mapping[str, Any]] = None,
     observation: Any = None,
     R: Any = None,
     confidence: float = 0.95,
+    within: float = 0.1,
     nonlinear: bool = False,
     inflated: bool = False,
     sensitivity: bool = False,
@@ -95,6 +109,8 @@ def check(
         arrive late are told from other causes: the errors then point back along the way. Not read where the error is NaN.
     names: one for each state; "pose.x", "pose.y" are a block "pose". Without names each state is a block.
     angles: the states that are angles in rad, by name, number or booleans: their errors are wrapped.
+    innovation_angles: the components of an innovation (of one observation) that are angles in rad, by number from 0 or
+        booleans, True for all: one beyond half a turn was not wrapped, and is named as a cause. A dict: for each sensor.
     blocks: name → states that are judged together, by name, number or slice, instead of those that names make.
     observation: of how many components an observation is, where an innovation holds several of one kind (as of
         landmarks), one after another: each is then followed through time on its own. A dict: for each sensor.
@@ -102,6 +118,7 @@ def check(
         same; also that of one observation, where observation says so. With it the factor on R alone is told. A dict:
         for each sensor that has one.
     confidence: of the verdict: a consistent filter is called anything else with probability 1 − confidence at most.
+    within: what counts as right: the factor on P between 1/(1 + this) and 1 + this.
     nonlinear: the filter linearises at its own estimates, as an EKF does: a cause that is named where it fits.
     inflated: the filter inflates its covariance on purpose.
     sensitivity: judge without gross outliers too.
@@ -119,11 +136,15 @@ def check(
     if estimate is not None and error is None:
         raise ValueError("estimate says where the errors are: error is None")
     require_confidence(confidence)
+    if not 1e-3 <= within <= 10.0:
+        raise ValueError(f"within = {within}: expected 0.001 to 10")
 
     nus = {} if innovation is None else _by_sensor(innovation)
     covariances = {} if S is None else _by_sensor(S)
     if isinstance(observation, Mapping) and not set(observation) <= set(nus):
         raise ValueError(f"observation has the sensors {sorted(observation)}, innovation has {sorted(nus)}")
+    if isinstance(innovation_angles, Mapping) and not set(innovation_angles) <= set(nus):
+        raise ValueError(f"innovation_angles has the sensors {sorted(innovation_angles)}, innovation has {sorted(nus)}")
     if R is not None and not set(_by_sensor(R)) <= set(nus):
         raise ValueError(f"R has the sensors {sorted(_by_sensor(R))}, innovation has {sorted(nus)}")
     if set(nus) != set(covariances):
@@ -149,12 +170,12 @@ def check(
         piece = _observation(observation, sensor, m)
         noise = _noise(R, sensor, m, piece)
         R_parts = [None] * len(nu_parts) if noise is None else following(noise, _label("R", sensor), (m, m), shape, lead)
-        sensors.append((sensor, m, piece))
+        sensors.append((sensor, m, piece, _innovation_angles(innovation_angles, sensor, piece)))
         sensor_parts.append(list(zip(nu_parts, S_parts, R_parts)))
 
     if error_parts:
         require_distinct(error_parts, "error")
-    for (sensor, _, _), parts in zip(sensors, sensor_parts):
+    for (sensor, *_), parts in zip(sensors, sensor_parts):
         require_distinct([nu for nu, _, _ in parts], _label("innovation", sensor))
     bundles = [
         _credence.Bundle(
@@ -167,4 +188,5 @@ def check(
     ]
     runs = collector(names, angles, blocks, n, sensors, error is not None, nonlinear, inflated)
     runs.add(bundles, shape.indexing, threads, {})
-    return Result(runs.judge(name, "arrays", confidence, sensitivity))
+    runs.look(bundles, shape.indexing)
+    return Result(runs.judge(name, "arrays", confidence, sensitivity, within))

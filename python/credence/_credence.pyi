@@ -81,7 +81,7 @@ class Collector:
         states: Sequence[str],
         angles: Sequence[bool],
         blocks: Sequence[tuple[str, Sequence[int]]],
-        sensors: Sequence[tuple[str, int, int]],
+        sensors: Sequence[tuple[str, int, int, Sequence[bool]]],
         has_truth: bool,
         nonlinear: bool,
         inflated: bool,
@@ -93,7 +93,10 @@ class Collector:
         threads: int,
         failures: dict[int, tuple[int, str, str]],
     ) -> None: ...
-    def judge(self, name: str, source: str, confidence: float, sensitivity: bool) -> Told: ...
+    def look(self, bundles: Sequence[Bundle], indexing: Indexing) -> None: ...
+    def judge(
+        self, name: str, source: str, confidence: float, sensitivity: bool, within: float = 0.1
+    ) -> Told: ...
 
 class NoiseSource:
     """Standard normals as a function of (seed, group, run, step, purpose, slot)."""

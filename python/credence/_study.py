@@ -91,13 +91,13 @@ def study(
     def add(chunk: Chunk) -> None:
         nonlocal collected, sensors
         if collected is None:
-            sensors = [(sensor, nu.shape[-1], nu.shape[-1]) for sensor, (nu, _) in chunk.innovations.items()]
+            sensors = [(sensor, nu.shape[-1], nu.shape[-1], []) for sensor, (nu, _) in chunk.innovations.items()]
             collected = collector(names, angles, blocks, n, sensors, True, nonlinear, inflated)
-        late = chunk.innovations.keys() - {sensor for sensor, _, _ in sensors}
+        late = chunk.innovations.keys() - {sensor for sensor, *_ in sensors}
         if late:
             raise PlugError(f"filter.innovation has a sensor {sorted(late)} that the first {size} runs never show")
         pairs = []
-        for sensor, m, _ in sensors:
+        for sensor, m, *_ in sensors:
             shape = (*chunk.error.shape[:2], m)
             silent = np.full(shape, np.nan), np.broadcast_to(np.eye(m), (*shape, m))
             pairs.append((*chunk.innovations.get(sensor, silent), None))

@@ -207,6 +207,48 @@ def test_angles_are_wrapped_and_blocks_are_named():
     assert [b.name for b in named.blocks] == ["place", "all"]
 
 
+def test_mistakes_of_units_are_told_as_of_a_log(tmp_path):
+    rng = np.random.default_rng(3)
+    variances = np.array([0.01, 0.04, 0.0025])
+    error = rng.standard_normal((20, 100, 3)) * np.sqrt(variances)
+    deviations = np.diag(np.sqrt(variances))
+    result = credence.check(error, deviations)
+    assert any("standard deviations" in remark for remark in result.to_dict()["remarks"])
+    assert "standard deviations" in str(result)
+    assert [c.name for c in result.causes if c.name == "the scale of the covariance"] == []
+    np.savez(tmp_path / "log.npz", error=error, P=np.broadcast_to(deviations, (20, 100, 3, 3)))
+    assert checked(tmp_path / "log.npz")["remarks"] == result.to_dict()["remarks"]
+    assert credence.check(error, np.diag(variances)).to_dict()["remarks"] == []
+    degrees = np.where(np.arange(3) == 2, np.degrees(error), error)
+    told = credence.check(degrees, np.diag(variances), names=["x", "y", "yaw"], angles=["yaw"])
+    assert any("degrees in yaw" in remark for remark in told.to_dict()["remarks"])
+
+
+def test_an_innovation_of_an_angle_is_declared():
+    error, P, nu, S = play()
+    nu = nu.copy()
+    nu[:5, 20] += 2.0 * np.pi
+    plain = credence.check(error, P, nu, S)
+    assert not any("angle" in cause.name for cause in plain.causes)
+    for angles in ([0], [True], True):
+        declared = credence.check(error, P, nu, S, innovation_angles=angles)
+        assert any("angle" in cause.name for cause in declared.causes), declared.causes
+    two = credence.check(error, P, {"gps": nu, "compass": nu[:, ::-1]}, {"gps": S, "compass": S},
+                         innovation_angles={"compass": [0]})
+    assert any("angle" in cause.name for cause in two.causes)
+    with pytest.raises(ValueError, match="innovation_angles has the sensors"):
+        credence.check(error, P, nu, S, innovation_angles={"sonar": [0]})
+    with pytest.raises(ValueError, match="innovation_angles"):
+        credence.check(error, P, nu, S, innovation_angles=[1])
+
+
+def test_what_counts_as_right_is_asked():
+    error, P, nu, S = play()
+    assert credence.check(error, P, nu, S, within=0.5).to_dict() != credence.check(error, P, nu, S).to_dict()
+    with pytest.raises(ValueError, match="within"):
+        credence.check(error, P, nu, S, within=0.0)
+
+
 def test_nothing_is_copied_and_nothing_is_changed():
     error, P, nu, S = play(runs=10, steps=10, seed=2)
     for array in (error, P, nu, S):

@@ -1,0 +1,71 @@
+#include "datasets/arrays/array_mistakes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "datasets/arrays/array_reader.h"
+#include "datasets/logs/conventions/angle_units.h"
+#include "datasets/logs/conventions/step_conventions.h"
+
+namespace credence::internal {
+namespace {
+
+/// Keeps what is said.
+class SaidSink final : public LogSink {
+ public:
+  explicit SaidSink(std::vector<std::string>& said) : said_(said) {}
+
+  void begin_run(const RunLayout& /*layout*/) override {}
+  void add(const Step& /*step*/) override {}
+  void end_run(Outcome /*outcome*/, std::int64_t /*step*/) override {}
+  void remark(std::string sentence) override { said_.push_back(std::move(sentence)); }
+  void unmatched(std::int64_t /*rows*/) override {}
+  void advance(std::int64_t /*bytes*/) override {}
+
+ private:
+  std::vector<std::string>& said_;
+};
+
+/// A state alone, without the innovations, which nothing is asked of here.
+ArrayRuns states_of(const ArrayRuns& arrays) {
+  ArrayRuns states = arrays;
+  states.layout.sensors.clear();
+  for (ArrayRun& run : states.runs) run.innovations.clear();
+  return states;
+}
+
+}  // namespace
+
+std::vector<std::string> array_mistakes(const ArrayRuns& arrays) {
+  constexpr std::int64_t kRows = 4096;
+  std::vector<std::string> said;
+  if (!arrays.layout.has_truth) return said;
+  const ArrayRuns states = states_of(arrays);
+  std::int64_t rows = 0;
+  bool has_estimates = false;
+  for (const ArrayRun& run : states.runs) {
+    rows += run.steps;
+    has_estimates = has_estimates || run.estimate.data != nullptr;
+  }
+  std::int64_t stride = 1;
+  while (rows / stride >= kRows) stride *= 2;
+  SaidSink sink(said);
+  AngleUnits units(sink);
+  StepConventions conventions(units);
+  ArrayReader reader(states);
+  Step step;
+  std::int64_t seen = 0;
+  for (std::int64_t run = 0; run < std::ssize(states.runs); ++run) {
+    conventions.begin_run(states.layout);
+    for (std::int64_t row = 0; row < states.runs[static_cast<std::size_t>(run)].steps; ++row) {
+      if (seen++ % stride != 0 && !has_estimates) continue;
+      reader.read(run, row, step);
+      conventions.add(step);
+    }
+  }
+  conventions.finish();
+  units.finish();
+  return said;
+}
+
+}  // namespace credence::internal
