@@ -156,6 +156,9 @@ TEST(AccuracyTable, AnglesAreInDegreesAndEfficiencyIsOfSquares) {
           "RMSE beside P and the posterior Cramér-Rao bound: heading (°) 2.00, P claims 5.00, bound 1.00."));
   judgement.accuracy[0].at_truth = 1.3 * degree * degree;
   EXPECT_THAT(accuracy_table(judgement, &bound).notes, Contains(HasSubstr("loose")));
+  EXPECT_THAT(statistics_sentences(judgement),
+              Contains(HasSubstr("P claims 5.00, with Jacobians at the truth 1.14, bound 1.00 (loose).")))
+      << "√1.3";
 }
 
 TEST(EvidenceFigure, TheBarsOfTheHistogramHaveTheDensityOfWhatWasCounted) {
