@@ -11,6 +11,7 @@
 #include "app/say.h"
 #include "app/stored_study.h"
 #include "app/tell.h"
+#include "reports/document/report_index.h"
 #include "reports/document/study_json.h"
 #include "reports/document/study_report.h"
 #include "reports/document/sweep_report.h"
@@ -87,15 +88,17 @@ int show(const StoredOptions& options) {
 
 int report(StoredOptions options) {
   std::vector<StoredStudy> studies = read_all(options.directory);
+  // What made the results, not what draws their page again.
+  const std::string command = command_of_page(std::filesystem::path(options.directory) / "index.html");
   if (options.out.empty()) options.out = options.directory;
   for (const StoredStudy& study : studies) require_runs(study);
   if (is_sweep(studies)) {
-    write_report(sweep_document(analyse_stored_sweep(studies.front())), options);
+    write_report(sweep_document(analyse_stored_sweep(studies.front())), options, command);
     return kDone;
   }
   std::vector<ReportedStudy> all = reported(studies, options, true);
   if (catch_interrupt().load()) return kInterrupted;
-  write_report(study_document(std::move(all)), options);
+  write_report(study_document(std::move(all)), options, command);
   return kDone;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <string>
 
 #include "app/say.h"
 #include "app/terminal_text.h"
@@ -17,9 +18,10 @@ void print(const Document& document, const CommonOptions& options) {
   std::fflush(stdout);  // a page may take long; a full disk is told of at the end (main)
 }
 
-void write_report(const Document& document, const CommonOptions& options) {
+void write_report(const Document& document, const CommonOptions& options, const std::string& command) {
   if (options.out.empty()) return;
-  write_document(document, options.report_folder(), make_provenance(this_command()));
+  write_document(document, options.report_folder(),
+                 make_provenance(command.empty() ? this_command() : command));
   if (!options.quiet)
     say(fmt::format("Report: {}", (std::filesystem::path(options.out) / "index.html").string()));
 }

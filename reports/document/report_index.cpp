@@ -82,6 +82,11 @@ std::vector<IndexedReport> find_reports(const fs::path& folder) {
   return reports;
 }
 
+std::string command_of_page(const fs::path& page) {
+  const std::string head = head_of(page);
+  return said(head, "generator").starts_with("Credence") ? said(head, "credence-command") : "";
+}
+
 std::size_t write_report_index(const fs::path& folder, const Provenance& provenance) {
   using enum ColumnAlign;
   const std::vector<IndexedReport> reports = find_reports(folder);

@@ -21,6 +21,9 @@ struct IndexedReport {
 /// hidden folders; links are not followed. Throws OutputError for a folder that cannot be read.
 std::vector<IndexedReport> find_reports(const std::filesystem::path& folder);
 
+/// The command that made a page, as the page says; empty where there is none, or it is of others.
+std::string command_of_page(const std::filesystem::path& page);
+
 /// Writes FOLDER/reports.html and returns how many reports it lists. Throws OutputError.
 std::size_t write_report_index(const std::filesystem::path& folder,
                                const Provenance& provenance = make_provenance());

@@ -86,6 +86,10 @@ TEST_F(ShowCommand, ReportMakesThePagesOfRunAgain) {
   ASSERT_EQ(run({"run", "a.toml", "--out", "out"}).code, 0);
   const std::string csv = read("out/a.csv");
   fs::remove(folder_ / "out" / "a.csv");
+  ASSERT_EQ(run({"report", "out", "--quiet"}).code, 0);
+  EXPECT_NE(read("out/index.html").find("content=\"credence run a.toml --out out\""), std::string::npos)
+      << "what made the results";
+  fs::remove(folder_ / "out" / "a.csv");
   fs::remove(folder_ / "out" / "index.html");
   const Finished f = run({"report", "out"});
   EXPECT_EQ(f.code, 0) << f.err;

@@ -36,6 +36,15 @@ TEST(ReportIndex, FindsReportsWithTheirAnswers) {
   EXPECT_EQ(reports[1].date, "2026-01-01");
 }
 
+TEST(ReportIndex, APageTellsWhatMadeIt) {
+  const TemporaryFolder folder;
+  write_report(folder.path(), "First", "All is well");
+  EXPECT_EQ(command_of_page(folder / "index.html"), "credence run");
+  folder.write("other.html", "<meta name=\"credence-command\" content=\"rm\">");
+  EXPECT_EQ(command_of_page(folder / "other.html"), "");
+  EXPECT_EQ(command_of_page(folder / "none.html"), "");
+}
+
 TEST(ReportIndex, IsAPageThatLeadsToThem) {
   const TemporaryFolder folder;
   write_report(folder / "a b", "First", "All is well");
