@@ -23,6 +23,19 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "It ties the map to the world: without one the map can move and turn as a whole and no measurement sees "
      "it. "
      "One anchor makes the line world fully observable; in the plane the turn about it remains."},
+    {"bias", "biased|mean error", "a mean of errors or innovations that is not zero",
+     "Averaged over runs the error should vanish at every step. A bias comes from a sensor's offset, a wrong "
+     "model or a wrong alignment; making P larger hides it and does not mend it."},
+    {"bound", "bounds", "a limit that the truth does not cross, or within which a consistent filter stays",
+     "Beside a mean: the range where a consistent filter has it with the confidence asked for. Of errors: "
+     "the posterior Cramér-Rao bound (efficiency), below which no filter without bias is."},
+    {"Clopper-Pearson", "", "an interval for a probability from counts, which holds for every sample size",
+     "Of so many rows so many were beyond: the risk is at most the upper limit, with 95 % confidence. Rows "
+     "that are correlated in time count as fewer independent ones."},
+    {"conformal", "conformal prediction",
+     "a factor on P that covers a further run with a stated probability, whatever the law of the errors",
+     "It is read off the order of the runs at hand: of 19 or more, how much each needed. It asks no Gaussian "
+     "law, only that the further run is exchangeable with these."},
     {"consistent", "consistency", "the errors are as large as the covariance says",
      "Nothing in the runs speaks against the covariance. It is no proof: fewer runs see only larger "
      "mistakes. "
@@ -47,6 +60,9 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "The tangents are taken at wrong places, so its covariance tends to become too small: in SLAM it "
      "believes to "
      "know the heading of the whole map."},
+    {"exchangeable", "exchangeability", "that the order of the runs says nothing",
+     "Runs of one vehicle, one place and one setting are; a run in other weather, with another sensor or on "
+     "a faster vehicle is not, and what was learnt from the first need not hold for it."},
     {"factor on P", "", "what the covariance would have to be multiplied with",
      "The true covariance over the claimed one, on average over the steps, with its interval. Above 1 the "
      "filter "
@@ -67,6 +83,10 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "Of all ΔP that make the wanted decorrelation legal, the one whose diagonal sums to least; found by an "
      "exact "
      "optimiser. The simpler pairwise rule adds more."},
+    {"log score", "logarithmic score", "the logarithm of the density that the filter gave to the truth",
+     "A mean over steps, larger is better. It rewards small errors and an honest covariance together, so "
+     "that of two filters on the same data the higher one is better. Only differences tell, as the unit "
+     "enters."},
     {"mixed", "", "optimistic in one part of the state and pessimistic in another",
      "Do not trust such a filter: its average may look right. The table says which part is which."},
     {"monobot", "", "a robot on a line that measures how far landmarks are",
@@ -90,6 +110,9 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "of a whole map. Its variance must not shrink; rank O counts the directions that are observable."},
     {"optimistic", "overconfident", "errors are larger than the covariance says: unsafe",
      "Whoever relies on the covariance believes to know the state better than is true. Do not trust it."},
+    {"outliers", "outlier|gross outlier|gross outliers", "single errors or innovations far beyond their law",
+     "Mostly wrong matches or faulty measurements. A few of them dominate a mean of NEES or NIS; judged "
+     "without them (--sensitivity) the filter may be consistent."},
     {"pairwise", "", "a simple rule of inflation that treats correlations two by two",
      "Each dropped correlation is paid for by both states that it ties together. It is cheap, and inflates "
      "more "
@@ -106,6 +129,10 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "Too small a Q makes a filter optimistic over time, too large a Q pessimistic."},
     {"measurement noise", "R", "what the filter assumes of the errors of its sensors",
      "Too small an R makes NIS and NEES too large, too large an R too small."},
+    {"protection level", "protection levels",
+     "a distance that the position error exceeds only at a stated risk",
+     "k standard deviations along the widest axis of P, k of the risk by the χ² law. To show that errors "
+     "beyond it are so rare takes about 3 over the risk independent rows with none of them beyond."},
     {"p-value", "p|p-values", "how probable such an outcome, or a stranger one, is for a consistent filter",
      "Below 0.05 the verdict is not consistent. It is no size of a mistake: with many runs a harmless "
      "mistake has a "
@@ -116,6 +143,9 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "If it has a solution, P stays bounded and tends to it."},
     {"S", "innovation covariance", "what the filter believes of the size of its innovations: H P Hᵀ + R",
      "NIS measures innovations in units of S."},
+    {"stretches", "stretch", "parts of a long run that are nearly independent of each other",
+     "Errors of successive steps are alike, so a run of a thousand steps is worth far fewer. It is cut into "
+     "stretches many correlation times long, whose means serve as independent values."},
     {"undecided", "", "the data are too few for a verdict",
      "The report says how many runs would do. It is no accusation and no acquittal."},
     {"whiteness", "white", "no correlation of the innovation with its own past",

@@ -13,8 +13,14 @@ using testing::Contains;
 using testing::IsEmpty;
 
 TEST(Glossary, HasTheWordsOfTheReportsOnceAndInOrder) {
-  for (const char* word : {"NEES", "NIS", "ANEES", "pairwise", "least trace", "anchor", "monobot",
-                           "optimistic", "pessimistic", "mixed", "consistent", "undecided", "not Gaussian"}) {
+  for (const char* word : {"NEES",           "NIS",          "ANEES",
+                           "pairwise",       "least trace",  "anchor",
+                           "monobot",        "optimistic",   "pessimistic",
+                           "mixed",          "consistent",   "undecided",
+                           "not Gaussian",   "conformal",    "protection level",
+                           "log score",      "exchangeable", "bias",
+                           "outliers",       "bound",        "stretches",
+                           "Clopper-Pearson"}) {
     EXPECT_NE(find_glossary_word(word), nullptr) << word;
   }
   std::set<std::string_view> seen;
