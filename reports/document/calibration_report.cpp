@@ -104,22 +104,24 @@ Json held_out_json(const HeldOutNees& held_out) {
   return j;
 }
 
-/// Claimed σ and RMSE of the bins of one state.
+/// Claimed σ and the σ that the errors have, of the bins of one state: the claimed one by the root of the
+/// factor, whose interval the bars are (the RMSE is the mean of another quantity, and may lie outside).
 Panel sigma_panel(std::span<const SigmaBin> bins, const std::string& title) {
-  FigureData claimed, rmse, lower, upper;
+  FigureData claimed, measured, lower, upper;
   for (const SigmaBin& bin : bins) {
     const bool interval = std::isfinite(bin.factor.lower) && std::isfinite(bin.factor.upper);
+    const auto scaled = [&](double factor) { return bin.claimed * std::sqrt(factor); };
     claimed.push_back(bin.claimed);
-    rmse.push_back(bin.rmse);
-    lower.push_back(interval ? bin.claimed * std::sqrt(bin.factor.lower) : bin.rmse);
-    upper.push_back(interval ? bin.claimed * std::sqrt(bin.factor.upper) : bin.rmse);
+    measured.push_back(std::isfinite(bin.factor.mean) ? scaled(bin.factor.mean) : bin.rmse);
+    lower.push_back(interval ? scaled(bin.factor.lower) : measured.back());
+    upper.push_back(interval ? scaled(bin.factor.upper) : measured.back());
   }
-  Panel panel{.title = title, .x_label = "claimed σ", .y_label = "RMSE"};
+  Panel panel{.title = title, .x_label = "claimed σ", .y_label = "σ of the errors"};
   panel.log_x = panel.log_y = true;
   constexpr double kRoom = 1.3;  // no point on the frame
   panel.x_range = AxisRange{claimed.front() / kRoom, claimed.back() * kRoom};
   panel.series.push_back(line_series("equal", ColourRole::exact, claimed, claimed));
-  panel.series.push_back(error_bar_series("measured", ColourRole::first, claimed, rmse, lower, upper));
+  panel.series.push_back(error_bar_series("measured", ColourRole::first, claimed, measured, lower, upper));
   return panel;
 }
 
@@ -175,8 +177,9 @@ Figure sigma_figure(const std::string& name, const Calibration& c, std::span<con
   constexpr std::size_t kPanels = 6;
   Figure figure{.name = name + "-sigma",
                 .caption =
-                    "RMSE against the σ that the filter claims, in ranges of σ: points above the line are "
-                    "optimistic, points below it pessimistic; bars are intervals."};
+                    "The σ that the errors have, which is the claimed one times √(mean e²/σ²), against the σ "
+                    "that the filter claims, in ranges of it: points above the line are optimistic, points "
+                    "below it pessimistic; bars are intervals."};
   for (std::size_t i = 0; i < c.bins.size() && figure.panels.size() < kPanels;) {
     std::size_t end = i;
     while (end < c.bins.size() && c.bins[end].state == c.bins[i].state) ++end;
@@ -244,13 +247,10 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
   const auto place = [](double value, double least) {
     return std::max<Index>(0, std::llround(std::log10(value / least) / kCell));
   };
-  // Three digits, as the axis shows centres.
   const auto centres = [&](double least, double most, double scale) {
     FigureData all;
     for (Index i = 0; i <= std::max<Index>(1, place(most, least)); ++i) {
-      const double centre = scale * least * std::pow(10.0, kCell * static_cast<double>(i));
-      const double unit = std::pow(10.0, std::floor(std::log10(centre)) - 2.0);
-      all.push_back(unit * std::round(centre / unit));
+      all.push_back(scale * least * std::pow(10.0, kCell * static_cast<double>(i)));
     }
     return all;
   };
@@ -268,6 +268,7 @@ Figure stanford_figure(const std::string& name, const Calibration& c) {
   panel.x_range = AxisRange{x.front() / room, x.back() * room};
   panel.y_range = AxisRange{y.front() / room, y.back() * room};
   panel.log_x = panel.log_y = panel.log_colour = true;
+  panel.ticks_at_centres = false;
   panel.colour_label = "rows";
   panel.colour_range = AxisRange{1.0, std::max(2.0, cells.array().isNaN().select(0.0, cells).maxCoeff())};
   panel.series.push_back(heat_series(std::move(x), std::move(y), std::move(cells)));

@@ -109,6 +109,7 @@ struct Panel {
   FigureText colour_label{};
   std::optional<AxisRange> colour_range{};
   bool log_colour = false;
+  bool ticks_at_centres = true;  ///< of the cells, where all fit: values that were swept
   ColourScale colour_scale = ColourScale::sequential;
 };
 

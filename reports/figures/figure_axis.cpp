@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 #include "reports/figures/figure_text.h"
@@ -97,34 +98,53 @@ std::vector<AxisTick> linear_ticks(AxisRange range, int wanted) {
   return ticks;
 }
 
+constexpr std::size_t kFewestTicks = 3;  // fewer are too few to read an axis by
+
 FigureText log_label(double mantissa, int exponent, bool as_power) {
+  const int more = mantissa == std::floor(mantissa) ? 0 : 1;
   if (!as_power) {
-    return FigureText(fmt::format("{:.{}f}", mantissa * std::pow(10.0, exponent), std::max(0, -exponent)));
+    return FigureText(
+        fmt::format("{:.{}f}", mantissa * std::pow(10.0, exponent), std::max(0, more - exponent)));
   }
   const std::string power = fmt::format("10^{{{}{}}}", exponent < 0 ? "\u2212" : "", std::abs(exponent));
-  return figure_markup(mantissa == 1.0 ? power : fmt::format("{:.0f}×{}", mantissa, power));
+  return figure_markup(mantissa == 1.0 ? power : fmt::format("{:.{}f}×{}", mantissa, more, power));
+}
+
+/// Evenly spread, for less than half a decade.
+std::vector<AxisTick> short_log_ticks(AxisRange range, int wanted) {
+  constexpr int kMore = 5;
+  std::vector<AxisTick> ticks;
+  for (int more = 0; more <= kMore && ticks.size() < kFewestTicks; ++more) {
+    ticks = linear_ticks(range, wanted + more);
+  }
+  return ticks;
 }
 
 std::vector<AxisTick> log_ticks(AxisRange range, int wanted) {
   const double decades = std::log10(range.high) - std::log10(range.low);
-  if (decades < 0.5) return linear_ticks(range, wanted);
+  if (decades < 0.5) return short_log_ticks(range, wanted);
   const int first = static_cast<int>(std::floor(std::log10(range.low)));
   const int last = static_cast<int>(std::ceil(std::log10(range.high)));
   const int stride = std::max(1, static_cast<int>(std::ceil(decades / std::max(1, wanted))));
-  // Two labels are too few to read a logarithmic axis by.
   const bool with_2_and_5 = decades * 3.0 <= wanted + 1.0 || decades < 1.35;
   // All labels of an axis are powers, or none.
   const bool as_power = range.low < 0.99e-3 || range.high > 2e4;
-  std::vector<AxisTick> ticks;
-  for (int exponent = first; exponent <= last; ++exponent) {
-    for (const double mantissa : {1.0, 2.0, 5.0}) {
-      const double value = mantissa * std::pow(10.0, exponent);
-      const bool chosen = mantissa == 1.0 ? exponent % stride == 0 : with_2_and_5;
-      if (chosen && value >= range.low * (1 - 1e-9) && value <= range.high * (1 + 1e-9)) {
-        ticks.push_back({value, log_label(mantissa, exponent, as_power)});
+  const auto at = [&](std::initializer_list<double> mantissas) {
+    std::vector<AxisTick> ticks;
+    for (int exponent = first; exponent <= last; ++exponent) {
+      for (const double mantissa : mantissas) {
+        const double value = mantissa * std::pow(10.0, exponent);
+        const bool chosen = mantissa == 1.0 ? exponent % stride == 0 : with_2_and_5;
+        if (chosen && value >= range.low * (1 - 1e-9) && value <= range.high * (1 + 1e-9)) {
+          ticks.push_back({value, log_label(mantissa, exponent, as_power)});
+        }
       }
     }
-  }
+    return ticks;
+  };
+  std::vector<AxisTick> ticks = at({1.0, 2.0, 5.0});
+  // Half a decade holds three of these at least.
+  if (ticks.size() < kFewestTicks && with_2_and_5) ticks = at({1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0});
   return ticks;
 }
 

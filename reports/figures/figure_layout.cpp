@@ -178,8 +178,8 @@ void place_panel(const Panel& panel, PanelLayout& out, const Columns& columns, s
   out.x = make_x_axis(out.x.range, panel.log_x, width);
   out.y = make_axis(out.y.range, panel.log_y, wanted_y_ticks(bottom - top));
   if (const Series* heat = heat_map_of(panel); heat != nullptr) {
-    if (panel.x_names.empty()) centre_ticks(heat->x, width, 0.0, out.x);
-    if (panel.y_names.empty()) centre_ticks(heat->y, bottom - top, kLine, out.y);
+    if (panel.x_names.empty() && panel.ticks_at_centres) centre_ticks(heat->x, width, 0.0, out.x);
+    if (panel.y_names.empty() && panel.ticks_at_centres) centre_ticks(heat->y, bottom - top, kLine, out.y);
   }
   name_ticks(panel.x_names, width, widest_name(panel.x_names) + 2.0 * kGap, out.x);
   name_ticks(panel.y_names, bottom - top, kLine, out.y);

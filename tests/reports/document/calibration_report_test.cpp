@@ -70,6 +70,27 @@ TEST(SigmaTable, AStateWithoutANameHasItsNumberAndAnUntestedBinNoPValue) {
   EXPECT_EQ(table.rows.at(1)[6].text, "–");
 }
 
+// Numbers of a log with measurements that came late, whose RMSE 0.271 was outside its bar.
+TEST(SigmaFigure, APointIsOfTheQuantityThatItsBarIsOf) {
+  Calibration calibration;
+  calibration.bins = {{.state = 0,
+                       .claimed = 0.2,
+                       .rmse = 0.271,
+                       .rows = 70,
+                       .factor = {.mean = 1.5625, .lower = 1.2996, .upper = 1.7956}},
+                      {.state = 0,
+                       .claimed = 0.4,
+                       .rmse = 0.5,
+                       .rows = 70,
+                       .factor = {.mean = kNaN, .lower = kNaN, .upper = kNaN}}};
+  const Figure figure = sigma_figure("log", calibration, std::vector<std::string>{"x"});
+  const Series& measured = figure.panels.at(0).series.at(1);
+  EXPECT_NEAR(measured.y[0], 0.25, 1e-12) << "0.2 √1.5625";
+  EXPECT_NEAR(measured.lower[0], 0.228, 1e-12);
+  EXPECT_NEAR(measured.upper[0], 0.268, 1e-12);
+  EXPECT_EQ(measured.y[1], 0.5) << "without a factor";
+}
+
 TEST(CalibrationJson, FactorsByPartAreNullWhereTheStateIsOnePart) {
   Calibration calibration;
   const std::vector<std::string> states = {"x"};

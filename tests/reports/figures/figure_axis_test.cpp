@@ -43,6 +43,15 @@ TEST(FigureAxis, LogTicksAreDecadesOrOneTwoFive) {
   EXPECT_GE(make_axis({2, 3}, true, 4).ticks.size(), 2u) << "less than a decade needs labels too";
 }
 
+TEST(FigureAxis, AShortLogarithmicAxisHasThreeTicksAtLeast) {
+  for (const auto& [low, high] :
+       {std::pair{0.55, 1.9}, {0.21, 0.95}, {2.1, 9.0}, {0.3, 1.2}, {0.011, 0.049}}) {
+    for (const int wanted : {3, 5, 8}) {
+      EXPECT_GE(make_axis({low, high}, true, wanted).ticks.size(), 3U) << low << ' ' << high << ' ' << wanted;
+    }
+  }
+}
+
 TEST(FigureAxis, TicksStayWithinTheRange) {
   for (const auto& [low, high] : {std::pair{1.0, 100.0}, {-1e-9, 1e9}, {1e15, 1e15 + 4}, {-3e299, 3e299}}) {
     const Axis axis = make_axis({low, high}, false, 6);
