@@ -37,7 +37,7 @@ CanvasPath rectangle_path(const CanvasBox& box) {
   return {{box.left, box.top}, {box.right, box.top}, {box.right, box.bottom}, {box.left, box.bottom}};
 }
 
-void paint_markers(const Series& series, const CanvasPath& places, Canvas& canvas) {
+void paint_markers(const Series& series, const CanvasPath& places, Canvas& canvas, bool rim) {
   constexpr double kDot = 1.9;
   constexpr double kCross = 3.6;  // without area, hence larger
   constexpr double kArea = 2.7;
@@ -48,10 +48,16 @@ void paint_markers(const Series& series, const CanvasPath& places, Canvas& canva
   const double radius = series.weight * (dot ? kDot : cross ? kCross : kArea);
   std::vector<CanvasPath> paths;
   for (const CanvasPoint& place : places) add_marker(shape, place, radius, paths);
+  constexpr double kLine = 1.2, kRim = 1.1;  // on each side
+  constexpr std::uint32_t kLight = 0xffffff;
+  if (rim) {
+    const double width = dot ? 2.0 * radius : cross ? kLine : 0.0;
+    canvas.stroke(paths, {.rgb = kLight, .width = width + 2.0 * kRim, .dots = dot});
+  }
   if (dot) {
     canvas.stroke(paths, {.rgb = style.rgb, .width = 2.0 * radius, .dots = true});
   } else if (cross) {
-    canvas.stroke(paths, {.rgb = style.rgb, .width = 1.2});
+    canvas.stroke(paths, {.rgb = style.rgb, .width = kLine});
   } else {
     canvas.fill(paths, {style.rgb});
   }

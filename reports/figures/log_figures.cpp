@@ -17,9 +17,9 @@ namespace {
 Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
   Figure figure{
       .name = name + "-consistency",
-      .caption = fmt::format("NEES and NIS, means over {} runs. A consistent filter stays within the "
+      .caption = fmt::format("NEES and NIS, {}. A consistent filter stays within the "
                              "band at {:g} % of single steps, and between the outer lines at all steps.",
-                             a.evidence.study.runs, 100.0 * a.judgement.confidence)};
+                             over_runs_text(a.evidence.study.runs), 100.0 * a.judgement.confidence)};
   if (a.judgement.nees.count > 0)
     figure.panels.push_back(verdict_panel("ANEES", "mean NEES", a.judgement.nees, {}));
   if (a.judgement.nis.count > 0)

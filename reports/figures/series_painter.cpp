@@ -117,7 +117,7 @@ void SeriesPainter::markers(const Series& series, const std::vector<CanvasPath>&
   }
   if (seen.empty()) return;
   if (seen.size() > kThinAbove) seen = thin_cloud(seen);
-  paint_markers(series, seen, canvas_);
+  paint_markers(series, seen, canvas_, !cells_.empty());
   has_painted_ = true;
 }
 

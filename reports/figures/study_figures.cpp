@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -124,25 +125,47 @@ Panel errors_panel(FigureText title, FigureText y_label, const RunTrace& trace, 
   return panel;
 }
 
-Panel map_panel(const RunTrace& trace) {
+/// A whole number 1, 2, 5, … by which ellipses are drawn larger, so that the largest pose's 2σ is a fiftieth
+/// of the path's extent at least.
+int ellipse_scale(const RunTrace& trace) {
+  constexpr double kLeastShare = 0.02;
+  constexpr int kMost = 1000;
+  double axis = 0.0;
+  Eigen::AlignedBox2d extent;
+  for (const TraceStep& s : trace.steps) {
+    extent.extend(s.truth.head<2>().eval());
+    const Eigen::Matrix2d P = s.P.topLeftCorner<2, 2>();
+    const double mean = 0.5 * P.trace(), half = std::hypot(0.5 * (P(0, 0) - P(1, 1)), P(0, 1));
+    axis = std::max(axis, 2.0 * std::sqrt(std::max(0.0, mean + half)));
+  }
+  const double wanted = kLeastShare * extent.sizes().maxCoeff();
+  if (!(axis > 0.0) || !std::isfinite(axis)) return 1;
+  int scale = 1;
+  for (int i = 0; scale * axis < wanted && scale < kMost; ++i) scale = i % 3 == 1 ? scale / 2 * 5 : 2 * scale;
+  return scale;
+}
+
+Panel map_panel(const RunTrace& trace, int scale) {
   Panel panel{.title = "Map", .x_label = "x (m)", .y_label = "y (m)", .equal_aspect = true};
   const TraceStep& last = trace.steps.back();
   PlanarCurve pose_ellipses, landmark_ellipses;
   const std::size_t every = std::max<std::size_t>(1, trace.steps.size() / 12);
   for (std::size_t k = 0; k < trace.steps.size(); k += every) {
     const TraceStep& s = trace.steps[k];
-    append_curve(pose_ellipses, ellipse_points(s.estimate.head<2>(), s.P.topLeftCorner<2, 2>(), 2.0));
+    append_curve(pose_ellipses, ellipse_points(s.estimate.head<2>(), s.P.topLeftCorner<2, 2>(), 2.0 * scale));
   }
   FigureData landmark_x, landmark_y;
   for (Index j = 3; j + 1 < last.estimate.size(); j += 2) {
     append_curve(landmark_ellipses,
-                 ellipse_points(last.estimate.segment<2>(j), last.P.block<2, 2>(j, j), 2.0));
+                 ellipse_points(last.estimate.segment<2>(j), last.P.block<2, 2>(j, j), 2.0 * scale));
     landmark_x.push_back(last.estimate[j]);
     landmark_y.push_back(last.estimate[j + 1]);
   }
-  panel.series.push_back(polygon_series("vehicle 2σ", ColourRole::bound, pose_ellipses.x, pose_ellipses.y));
+  const std::string times = scale == 1 ? "" : fmt::format(", {}×", scale);
   panel.series.push_back(
-      polygon_series("landmark 2σ", ColourRole::estimate, landmark_ellipses.x, landmark_ellipses.y));
+      polygon_series("vehicle 2σ" + times, ColourRole::bound, pose_ellipses.x, pose_ellipses.y));
+  panel.series.push_back(
+      polygon_series("landmark 2σ" + times, ColourRole::estimate, landmark_ellipses.x, landmark_ellipses.y));
   panel.series.push_back(line_series("true path", ColourRole::truth,
                                      over_steps(trace, [](const TraceStep& s) { return s.truth[0]; }),
                                      over_steps(trace, [](const TraceStep& s) { return s.truth[1]; })));
@@ -163,6 +186,10 @@ Panel map_panel(const RunTrace& trace) {
 }
 
 }  // namespace
+
+std::string over_runs_text(std::int64_t runs) {
+  return runs == 1 ? "of one run" : fmt::format("means over {} runs", runs);
+}
 
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact) {
@@ -213,12 +240,14 @@ Figure monobot_run_figure(const std::string& name, const RunTrace& trace) {
 Figure planar_run_figure(const std::string& name, const RunTrace& trace, double dt_s) {
   FigureData time;
   for (std::size_t k = 0; k < trace.steps.size(); ++k) time.push_back(dt_s * static_cast<double>(k));
-  Figure figure{.name = name + "-run",
-                .caption = fmt::format(
-                    "Run {}: paths, landmarks and 2σ ellipses; errors of the pose with 2σ.", trace.run),
-                .rows = 2,
-                .cols = 2};
-  figure.panels.push_back(map_panel(trace));
+  const int scale = ellipse_scale(trace);
+  Figure figure{
+      .name = name + "-run",
+      .caption = fmt::format("Run {}: paths, landmarks and 2σ ellipses{}; errors of the pose with 2σ.",
+                             trace.run, scale == 1 ? "" : fmt::format(", drawn {} times as large", scale)),
+      .rows = 2,
+      .cols = 2};
+  figure.panels.push_back(map_panel(trace, scale));
   const char* titles[] = {"Error in x", "Error in y", "Error in heading"};
   for (Index i = 0; i < 3; ++i) {
     Panel panel{.title = titles[i], .x_label = "time (s)", .y_label = i < 2 ? "error (m)" : "error (°)"};
@@ -251,9 +280,9 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace) {
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis) {
   Figure figure{
       .name = name + "-consistency",
-      .caption = fmt::format("NEES and NIS, means over {} runs. A consistent filter stays within the band "
+      .caption = fmt::format("NEES and NIS, {}. A consistent filter stays within the band "
                              "at {:g} % of single steps, and between the outer lines at all steps.",
-                             analysis.statistics.runs, 100.0 * analysis.nees.confidence),
+                             over_runs_text(analysis.statistics.runs), 100.0 * analysis.nees.confidence),
       .rows = 1,
       .cols = 3};
   FigureData exact_nees, exact_nis;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,9 @@ Figure states_run_figure(const std::string& name, const RunTrace& trace);
 /// ANEES and mean NIS over the steps with pointwise and simultaneous bounds and, for linear models, the exact
 /// curves; and the traces of P.
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis);
+
+/// "means over 200 runs", "of one run": what a curve over steps shows.
+std::string over_runs_text(std::int64_t runs);
 
 /// The means of every step with pointwise and simultaneous bounds; `exact` may be empty.
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,

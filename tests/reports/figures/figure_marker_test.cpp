@@ -46,6 +46,18 @@ CanvasPoint middle_of(const CanvasPath& path) {
   return sum;
 }
 
+TEST(FigureMarker, OnAHeatMapALightRimIsBelowIt) {
+  Series series;
+  series.role = ColourRole::truth;
+  RecordingCanvas canvas;
+  paint_markers(series, {{10.0, 20.0}}, canvas, true);
+  ASSERT_EQ(canvas.lines.size() % 2, 0U);
+  const std::size_t half = canvas.lines.size() / 2;
+  EXPECT_EQ(canvas.lines.front().pen.rgb, 0xffffffU);
+  EXPECT_EQ(canvas.lines.back().pen.rgb, 0x000000U);
+  EXPECT_GT(canvas.lines.front().pen.width, canvas.lines[half].pen.width + 1.0);
+}
+
 TEST(FigureMarker, EveryShapeIsAboutItsPlace) {
   for (const MarkerShape shape : {MarkerShape::dot, MarkerShape::plus, MarkerShape::cross,
                                   MarkerShape::square, MarkerShape::triangle, MarkerShape::diamond}) {

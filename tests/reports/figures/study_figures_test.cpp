@@ -99,6 +99,31 @@ TEST(StudyFigures, InThePlaneTimeIsInSecondsAndHeadingInDegrees) {
   EXPECT_EQ(landmarks->x.size(), 3U);
 }
 
+TEST(StudyFigures, EllipsesTooSmallToBeSeenAreDrawnLarger) {
+  RunTrace trace = run_of([] {
+    Scenario scenario = short_study("planar");
+    scenario.world.landmarks = 3;
+    return scenario;
+  }());
+  double extent = 0.0;
+  for (TraceStep& step : trace.steps) {
+    step.P.setZero();
+    for (Index i = 0; i < 2; ++i) {
+      extent = std::max(extent, std::abs(step.truth[i] - trace.steps.front().truth[i]));
+    }
+  }
+  for (TraceStep& step : trace.steps)
+    step.P.topLeftCorner(2, 2).diagonal().setConstant(1e-6 * extent * extent);
+  // 2σ = 0.002 of what is at least the extent: times 10 it is a fiftieth; within twice the extent, 20.
+  const Figure figure = planar_run_figure("p", trace, 1.0);
+  const Series* drawn = find_series(figure.panels[0], "vehicle 2σ, 10×");
+  if (drawn == nullptr) drawn = find_series(figure.panels[0], "vehicle 2σ, 20×");
+  ASSERT_NE(drawn, nullptr);
+  EXPECT_THAT(figure.caption, testing::HasSubstr("times as large"));
+  for (TraceStep& step : trace.steps) step.P.topLeftCorner(2, 2) *= 1e4;
+  EXPECT_NE(find_series(planar_run_figure("p", trace, 1.0).panels[0], "vehicle 2σ"), nullptr);
+}
+
 TEST(StudyFigures, OfManyStatesTheFirstSixAreShownAndCounted) {
   RunTrace trace;
   for (Index k = 0; k < 3; ++k) {
