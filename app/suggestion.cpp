@@ -37,6 +37,8 @@ std::string command_proposal(const CLI::App& app, std::string_view word) {
 }
 
 std::string option_proposal(const CLI::App& command, std::string_view option) {
+  if (option == "--json" && command.get_option_no_throw("--format") != nullptr)
+    return "; did you mean --format json?";
   if (std::string setting = setting_proposal(command, option); !setting.empty()) return setting;
   std::vector<std::string> names;
   for (const CLI::Option* known : options_of(command)) {

@@ -42,8 +42,9 @@ std::string says_of(std::span<const WordPart> parts, const JointTests& joint, do
   for (std::size_t side = 0; side < 2; ++side) {
     const WordPart* const part = foremost(parts, joint, side, alpha);
     if (part == nullptr) continue;
-    text += fmt::format("{}{} in {} {}", text.empty() ? "" : "; ", to_string(sides[side]), part->name,
-                        when_text(*part->verdict, sides[side]));
+    const std::string when = when_text(*part->verdict, sides[side]);
+    text += fmt::format("{}{} in {}{}{}", text.empty() ? "" : "; ", to_string(sides[side]), part->name,
+                        when.empty() ? "" : " ", when);
   }
   return text;
 }

@@ -96,7 +96,8 @@ MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confide
   interval.upper = positive_mean_interval(without_skewness(run_averages), confidence).upper;
   if (run_averages.m2 > 0.0) {
     const double t = student_quantile_two_sided(confidence, runs - 1.0);
-    interval.lower = std::min(interval.lower, mean_of_hall_score(run_averages, t));
+    // No mean of NEES is below zero, whatever the score says.
+    interval.lower = std::max(0.0, std::min(interval.lower, mean_of_hall_score(run_averages, t)));
     interval.upper = std::max(interval.upper, mean_of_hall_score(run_averages, -t));
   }
   return interval;

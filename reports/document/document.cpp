@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <cstdint>
 
 namespace credence::internal {
 
@@ -102,11 +103,23 @@ void Document::file(std::string name, std::function<void(const std::filesystem::
 }
 
 std::string plain_name(std::string_view name, const char* otherwise) {
+  constexpr std::uint32_t kFnvStart = 2166136261U, kFnvPrime = 16777619U;
   std::string result;
+  bool other_letters = false;
+  std::uint32_t hash = kFnvStart;
   for (const char c : name) {
     const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';
-    result += plain ? c : '_';
+    other_letters = other_letters || static_cast<unsigned char>(c) >= 0x80;
+    hash = (hash ^ static_cast<unsigned char>(c)) * kFnvPrime;
+    const bool begins_letter = (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+    if (plain) {
+      result += c;
+    } else if (begins_letter) {
+      result += '_';
+    }
   }
+  // Words of other scripts are all underscores: what they are called tells them apart.
+  if (other_letters) result += fmt::format("-{:08x}", hash);
   return result.empty() ? otherwise : result;
 }
 

@@ -137,7 +137,8 @@ class Document {
   std::set<std::string> anchors_;
 };
 
-/// A name as a file's: its letters, digits and '-', anything else as '_'; `otherwise` for an empty one.
+/// A name as a file's: its letters, digits and '-', anything else as '_'; `otherwise` for an empty one. Where
+/// it has letters beyond ASCII a hash of it follows.
 std::string plain_name(std::string_view name, const char* otherwise);
 
 }  // namespace credence::internal

@@ -24,7 +24,7 @@ void add_verdict(ReportTable& table, const std::string& what, const ConsistencyV
 std::string tests_of(const SensorJudgement& s) {
   const std::string name = s.name.empty() ? "innovation" : s.name;
   const auto p = [](double value, std::string_view reason) {
-    return reason.empty() ? "p = " + p_value_text(value) : std::string(reason);
+    return reason.empty() ? p_value_statement(value) : std::string(reason);
   };
   return fmt::format("{}: test of whiteness in time {}; of mean zero {}.", name,
                      p(s.whiteness.p_value, s.whiteness.reason), p(s.mean.p_value, s.mean.reason));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "reports/render/json_numbers.h"
@@ -43,11 +44,19 @@ Json study_plan_json(const StudyPlan& plan) {
   return json;
 }
 
+/// A factor near 1 with the digits that tell it from 1.
+std::string factor_text(double factor) {
+  constexpr int kFewest = 3, kMost = 12;
+  const double off = std::abs(factor - 1.0);
+  const int digits = off > 0.0 ? 1 - static_cast<int>(std::floor(std::log10(off) + 1e-9)) : kFewest;
+  return number_text(factor, std::clamp(digits, kFewest, kMost));
+}
+
 void add_detections(const char* name, const VerdictPlan& plan, ReportTable& table) {
   for (const DetectionPlan& detection : plan.detections) {
     table.add({fmt::format("{} verdict {} a factor {}", name,
                            detection.factor > 1.0 ? "optimistic at" : "pessimistic at",
-                           number_text(detection.factor, 3)),
+                           factor_text(detection.factor)),
                detection.needed.runs, TableCell(100.0 * detection.needed.power, 3),
                duration_text(detection.seconds, 2)});
   }
@@ -162,7 +171,7 @@ ReportTable plan_table(const SweepPlan& sweep, const std::vector<StudyPlan>& pla
       fmt::format(
           "NEES, NIS: runs whose verdict finds a factor {} or {} on P or S with {:g} % power; precision: "
           "mean NEES to ±{:g} %.",
-          number_text(question.factor, 3), number_text(1.0 / question.factor, 3), 100.0 * question.power,
+          factor_text(question.factor), factor_text(1.0 / question.factor), 100.0 * question.power,
           100.0 * question.precision),
       fmt::format(
           "The sweep of {} configurations with {} runs each: {}. With the {} runs of the scenario: {}.",

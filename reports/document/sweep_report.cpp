@@ -154,6 +154,8 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
                   pessimistic, consistent);
   if (failing > 0) counts += fmt::format("; runs failed in {} of them", failing);
   if (best == n) return {CellTone::alarm, counts};
+  // Of a scenario that varies nothing there is one configuration, which has no name.
+  if (sweep.plan.axes.empty()) return {unsafe + failing > 0 ? CellTone::caution : CellTone::good, counts};
   return {unsafe + failing > 0 ? CellTone::caution : CellTone::good,
           fmt::format("{}; nearest to right: {}", counts, point_words(sweep, best))};
 }

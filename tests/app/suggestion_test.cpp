@@ -43,6 +43,7 @@ TEST_F(Suggestion, OfAnOptionIsTheClosestOrTheKeyOfAScenarioThatIsCalledSo) {
                of_run("--zzzzzz", ""),
                of_run("--landmarks", "; did you mean --set world.landmarks=VALUE?"),
                of_run("--world.landmarks", "; did you mean --set world.landmarks=VALUE?"),
+               of_run("--json", "; did you mean --format json?"),
                of_run("--measurement-scale", "; did you mean --set filter.measurement_scale=VALUE?"),
                // Of a command that takes no settings.
                {{"check", "a.csv", "--landmarks", "20"},

@@ -43,6 +43,13 @@ TEST(Word, IsConsistentWhereNothingSpeaks) {
   EXPECT_EQ(word.says, "");
 }
 
+TEST(Word, OfOneStepNothingIsSaidOfWhen) {
+  ConsistencyVerdict one = says(1e-9, 1.0);
+  one.count = one.steps_tested = 1;
+  one.steps.resize(1);
+  EXPECT_EQ(word_of(one, says(1.0, 1.0), {}, 0.95).says, "optimistic in NEES");
+}
+
 TEST(Word, HoldsItsLevelByTheWeightsOfItsParts) {
   // NEES has two thirds where there is no block: 0.02 / (2/3) = 0.03; NIS one third: 0.02 · 3 = 0.06.
   EXPECT_NEAR(word_of(says(0.02, 1.0), says(1.0, 1.0), {}, 0.95).p_value, 0.03, 1e-12);

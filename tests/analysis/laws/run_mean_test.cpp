@@ -100,6 +100,13 @@ TEST(RunMean, SeesAFactorOf5PercentInFiftyRuns) {
   EXPECT_GT(found_low / 2000.0, 0.81 - margin);
 }
 
+// Of 24 runs one that is 500 times the others: Hall's score alone would begin its interval below zero.
+TEST(RunMean, NoIntervalOfAMeanOfSquaresBeginsBelowZero) {
+  SkewedMoments moments;
+  for (int run = 0; run < 24; ++run) moments.add(run == 0 ? 500.0 : 1.0 + 0.01 * run);
+  EXPECT_EQ(run_mean_interval(moments, 0.95).lower, 0.0);
+}
+
 TEST(RunMean, DegenerateSamples) {
   EXPECT_TRUE(std::isnan(run_mean_p_values({}, 1.0).two_sided()));
   EXPECT_EQ(run_mean_interval({}, 0.95).reason, "no runs");

@@ -21,6 +21,15 @@ std::vector<std::string> anchors_of(const Document& document) {
   return anchors;
 }
 
+TEST(Document, FilesOfNamesInOtherScriptsAreToldApart) {
+  EXPECT_EQ(plain_name("a b-2", "x"), "a_b-2");
+  EXPECT_EQ(plain_name("", "x"), "x");
+  const std::string filter = plain_name("фильтр", "x"), model = plain_name("модель", "x");
+  EXPECT_NE(filter, model) << "of one length";
+  EXPECT_TRUE(filter.starts_with("______-")) << filter;
+  EXPECT_EQ(filter.size(), 6U + 1U + 8U) << "a letter each, and a hash";
+}
+
 TEST(Document, AnchorsAreUnique) {
   Document document;
   document.section("Results");

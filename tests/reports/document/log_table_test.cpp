@@ -147,5 +147,15 @@ TEST(LogTable, SaysThatAVehicleIsNoPose) {
   EXPECT_THAT(log_verdicts(logs, 9).notes, Contains(HasSubstr("vehicle.… are 3 states, 0 of them angles")));
 }
 
+TEST(LogTable, ATinyPValueIsNoEquation) {
+  Judgement judgement;
+  judgement.sensors.resize(1);
+  judgement.sensors[0].name = "gps";
+  judgement.sensors[0].whiteness.p_value = 1e-20;
+  judgement.sensors[0].mean.p_value = 0.25;
+  EXPECT_THAT(log_statistics(judgement),
+              Contains("gps: test of whiteness in time p < 1e−12; of mean zero p = 0.250."));
+}
+
 }  // namespace
 }  // namespace credence::internal

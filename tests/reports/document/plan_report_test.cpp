@@ -47,6 +47,15 @@ std::vector<std::string> plan_words(const std::vector<TableCell>& row) {
   return texts;
 }
 
+TEST(PlanReport, AFactorNearOneIsNotShownAsOne) {
+  const SweepPlan sweep = planned_sweep("");
+  StudyPlan plan = plan_of(sweep.points[0].scenario, 200);
+  plan.nees.detections = {{1.0001, {200, 0.91}, 1.0}, {1.0 / 1.0001, {200, 0.91}, 1.0}};
+  const ReportTable& table = planned_table(plan_document(sweep, {plan}));
+  EXPECT_EQ(table.rows[0][0].text, "NEES verdict optimistic at a factor 1.0001");
+  EXPECT_EQ(table.rows[1][0].text, "NEES verdict pessimistic at a factor 0.99990");
+}
+
 TEST(PlanReport, OneConfigurationHasARowForEachQuestion) {
   const SweepPlan sweep = planned_sweep("");
   const Document document = plan_document(sweep, {plan_of(sweep.points[0].scenario, 200)});
