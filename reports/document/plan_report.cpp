@@ -48,8 +48,8 @@ Json study_plan_json(const StudyPlan& plan) {
 std::string factor_text(double factor) {
   constexpr int kFewest = 3, kMost = 12;
   const double off = std::abs(factor - 1.0);
-  const int digits = off > 0.0 ? 1 - static_cast<int>(std::floor(std::log10(off) + 1e-9)) : kFewest;
-  return number_text(factor, std::clamp(digits, kFewest, kMost));
+  const int decimals = off > 0.0 ? -static_cast<int>(std::floor(std::log10(off) + 1e-9)) : 0;
+  return number_text(factor, std::clamp(factor < 1.0 ? decimals : decimals + 1, kFewest, kMost));
 }
 
 void add_detections(const char* name, const VerdictPlan& plan, ReportTable& table) {

@@ -48,16 +48,16 @@ void paint_markers(const Series& series, const CanvasPath& places, Canvas& canva
   const double radius = series.weight * (dot ? kDot : cross ? kCross : kArea);
   std::vector<CanvasPath> paths;
   for (const CanvasPoint& place : places) add_marker(shape, place, radius, paths);
-  constexpr double kLine = 1.2, kRim = 1.1;  // on each side
+  constexpr double kStroke = 1.2, kRim = 1.1;  // on each side
   constexpr std::uint32_t kLight = 0xffffff;
   if (rim) {
-    const double width = dot ? 2.0 * radius : cross ? kLine : 0.0;
+    const double width = dot ? 2.0 * radius : cross ? kStroke : 0.0;
     canvas.stroke(paths, {.rgb = kLight, .width = width + 2.0 * kRim, .dots = dot});
   }
   if (dot) {
     canvas.stroke(paths, {.rgb = style.rgb, .width = 2.0 * radius, .dots = true});
   } else if (cross) {
-    canvas.stroke(paths, {.rgb = style.rgb, .width = kLine});
+    canvas.stroke(paths, {.rgb = style.rgb, .width = kStroke});
   } else {
     canvas.fill(paths, {style.rgb});
   }

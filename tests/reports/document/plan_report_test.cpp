@@ -51,7 +51,8 @@ TEST(PlanReport, AFactorNearOneIsNotShownAsOne) {
   const SweepPlan sweep = planned_sweep("");
   StudyPlan plan = plan_of(sweep.points[0].scenario, 200);
   plan.nees.detections = {{1.0001, {200, 0.91}, 1.0}, {1.0 / 1.0001, {200, 0.91}, 1.0}};
-  const ReportTable& table = planned_table(plan_document(sweep, {plan}));
+  const Document document = plan_document(sweep, {plan});
+  const ReportTable& table = planned_table(document);
   EXPECT_EQ(table.rows[0][0].text, "NEES verdict optimistic at a factor 1.0001");
   EXPECT_EQ(table.rows[1][0].text, "NEES verdict pessimistic at a factor 0.99990");
 }
