@@ -22,7 +22,7 @@ namespace {
 constexpr Index kLags = 10;
 // Stretches of eight correlation times have nearly independent averages (effective_sample.h).
 constexpr double kTimesAStretch = 8.0;
-constexpr std::int64_t kFewestStretches = 10, kMostStretches = 50;
+constexpr std::int64_t kFewestStretches = 10, kMostStretches = 50, kFewLong = 5;
 
 double average(std::span<const double> values) {
   double sum = 0.0;
@@ -61,7 +61,6 @@ double scale_of_mean(double mean, double dof, double gate) {
 /// How many stretches to cut each run into: of eight correlation times if that gives ten in all, else five of
 /// at least two and a half.
 std::vector<std::int64_t> stretch_counts(std::span<const RecordedInnovations> runs) {
-  constexpr std::int64_t kFewLong = 5;
   std::vector<std::int64_t> many, few;
   std::int64_t possible = 0;
   for (const RecordedInnovations& run : runs) {
@@ -74,37 +73,71 @@ std::vector<std::int64_t> stretch_counts(std::span<const RecordedInnovations> ru
   return possible >= kFewestStretches ? many : few;
 }
 
-/// Averages over nearly independent stretches of all runs.
-Moments stretch_averages(std::span<const RecordedInnovations> runs, std::string_view& reason) {
-  Moments averages;
+struct NisStretch {
+  double sum = 0.0, count = 0.0;
+};
+
+/// Nearly independent parts that hold every value: of many runs these, else stretches of them. Of several
+/// runs one that is too short to be cut is a part as it is.
+std::vector<NisStretch> nis_stretches(std::span<const RecordedInnovations> runs) {
+  const auto has_values = [](const RecordedInnovations& run) { return !run.nis.empty(); };
+  const std::int64_t used = std::ranges::count_if(runs, has_values);
+  const std::int64_t least = used > 1 ? 1 : 0;
   const std::vector<std::int64_t> counts = stretch_counts(runs);
+  std::vector<NisStretch> parts;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const auto count = static_cast<std::size_t>(counts[r]);
-    const std::size_t length = count > 0 ? runs[r].nis.size() / count : 0;
-    for (std::size_t i = 0; i < count; ++i)
-      averages.add(average(std::span(runs[r].nis).subspan(i * length, length)));
+    const std::span<const double> nis = runs[r].nis;
+    const auto count = static_cast<std::size_t>(used >= kFewestStretches ? 1 : std::max(least, counts[r]));
+    for (std::size_t i = 0; i < count && !nis.empty(); ++i) {
+      const std::size_t first = i * nis.size() / count, length = (i + 1) * nis.size() / count - first;
+      const std::span<const double> part = nis.subspan(first, length);
+      parts.push_back({average(part) * static_cast<double>(length), static_cast<double>(length)});
+    }
   }
-  if (averages.count == 0) reason = "the recording is too short for its correlation in time";
-  return averages;
+  return parts;
+}
+
+/// The mean of all values as that of independent ones with its variance, as which parts of different length
+/// estimate it: a ratio of sums, whose variance is to first order. They count for as many as there would be
+/// of one length.
+Moments mean_over(std::span<const NisStretch> parts) {
+  double sum = 0.0, count = 0.0, square = 0.0, spread = 0.0;
+  for (const NisStretch& part : parts) {
+    sum += part.sum;
+    count += part.count;
+    square += part.count * part.count;
+  }
+  Moments moments{.count = 0, .mean = sum / count, .m2 = 0.0};
+  if (parts.size() < 2) return moments;
+  for (const NisStretch& part : parts) spread += std::pow(part.sum - moments.mean * part.count, 2);
+  const auto k = static_cast<double>(parts.size());
+  moments.count = std::llround(count * count / square);
+  const auto worth = static_cast<double>(moments.count);
+  moments.m2 = k / (k - 1.0) * spread / (count * count) * worth * (worth - 1.0);
+  return moments;
 }
 
 NoiseScale noise_scale_of(std::span<const RecordedInnovations> runs, double confidence) {
   NoiseScale result{.lower = kNaN, .upper = kNaN};
+  const double dof = runs.front().dof, gate = runs.front().gate;
   double sum = 0.0, count = 0.0;
   for (const RecordedInnovations& run : runs) {
     for (const double x : run.nis) sum += x;
     count += static_cast<double>(run.nis.size());
   }
-  const double dof = runs.front().dof, gate = runs.front().gate;
   result.scale = scale_of_mean(sum / count, dof, gate);
-  const Moments averages = stretch_averages(runs, result.reason);
-  if (!result.reason.empty()) return result;
-  const MeanInterval interval = positive_mean_interval(averages, confidence);
+  const std::vector<NisStretch> parts = nis_stretches(runs);
+  const Moments mean = mean_over(parts);
+  if (mean.count < kFewLong) {
+    result.reason = "the recording is too short for its correlation in time";
+    return result;
+  }
+  const MeanInterval interval = positive_mean_interval(mean, confidence);
   result.reason = interval.reason;
   if (!interval.reason.empty()) return result;
   result.lower = scale_of_mean(interval.lower, dof, gate);
   result.upper = scale_of_mean(interval.upper, dof, gate);
-  result.stretches = averages.count;
+  result.stretches = std::ssize(parts);
   return result;
 }
 

@@ -54,7 +54,8 @@ MeanInterval positive_mean_interval(const Moments& moments, double confidence) {
   const double t = student_quantile_two_sided(confidence, static_cast<double>(moments.count - 1));
   const double low_root = 1.0 - c - t * std::sqrt(c);
   const double high_root = 1.0 - c + t * std::sqrt(c);
-  interval.lower = moments.mean / std::pow(high_root, 3);
+  // Of values so scattered that the score would reject their own mean the interval begins there.
+  interval.lower = moments.mean / std::pow(std::max(1.0, high_root), 3);
   interval.upper =
       low_root > 0.0 ? moments.mean / std::pow(low_root, 3) : std::numeric_limits<double>::infinity();
   return interval;

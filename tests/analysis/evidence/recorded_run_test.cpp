@@ -106,6 +106,50 @@ TEST(RecordedInnovations, SlowOnesHaveAWideInterval) {
   EXPECT_GT(wide.upper - wide.lower, 3 * (narrow.upper - narrow.lower));
 }
 
+/// Of a white one, each value as long as so many; the mean NIS is `scale` times the expected one.
+RecordedInnovations lasting_innovations(int count, int each, double scale, unsigned seed) {
+  const RecordedInnovations white = white_innovations(count / each, scale, seed);
+  RecordedInnovations run;
+  for (int i = 0; i < count / each * each; ++i) {
+    run.nis.push_back(white.nis[static_cast<std::size_t>(i / each)]);
+    run.whitened.push_back(white.whitened[static_cast<std::size_t>(i / each)]);
+  }
+  return run;
+}
+
+// Whatever the runs: those that linger cannot be cut into many stretches and count all the same, and so does
+// the end of a run that does not divide into stretches of one length.
+TEST(RecordedInnovations, TheScaleLiesWithinItsInterval) {
+  for (const unsigned runs : {1U, 3U, 8U, 20U}) {
+    std::vector<RecordedInnovations> all;
+    for (unsigned i = 0; i < runs; ++i) {
+      all.push_back(i % 4 == 1 ? lasting_innovations(119, 30, 50.0, 40 + i) : white_innovations(119, 1.0, i));
+    }
+    for (auto value = all.front().nis.end() - 17; value != all.front().nis.end(); ++value) *value *= 9.0;
+    const NoiseScale scale = test_recorded_innovations(all, 0.95).noise_scale;
+    if (!scale.reason.empty()) continue;
+    EXPECT_LT(scale.lower, scale.scale) << runs << " runs";
+    EXPECT_GT(scale.upper, scale.scale) << runs << " runs";
+  }
+}
+
+// Runs whose covariances are wrong by factors of their own, 1/2 and an exponential variable, 1.5 in the mean.
+TEST(RecordedInnovations, TheIntervalIsOfFurtherRunsToo) {
+  constexpr int kRecordings = 200;
+  std::mt19937_64 random(17);
+  std::exponential_distribution<double> exponential;
+  int misses = 0;
+  for (unsigned recording = 0; recording < kRecordings; ++recording) {
+    std::vector<RecordedInnovations> runs;
+    for (unsigned i = 0; i < 30; ++i) {
+      runs.push_back(white_innovations(50, 0.5 + exponential(random), 1000 + 30 * recording + i));
+    }
+    const NoiseScale scale = test_recorded_innovations(runs, 0.95).noise_scale;
+    misses += scale.lower > 1.5 || scale.upper < 1.5 ? 1 : 0;
+  }
+  EXPECT_LE(misses, 0.05 * kRecordings + 5 * std::sqrt(0.05 * 0.95 * kRecordings));
+}
+
 TEST(RecordedInnovations, TooShortARecordingHasNoInterval) {
   const InnovationTests tests = test_recorded_innovations(std::vector{white_innovations(10, 1, 7)}, 0.95);
   EXPECT_FALSE(tests.noise_scale.reason.empty());

@@ -66,6 +66,8 @@ TEST(PositiveMean, DegenerateSamples) {
   EXPECT_FALSE(positive_mean_interval({}, 0.95).reason.empty());
   EXPECT_FALSE(positive_mean_interval({.count = 4, .mean = -2.0, .m2 = 1.0}, 0.95).reason.empty());
   EXPECT_EQ(positive_mean_interval({.count = 4, .mean = 2.0, .m2 = 0.0}, 0.95).upper, 2.0);
+  // One of twenty values holds everything: x̄ = 1, Σ (x − x̄)² = 19 + 19².
+  EXPECT_EQ(positive_mean_interval({.count = 20, .mean = 1.0, .m2 = 380.0}, 0.95).lower, 1.0);
   // Two values, one zero: no mean is too large.
   const MeanInterval two = positive_mean_interval({.count = 2, .mean = 1.0, .m2 = 2.0}, 0.95);
   EXPECT_EQ(two.upper, std::numeric_limits<double>::infinity());
