@@ -86,32 +86,49 @@ GainError gain_error(const WhitenessTest& whiteness) {
   return lag_one > 0.0 ? GainError::too_small : GainError::too_large;
 }
 
+std::string what_comes_first(const SensorRecord& record, const InnovationTests& tests, double confidence) {
+  constexpr std::size_t kMean = 3;  // of InnovationTests::adjusted_p_value
+  if (record.unwrapped > 0) {
+    return fmt::format("{} innovations of an angle lie beyond half a turn, none can once wrapped",
+                       record.unwrapped);
+  }
+  if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";
+  return fmt::format("the innovations have mean {:.2g} standard deviations (p = {:.2g})",
+                     tests.mean.cwiseAbs().maxCoeff(), tests.mean_p_value);
+}
+
+std::string gain_note(GainError gain) {
+  switch (gain) {
+    case GainError::none_seen:
+      return "The innovations look white: the gain is not seen to be wrong, and the scale is one of P0, Q "
+             "and R "
+             "together.";
+    case GainError::too_small:
+      return "The innovations are positively correlated: the gain is too small, Q over R should be larger. A "
+             "scale alone mends the mean of NIS and not this.";
+    case GainError::too_large:
+      return "The innovations alternate: the gain is too large, Q over R should be smaller. A scale alone "
+             "mends "
+             "the mean of NIS and not this.";
+    case GainError::other:
+      break;
+  }
+  return "The innovations are correlated, but not from one to the next: neither Q nor R explains that.";
+}
+
 void add_notes(InnovationTuning& t) {
   auto& notes = t.notes;
   notes.emplace_back(
       "A log of innovations and S does not hold F and H: Q and R cannot be separated. What can be told is "
       "the "
       "scale of S and to which side the gain is wrong.");
-  switch (t.gain) {
-    case GainError::none_seen:
-      notes.emplace_back(
-          "The innovations look white: the gain is not seen to be wrong, and the scale is one of P0, Q and R "
-          "together.");
-      break;
-    case GainError::too_small:
-      notes.emplace_back(
-          "The innovations are positively correlated: the gain is too small, Q over R should be larger. A "
-          "scale alone mends the mean of NIS and not this.");
-      break;
-    case GainError::too_large:
-      notes.emplace_back(
-          "The innovations alternate: the gain is too large, Q over R should be smaller. A scale alone mends "
-          "the mean of NIS and not this.");
-      break;
-    case GainError::other:
-      notes.emplace_back(
-          "The innovations are correlated, but not from one to the next: neither Q nor R explains that.");
-      break;
+  if (t.comes_first.empty()) {
+    notes.push_back(gain_note(t.gain));
+  } else {
+    notes.push_back(fmt::format(
+        "First: {}. No noise mends that; before it is mended neither the scale of S nor the side of the gain "
+        "is to be trusted.",
+        t.comes_first));
   }
   if (t.gain != GainError::none_seen) {
     notes.emplace_back("The likelihood ratio needs white innovations: it has no p-value here.");
@@ -160,6 +177,7 @@ InnovationTuning tune_innovations(const SensorRecord& record, double confidence)
     t.band = tests.whiteness.band.front();
   }
   t.gain = gain_error(tests.whiteness);
+  t.comes_first = what_comes_first(record, tests, confidence);
   const auto count = static_cast<double>(t.values);
   const double constant = t.dof * std::log(2.0 * std::numbers::pi) + record.log_determinant / count;
   const double mean = sum / count, scale = mean / t.dof;

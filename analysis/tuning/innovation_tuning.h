@@ -18,7 +18,8 @@ struct SensorRecord {
   std::string name;
   std::vector<RecordedInnovations> runs;  ///< NIS and L⁻¹ν in order of time, all of one dimension
   double log_determinant = 0.0;           ///< of S, summed over all
-  std::int64_t left_out = 0;  ///< of another dimension, or with an S that is not positive definite
+  std::int64_t left_out = 0;   ///< of another dimension, or with an S that is not positive definite
+  std::int64_t unwrapped = 0;  ///< components that are angles, beyond half a turn
 };
 
 /// To which side the gain is wrong.
@@ -56,11 +57,15 @@ struct InnovationTuning {
   double score_before = kNaN, score_after = kNaN;  ///< mean log score, with S and with the scaled one
   double likelihood_ratio_p_value = kNaN;          ///< NaN where they are not white: it would need that
   LeftOut left_out_parts;
+  /// What no noise mends, and what makes the scale and the gain say nothing until it is mended: "the
+  /// innovations have mean 0.4 standard deviations (p = 1e−9)". Empty: nothing of the kind is seen.
+  std::string comes_first;
   std::vector<std::string> notes;  ///< the first holds for every log
 };
 
-/// Tunes a sensor. The interval of the scale assumes neither whiteness nor a law (NoiseScale). Throws
-/// std::invalid_argument for a record without innovations.
+/// Tunes a sensor. An angle that is not wrapped, or a mean of the innovations that is not zero (by its
+/// p-value adjusted as in InnovationTests), comes first. The interval of the scale assumes neither whiteness
+/// nor a law (NoiseScale). Throws std::invalid_argument for a record without innovations.
 InnovationTuning tune_innovations(const SensorRecord& record, double confidence);
 
 }  // namespace credence::internal

@@ -1,6 +1,8 @@
 #include "datasets/logs/innovation_record.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -11,6 +13,9 @@
 namespace credence::internal {
 namespace {
 
+// Room for a difference of rounded angles.
+constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
+
 class InnovationSink final : public LogSink {
  public:
   void begin_file(const std::filesystem::path& file) { fingerprints_.begin_file(file); }
@@ -18,6 +23,7 @@ class InnovationSink final : public LogSink {
     fingerprints_.begin_run();
     of_layout_.clear();
     nis_alone_.clear();
+    angles_.clear();
     for (const Sensor& sensor : layout.sensors) {
       auto found = std::ranges::find(records_, sensor.name, &SensorRecord::name);
       if (found == records_.end()) {
@@ -28,6 +34,7 @@ class InnovationSink final : public LogSink {
       found->runs.emplace_back();
       of_layout_.push_back(static_cast<std::size_t>(found - records_.begin()));
       nis_alone_.push_back(sensor.nis_alone);
+      angles_.push_back(sensor.angles);
     }
   }
 
@@ -41,7 +48,7 @@ class InnovationSink final : public LogSink {
       if (nis_alone_[s]) {
         ++records_[sensor].left_out;
       } else {
-        add(step.innovations[s], records_[sensor], dims_[sensor]);
+        add(step.innovations[s], angles_[s], records_[sensor], dims_[sensor]);
       }
     }
   }
@@ -64,7 +71,8 @@ class InnovationSink final : public LogSink {
   }
 
  private:
-  static void add(const Innovation& innovation, SensorRecord& record, Index& dim) {
+  static void add(const Innovation& innovation, const std::vector<bool>& angles, SensorRecord& record,
+                  Index& dim) {
     const Eigen::LLT<Matrix> llt(innovation.S);
     if ((dim > 0 && dim != innovation.nu.size()) || !innovation.nu.allFinite() || !innovation.S.allFinite() ||
         llt.info() != Eigen::Success) {
@@ -72,6 +80,10 @@ class InnovationSink final : public LogSink {
       return;
     }
     dim = innovation.nu.size();
+    for (Index i = 0; i < dim && !angles.empty(); ++i) {
+      const bool angle = angles[static_cast<std::size_t>(i % std::ssize(angles))];
+      if (angle && std::abs(innovation.nu[i]) > kHalfTurn) ++record.unwrapped;
+    }
     const Vector whitened = llt.matrixL().solve(innovation.nu);
     record.runs.back().nis.push_back(whitened.squaredNorm());
     record.runs.back().whitened.push_back(whitened);
@@ -80,9 +92,10 @@ class InnovationSink final : public LogSink {
 
   RunFingerprints fingerprints_;
   std::vector<SensorRecord> records_;
-  std::vector<Index> dims_;             ///< of each record; 0 before its first innovation
-  std::vector<std::size_t> of_layout_;  ///< record of each sensor of the run
-  std::vector<bool> nis_alone_;         ///< of each sensor of the run
+  std::vector<Index> dims_;                ///< of each record; 0 before its first innovation
+  std::vector<std::size_t> of_layout_;     ///< record of each sensor of the run
+  std::vector<bool> nis_alone_;            ///< of each sensor of the run
+  std::vector<std::vector<bool>> angles_;  ///< likewise: which components are angles
 };
 
 }  // namespace

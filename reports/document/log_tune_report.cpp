@@ -42,6 +42,7 @@ Json tuned_sensor_json(const InnovationTuning& t) {
   j["lag_one_band"] = json_number(t.band);
   j["whiteness_p_value"] = json_number(t.whiteness_p_value);
   j["gain"] = to_string(t.gain);
+  j["comes_first"] = t.comes_first.empty() ? Json(nullptr) : Json(t.comes_first);
   j["log_score"] = {{"before", json_number(t.score_before)},
                     {"after", json_number(t.score_after)},
                     {"likelihood_ratio_p_value", json_number(t.likelihood_ratio_p_value)}};
@@ -59,6 +60,11 @@ ReportAnswer log_tune_answer(const std::vector<InnovationTuning>& sensors) {
   for (const InnovationTuning& t : sensors) {
     answer += answer.empty() ? "" : "; ";
     if (!t.name.empty()) answer += t.name + ": ";
+    if (!t.comes_first.empty()) {
+      answer +=
+          t.comes_first + ", which comes first: until then neither a factor on S nor the gain can be told";
+      continue;
+    }
     answer += identified(t)
                   ? fmt::format("S should be {} times what it is ({})", number_text(t.scale.scale, 3),
                                 tuned_interval_text(t.scale.lower, t.scale.upper))
@@ -69,9 +75,16 @@ ReportAnswer log_tune_answer(const std::vector<InnovationTuning>& sensors) {
     }
   }
   const bool all_fit = std::ranges::all_of(sensors, [](const InnovationTuning& t) {
-    return t.gain == GainError::none_seen && identified(t) && t.scale.lower <= 1.0 && t.scale.upper >= 1.0;
+    return t.comes_first.empty() && t.gain == GainError::none_seen && identified(t) && t.scale.lower <= 1.0 &&
+           t.scale.upper >= 1.0;
   });
   return {all_fit ? CellTone::good : CellTone::caution, answer};
+}
+
+TableCell gain_cell(const InnovationTuning& t) {
+  if (!t.comes_first.empty()) return {"not to be trusted", CellTone::caution};
+  return {std::string(to_string(t.gain)),
+          t.gain == GainError::none_seen ? CellTone::plain : CellTone::caution};
 }
 
 ReportTable log_tune_table(const std::string& name, const std::vector<InnovationTuning>& sensors) {
@@ -87,16 +100,14 @@ ReportTable log_tune_table(const std::string& name, const std::vector<Innovation
                     .notes = {}};
   for (const InnovationTuning& t : sensors) {
     const LeftOut& parts = t.left_out_parts;
-    table.add({t.name.empty() ? "–" : t.name,
-               t.values,
+    table.add({t.name.empty() ? "–" : t.name, t.values,
                identified(t) ? fmt::format("{} ({} … {})", number_text(t.scale.scale, 3),
                                            number_text(t.scale.lower, 3), number_text(t.scale.upper, 3))
                              : "not identifiable",
                std::isnan(t.lag_one)
                    ? "–"
                    : fmt::format("{} (white: within ±{})", number_text(t.lag_one, 2), number_text(t.band, 2)),
-               {std::string(to_string(t.gain)),
-                t.gain == GainError::none_seen ? CellTone::plain : CellTone::caution},
+               gain_cell(t),
                fmt::format("{} of {} {} rejected", parts.rejected, parts.parts,
                            parts.of_runs ? "runs" : "stretches")});
   }
@@ -115,6 +126,13 @@ std::vector<std::string> log_tune_sentences(const std::vector<InnovationTuning>&
       std::string sentence = named ? fmt::format("{}: {}", t.name, note) : note;
       if (std::ranges::find(sentences, sentence) == sentences.end()) sentences.push_back(std::move(sentence));
     }
+  }
+  const auto blocked =
+      std::ranges::count_if(sensors, [](const InnovationTuning& t) { return !t.comes_first.empty(); });
+  if (blocked > 0 && blocked < std::ssize(sensors)) {
+    sentences.emplace_back(
+        "What is wrong in one sensor reaches the others' innovations through the state: tune them once it is "
+        "mended.");
   }
   return sentences;
 }

@@ -27,7 +27,7 @@ SensorRecord record(Index runs, Index steps, double variance, double lag_one, st
 }
 
 TEST(InnovationTuning, FindsTheScaleOfS) {
-  const InnovationTuning t = tune_innovations(record(10, 400, 2.0, 0.0, 3), 0.95);
+  const InnovationTuning t = tune_innovations(record(40, 100, 2.0, 0.0, 3), 0.95);
   EXPECT_NEAR(t.scale.scale, 2.0, 5.0 * 2.0 * std::sqrt(2.0 / 4000.0));
   EXPECT_LT(t.scale.lower, 2.0);
   EXPECT_GT(t.scale.upper, 2.0);
@@ -38,7 +38,7 @@ TEST(InnovationTuning, FindsTheScaleOfS) {
   // A variance is known to 10 % by 200 values.
   EXPECT_NEAR(t.steps_for_10_percent / 200.0, 1.0, 0.5);
   EXPECT_EQ(t.left_out_parts.verdict, Verdict::consistent);
-  EXPECT_EQ(t.left_out_parts.parts, 10);
+  EXPECT_EQ(t.left_out_parts.parts, 40);
   EXPECT_TRUE(t.left_out_parts.of_runs);
 }
 
@@ -48,6 +48,39 @@ TEST(InnovationTuning, TellsToWhichSideTheGainIsWrong) {
   EXPECT_NEAR(lingering.lag_one, 0.3, 5.0 / std::sqrt(4000.0));
   EXPECT_TRUE(std::isnan(lingering.likelihood_ratio_p_value));
   EXPECT_EQ(tune_innovations(record(10, 400, 1.0, -0.3, 4), 0.95).gain, GainError::too_large);
+}
+
+TEST(InnovationTuning, WhatNoNoiseMendsComesFirst) {
+  using ::testing::Contains;
+  using ::testing::HasSubstr;
+  using ::testing::Not;
+  SensorRecord lingering = record(20, 200, 1.0, 0.3, 4);
+  EXPECT_EQ(tune_innovations(lingering, 0.95).comes_first, "") << "correlation alone is neither";
+  EXPECT_THAT(tune_innovations(lingering, 0.95).notes, Contains(HasSubstr("Q over R should be larger")));
+  lingering.unwrapped = 3;
+  const InnovationTuning turned = tune_innovations(lingering, 0.95);
+  EXPECT_THAT(turned.comes_first, HasSubstr("3 innovations of an angle lie beyond half a turn"));
+  EXPECT_THAT(turned.notes, Contains(HasSubstr("First: 3 innovations of an angle")));
+  EXPECT_THAT(turned.notes, Not(Contains(HasSubstr("Q over R"))));
+
+  SensorRecord late = record(20, 200, 1.0, 0.0, 5);
+  for (RecordedInnovations& run : late.runs) {
+    for (Vector& u : run.whitened) u[0] += 0.6;
+  }
+  const InnovationTuning biased = tune_innovations(late, 0.95);
+  EXPECT_EQ(biased.gain, GainError::too_small) << "a mean is a correlation at every lag";
+  EXPECT_THAT(biased.comes_first, HasSubstr("the innovations have mean 0.6"));
+  EXPECT_THAT(biased.notes, Not(Contains(HasSubstr("Q over R"))));
+}
+
+// A mean that is not there is found in at most 5 % of all records; 5 standard errors.
+TEST(InnovationTuning, HardlyAnythingComesFirstWhereNothingIsWrong) {
+  constexpr int kRecords = 100;
+  int found = 0;
+  for (std::uint64_t seed = 0; seed < kRecords; ++seed) {
+    found += tune_innovations(record(12, 60, 1.0, 0.0, 100 + seed), 0.95).comes_first.empty() ? 0 : 1;
+  }
+  EXPECT_LE(found, 0.05 * kRecords + 5 * std::sqrt(0.05 * 0.95 * kRecords));
 }
 
 TEST(InnovationTuning, SaysThatQAndRCannotBeSeparated) {

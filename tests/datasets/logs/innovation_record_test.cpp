@@ -49,6 +49,23 @@ TEST(InnovationRecord, ARunThatIsThereTwiceIsRefused) {
   }
 }
 
+// π itself is a wrapped angle; lengths have no turns.
+TEST(InnovationRecord, AnglesBeyondHalfATurnAreCounted) {
+  const TemporaryFolder folder;
+  const std::array files = {
+      folder.write("a.csv",
+                   "innovation.compass.1:angle,S.compass.1.1,innovation.gps.1,S.gps.1.1\n"
+                   "4,1,9,1\n3.141592653589793,1,-9,1\n-3.2,1,8,1\n3,1,0,1\n")};
+  const std::vector<SensorRecord> records = read_innovations(
+      files,
+      [](const std::filesystem::path& file, LogSink& sink) { log_format_of(file).read(file, {}, sink); });
+  ASSERT_EQ(records.size(), 2U);
+  for (const SensorRecord& record : records) {
+    EXPECT_EQ(record.unwrapped, record.name == "compass" ? 2 : 0) << record.name;
+    EXPECT_EQ(record.left_out, 0);
+  }
+}
+
 TEST(InnovationRecord, NisAloneIsLeftOutAndCounted) {
   const TemporaryFolder folder;
   const std::vector<std::filesystem::path> files = {

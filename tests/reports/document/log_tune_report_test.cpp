@@ -71,6 +71,22 @@ TEST(LogTuneReport, TheAnswerIsOfEverySensor) {
   EXPECT_EQ(log_tune_document("log", {too_short()}).answer.tone, CellTone::caution);
 }
 
+TEST(LogTuneReport, WhatComesFirstTakesThePlaceOfTheFactor) {
+  InnovationTuning compass = gps();
+  compass.name = "compass";
+  compass.comes_first = "3 innovations of an angle lie beyond half a turn";
+  const Document document = log_tune_document("log", {compass, gps()});
+  EXPECT_THAT(document.answer.text,
+              ::testing::StartsWith("compass: 3 innovations of an angle lie beyond half a turn, which comes "
+                                    "first: until then neither a factor on S nor the gain can be told; gps"));
+  EXPECT_EQ(document.answer.tone, CellTone::caution);
+  EXPECT_EQ(cells_of(table_of(document, "innovations alone"), 0)[4], "not to be trusted");
+  const auto j = nlohmann::json::parse(document.json());
+  EXPECT_EQ(j["sensors"][0]["comes_first"], compass.comes_first);
+  EXPECT_TRUE(j["sensors"][1]["comes_first"].is_null());
+  EXPECT_THAT(j["notes"].back().get<std::string>(), HasSubstr("reaches the others' innovations"));
+}
+
 TEST(LogTuneReport, TheTableHasARowForEachSensor) {
   const ReportTable table = table_of(log_tune_document("log", {lidar(), too_short()}), "innovations alone");
   EXPECT_THAT(cells_of(table, 0),
