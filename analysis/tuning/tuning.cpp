@@ -15,7 +15,8 @@
 namespace credence::internal {
 namespace {
 
-constexpr double kReach = 1e6;          // factor from the present value within which one is sought
+constexpr double kReach = 1e6;          // factor within which one is sought, from where the search begins
+constexpr int kMostRestarts = 3;        // from the end of a search
 constexpr double kWidestScale = 1.0;    // of the first steps of a search, in φ
 constexpr double kContradiction = 4.0;  // standard errors
 constexpr double kBetter = 1e-3;        // of the sum of the scores
@@ -30,8 +31,8 @@ class Tuner {
   Tuner(const ScoreModel& model, const Vector& start, double confidence) : model_(model) {
     tuning_.start = tuning_.phi = start;
     tuning_.confidence = confidence;
-    const double reach = std::log(kReach);
-    box_ = {start.array() - reach, start.array() + reach};
+    box_ = {start, start};
+    reach_from(start);
     before_ = model.scores(start, false);
     if (!before_.ok) {
       throw std::invalid_argument(
@@ -68,6 +69,8 @@ class Tuner {
     while (std::ranges::find(free_, true) != free_.end()) {
       tuning_.estimate = estimate_score(model_, tuning_.phi, box_, free_, scale_);
       if (!tuning_.estimate.ok) throw std::invalid_argument("the search left the filters that have scores");
+      choose_covariance();
+      if (go_on()) continue;
       const Index unknown = least_known();
       if (unknown < 0) break;
       if (!improve(unknown)) hold(unknown);
@@ -75,10 +78,59 @@ class Tuner {
     if (std::ranges::find(free_, true) == free_.end()) {
       tuning_.phi = tuning_.start;
       tuning_.estimate = {};
+      covariance_.resize(0, 0);
+      choose_covariance();
       return;
     }
     tuning_.phi = tuning_.estimate.phi;
-    choose_covariance();
+  }
+
+  /// Widens the bounds to those of a search that begins there.
+  void reach_from(const Vector& phi) {
+    const double reach = std::log(kReach);
+    box_.lower = box_.lower.cwiseMin((phi.array() - reach).matrix());
+    box_.upper = box_.upper.cwiseMax((phi.array() + reach).matrix());
+  }
+
+  /// Begins again from the end of the search where the score rises beyond it, a few times, and gives up then.
+  /// False where the maximum lies within, or the score is flat at the end.
+  bool go_on() {
+    constexpr double kRounding = 1e-3;  // of φ, within which a search stops at its box
+    const Vector end = tuning_.estimate.phi;
+    for (const Index c : tuning_.estimate.free) {
+      if (end[c] > box_.lower[c] + kRounding && end[c] < box_.upper[c] - kRounding) continue;
+      const SearchBox narrow = box_;
+      reach_from(end);
+      const Maximum beyond = maximise(model_, end, box_, free_, scale_);
+      if (!beyond.ok || beyond.value < tuning_.estimate.value + kBetter) {
+        box_ = narrow;
+        continue;
+      }
+      if (++restarts_ > kMostRestarts) {
+        give_up(c);
+      } else {
+        tuning_.phi = beyond.phi;
+      }
+      return true;
+    }
+    return false;
+  }
+
+  /// Where one runs away the others are those of a filter that nobody wants.
+  void give_up(Index coordinate) {
+    endless_ = coordinate;
+    const std::string& name = tuning_.forecast.parameters[static_cast<std::size_t>(coordinate)].name;
+    const double factor = std::exp(tuning_.estimate.phi[coordinate] - tuning_.start[coordinate]);
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      if (!free_[i]) continue;
+      free_[i] = false;
+      reasons_[i] = static_cast<Index>(i) == coordinate
+                        ? fmt::format(
+                              "the score still rises at the end of the search, {:.0e} times the "
+                              "present value",
+                              factor)
+                        : fmt::format("{} has no maximum", name);
+    }
   }
 
   /// The coordinate that the data determine least, if they do not; else −1.
@@ -90,30 +142,36 @@ class Tuner {
       const auto at = static_cast<Index>(i);
       // Without a positive definite curvature the flattest direction's own.
       const double variance =
-          e.covariance.size() > 0 ? e.covariance(at, at) : 1.0 / std::max(e.information(at, at), 1e-300);
+          covariance_.size() > 0 ? covariance_(at, at) : 1.0 / std::max(e.information(at, at), 1e-300);
       if (worst >= 0 && variance <= least) continue;
       worst = e.free[i];
       least = variance;
     }
-    const bool known = e.covariance.size() > 0 && std::sqrt(least) <= widest();
+    const bool known = covariance_.size() > 0 && std::sqrt(least) <= widest();
     return known ? -1 : worst;
   }
 
-  /// Where a factor has gone to 0 or ∞ the score is flat, also where another value were better: seeks again
-  /// from other values of it. True where a better maximum was found.
+  /// Where a factor has gone to 0 or ∞ the score is flat, also where another value were better: begins again
+  /// from the best of a row of values of it, the others where the search ended or began. True where a better
+  /// point was found.
   bool improve(Index coordinate) {
+    constexpr int kEachWay = 12;
     if (!improved_.insert(coordinate).second) return false;
-    const ScoreEstimate& e = tuning_.estimate;
-    const double value = e.value;
-    for (const double shift : {0.0, 2.5, -2.5, 5.0, -5.0}) {
-      Vector start = e.phi;
-      start[coordinate] = tuning_.start[coordinate] + shift;
-      const Maximum other = maximise(model_, start, box_, free_, scale_);
-      if (!other.ok || other.value < value + kBetter) continue;
-      tuning_.phi = other.phi;
-      return true;
+    const double value = tuning_.estimate.value;
+    double best = value + kBetter;
+    for (const Vector& others : {tuning_.estimate.phi, tuning_.start}) {
+      Vector phi = others;
+      for (int i = -kEachWay; i <= kEachWay; ++i) {
+        phi[coordinate] = tuning_.start[coordinate] + i * 2.0 * std::log(kReach) / kEachWay;
+        const UnitScores there = model_.scores(phi, false);
+        if (!there.ok || there.sum() < best) continue;
+        best = there.sum();
+        tuning_.phi = phi;
+      }
     }
-    return false;
+    if (best == value + kBetter) return false;
+    reach_from(tuning_.phi);
+    return true;
   }
 
   void hold(Index coordinate) {
@@ -130,6 +188,9 @@ class Tuner {
   void choose_covariance() {
     const ScoreEstimate& e = tuning_.estimate;
     covariance_ = e.covariance;
+    tuning_.misspecified = false;
+    tuning_.information_ratio = kNaN;
+    if (covariance_.size() == 0) return;
     const auto units = static_cast<double>(e.unit_scores.cols());
     if (units < 2.0) return;
     const Matrix root = Eigen::LLT<Matrix>(e.covariance).matrixL();  // Lᵀ A L = I
@@ -192,6 +253,7 @@ class Tuner {
   void set_limits(const NoiseValue& before, Index coordinate, TunedParameter& parameter) const {
     const auto i = static_cast<std::size_t>(coordinate);
     parameter.reason = reasons_[i];
+    if (endless_ >= 0) return;
     const bool alone = before.positive && (before.gradient.array() != 0.0).count() == 1;
     if (!alone || !tuning_.forecast.parameters[i].identifiable) return;
     const double start = tuning_.start[coordinate];
@@ -249,11 +311,16 @@ class Tuner {
       if (free_[i]) continue;
       notes.push_back(fmt::format("{} is held: {}.", tuning_.forecast.parameters[i].name, reasons_[i]));
     }
+    if (endless_ >= 0) {
+      notes.push_back(fmt::format("No value is given: for {} {}.",
+                                  tuning_.forecast.parameters[static_cast<std::size_t>(endless_)].name,
+                                  reasons_[static_cast<std::size_t>(endless_)]));
+      return;
+    }
     if (!tuning_.anything_known()) {
       notes.emplace_back("Nothing that was asked for can be told from these data: no value is given.");
       return;
     }
-    add_bounds();
     for (Index i = 0; i < tuning_.correlation.rows(); ++i) {
       for (Index j = 0; j < i; ++j) {
         const double r = tuning_.correlation(i, j);
@@ -273,20 +340,6 @@ class Tuner {
     }
   }
 
-  void add_bounds() {
-    constexpr double kRounding = 1e-3;  // of φ, within which the search stops at its box
-    const double reach = std::log(kReach) - kRounding;
-    for (std::size_t i = 0; i < tuning_.coordinates.size(); ++i) {
-      const Index c = tuning_.estimate.free[i];
-      const double moved = tuning_.phi[c] - tuning_.start[c];
-      if (std::abs(moved) < reach) continue;
-      tuning_.notes.push_back(
-          fmt::format("{} is at the end of the search, {:.0e} times the present value: a better one may lie "
-                      "beyond. Start from there and tune again.",
-                      tuning_.coordinates[i], moved > 0.0 ? kReach : 1.0 / kReach));
-    }
-  }
-
   const ScoreModel& model_;
   Tuning tuning_;
   SearchBox box_;
@@ -296,6 +349,8 @@ class Tuner {
   std::vector<bool> free_;
   std::vector<std::string> reasons_;
   std::vector<ProfileLimits> limits_;
+  int restarts_ = 0;          ///< from the end of the search
+  Index endless_ = -1;        ///< the coordinate whose score rises without end; -1: none
   std::set<Index> improved_;  ///< coordinates for which other starts were tried
 };
 

@@ -77,9 +77,11 @@ inline constexpr double kWidestRatio = 100.0;
 /// Beyond this correlation of two estimates a ridge is warned of.
 inline constexpr double kRidgeCorrelation = 0.95;
 
-/// Tunes. What is not identifiable by the forecast is held; what proves so at the maximum, its curvature
-/// being not positive or its interval wider than kWidestRatio, is held at its present value (at the limit of
-/// the likelihood ratio, where that excludes it), and the others are sought again.
+/// Tunes. What is not identifiable by the forecast is held. A search that ends at its bounds, a factor 1e6
+/// away, is begun again there; where that does not end within a factor 1e24 nothing is known. What proves not
+/// identifiable at the maximum, its curvature being not positive or its interval wider than kWidestRatio, is
+/// held at its present value (at the limit of the likelihood ratio, where that excludes it), and the others
+/// are sought again.
 ///
 /// Intervals: normal ones of the logarithm by the observed information; by the sandwich where the variance of
 /// the unit scores contradicts the information by more than four standard errors [White 1982]. Throws

@@ -1,5 +1,6 @@
 #include "analysis/tuning/tuning.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -63,17 +64,47 @@ TEST(Tuning, SaysThatNothingIsKnownInsteadOfANumber) {
   EXPECT_THAT(tuning.notes, ::testing::Contains(::testing::HasSubstr("Nothing")));
 }
 
-TEST(Tuning, SaysThatAnOptimumIsAtTheEndOfTheSearch) {
-  const auto noted = [](double a, double b, double c) {
+// The bounds of a search are a factor 1e6 away from where it begins, which is no place for an optimum.
+TEST(Tuning, DoesNotDependOnWhereTheSearchBegins) {
+  const auto runs = simulate(local_level(0.1, 1.0), 10, 200, 2);
+  const Tuning best = tune_linear(local_level(0.1, 1.0), "diag(Q),diag(R)", runs);
+  for (const double q : {1e-13, 1e-9, 1e-7, 1e5, 1e8, 1e11}) {
+    const Tuning tuning = tune_linear(local_level(q, 1.0), "diag(Q),diag(R)", runs);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_TRUE(tuning.parameters[i].identifiable) << q;
+      EXPECT_NEAR(tuning.parameters[i].value / best.parameters[i].value, 1.0, 2e-3) << q;
+      EXPECT_NEAR(tuning.parameters[i].upper / best.parameters[i].upper, 1.0, 1e-2) << q;
+    }
+  }
+}
+
+TEST(Tuning, BeginsAgainFromTheEndOfTheSearchAndGivesUpWithoutAValue) {
+  const auto tuned = [](double a, double b, double c) {
     const testing::QuadraticScore score(Vector{{a, b, c}}, testing::some_curvature());
-    return tune(score, Vector::Zero(3)).notes;
+    return tune(score, Vector::Zero(3));
   };
-  EXPECT_THAT(noted(1.0, -2.0, 13.0),
-              ::testing::Not(::testing::Contains(::testing::HasSubstr("end of the search"))));
-  EXPECT_THAT(noted(1.0, -2.0, 20.0),
-              ::testing::Contains(::testing::HasSubstr("c is at the end of the search, 1e+06 times")));
-  EXPECT_THAT(noted(1.0, -20.0, 1.0),
-              ::testing::Contains(::testing::HasSubstr("b is at the end of the search, 1e-06 times")));
+  const auto expect_found = [](const Tuning& tuning, const Vector& top) {
+    ASSERT_EQ(tuning.coordinates.size(), 3U);
+    EXPECT_LT((tuning.phi - top).cwiseAbs().maxCoeff(), 1e-3) << tuning.phi.transpose();
+    EXPECT_THAT(tuning.notes, ::testing::Not(::testing::Contains(::testing::HasSubstr("end of the search"))));
+  };
+  expect_found(tuned(1.0, -2.0, 13.0), Vector{{1.0, -2.0, 13.0}});
+  expect_found(tuned(1.0, -2.0, 20.0), Vector{{1.0, -2.0, 20.0}});
+  expect_found(tuned(1.0, -40.0, 1.0), Vector{{1.0, -40.0, 1.0}});
+  for (const double side : {1.0, -1.0}) {
+    const Tuning lost = tuned(1.0, -2.0, side * 70.0);  // beyond 4 ln 1e6 = 55.3
+    EXPECT_FALSE(lost.anything_known());
+    for (const TunedParameter& parameter : lost.parameters) {
+      EXPECT_FALSE(parameter.identifiable) << parameter.name;
+      EXPECT_TRUE(std::isnan(parameter.value) && std::isnan(parameter.lower)) << parameter.name;
+      EXPECT_FALSE(parameter.reason.empty());
+    }
+    EXPECT_EQ(lost.phi, lost.start);
+    EXPECT_EQ(lost.notes.back(),
+              fmt::format("No value is given: for c the score still rises at the end of the search, 1e{}24 "
+                          "times the present value.",
+                          side > 0.0 ? '+' : '-'));
+  }
 }
 
 TEST(Tuning, HoldsWhatOnlyACombinationShows) {
