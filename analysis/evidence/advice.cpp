@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -24,6 +25,70 @@ double standardised_deviation(const ConsistencyVerdict& verdict) {
   return verdict.overall_p_value <= verdict.steps_p_value ? overall : at_worst;
 }
 
+/// The standard error of the logarithm that an interval stands for; NaN where it has no such ends.
+double relative_error(const MeanInterval& factor, double confidence) {
+  if (!factor.reason.empty() || !(factor.lower > 0.0) || !std::isfinite(factor.upper)) return kNaN;
+  const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * confidence);
+  return std::log(factor.upper / factor.lower) / (2.0 * z);
+}
+
+struct LeftParts {
+  std::string optimistic, pessimistic;
+
+  std::string text() const {
+    std::string both = optimistic.empty() ? "" : optimistic + " optimistic";
+    if (!pessimistic.empty()) both += (both.empty() ? "" : " and ") + pessimistic + " pessimistic";
+    return both;
+  }
+};
+
+LeftParts left_blocks(const ConsistencyVerdict& whole, std::span<const BlockVerdict> blocks) {
+  const double error = relative_error(whole.factor, whole.confidence);
+  std::vector<double> scores, p_values;
+  for (const BlockVerdict& block : blocks) {
+    const MeanInterval& factor = block.verdict.factor;
+    const double spread = std::hypot(error, relative_error(factor, block.verdict.confidence));
+    scores.push_back(std::log(factor.mean / whole.factor.mean) / spread);
+    p_values.push_back(std::isfinite(scores.back()) ? std::erfc(std::abs(scores.back()) / std::sqrt(2.0))
+                                                    : kNaN);
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  LeftParts left;
+  double most = 0.0, least = 0.0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!(adjusted[i] <= 1.0 - whole.confidence)) continue;
+    if (scores[i] > most) {
+      most = scores[i];
+      left.optimistic = blocks[i].name;
+    } else if (scores[i] < least) {
+      least = scores[i];
+      left.pessimistic = blocks[i].name;
+    }
+  }
+  return left;
+}
+
+std::string steps_text(const ConsistencyVerdict& nees, const StepSpan& span) {
+  if (span.count == 0) return "";
+  if (span.count == 1) return fmt::format("step {}", nees.step_of(span.first));
+  return fmt::format("steps {} to {}", nees.step_of(span.first), nees.step_of(span.last));
+}
+
+LeftParts left_steps(const ConsistencyVerdict& nees) {
+  StepSpan high, low;
+  const auto add = [](StepSpan& span, std::int64_t step) {
+    if (span.count++ == 0) span.first = step;
+    span.last = step;
+  };
+  for (std::size_t k = 0; k < nees.steps.size(); ++k) {
+    const StepTest& step = nees.steps[k];
+    const auto number = static_cast<std::int64_t>(k) + 1;
+    if (step.mean > nees.factor.upper * step.simultaneous_upper) add(high, number);
+    if (step.mean < nees.factor.lower * step.simultaneous_lower) add(low, number);
+  }
+  return {steps_text(nees, high), steps_text(nees, low)};
+}
+
 }  // namespace
 
 ScaleAdvice no_scale(std::string_view reason) {
@@ -34,6 +99,12 @@ ScaleAdvice scale_of_covariance(const ConsistencyVerdict& nees) {
   const MeanInterval& factor = nees.factor;
   if (!factor.reason.empty()) return no_scale(factor.reason);
   return {.factor = factor.mean, .lower = factor.lower, .upper = factor.upper, .reason = {}};
+}
+
+std::string left_by_scale(const ConsistencyVerdict& nees, std::span<const BlockVerdict> blocks) {
+  if (!nees.factor.reason.empty() || !(nees.factor.lower > 0.0)) return "";
+  const std::string text = left_blocks(nees, blocks).text();
+  return text.empty() ? left_steps(nees).text() : text;
 }
 
 ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis) {

@@ -14,6 +14,12 @@
 
 namespace credence::internal {
 
+/// The verdict on one block of the state.
+struct BlockVerdict {
+  std::string name;
+  ConsistencyVerdict verdict;
+};
+
 /// A factor on a covariance with its interval.
 struct ScaleAdvice {
   double factor = 1.0;
@@ -27,8 +33,16 @@ ScaleAdvice no_scale(std::string_view reason);
 
 /// The factor on P that would make the mean NEES the expected one, from the averages of whole runs
 /// (ConsistencyVerdict::factor): the interval holds for an inconsistent filter too. It mends the mean only;
-/// where the deviation changes in time, see the steps.
+/// left_by_scale says what else that leaves.
 ScaleAdvice scale_of_covariance(const ConsistencyVerdict& nees);
+
+/// What the one factor on P (ConsistencyVerdict::factor) leaves where parts of the state, else steps, ask for
+/// different ones: "acc optimistic and pos pessimistic", "steps 1 to 9 pessimistic"; empty where no
+/// difference is significant. Blocks: the logarithms of their factors against that of the whole, by the
+/// intervals, Holm over the blocks; the one that differs most either way. It neglects that a block is part of
+/// the whole, which errs towards saying nothing. Steps: by the bounds that all steps of a consistent filter
+/// keep together, with the end of the factor's interval that speaks for them.
+std::string left_by_scale(const ConsistencyVerdict& nees, std::span<const BlockVerdict> blocks);
 
 /// The factor on S that would make the mean NIS the expected one, NIS being white: sum / dof with the exact
 /// χ² interval. Undefined, with a reason, without data.
@@ -39,12 +53,6 @@ ScaleAdvice scale_of_innovation(const ConsistencyVerdict& nis);
 /// Where the interval reaches below 0 it is cut there; no factor, with a reason, if even the value is
 /// negative.
 ScaleAdvice scale_of_measurement_noise(const ScaleAdvice& scale, double share);
-
-/// The verdict on one block of the state.
-struct BlockVerdict {
-  std::string name;
-  ConsistencyVerdict verdict;
-};
 
 /// Where an inconsistency sits.
 struct ResponsibleBlock {

@@ -261,8 +261,9 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   }
   const ScaleAdvice& scale = b.scale_covariance;
   if (scale.reason.empty() && b.word.verdict != Verdict::mixed && (scale.lower > 1.0 || scale.upper < 1.0)) {
-    sentences.push_back(
-        fmt::format("P times {} would have the right mean NEES.", factor_text(b.scale_covariance)));
+    const std::string left = left_by_scale(b.nees, b.blocks);
+    sentences.push_back(fmt::format("P times {} would have the right mean NEES{}.", factor_text(scale),
+                                    left.empty() ? "" : " and leave " + left));
   }
   if (is_inconsistent(b.nis.verdict) && !covariance_right && b.scale_innovation.reason.empty()) {
     std::string sentence =

@@ -104,7 +104,7 @@ std::string log_answer(const CheckedLogs& logs) {
   const Evidence& evidence = logs.analysis.evidence;
   const Judgement& a = logs.analysis.judgement;
   std::string answer = "Can this covariance be trusted? ";
-  if (!a.word.says.empty()) return answer + word_clause(a.word, a.nees);
+  if (!a.word.says.empty()) return answer + word_clause(a.word, a.nees, a.blocks);
   answer += to_string(a.word.verdict);
   if (a.word.verdict == Verdict::undecided)
     return a.nees.reason.empty() ? answer : answer + ": " + a.nees.reason;

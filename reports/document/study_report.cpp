@@ -63,12 +63,17 @@ bool is_of_innovation_alone(const StudyAnalysis& a) { return !a.stop && a.word.o
 
 bool is_inflated(const StudyAnalysis& a) { return a.scenario.filter.inflation != FilterInflation::none; }
 
+std::span<const BlockVerdict> blocks_of(const StudyAnalysis& a) {
+  if (!a.judgement) return {};
+  return a.judgement->blocks;
+}
+
 /// What is wrong with one study, and its pose where that is hidden in the whole.
 std::string fault_clause(const StudyAnalysis& a) {
   if (a.stop || a.word.says.empty()) {
     return fmt::format("{} is {}", a.scenario.name, to_string(overall_verdict(a)));
   }
-  std::string clause = fmt::format("{} is {}", a.scenario.name, word_clause(a.word, a.nees));
+  std::string clause = fmt::format("{} is {}", a.scenario.name, word_clause(a.word, a.nees, blocks_of(a)));
   if (a.vehicle_nees && is_unsafe(a.vehicle_nees->verdict)) {
     clause += fmt::format("; NEES of the pose {}", against_expected(*a.vehicle_nees));
   }
@@ -192,7 +197,7 @@ ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAn
                against_expected(a.nis), filter_text(a.scenario.filter), a.statistics.runs,
                failures_cell(a.statistics)});
     if (!a.word.says.empty() && !a.stop)
-      table.notes.push_back(word_sentence(a.scenario.name, a.word, a.nees));
+      table.notes.push_back(word_sentence(a.scenario.name, a.word, a.nees, blocks_of(a)));
     if (a.judgement && !a.stop && a.word.verdict == Verdict::consistent) {
       if (std::string proof = proof_sentence(*a.judgement); !proof.empty())
         table.notes.push_back(fmt::format("{}: {}", a.scenario.name, proof));
@@ -283,7 +288,7 @@ void add_study(Document& document, const ReportedStudy& study, const std::string
 /// What else the heading of a study says, behind its verdict.
 std::string line_of(const StudyAnalysis& a) {
   if (a.stop || a.word.says.empty()) return {};
-  const std::string clause = word_clause(a.word, a.nees);
+  const std::string clause = word_clause(a.word, a.nees, blocks_of(a));
   const std::string verdict(to_string(overall_verdict(a)));
   return clause.starts_with(verdict + " ") ? clause.substr(verdict.size() + 1) : clause;
 }

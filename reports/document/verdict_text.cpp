@@ -10,11 +10,15 @@
 
 namespace credence::internal {
 
-std::string word_clause(const Word& word, const ConsistencyVerdict& nees) {
+std::string word_clause(const Word& word, const ConsistencyVerdict& nees,
+                        std::span<const BlockVerdict> blocks) {
   std::string clause = word.says;
   const bool one_factor = nees.factor.reason.empty() && (nees.factor.lower > 1.0 || nees.factor.upper < 1.0);
   if (one_factor && word.verdict != Verdict::mixed) {
-    clause += fmt::format("; times {} on P the mean NEES would be right", number_text(nees.factor.mean, 3));
+    const std::string factor = number_text(nees.factor.mean, 3), left = left_by_scale(nees, blocks);
+    clause += left.empty()
+                  ? fmt::format("; times {} on P the mean NEES would be right", factor)
+                  : fmt::format("; times {} on P would make the mean NEES right and leave {}", factor, left);
   }
   return clause;
 }
@@ -53,8 +57,9 @@ TableCell verdict_cell(Verdict verdict) {
   return {std::string(to_string(verdict)), tone};
 }
 
-std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees) {
-  return fmt::format("{}: {}.", name, word_clause(word, nees));
+std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees,
+                          std::span<const BlockVerdict> blocks) {
+  return fmt::format("{}: {}.", name, word_clause(word, nees, blocks));
 }
 
 std::string trusted_text(const ConsistencyVerdict& v) {

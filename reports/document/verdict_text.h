@@ -9,11 +9,15 @@
 
 namespace credence::internal {
 
-/// "optimistic in heading from step 180 on; times 1.3 on P the mean NEES would be right".
-std::string word_clause(const Word& word, const ConsistencyVerdict& nees);
+/// "optimistic in heading from step 180 on; times 1.3 on P the mean NEES would be right", and what that
+/// leaves (left_by_scale), as in "times 1.3 on P would make the mean NEES right and leave heading
+/// optimistic". blocks: those of the state, where known.
+std::string word_clause(const Word& word, const ConsistencyVerdict& nees,
+                        std::span<const BlockVerdict> blocks = {});
 
 /// "planar_loop: optimistic in heading from step 180 on; times 1.3 on P the mean NEES would be right."
-std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees);
+std::string word_sentence(const std::string& name, const Word& word, const ConsistencyVerdict& nees,
+                          std::span<const BlockVerdict> blocks = {});
 
 /// What the value of a verdict would have to lie within: the bounds of its mean, or where a step decided
 /// those of that step and what it has.

@@ -102,6 +102,14 @@ TEST(AdviceSentences, AFactorThatMayBeOneIsNoAdvice) {
   judgement.scale_covariance = {.factor = 0.5, .lower = 0.25, .upper = 0.75};
   EXPECT_THAT(advice_sentences(judgement),
               ElementsAre("P times 0.500 (0.250 … 0.750) would have the right mean NEES."));
+  judgement.nees.factor = {.mean = 0.5, .lower = 0.25, .upper = 0.75};
+  judgement.nees.confidence = 0.95;
+  judgement.blocks = {{.name = "pos", .verdict = judgement.nees}};
+  judgement.blocks.front().verdict.factor = {.mean = 0.01, .lower = 0.005, .upper = 0.015};
+  EXPECT_THAT(advice_sentences(judgement),
+              ElementsAre("P times 0.500 (0.250 … 0.750) would have the right mean NEES and leave pos "
+                          "pessimistic."));
+  judgement.blocks.clear();
   judgement.scale_covariance.upper = 1.25;
   EXPECT_THAT(advice_sentences(judgement), IsEmpty());
   judgement.scale_covariance.upper = 0.75;

@@ -24,6 +24,12 @@ TEST(VerdictText, AFactorIsSaidWhereItIsOneThatMends) {
   mixed.verdict = Verdict::mixed;
   EXPECT_EQ(word_clause(mixed, with_factor(1.3, 1.1, 1.5)), "optimistic from step 3 on")
       << "no single factor mends it";
+  ConsistencyVerdict known = with_factor(2.0, 1.9, 2.1);
+  BlockVerdict acceleration{.name = "acc", .verdict = with_factor(6.0, 5.8, 6.2)};
+  known.confidence = acceleration.verdict.confidence = 0.95;
+  EXPECT_EQ(
+      word_clause(optimistic(), known, std::vector{acceleration}),
+      "optimistic from step 3 on; times 2.00 on P would make the mean NEES right and leave acc optimistic");
   ConsistencyVerdict unknown = with_factor(1.3, 1.1, 1.5);
   unknown.factor.reason = "fewer than two runs";
   EXPECT_EQ(word_sentence("loop", optimistic(), unknown), "loop: optimistic from step 3 on.");
