@@ -126,9 +126,9 @@ void add_notes(InnovationTuning& t) {
     notes.push_back(gain_note(t.gain));
   } else {
     notes.push_back(fmt::format(
-        "First: {}. No noise mends that; before it is mended neither the scale of S nor the side of the gain "
+        "{}{}. No noise mends that; before it is mended neither the scale of S nor the side of the gain "
         "is to be trusted.",
-        t.comes_first));
+        kComesFirst, t.comes_first));
   }
   if (t.gain != GainError::none_seen) {
     notes.emplace_back("The likelihood ratio needs white innovations: it has no p-value here.");

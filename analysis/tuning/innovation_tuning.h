@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/evidence/consistency.h"
@@ -41,6 +42,9 @@ struct LeftOut {
   bool of_runs = false;                  ///< the parts are runs; else stretches of them
   double mean_nis = kNaN;                ///< of all parts, each over the scale of the others
 };
+
+/// How the note of InnovationTuning::comes_first begins.
+inline constexpr std::string_view kComesFirst = "First: ";
 
 /// One sensor, tuned.
 struct InnovationTuning {

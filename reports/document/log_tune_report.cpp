@@ -119,14 +119,16 @@ ReportTable log_tune_table(const std::string& name, const std::vector<Innovation
 }
 
 std::vector<std::string> log_tune_sentences(const std::vector<InnovationTuning>& sensors) {
-  std::vector<std::string> sentences;
+  std::vector<std::string> first, sentences;
   for (const InnovationTuning& t : sensors) {
     for (const std::string& note : t.notes) {
       const bool named = sensors.size() > 1 && &note != &t.notes.front();
-      std::string sentence = named ? fmt::format("{}: {}", t.name, note) : note;
-      if (std::ranges::find(sentences, sentence) == sentences.end()) sentences.push_back(std::move(sentence));
+      const std::string sentence = named ? fmt::format("{}: {}", t.name, note) : note;
+      std::vector<std::string>& of = note.starts_with(kComesFirst) ? first : sentences;
+      if (std::ranges::find(of, sentence) == of.end()) of.push_back(sentence);
     }
   }
+  sentences.insert(sentences.begin(), first.begin(), first.end());
   const auto blocked =
       std::ranges::count_if(sensors, [](const InnovationTuning& t) { return !t.comes_first.empty(); });
   if (blocked > 0 && blocked < std::ssize(sensors)) {

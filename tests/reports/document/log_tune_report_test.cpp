@@ -75,15 +75,17 @@ TEST(LogTuneReport, WhatComesFirstTakesThePlaceOfTheFactor) {
   InnovationTuning compass = gps();
   compass.name = "compass";
   compass.comes_first = "3 innovations of an angle lie beyond half a turn";
-  const Document document = log_tune_document("log", {compass, gps()});
+  compass.notes.push_back("First: 3 innovations of an angle.");
+  const Document document = log_tune_document("log", {gps(), compass});
   EXPECT_THAT(document.answer.text,
-              ::testing::StartsWith("compass: 3 innovations of an angle lie beyond half a turn, which comes "
-                                    "first: until then neither a factor on S nor the gain can be told; gps"));
+              ::testing::EndsWith("; compass: 3 innovations of an angle lie beyond half a turn, which comes "
+                                  "first: until then neither a factor on S nor the gain can be told"));
   EXPECT_EQ(document.answer.tone, CellTone::caution);
-  EXPECT_EQ(cells_of(table_of(document, "innovations alone"), 0)[4], "not to be trusted");
+  EXPECT_EQ(cells_of(table_of(document, "innovations alone"), 1)[4], "not to be trusted");
   const auto j = nlohmann::json::parse(document.json());
-  EXPECT_EQ(j["sensors"][0]["comes_first"], compass.comes_first);
-  EXPECT_TRUE(j["sensors"][1]["comes_first"].is_null());
+  EXPECT_EQ(j["sensors"][1]["comes_first"], compass.comes_first);
+  EXPECT_TRUE(j["sensors"][0]["comes_first"].is_null());
+  EXPECT_EQ(j["notes"].front(), "compass: First: 3 innovations of an angle.");
   EXPECT_THAT(j["notes"].back().get<std::string>(), HasSubstr("reaches the others' innovations"));
 }
 
