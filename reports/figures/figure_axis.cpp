@@ -143,8 +143,10 @@ std::vector<AxisTick> log_ticks(AxisRange range, int wanted) {
     return ticks;
   };
   std::vector<AxisTick> ticks = at({1.0, 2.0, 5.0});
+  if (!with_2_and_5 || ticks.size() >= kFewestTicks) return ticks;
+  ticks = at({1.0, 2.0, 3.0, 5.0});
   // Half a decade holds three of these at least.
-  if (ticks.size() < kFewestTicks && with_2_and_5) ticks = at({1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0});
+  if (ticks.size() < kFewestTicks) ticks = at({1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0});
   return ticks;
 }
 

@@ -125,23 +125,27 @@ Panel errors_panel(FigureText title, FigureText y_label, const RunTrace& trace, 
   return panel;
 }
 
-/// A whole number 1, 2, 5, … by which ellipses are drawn larger, so that the largest pose's 2σ is a fiftieth
+/// A whole number 1, 2, 5, … by which ellipses are drawn larger, so that the 2σ of half of the poses is 3 %
 /// of the path's extent at least.
 int ellipse_scale(const RunTrace& trace) {
-  constexpr double kLeastShare = 0.02;
+  constexpr double kLeastShare = 0.03;
   constexpr int kMost = 1000;
-  double axis = 0.0;
+  std::vector<double> axes;
   Eigen::AlignedBox2d extent;
   for (const TraceStep& s : trace.steps) {
     extent.extend(s.truth.head<2>().eval());
     const Eigen::Matrix2d P = s.P.topLeftCorner<2, 2>();
     const double mean = 0.5 * P.trace(), half = std::hypot(0.5 * (P(0, 0) - P(1, 1)), P(0, 1));
-    axis = std::max(axis, 2.0 * std::sqrt(std::max(0.0, mean + half)));
+    if (mean + half > 0.0) axes.push_back(2.0 * std::sqrt(mean + half));
   }
+  if (axes.empty()) return 1;
+  const auto median = axes.begin() + std::ssize(axes) / 2;
+  std::ranges::nth_element(axes, median);
   const double wanted = kLeastShare * extent.sizes().maxCoeff();
-  if (!(axis > 0.0) || !std::isfinite(axis)) return 1;
   int scale = 1;
-  for (int i = 0; scale * axis < wanted && scale < kMost; ++i) scale = i % 3 == 1 ? scale / 2 * 5 : 2 * scale;
+  for (int i = 0; scale * *median < wanted && scale < kMost; ++i) {
+    scale = i % 3 == 1 ? scale / 2 * 5 : 2 * scale;
+  }
   return scale;
 }
 

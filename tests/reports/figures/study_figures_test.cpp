@@ -114,10 +114,11 @@ TEST(StudyFigures, EllipsesTooSmallToBeSeenAreDrawnLarger) {
   }
   for (TraceStep& step : trace.steps)
     step.P.topLeftCorner(2, 2).diagonal().setConstant(1e-6 * extent * extent);
-  // 2σ = 0.002 of what is at least the extent: times 10 it is a fiftieth; within twice the extent, 20.
+  // 2σ is 0.002 of the largest distance from the start, which is the extent or down to half of it: times 20
+  // it is 3 % of the first, times 50 of the second.
   const Figure figure = planar_run_figure("p", trace, 1.0);
-  const Series* drawn = find_series(figure.panels[0], "vehicle 2σ, 10×");
-  if (drawn == nullptr) drawn = find_series(figure.panels[0], "vehicle 2σ, 20×");
+  const Series* drawn = find_series(figure.panels[0], "vehicle 2σ, 20×");
+  if (drawn == nullptr) drawn = find_series(figure.panels[0], "vehicle 2σ, 50×");
   ASSERT_NE(drawn, nullptr);
   EXPECT_THAT(figure.caption, testing::HasSubstr("times as large"));
   for (TraceStep& step : trace.steps) step.P.topLeftCorner(2, 2) *= 1e4;
