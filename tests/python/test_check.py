@@ -221,7 +221,7 @@ def test_mistakes_of_units_are_told_as_of_a_log(tmp_path):
     assert credence.check(error, np.diag(variances)).to_dict()["remarks"] == []
     degrees = np.where(np.arange(3) == 2, np.degrees(error), error)
     told = credence.check(degrees, np.diag(variances), names=["x", "y", "yaw"], angles=["yaw"])
-    assert any("degrees in yaw" in remark for remark in told.to_dict()["remarks"])
+    assert any("yaw is perhaps in degrees" in remark for remark in told.to_dict()["remarks"])
 
 
 def test_an_innovation_of_an_angle_is_declared():
