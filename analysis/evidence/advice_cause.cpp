@@ -860,9 +860,8 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   }
   if (found.empty()) find_linearisation(findings, found);
   if (found.empty()) find_dof(findings, found);
-  // A wrong gain leaves the errors of the components correlated as well.
-  if (found.empty()) find_noise_by_errors(findings, found);
   if (found.empty()) find_cross_covariance(findings, found);
+  if (found.empty()) find_noise_by_errors(findings, found);
   if (found.empty()) find_coloured_noise(findings, 0.0, found);
   find_scale(findings, found);
   return found;
