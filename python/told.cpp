@@ -95,6 +95,7 @@ Told tune(const Scenario& scenario, const std::string& free, int threads, const 
   request.stop = &stop;
   std::optional<ScenarioTuning> tuned = tune_scenario(scenario, request);
   if (!tuned) throw std::runtime_error("interrupted before the tuning was done");
+  tuned->score->forget_stop();  // the document's figures ask it for more, long after this call
   const StudyAnalysis* const after = tuned->held_out ? &tuned->held_out->after : nullptr;
   Told told{.verdict = after == nullptr ? "" : std::string(to_string(overall_verdict(*after))),
             .says = after == nullptr ? "" : after->word.says,

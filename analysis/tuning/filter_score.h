@@ -24,6 +24,7 @@ class FilterScore final : public BlackBoxScore {
               const std::atomic<bool>* stop = nullptr);
 
   Index units() const override { return runs_; }
+  void forget_stop() { stop_ = nullptr; }
 
  protected:
   UnitScores play(const std::vector<double>& factors) const override;

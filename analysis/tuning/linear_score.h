@@ -36,6 +36,8 @@ class LinearScore final : public ScoreModel {
   UnitScores scores(const Vector& phi, bool gradient) const override;
   Matrix expected_information(const Vector& phi) const override;
 
+  void forget_stop() { stop_ = nullptr; }
+
   const NoiseParameters& noise() const { return parameters_; }
   Index runs() const { return std::ssize(runs_); }
   Index steps() const { return runs_.front().z.cols(); }

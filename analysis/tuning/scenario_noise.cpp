@@ -121,6 +121,8 @@ class LinearScenarioScore final : public ScenarioScore {
     return {"filter." + parameter, 1.0};
   }
 
+  void forget_stop() override { score_.forget_stop(); }
+
  private:
   Scenario scenario_;
   LinearScore score_;
@@ -163,6 +165,8 @@ class PlayedScenarioScore final : public ScenarioScore {
     if (parameter == "Q") return {"filter.process_scale", scenario_.filter.process_scale};
     return {"filter.measurement_scale", scenario_.filter.measurement_scale};
   }
+
+  void forget_stop() override { score_->forget_stop(); }
 
  private:
   Scenario scaled(const std::vector<double>& values) const {

@@ -34,6 +34,8 @@ class ScenarioScore {
     double unit = 1.0;
   };
   virtual Key key(const std::string& parameter) const = 0;
+  /// For a model that outlives `stop`: its scores do not look at it any more.
+  virtual void forget_stop() = 0;
 };
 
 /// Plays the study's runs and measures their log score. `threads`: 0 is one for each processor. Once `stop`

@@ -135,7 +135,10 @@ TEST(LinearScore, EndsWhereItIsToldTo) {
   const auto runs = simulate(model, 100, 20, 2);
   const NoiseParameters noise(model, parse_free_noise("Q,R"));
   EXPECT_NO_THROW(LinearScore(noise, runs, 1, &go_on).scores(Vector::Zero(2), true));
-  EXPECT_THROW(LinearScore(noise, runs, 1, &stop).scores(Vector::Zero(2), true), Stopped);
+  LinearScore score(noise, runs, 1, &stop);
+  EXPECT_THROW(score.scores(Vector::Zero(2), true), Stopped);
+  score.forget_stop();
+  EXPECT_NO_THROW(score.scores(Vector::Zero(2), true));
 }
 
 TEST(LinearScore, RefusesWhatDoesNotFit) {
