@@ -32,7 +32,7 @@ DOCUMENTS = {
     "run": ["run planar_loop --runs 20 --steps 40", "run figure1_two_landmarks --runs 40", "run linear --runs 20 --steps 50",
             "run localisation --runs 4 --steps 300", "run missed_detections --runs 40",
             "run figure1_one_landmark figure3_one_landmark --runs 20", "run tracking_radar --runs 2 --steps 20"],
-    "check": ["check logs", "check logs --sensitivity --within 0.2", "check tracks"],
+    "check": ["check logs", "check logs --sensitivity --within 0.2", "check logs/run-000000.csv", "check tracks"],
     "sweep": ["sweep mistuned_sweep --runs 20 --steps 20"],
     "estimators": ["estimators ukfm_slam2d --estimators ekf,fej --runs 10 --steps 60",
                    "estimators linear_estimators --runs 10 --steps 40",
@@ -97,10 +97,15 @@ def joined(a, b):
 
 
 def simplified(schema):
-    """One type is no list, nothing required is not written."""
+    """One type is no list, nothing required is not written. What was null in every document may be anything in others,
+    and a reason is there only beside what is null."""
     schema = dict(schema)
+    if schema.get("type") == ["null"]:
+        return {}
     if len(schema.get("type", [])) == 1:
         schema["type"] = schema["type"][0]
+    if "required" in schema:
+        schema["required"] = [key for key in schema["required"] if key != "reason"]
     if not schema.get("required", True):
         del schema["required"]
     if "properties" in schema:
