@@ -64,7 +64,7 @@ std::string word_sentence(const std::string& name, const Word& word, const Consi
 
 std::string trusted_text(const ConsistencyVerdict& v) {
   if (v.decided_by_sensors) return "each sensor by itself";
-  const std::string bounds = fmt::format("{} … {}", number_text(v.bounds.lower), number_text(v.bounds.upper));
+  std::string bounds = fmt::format("{} … {}", number_text(v.bounds.lower), number_text(v.bounds.upper));
   if (!is_inconsistent(v.verdict) || !v.decided_by_steps || v.worst_step < 0) return bounds;
   const StepTest& step = v.steps[static_cast<std::size_t>(v.worst_step)];
   return fmt::format("{} … {} at step {}, has {}", number_text(step.simultaneous_lower, 4),
