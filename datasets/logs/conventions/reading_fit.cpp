@@ -96,6 +96,7 @@ ReadingFit test_reading(std::size_t rows, Index dim, const std::vector<std::vect
   for (const Index c : all) series.emplace_back(std::vector<Index>{c}, rows);
   const double tests = 2.0 * static_cast<double>(series.size());
   std::vector<double> excluded_beyond;
+  excluded_beyond.reserve(series.size());
   for (const PartNees& part : series) {
     excluded_beyond.push_back(part.excluded_beyond(ReadingFit::kLevel / tests, static_cast<double>(rows)));
   }
