@@ -10,6 +10,7 @@
 #include "analysis/laws/effective_sample.h"
 #include "analysis/laws/thinned_series.h"
 #include "core/linear_algebra/squared_norm.h"
+#include "core/record/take_block.h"
 
 namespace credence::internal {
 namespace {
@@ -180,19 +181,13 @@ void CalibrationRecorder::add_parts(const Step& step, CalibrationSum& sum) {
   parts_whitened_.setZero(step.error.size(), static_cast<Index>(m));  // L⁻¹ e_a, of the error of a part alone
   for (std::size_t a = 0; a < m; ++a) {
     const std::vector<Index>& at = parts_[a].states;
-    const auto k = std::ssize(at);
     auto whitened = parts_whitened_.col(static_cast<Index>(a));
-    part_error_.resize(k);
-    part_P_.resize(k, k);
-    for (Index j = 0; j < k; ++j) {
-      const Index from = at[static_cast<std::size_t>(j)];
-      whitened[from] = part_error_[j] = step.error[from];
-      for (Index i = 0; i < k; ++i) part_P_(i, j) = step.P(at[static_cast<std::size_t>(i)], from);
-    }
+    for (const Index state : at) whitened[state] = step.error[state];
     factor_.solve_lower(whitened);
+    take_block(step.error, step.P, at, part_error_, part_P_);
     if (!part_factor_.compute(part_P_)) continue;  // by rounding alone: P has a factor
     part_factor_.solve_lower(part_error_);
-    sum.marginal[a] += part_error_.squaredNorm() / static_cast<double>(k);
+    sum.marginal[a] += part_error_.squaredNorm() / static_cast<double>(at.size());
   }
   std::size_t pair = 0;
   for (std::size_t a = 0; a < m; ++a) {

@@ -553,7 +553,7 @@ std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   }
   findings.far_tail_probability = SensorSums::kFarTail;
   findings.gross_outliers = gross_outliers_of(e);
-  if (findings.gross_outliers.all > 0) {
+  if (findings.far_tail && findings.gross_outliers.all > 0) {  // which only outliers are told by
     const StepSeries clean = series_of(e.clean_nis, e.study.steps.size());
     findings.gross_outliers.rest_fits =
         judge_all_sensors(e, clean, j.confidence).verdict == Verdict::consistent;

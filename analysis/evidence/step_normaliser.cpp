@@ -6,6 +6,7 @@
 #include "analysis/evidence/consistency_nees.h"
 #include "analysis/laws/lateness.h"
 #include "core/record/certain_states.h"
+#include "core/record/take_block.h"
 
 namespace credence::internal {
 void StepPlaces::find(const std::vector<Index>& step_states, const RunLayout& layout) {
@@ -37,18 +38,6 @@ namespace {
 bool is_planar_pose(const Block& block) { return block.part == Part::pose && block.states.size() == 3; }
 bool is_planar_landmark(const Block& block) {
   return block.part == Part::landmark && block.states.size() == 2;
-}
-
-/// The error and covariance of some states of a step.
-void take_block(const Step& step, const std::vector<Index>& places, BlockError& block) {
-  const Index n = std::ssize(places);
-  block.error.resize(n);
-  block.P.resize(n, n);
-  for (Index j = 0; j < n; ++j) {
-    const Index from = places[static_cast<std::size_t>(j)];
-    block.error[j] = step.error[from];
-    for (Index i = 0; i < n; ++i) block.P(i, j) = step.P(places[static_cast<std::size_t>(i)], from);
-  }
 }
 
 }  // namespace
@@ -89,7 +78,7 @@ void StepNormaliser::take_moving(const Step& step, const RunLayout& layout, cons
              step.error.size() <= RunLateness::kLargest) {
     for (Index i = 0; i < step.error.size(); ++i) moving.places.push_back(i);
   }
-  take_block(step, moving.places, moving);
+  take_block(step.error, step.P, moving.places, moving.error, moving.P);
 }
 
 void StepNormaliser::Solved::clear() {
@@ -182,7 +171,7 @@ std::string_view StepNormaliser::normalise_state(const Step& step, const RunLayo
     const bool all = std::ssize(places) == step.error.size() && layout.joint_covariance;
     const bool single = places.size() == 1;
     if (b == 0 || static_cast<Index>(b) == position || !(all || single))
-      take_block(step, places, block.block);
+      take_block(step.error, step.P, places, block.block.error, block.block.P);
     if (places.empty()) continue;
     if (all) {
       block.of = state_.of;

@@ -60,6 +60,14 @@ class CommandTest : public ::testing::Test {
 
   Finished run(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
 
+  /// What a call says that is refused, and prints nothing.
+  std::string refusal(const std::vector<std::string>& arguments) const {
+    const Finished f = run(arguments);
+    EXPECT_EQ(f.code, 2);
+    EXPECT_EQ(f.out, "");
+    return f.err;
+  }
+
   /// The document of a call that ends with this code.
   Json json(const std::vector<std::string>& arguments, int code = 0) const {
     const Finished f = run(arguments);

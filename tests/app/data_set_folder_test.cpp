@@ -14,15 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class DataSetFolder : public CommandTest {
- protected:
-  std::string refusal(const std::vector<std::string>& arguments) const {
-    const Finished f = run(arguments);
-    EXPECT_EQ(f.code, 2);
-    EXPECT_EQ(f.out, "");
-    return f.err;
-  }
-};
+class DataSetFolder : public CommandTest {};
 
 TEST_F(DataSetFolder, IsThatOfItsNameIfThereIsOneAndElseTheOneThatIsNamed) {
   fs::create_directories(folder_ / "data");

@@ -21,10 +21,12 @@ class StudyRunner : public CommandTest {};
 
 TEST_F(StudyRunner, MoreStepsThanAStoreTakesAreRefusedBeforeTheyAreMade) {
   write("a.toml", kMonobot);
-  const Finished f = run({"run", "a.toml", "--runs", "1", "--steps", "4000000", "--out", "out"});
-  EXPECT_EQ(f.code, 2);
-  EXPECT_EQ(f.err, "credence: a.toml: study.steps = 4000000: at most 3906236 can be stored\n");
-  EXPECT_FALSE(fs::exists(folder_ / "out"));
+  for (const char* command : {"run", "sweep"}) {
+    const Finished f = run({command, "a.toml", "--runs", "1", "--steps", "4000000", "--out", "out"});
+    EXPECT_EQ(f.code, 2) << command;
+    EXPECT_EQ(f.err, "credence: a.toml: study.steps = 4000000: at most 3906236 can be stored\n") << command;
+    EXPECT_FALSE(fs::exists(folder_ / "out")) << command;
+  }
 }
 
 TEST_F(StudyRunner, AChangedScenarioIsRefusedWithTheDifference) {
@@ -37,15 +39,6 @@ TEST_F(StudyRunner, AChangedScenarioIsRefusedWithTheDifference) {
   EXPECT_NE(f.err.find("process_variance"), std::string::npos) << f.err;
   EXPECT_EQ(read("out/a.csv"), before);
   EXPECT_EQ(run({"run", "a.toml", "--out", "out", "--fresh", "--set", "noise.process_variance=0.2"}).code, 0);
-}
-
-// The same of a sweep.
-TEST_F(StudyRunner, MoreStepsOfASweepAreRefusedLikewise) {
-  write("a.toml", kMonobot);
-  const Finished f = run({"sweep", "a.toml", "--runs", "1", "--steps", "4000000", "--out", "out"});
-  EXPECT_EQ(f.code, 2);
-  EXPECT_EQ(f.err, "credence: a.toml: study.steps = 4000000: at most 3906236 can be stored\n");
-  EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 
 TEST_F(StudyRunner, AStudyThatGrowsIsTheOneThatWasLargeFromTheStart) {

@@ -15,15 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class TuneCommand : public CommandTest {
- protected:
-  std::string refusal(const std::vector<std::string>& arguments) const {
-    const Finished f = run(arguments);
-    EXPECT_EQ(f.code, 2);
-    EXPECT_EQ(f.out, "");
-    return f.err;
-  }
-};
+class TuneCommand : public CommandTest {};
 
 TEST_F(TuneCommand, OptionsOfOneKindOfInputAreRefusedForAnother) {
   write("a.toml", kMonobot);

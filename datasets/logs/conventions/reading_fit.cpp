@@ -13,6 +13,7 @@
 #include "core/linear_algebra/logarithm.h"
 #include "core/linear_algebra/small_cholesky.h"
 #include "core/nan.h"
+#include "core/record/take_block.h"
 
 namespace credence::internal {
 namespace {
@@ -34,14 +35,7 @@ class PartNees {
 
   /// False where P has no Cholesky factor.
   bool add(const Vector& error, const Matrix& P) {
-    const Index n = std::ssize(components_);
-    e_.resize(n);
-    P_.resize(n, n);
-    for (Index j = 0; j < n; ++j) {
-      const Index from = components_[static_cast<std::size_t>(j)];
-      e_[j] = error[from];
-      for (Index i = 0; i < n; ++i) P_(i, j) = P(components_[static_cast<std::size_t>(i)], from);
-    }
+    take_block(error, P, components_, e_, P_);
     if (!factor_.compute(P_)) return false;
     factor_.solve_lower(e_);
     normalised.push_back(e_.squaredNorm() / dof());
