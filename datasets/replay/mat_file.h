@@ -1,19 +1,16 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/types.h"
-#include "datasets/replay/mat_structure.h"
+#include "datasets/logs/arrays/mat_arrays.h"
 
 namespace credence::internal {
 
-/// The real two-dimensional arrays of a MATLAB MAT-file of version 5, read through libmatio.
-///
-/// The constructor checks the whole structure first (scan_mat_file), because a general reader answers a
-/// truncated file with silence or with zeros. All functions throw DataError naming the file and the variable.
+/// The real two-dimensional arrays of a MAT-file (mat_arrays.h). All functions throw DataError naming the
+/// file and, where there is one, the variable.
 class MatFile {
  public:
   explicit MatFile(const std::filesystem::path& file);
@@ -32,11 +29,8 @@ class MatFile {
   [[noreturn]] void fail(const std::string& name, const std::string& problem) const;
 
  private:
-  const MatArray& array(const std::string& name) const;
-
   std::filesystem::path file_;
   std::vector<MatArray> arrays_;
-  std::unique_ptr<void, void (*)(void*)> handle_;  ///< libmatio's mat_t
 };
 
 }  // namespace credence::internal

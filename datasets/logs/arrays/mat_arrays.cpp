@@ -1,0 +1,192 @@
+#include "datasets/logs/arrays/mat_arrays.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "datasets/logs/bytes/binary_file.h"
+#include "datasets/logs/bytes/decompress.h"
+
+namespace credence::internal {
+namespace {
+
+constexpr std::uint64_t kMatHeader = 128;
+constexpr std::uint64_t kMostInMemory = std::uint64_t{2} << 30;
+
+/// Types of data that hold others.
+constexpr std::uint32_t kMatrix = 14, kCompressed = 15;
+/// Classes of arrays.
+constexpr std::uint32_t kStructure = 2, kFirstNumeric = 6, kLastNumeric = 15;
+constexpr std::uint32_t kComplexFlag = 0x0800;
+
+/// A part of a variable: its type and its bytes.
+struct Element {
+  std::uint32_t type;
+  ByteCursor data;
+};
+
+/// Takes the next element, in its long form or its short one (data within the tag), and its padding.
+Element take_element(ByteCursor& from) {
+  const auto first = from.take<std::uint32_t>();
+  if (first >> 16U != 0) {
+    const std::uint32_t size = first >> 16U;
+    if (size > 4) from.fail(fmt::format("a short element of {} bytes: corrupted", size));
+    ByteCursor whole = from.part(4);
+    return {first & 0xffffU, whole.part(size)};
+  }
+  const auto size = from.take<std::uint32_t>();
+  const ByteCursor data = from.part(size);
+  from.skip(std::min<std::uint64_t>((8 - size % 8) % 8, from.left()));
+  return {first, data};
+}
+
+/// All numbers of one type, which must be as many as the dimensions say.
+template <class Number>
+std::vector<double> take_numbers(ByteCursor from, const MatArray& array, std::uint64_t& in_memory) {
+  std::uint64_t count = std::ranges::count(array.dims, 0U) > 0 ? 0 : 1;
+  for (const std::uint64_t dim : array.dims) {
+    // Beyond what is there, it need not be multiplied on.
+    if (count > 0 && count > from.left() / dim) {
+      from.fail(fmt::format("{}: dimensions beyond its {} bytes: corrupted", array.name, from.left()));
+    }
+    count *= dim;
+  }
+  if (count * sizeof(Number) != from.left()) {
+    from.fail(
+        fmt::format("{}: {} bytes of numbers do not fit its dimensions: corrupted", array.name, from.left()));
+  }
+  if ((in_memory += count * sizeof(double)) > kMostInMemory) {
+    from.fail(fmt::format("{}: of the arrays of a MAT-file 2 GiB in all are read", array.name));
+  }
+  std::vector<double> values(static_cast<std::size_t>(count));
+  for (double& value : values) value = static_cast<double>(from.take<Number>());
+  return values;
+}
+
+/// A type of data that holds numbers, by its number in the format.
+struct NumberType {
+  std::uint32_t number;
+  std::vector<double> (*take)(ByteCursor from, const MatArray& array, std::uint64_t& in_memory);
+};
+constexpr std::array<NumberType, 10> kNumberTypes{{{1, take_numbers<std::int8_t>},
+                                                   {2, take_numbers<std::uint8_t>},
+                                                   {3, take_numbers<std::int16_t>},
+                                                   {4, take_numbers<std::uint16_t>},
+                                                   {5, take_numbers<std::int32_t>},
+                                                   {6, take_numbers<std::uint32_t>},
+                                                   {7, take_numbers<float>},
+                                                   {9, take_numbers<double>},
+                                                   {12, take_numbers<std::int64_t>},
+                                                   {13, take_numbers<std::uint64_t>}}};
+
+class MatReader {
+ public:
+  MatReader(const std::filesystem::path& file, bool (*wanted)(std::string_view))
+      : file_(file), wanted_(wanted) {}
+
+  std::vector<MatArray> read() {
+    const std::endian order = read_header();
+    for (std::uint64_t at = kMatHeader; at < file_.size();) {
+      ByteCursor tag = file_.cursor(at, 8, "a variable", order);
+      const auto type = tag.take<std::uint32_t>(), size = tag.take<std::uint32_t>();
+      if (type != kMatrix && type != kCompressed) file_.fail(at, "no variable begins here: corrupted");
+      variable(type, file_.cursor(at + 8, size, "a variable", order), at, order);
+      at += 8 + std::uint64_t{size};
+    }
+    return std::move(arrays_);
+  }
+
+ private:
+  std::endian read_header() {
+    ByteCursor header = file_.cursor(0, kMatHeader, "the header of a MAT-file");
+    header.skip(kMatHeader - 4);
+    const std::string_view end = header.take_text(4);
+    const bool little = end.ends_with("IM");
+    if (!little && !end.ends_with("MI"))
+      file_.fail(kMatHeader - 2, "is no MAT-file of version 5: no mark of its byte order");
+    const char version = little ? end[1] : end[0];
+    if (version == 2) {
+      file_.fail(kMatHeader - 4, "is a MAT-file of version 7.3; save it with -v7 (MATLAB: save -v7 FILE)");
+    }
+    if (version != 1)
+      file_.fail(kMatHeader - 4, "is a MAT-file of another version; read is version 5 (save -v7)");
+    return little ? std::endian::little : std::endian::big;
+  }
+
+  void variable(std::uint32_t type, ByteCursor body, std::uint64_t at, std::endian order) {
+    if (type == kMatrix) return matrix(body, "");
+    std::vector<std::uint8_t> unpacked;
+    decompress_zlib(body, unpacked);
+    const ByteOrigin origin{file_.path(), fmt::format("the variable at byte {}", at)};
+    ByteCursor all(unpacked, origin, 0, order);
+    const Element element = take_element(all);
+    if (element.type == kMatrix) matrix(element.data, "");
+  }
+
+  /// An array, or the arrays of a structure. `field`: its name, where it is a field of one.
+  void matrix(ByteCursor body, const std::string& field) {
+    if (body.done()) return;  // an empty field
+    ByteCursor flags = take_element(body).data;
+    const std::uint32_t word = flags.take<std::uint32_t>();
+    std::vector<std::uint64_t> dims;
+    for (ByteCursor from = take_element(body).data; !from.done();) {
+      const auto dim = from.take<std::int32_t>();
+      if (dim < 0) body.fail(fmt::format("a dimension of {}: corrupted", dim));
+      dims.push_back(static_cast<std::uint64_t>(dim));
+    }
+    ByteCursor letters = take_element(body).data;
+    const std::string own(letters.take_text(letters.left()));
+    const std::string& name = field.empty() ? own : field;
+    const std::uint32_t kind = word & 0xffU;
+    if (kind == kStructure && field.empty()) return structure(body, dims);
+    const bool numeric = kind >= kFirstNumeric && kind <= kLastNumeric && (word & kComplexFlag) == 0;
+    MatArray& array = arrays_.emplace_back(MatArray{.name = name});
+    if (!numeric || !wanted_(name)) return;
+    array.is_read = true;
+    array.dims = std::move(dims);
+    array.numbers = numbers(array, take_element(body));
+  }
+
+  void structure(ByteCursor body, const std::vector<std::uint64_t>& dims) {
+    if (std::ranges::any_of(dims, [](std::uint64_t dim) { return dim != 1; })) return;  // an array of them
+    ByteCursor length = take_element(body).data;
+    const auto name_size = length.take<std::uint32_t>();
+    ByteCursor names = take_element(body).data;
+    if (name_size == 0) body.fail("a structure with names of no length: corrupted");
+    while (!names.done()) {
+      const std::string_view padded = names.take_text(name_size);
+      const Element value = take_element(body);
+      if (value.type == kMatrix) matrix(value.data, std::string(padded.substr(0, padded.find('\0'))));
+    }
+  }
+
+  std::vector<double> numbers(const MatArray& array, const Element& element) {
+    const auto type = std::ranges::find(kNumberTypes, element.type, &NumberType::number);
+    if (type == kNumberTypes.end()) {
+      element.data.fail(fmt::format("{}: {} bytes of type {}, which holds no numbers: corrupted", array.name,
+                                    element.data.left(), element.type));
+    }
+    return type->take(element.data, array, in_memory_);
+  }
+
+  BinaryFile file_;
+  bool (*wanted_)(std::string_view);
+  std::vector<MatArray> arrays_;
+  std::uint64_t in_memory_ = 0;
+};
+
+}  // namespace
+
+std::vector<MatArray> read_mat_arrays(const std::filesystem::path& file, bool (*wanted)(std::string_view)) {
+  return MatReader(file, wanted).read();
+}
+
+bool begins_as_mat(std::string_view beginning) {
+  if (beginning.size() < kMatHeader || !beginning.starts_with("MATLAB")) return false;
+  const std::string_view order = beginning.substr(kMatHeader - 2, 2);
+  return order == "IM" || order == "MI";
+}
+
+}  // namespace credence::internal

@@ -1,0 +1,124 @@
+#include "datasets/logs/arrays/mat_arrays.h"
+
+#include <gmock/gmock.h>
+
+#include "datasets/data_error.h"
+#include "tests/temporary_folder.h"
+
+// The bytes are those of "MAT-File Format", chapter 1, put together here by hand.
+
+namespace credence::internal {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using Words = std::vector<std::uint32_t>;
+
+std::string little_word(std::uint32_t value) {
+  std::string bytes;
+  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(value >> shift);
+  return bytes;
+}
+
+/// An element of a data type, in its long form, padded to 8 bytes.
+std::string mat_element(std::uint32_t type, const std::string& data) {
+  return little_word(type) + little_word(static_cast<std::uint32_t>(data.size())) + data +
+         std::string((8 - data.size() % 8) % 8, '\0');
+}
+
+/// Flags, dimensions and name of an array.
+std::string array_head(std::uint32_t flags, const Words& dims, const std::string& name) {
+  std::string numbers;
+  for (const std::uint32_t dim : dims) numbers += little_word(dim);
+  return mat_element(6, little_word(flags) + little_word(0)) + mat_element(5, numbers) + mat_element(1, name);
+}
+
+std::vector<MatArray> mat_arrays_of(const std::vector<std::string>& arrays) {
+  const TemporaryFolder folder;
+  std::string bytes = std::string(124, ' ') + std::string("\x00\x01IM", 4);
+  for (const std::string& array : arrays) bytes += mat_element(14, array);
+  return read_mat_arrays(folder.write("small.mat", bytes),
+                         [](std::string_view name) { return name != "other"; });
+}
+
+std::string mat_array_error(const std::string& array) {
+  try {
+    mat_arrays_of({array});
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+constexpr std::uint32_t kDoubles = 6, kComplexDoubles = 0x0806, kCharacters = 4;
+
+TEST(MatArrays, TellsNameDimensionsAndNumbersOfThoseThatAreWanted) {
+  const std::string eight("\0\0\0\0\0\0\xf0\x3f", 8);  // 1.0
+  const auto arrays = mat_arrays_of(
+      {array_head(kDoubles, {2, 1}, "plain") + mat_element(9, std::string(8, '\0') + eight),
+       array_head(kComplexDoubles, {1, 1}, "phasor") + mat_element(9, eight) + mat_element(9, eight),
+       array_head(kCharacters, {1, 2}, "text") + mat_element(4, std::string("h\0i\0", 4)),
+       array_head(15, {2, 1, 4}, "longs") + mat_element(1, "\x01\x02\x03\x04\x05\x06\x07\xff"),
+       array_head(kDoubles, {1, 1}, "other") + mat_element(9, eight)});
+  ASSERT_EQ(arrays.size(), 5U);
+  EXPECT_EQ(arrays[0].name, "plain");
+  EXPECT_THAT(arrays[0].dims, ElementsAre(2, 1));
+  EXPECT_THAT(arrays[0].numbers, ElementsAre(0.0, 1.0));
+  EXPECT_FALSE(arrays[1].is_read);
+  EXPECT_FALSE(arrays[2].is_read);
+  EXPECT_EQ(arrays[3].name, "longs");
+  EXPECT_THAT(arrays[3].dims, ElementsAre(2, 1, 4));
+  EXPECT_THAT(arrays[3].numbers, ElementsAre(1, 2, 3, 4, 5, 6, 7, -1))
+      << "whole numbers may be stored in fewer bytes";
+  EXPECT_EQ(arrays[4].name, "other");
+  EXPECT_FALSE(arrays[4].is_read);
+}
+
+// MATLAB writes up to four bytes of data into the tag: their number in its upper half, the type in the lower.
+TEST(MatArrays, ReadsShortElements) {
+  const std::string short_name = little_word(3U << 16 | 1) + std::string("abc\0", 4);
+  const std::string short_data = little_word(2U << 16 | 2) + std::string("\x07\x08\0\0", 4);
+  const std::string head = mat_element(6, little_word(kDoubles) + little_word(0)) +
+                           mat_element(5, little_word(1) + little_word(2));
+  const auto arrays = mat_arrays_of({head + short_name + short_data});
+  ASSERT_EQ(arrays.size(), 1U);
+  EXPECT_EQ(arrays[0].name, "abc");
+  EXPECT_THAT(arrays[0].numbers, ElementsAre(7, 8));
+  EXPECT_THAT(mat_array_error(head + little_word(5U << 16 | 1) + "abcd"),
+              HasSubstr("short element of 5 bytes"));
+}
+
+TEST(MatArrays, EmptyArraysHaveNoData) {
+  const auto arrays = mat_arrays_of({array_head(kDoubles, {0, 0}, "none") + mat_element(9, ""),
+                                     array_head(kDoubles, {0, 4'000'000}, "flat") + mat_element(9, ""),
+                                     array_head(kDoubles, {4'000'000, 0}, "tall") + mat_element(9, "")});
+  for (const MatArray& array : arrays) EXPECT_TRUE(array.is_read && array.numbers.empty()) << array.name;
+  EXPECT_THAT(arrays.at(2).dims, ElementsAre(4'000'000, 0));
+  EXPECT_THAT(arrays.at(1).dims, ElementsAre(0, 4'000'000));
+  EXPECT_THAT(mat_array_error(array_head(kDoubles, {0, 3}, "none") + mat_element(9, std::string(8, '\0'))),
+              HasSubstr("none: 8 bytes of numbers do not fit its dimensions"));
+}
+
+// 8 · 2^30 · 2^30 · 2 is 2^64, which is 0 in 64 bits.
+TEST(MatArrays, SizesThatOverflowAreRefused) {
+  const std::string none = mat_element(9, ""), eight = mat_element(9, std::string(8, '\0'));
+  const std::uint32_t half = 1U << 30, largest = (1U << 31) - 1;
+  EXPECT_THAT(mat_array_error(array_head(kDoubles, {half, half, 2}, "x") + none),
+              HasSubstr("x: dimensions beyond its"));
+  EXPECT_THAT(mat_array_error(array_head(kDoubles, Words(5, largest), "x") + eight),
+              HasSubstr("x: dimensions beyond its"));
+  EXPECT_THAT(mat_array_error(array_head(kDoubles, {1, 1U << 31}, "x") + eight),
+              HasSubstr("a dimension of -2147483648"));
+}
+
+TEST(MatArrays, NamesWhatIsWrongInAnArray) {
+  const std::string one = mat_element(9, std::string(8, '\0')), good = array_head(kDoubles, {1, 1}, "x");
+  EXPECT_EQ(mat_array_error(good + one), "accepted");
+  EXPECT_THAT(mat_array_error(good), HasSubstr("4 bytes are needed here and 0 are left"));
+  EXPECT_THAT(mat_array_error(good + mat_element(8, "")),
+              HasSubstr("x: 0 bytes of type 8, which holds no numbers"));
+  EXPECT_THAT(mat_array_error(mat_element(5, "")), HasSubstr("4 bytes are needed here and 0 are left"));
+}
+
+}  // namespace
+}  // namespace credence::internal
