@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 
@@ -23,3 +24,10 @@ class DataError : public std::runtime_error {
 };
 
 }  // namespace credence
+
+namespace credence::internal {
+
+/// Opens a data file to read its bytes; DataError where it is missing, no regular file, or cannot be read.
+std::ifstream open_data(const std::filesystem::path& file);
+
+}  // namespace credence::internal

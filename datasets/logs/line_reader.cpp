@@ -14,13 +14,8 @@ constexpr std::size_t kLongestLine = std::size_t{1} << 24;
 
 }  // namespace
 
-LineReader::LineReader(std::filesystem::path file) : file_(std::move(file)), buffer_(kFirstBuffer) {
-  std::error_code error;
-  if (!std::filesystem::exists(file_, error)) throw DataError(file_, "", "there is no such file");
-  if (!std::filesystem::is_regular_file(file_, error)) throw DataError(file_, "", "is not a regular file");
-  in_.open(file_, std::ios::binary);
-  if (!in_) throw DataError(file_, "", "cannot be read");
-}
+LineReader::LineReader(std::filesystem::path file)
+    : file_(std::move(file)), in_(open_data(file_)), buffer_(kFirstBuffer) {}
 
 bool LineReader::fill() {
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);

@@ -56,10 +56,7 @@ const LogFormat& log_format_named(std::string_view name) {
 
 const LogFormat& log_format_of(const std::filesystem::path& file, std::string_view name) {
   if (name != "auto") return log_format_named(name);
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw DataError(file, "", "there is no such file");
-  if (!std::filesystem::is_regular_file(file, error)) throw DataError(file, "", "is not a regular file");
-  std::ifstream in(file, std::ios::binary);
+  std::ifstream in = open_data(file);
   std::string beginning(kBeginning, '\0');
   in.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
   beginning.resize(static_cast<std::size_t>(in.gcount()));

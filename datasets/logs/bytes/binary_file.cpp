@@ -14,14 +14,8 @@ constexpr std::uint64_t kReadAtOnce = std::uint64_t{1} << 20;
 
 }  // namespace
 
-BinaryFile::BinaryFile(const std::filesystem::path& file) : origin_{file, ""} {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw DataError(file, "", "there is no such file");
-  if (!std::filesystem::is_regular_file(file, error)) throw DataError(file, "", "is not a regular file");
-  size_ = std::filesystem::file_size(file, error);
-  in_.open(file, std::ios::binary);
-  if (error || !in_) throw DataError(file, "", "cannot be read");
-}
+BinaryFile::BinaryFile(const std::filesystem::path& file)
+    : origin_{file, ""}, in_(open_data(file)), size_(std::filesystem::file_size(file)) {}
 
 Bytes BinaryFile::view(std::uint64_t at, std::uint64_t count, std::string_view what) {
   if (at > size_ || count > size_ - at) {

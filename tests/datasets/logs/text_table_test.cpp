@@ -40,7 +40,7 @@ TEST(TextTable, NamesTheLine) {
   EXPECT_THAT(error("1 1e999\n"), HasSubstr("t.dat:1: '1e999' is not a finite number"));
   EXPECT_THAT(error(std::string("1 \0\x01\n", 5)), HasSubstr("t.dat:1: '?"
                                                              "?' is not a finite number"));
-  EXPECT_THAT(error("1 2\n3 4"), HasSubstr("t.dat:2: truncated"));
+  EXPECT_THAT(error("1 2\n3 4"), HasSubstr("t.dat:2: the last line has no end"));
   EXPECT_THAT(error("# only a comment\n"), HasSubstr("t.dat: holds no rows"));
   EXPECT_THAT(error(""), HasSubstr("holds no rows"));
   EXPECT_THAT(error_of(folder.path() / "absent.dat", 2), HasSubstr("absent.dat: there is no such file"));
