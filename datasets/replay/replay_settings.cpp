@@ -2,188 +2,148 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <stdexcept>
+#include <type_traits>
+#include <utility>
 
 #include "core/filters/estimators/estimators.h"
+#include "datasets/logs/number_field.h"
 
 namespace credence::internal {
 namespace {
 
+using S = ReplaySettings;
+
+/// The numbers that a key accepts, in words and as a test.
+struct Limits {
+  const char* words;
+  bool (*accept)(double);
+};
+constexpr bool accept_any(double) { return true; }
+constexpr Limits kDeviation{"a number >= 0", [](double x) { return x >= 0; }};
+constexpr Limits kPositive{"a number > 0", [](double x) { return x > 0; }};
+constexpr Limits kProbability{"a probability in [0, 1), 0 for none",
+                              [](double x) { return x >= 0 && x < 1; }};
+constexpr Limits kDegrees{"a number of degrees", accept_any};
+constexpr Limits kTurnRate{"a number of degrees per second", accept_any};
+constexpr Limits kMetres{"a number of metres", accept_any};
+constexpr Limits kDelay{"a number of seconds within [-10, 10]", [](double x) { return std::abs(x) <= 10; }};
+constexpr Limits kAnchors{"a whole number from 0 to 1000",
+                          [](double x) { return x >= 0 && x <= 1000 && x == std::floor(x); }};
+
 /// One key: how to write a value and how to show it. `limits` says in words what is accepted.
 struct Key {
-  std::string name;
-  std::string limits;
-  std::function<bool(ReplaySettings&, std::string_view)> set;  ///< false: not accepted
-  std::function<std::string(const ReplaySettings&)> text;
+  std::string name, limits;
+  std::function<bool(S&, std::string_view)> set;  ///< false: not accepted
+  std::function<std::string(const S&)> text;
+  std::optional<VehicleKind> vehicle;  ///< the one that it means something for; none: every one
 };
 
-bool parse_number(std::string_view text, double& number) {
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && stop == text.data() + text.size() && std::isfinite(number);
-}
+/// What a member of a group of the settings holds.
+template <auto Group, auto Member>
+using Held = std::remove_cvref_t<decltype((std::declval<S&>().*Group).*Member)>;
 
-/// A key that holds a number for which `accepts` is true.
-Key number_key(std::string name, std::string limits, const std::function<double&(ReplaySettings&)>& field,
-               const std::function<bool(double)>& accepts) {
-  return {std::move(name), std::move(limits),
-          [=](ReplaySettings& settings, std::string_view text) {
-            double number = 0;
-            if (!parse_number(text, number) || !accepts(number)) return false;
-            field(settings) = number;
+template <auto Group, auto Member>
+Key number_key(std::string name, Limits limits, std::optional<VehicleKind> vehicle = {}) {
+  return {std::move(name), limits.words,
+          [accept = limits.accept](S& settings, std::string_view text) {
+            const std::optional<double> number = parse_finite(text);
+            if (!number || !accept(*number)) return false;
+            (settings.*Group).*Member = static_cast<Held<Group, Member>>(*number);
             return true;
           },
-          [=](const ReplaySettings& settings) {
-            ReplaySettings copy = settings;
-            return fmt::format("{}", field(copy));
-          }};
+          [](const S& settings) { return fmt::format("{}", (settings.*Group).*Member); }, vehicle};
 }
 
-template <typename Value>
-struct Word {
-  std::string_view text;
-  Value value;
-};
-
 /// A key that holds one of several words.
-template <typename Value>
-Key word_key(std::string name, std::vector<Word<Value>> words, std::function<Value&(ReplaySettings&)> field) {
+template <auto Group, auto Member>
+Key word_key(std::string name, std::vector<std::pair<std::string, Held<Group, Member>>> words,
+             std::optional<VehicleKind> vehicle = {}) {
   std::string limits = "one of";
-  for (const Word<Value>& word : words) limits += fmt::format(" \"{}\"", word.text);
+  for (const auto& [word, value] : words) limits += fmt::format(" \"{}\"", word);
   return {std::move(name), std::move(limits),
-          [=](ReplaySettings& settings, std::string_view text) {
-            for (const Word<Value>& word : words) {
-              if (word.text != text) continue;
-              field(settings) = word.value;
+          [=](S& settings, std::string_view text) {
+            for (const auto& [word, value] : words) {
+              if (word != text) continue;
+              (settings.*Group).*Member = value;
               return true;
             }
             return false;
           },
-          [=](const ReplaySettings& settings) {
-            ReplaySettings copy = settings;
-            for (const Word<Value>& word : words)
-              if (word.value == field(copy)) return std::string(word.text);
+          [=](const S& settings) {
+            for (const auto& [word, value] : words)
+              if (value == (settings.*Group).*Member) return word;
             return std::string();
-          }};
-}
-
-Key deviation_key(std::string name, const std::function<double&(ReplaySettings&)>& field) {
-  return number_key(std::move(name), "a number >= 0", field, [](double x) { return x >= 0; });
-}
-
-Key positive_key(std::string name, const std::function<double&(ReplaySettings&)>& field) {
-  return number_key(std::move(name), "a number > 0", field, [](double x) { return x > 0; });
-}
-
-Key anchors_key() {
-  const auto accepts = [](double x) { return x >= 0 && x <= 1000 && x == std::floor(x); };
-  return {"world.anchors", "a whole number from 0 to 1000",
-          [=](ReplaySettings& settings, std::string_view text) {
-            double number = 0;
-            if (!parse_number(text, number) || !accepts(number)) return false;
-            settings.world.anchors = static_cast<Index>(number);
-            return true;
           },
-          [](const ReplaySettings& settings) { return std::to_string(settings.world.anchors); }};
+          vehicle};
 }
 
-Key estimator_key() {
-  std::vector<Word<std::string>> words;
-  for (const EstimatorKind& kind : estimator_kinds()) words.push_back({kind.name, std::string(kind.name)});
-  return word_key<std::string>("filter.estimator", std::move(words),
-                               [](ReplaySettings& s) -> std::string& { return s.filter.estimator; });
-}
-
-std::vector<Key> world_and_filter_keys() {
-  using S = ReplaySettings;
-  return {
-      word_key<bool>("world.observability", {{"partial", false}, {"full", true}},
-                     [](S& s) -> bool& { return s.world.full; }),
-      anchors_key(),
-      word_key<Inflation>("filter.inflation",
-                          {{"none", Inflation::none}, {"full", Inflation::full}, {"map", Inflation::map}},
-                          [](S& s) -> Inflation& { return s.filter.inflation; }),
-      word_key<InflationSolution>("filter.solution",
-                                  {{"pairwise", InflationSolution::pairwise},
-                                   {"min-trace", InflationSolution::min_trace},
-                                   {"sequential", InflationSolution::sequential},
-                                   {"batch", InflationSolution::batch}},
-                                  [](S& s) -> InflationSolution& { return s.filter.solution; }),
-      word_key<ReplayAssociation>(
-          "filter.association",
-          {{"survey", ReplayAssociation::survey}, {"compatibility", ReplayAssociation::compatibility}},
-          [](S& s) -> ReplayAssociation& { return s.filter.association; }),
-      number_key(
-          "filter.gate", "a probability in [0, 1), 0 for none", [](S& s) -> double& { return s.filter.gate; },
-          [](double x) { return x >= 0 && x < 1; }),
-      word_key<ReplayJacobians>("filter.jacobians",
-                                {{"estimate", ReplayJacobians::estimate}, {"truth", ReplayJacobians::truth}},
-                                [](S& s) -> ReplayJacobians& { return s.filter.jacobians; }),
-      estimator_key()};
-}
-
-std::vector<Key> sensor_keys() {
-  using S = ReplaySettings;
-  const auto any = [](double) { return true; };
-  std::vector<Key> keys;
-  keys.push_back(word_key<RangeKind>("sensor.range",
-                                     {{"distance", RangeKind::distance}, {"depth", RangeKind::depth}},
-                                     [](S& s) -> RangeKind& { return s.sensor.range; }));
-  keys.push_back(number_key(
-      "sensor.range_offset_m", "a number of metres", [](S& s) -> double& { return s.sensor.range_offset_m; },
-      any));
-  keys.push_back(positive_key("sensor.range_scale", [](S& s) -> double& { return s.sensor.range_scale; }));
-  keys.push_back(number_key(
-      "sensor.bearing_offset_deg", "a number of degrees",
-      [](S& s) -> double& { return s.sensor.bearing_offset_deg; }, any));
-  keys.push_back(number_key(
-      "sensor.odometry_delay_s", "a number of seconds within [-10, 10]",
-      [](S& s) -> double& { return s.sensor.odometry_delay_s; }, [](double x) { return std::abs(x) <= 10; }));
-  keys.push_back(positive_key("sensor.speed_scale", [](S& s) -> double& { return s.sensor.speed_scale; }));
-  keys.push_back(positive_key("sensor.turn_scale", [](S& s) -> double& { return s.sensor.turn_scale; }));
-  keys.push_back(number_key(
-      "sensor.turn_drift_deg_s", "a number of degrees per second",
-      [](S& s) -> double& { return s.sensor.turn_drift_deg_s; }, any));
-  keys.push_back(deviation_key("truth.position_std", [](S& s) -> double& { return s.truth.position_std; }));
-  keys.push_back(
-      deviation_key("truth.heading_std_deg", [](S& s) -> double& { return s.truth.heading_std_deg; }));
-  return keys;
-}
-
-/// Whether a key means something for a vehicle.
-bool belongs(const std::string& key, VehicleKind vehicle) {
-  const bool unicycle = vehicle == VehicleKind::unicycle;
-  static constexpr std::array<std::string_view, 6> kUnicycle = {
-      "noise.turn_rate_std", "filter.jacobians",        "sensor.range",
-      "sensor.turn_scale",   "sensor.turn_drift_deg_s", "truth.heading_std_deg"};
-  if (std::find(kUnicycle.begin(), kUnicycle.end(), key) != kUnicycle.end()) return unicycle;
-  if (key == "noise.steering_std_deg" || key == "initial.heading_deg") return !unicycle;
-  return true;
+std::vector<std::pair<std::string, std::string>> estimator_words() {
+  std::vector<std::pair<std::string, std::string>> words;
+  for (const EstimatorKind& kind : estimator_kinds()) words.emplace_back(kind.name, kind.name);
+  return words;
 }
 
 std::vector<Key> all_keys() {
-  using S = ReplaySettings;
-  const auto any = [](double) { return true; };
-  std::vector<Key> keys = world_and_filter_keys();
-  keys.push_back(
-      deviation_key("initial.position_std", [](S& s) -> double& { return s.initial.position_std; }));
-  keys.push_back(
-      deviation_key("initial.heading_std_deg", [](S& s) -> double& { return s.initial.heading_std_deg; }));
-  keys.push_back(number_key(
-      "initial.heading_deg", "a number of degrees", [](S& s) -> double& { return s.initial.heading_deg; },
-      any));
-  keys.push_back(deviation_key("noise.speed_std", [](S& s) -> double& { return s.noise.speed_std; }));
-  keys.push_back(
-      deviation_key("noise.steering_std_deg", [](S& s) -> double& { return s.noise.steering_std_deg; }));
-  keys.push_back(deviation_key("noise.turn_rate_std", [](S& s) -> double& { return s.noise.turn_rate_std; }));
-  keys.push_back(positive_key("noise.range_std", [](S& s) -> double& { return s.noise.range_std; }));
-  keys.push_back(
-      positive_key("noise.bearing_std_deg", [](S& s) -> double& { return s.noise.bearing_std_deg; }));
-  for (Key& key : sensor_keys()) keys.push_back(std::move(key));
+  using Filter = ReplayFilterSettings;
+  using Initial = ReplayInitial;
+  using Noise = ReplayNoise;
+  using Sensor = ReplaySensor;
+  using Truth = ReplayTruth;
+  constexpr auto kWorld = &S::world;
+  constexpr auto kFilter = &S::filter;
+  constexpr auto kInitial = &S::initial;
+  constexpr auto kNoise = &S::noise;
+  constexpr auto kSensor = &S::sensor;
+  constexpr auto kTruth = &S::truth;
+  constexpr auto kCar = VehicleKind::car, kUnicycle = VehicleKind::unicycle;
+  return {
+      word_key<kWorld, &ReplayWorld::full>("world.observability", {{"partial", false}, {"full", true}}),
+      number_key<kWorld, &ReplayWorld::anchors>("world.anchors", kAnchors),
+      word_key<kFilter, &Filter::inflation>(
+          "filter.inflation",
+          {{"none", Inflation::none}, {"full", Inflation::full}, {"map", Inflation::map}}),
+      word_key<kFilter, &Filter::solution>("filter.solution", {{"pairwise", InflationSolution::pairwise},
+                                                               {"min-trace", InflationSolution::min_trace},
+                                                               {"sequential", InflationSolution::sequential},
+                                                               {"batch", InflationSolution::batch}}),
+      word_key<kFilter, &Filter::association>(
+          "filter.association",
+          {{"survey", ReplayAssociation::survey}, {"compatibility", ReplayAssociation::compatibility}}),
+      number_key<kFilter, &Filter::gate>("filter.gate", kProbability),
+      word_key<kFilter, &Filter::jacobians>(
+          "filter.jacobians", {{"estimate", ReplayJacobians::estimate}, {"truth", ReplayJacobians::truth}},
+          kUnicycle),
+      word_key<kFilter, &Filter::estimator>("filter.estimator", estimator_words()),
+      number_key<kInitial, &Initial::position_std>("initial.position_std", kDeviation),
+      number_key<kInitial, &Initial::heading_std_deg>("initial.heading_std_deg", kDeviation),
+      number_key<kInitial, &Initial::heading_deg>("initial.heading_deg", kDegrees, kCar),
+      number_key<kNoise, &Noise::speed_std>("noise.speed_std", kDeviation),
+      number_key<kNoise, &Noise::steering_std_deg>("noise.steering_std_deg", kDeviation, kCar),
+      number_key<kNoise, &Noise::turn_rate_std>("noise.turn_rate_std", kDeviation, kUnicycle),
+      number_key<kNoise, &Noise::range_std>("noise.range_std", kPositive),
+      number_key<kNoise, &Noise::bearing_std_deg>("noise.bearing_std_deg", kPositive),
+      word_key<kSensor, &Sensor::range>(
+          "sensor.range", {{"distance", RangeKind::distance}, {"depth", RangeKind::depth}}, kUnicycle),
+      number_key<kSensor, &Sensor::range_offset_m>("sensor.range_offset_m", kMetres),
+      number_key<kSensor, &Sensor::range_scale>("sensor.range_scale", kPositive),
+      number_key<kSensor, &Sensor::bearing_offset_deg>("sensor.bearing_offset_deg", kDegrees),
+      number_key<kSensor, &Sensor::odometry_delay_s>("sensor.odometry_delay_s", kDelay),
+      number_key<kSensor, &Sensor::speed_scale>("sensor.speed_scale", kPositive),
+      number_key<kSensor, &Sensor::turn_scale>("sensor.turn_scale", kPositive, kUnicycle),
+      number_key<kSensor, &Sensor::turn_drift_deg_s>("sensor.turn_drift_deg_s", kTurnRate, kUnicycle),
+      number_key<kTruth, &Truth::position_std>("truth.position_std", kDeviation),
+      number_key<kTruth, &Truth::heading_std_deg>("truth.heading_std_deg", kDeviation, kUnicycle),
+  };
+}
+
+/// Those that mean something for a vehicle.
+std::vector<Key> keys_of(VehicleKind vehicle) {
+  std::vector<Key> keys = all_keys();
+  std::erase_if(keys, [&](const Key& key) { return key.vehicle && key.vehicle != vehicle; });
   return keys;
 }
 
@@ -213,8 +173,7 @@ ReplaySettings mrclam_settings(int robot) {
 
 void set_replay_setting(ReplaySettings& settings, std::string_view key, std::string_view value) {
   std::vector<std::string> names;
-  for (const Key& known : all_keys()) {
-    if (!belongs(known.name, settings.vehicle)) continue;
+  for (const Key& known : keys_of(settings.vehicle)) {
     names.push_back(known.name);
     if (known.name != key) continue;
     if (!known.set(settings, value))
@@ -252,8 +211,7 @@ void check_replay_settings(const ReplaySettings& settings) {
 
 std::vector<ReplaySettingText> replay_settings_text(const ReplaySettings& settings) {
   std::vector<ReplaySettingText> result;
-  for (const Key& key : all_keys())
-    if (belongs(key.name, settings.vehicle)) result.push_back({key.name, key.text(settings)});
+  for (const Key& key : keys_of(settings.vehicle)) result.push_back({key.name, key.text(settings)});
   return result;
 }
 
