@@ -134,12 +134,6 @@ void require_shape(const Eigen::Ref<Matrix>& A, const BlockLayout& layout) {
 
 }  // namespace
 
-TwoBlockBound two_block_bound(const MatrixRef& C) {
-  if (C.size() == 0) return {Matrix::Zero(C.rows(), C.rows()), Matrix::Zero(C.cols(), C.cols()), 0.0};
-  const Moduli<kDynamic, kDynamic> bound = moduli(BlockOf<kDynamic, kDynamic>(C));
-  return {bound.left, bound.right, bound.left.trace() + bound.right.trace()};
-}
-
 void decorrelate_pairwise(Eigen::Ref<Matrix> A, const BlockLayout& layout) {
   require_shape(A, layout);
   const Index n = layout.vehicle, d = layout.landmark;
@@ -160,24 +154,6 @@ void decorrelate_pairwise(Eigen::Ref<Matrix> A, const BlockLayout& layout) {
     decorrelate_landmarks<3>(A, layout);
   } else if (d > 0) {
     decorrelate_landmarks<kDynamic>(A, layout);
-  }
-}
-
-void decorrelate_by_dominance(Eigen::Ref<Matrix> A, const BlockLayout& layout) {
-  require_shape(A, layout);
-  const Index blocks = layout.landmarks + 1;
-  const auto offset = [&](Index b) { return b == 0 ? Index{0} : layout.landmark_offset(b - 1); };
-  const auto size = [&](Index b) { return b == 0 ? layout.vehicle : layout.landmark; };
-  for (Index k = 0; k < blocks; ++k) {
-    for (Index i = k + 1; i < blocks; ++i) {
-      if (size(i) == 0 || size(k) == 0) continue;
-      auto C = A.block(offset(i), offset(k), size(i), size(k));
-      const double norm = Eigen::JacobiSVD<Matrix>(C).singularValues()(0);
-      A.diagonal().segment(offset(i), size(i)).array() += norm;
-      A.diagonal().segment(offset(k), size(k)).array() += norm;
-      C.setZero();
-      A.block(offset(k), offset(i), size(k), size(i)).setZero();
-    }
   }
 }
 

@@ -21,10 +21,6 @@ double smallest_eigenvalue(const Matrix& M) {
   return Eigen::SelfAdjointEigenSolver<Matrix>(M, Eigen::EigenvaluesOnly).eigenvalues()(0);
 }
 
-Index block_of(Index state, const BlockLayout& layout) {
-  return state < layout.vehicle ? 0 : 1 + (state - layout.vehicle) / layout.landmark;
-}
-
 /// Decorrelates by the definition: every pair, textbook square roots.
 Matrix decorrelated_by_definition(const Matrix& A, const BlockLayout& layout) {
   const auto offset = [&](Index b) { return b == 0 ? Index{0} : layout.landmark_offset(b - 1); };
@@ -41,24 +37,30 @@ Matrix decorrelated_by_definition(const Matrix& A, const BlockLayout& layout) {
   return D;
 }
 
-TEST(TwoBlockBound, ScalarsAndDiagonalsByHand) {
-  EXPECT_EQ(two_block_bound(Matrix::Constant(1, 1, -3.0)).left(0, 0), 3.0);
-  EXPECT_EQ(two_block_bound(Matrix::Constant(1, 1, -3.0)).trace, 6.0);
-  Matrix C(2, 2);
-  C << 0.0, 2.0, -5.0, 0.0;
-  const TwoBlockBound bound = two_block_bound(C);
-  EXPECT_TRUE(bound.left.isApprox(Vector{{2.0, 5.0}}.asDiagonal().toDenseMatrix(), 1e-15));
-  EXPECT_TRUE(bound.right.isApprox(Vector{{5.0, 2.0}}.asDiagonal().toDenseMatrix(), 1e-15));
-  EXPECT_NEAR(bound.trace, 14.0, 1e-14);
+/// Of two blocks whose correlation is C: what each of them gets.
+Matrix bound_of_two(const Matrix& C) {
+  const Index n = C.rows(), d = C.cols();
+  Matrix A = Matrix::Zero(n + d, n + d);
+  A.topRightCorner(n, d) = C;
+  A.bottomLeftCorner(d, n) = C.transpose();
+  decorrelate_pairwise(A, {.vehicle = n, .landmark = d, .landmarks = 1});
+  return A;
 }
 
-TEST(TwoBlockBound, AddedTraceIsTwiceTheNuclearNorm) {
+TEST(DecorrelatePairwise, ScalarsAndDiagonalsByHand) {
+  EXPECT_EQ(bound_of_two(Matrix::Constant(1, 1, -3.0)), 3.0 * Matrix::Identity(2, 2));
+  Matrix C(2, 2);
+  C << 0.0, 2.0, -5.0, 0.0;
+  EXPECT_TRUE(bound_of_two(C).isApprox(Vector{{2.0, 5.0, 5.0, 2.0}}.asDiagonal().toDenseMatrix(), 1e-15));
+}
+
+TEST(DecorrelatePairwise, AddedTraceOfTwoBlocksIsTwiceTheNuclearNorm) {
   for (const auto& [rows, cols] : {std::pair<Index, Index>{3, 2}, {2, 3}, {4, 1}, {1, 4}, {5, 5}}) {
     const Matrix C = random_matrix(rows, cols, 7);
-    const TwoBlockBound bound = two_block_bound(C);
-    EXPECT_NEAR(bound.trace, 2.0 * Eigen::JacobiSVD<Matrix>(C).singularValues().sum(), 1e-13);
-    Matrix joint(rows + cols, rows + cols);
-    joint << bound.left, -C, -C.transpose(), bound.right;
+    Matrix joint = bound_of_two(C);
+    EXPECT_NEAR(joint.trace(), 2.0 * Eigen::JacobiSVD<Matrix>(C).singularValues().sum(), 1e-13);
+    joint.topRightCorner(rows, cols) = -C;
+    joint.bottomLeftCorner(cols, rows) = -C.transpose();
     EXPECT_GE(smallest_eigenvalue(joint), -1e-14);
   }
 }
@@ -113,33 +115,9 @@ TEST(DecorrelatePairwise, UncorrelatedStaysAsItIs) {
   EXPECT_TRUE(A == Matrix::Identity(7, 7));
 }
 
-TEST(DecorrelateByDominance, IsValidAndNeverBelowThePairwiseBound) {
-  for (const BlockLayout& layout : kLayouts) {
-    const Index n = layout.state_dim();
-    const Matrix root = random_matrix(n, n, 5);
-    const Matrix P = root * root.transpose();
-    Matrix dominance = P, pairwise = P;
-    decorrelate_by_dominance(dominance, layout);
-    decorrelate_pairwise(pairwise, layout);
-    EXPECT_GE(smallest_eigenvalue(dominance - pairwise), -1e-13 * P.trace());
-    if (layout.landmark == 1 && layout.vehicle <= 1) {
-      EXPECT_TRUE(dominance.isApprox(pairwise, 1e-15));
-    }
-    for (Index i = 0; i < n; ++i) {
-      for (Index j = 0; j < n; ++j) {
-        if (block_of(i, layout) != block_of(j, layout)) {
-          EXPECT_EQ(dominance(i, j), 0.0);
-        }
-      }
-    }
-  }
-}
-
 TEST(DecorrelatePairwise, RejectsALayoutOfAnotherSize) {
   Matrix A = Matrix::Identity(4, 4);
   EXPECT_THROW(decorrelate_pairwise(A, {.vehicle = 3, .landmark = 2, .landmarks = 1}), std::invalid_argument);
-  EXPECT_THROW(decorrelate_by_dominance(A, {.vehicle = 3, .landmark = 2, .landmarks = 1}),
-               std::invalid_argument);
   EXPECT_THROW(decorrelate_pairwise(A, {.vehicle = 6, .landmark = 2, .landmarks = -1}),
                std::invalid_argument);
 }
