@@ -291,7 +291,9 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   SingleRunJudgement single;
   // Two tests by the union bound, each at half the level.
   const double half = 1.0 - 0.5 * (1.0 - j.confidence);
-  single.time_average = test_single_run(series.values, half);
+  const std::vector<TimeAverageTest> averages =
+      test_single_run(series.values, {half, j.confidence, 2.0 * kSettlingPower - 1.0});
+  single.time_average = averages[0];
   single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, 1.0);
   single.sample.correlation_time *= series.rows_per_value;
   const double p_average = single.time_average.p_value;
@@ -313,13 +315,12 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   }
   j.effective_steps = std::isnan(single.sample.size) ? 1.0 : single.sample.size;
   if (tested) {
-    const MeanInterval& decides = single.time_average.run_sum;
-    v.factor = test_single_run(series.values, j.confidence).run_sum;
+    const MeanInterval& decides = averages[0].run_sum;
+    v.factor = averages[1].run_sum;
     v.bounds = {v.mean / decides.upper, v.mean / decides.lower};
     v.decided_by_steps = v.decided_by_steps && 2.0 * v.steps_p_value < p_average;
     j.scale_covariance = scale_of_covariance(v);
-    j.settle_nees =
-        settle_stretches(v, decides, test_single_run(series.values, 2.0 * kSettlingPower - 1.0).run_sum);
+    j.settle_nees = settle_stretches(v, decides, averages[2].run_sum);
     j.single = single;
     return;
   }

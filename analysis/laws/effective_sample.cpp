@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "analysis/laws/require.h"
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/laws/thinned_series.h"
 #include "core/linear_algebra/decompositions.h"
@@ -174,25 +173,34 @@ SkewedMoments stretch_averages(std::span<const std::vector<double>> runs) {
 }
 
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence) {
-  require_confidence(confidence);
+  return test_single_run(normalised_nees, {confidence}).front();
+}
+
+std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_nees,
+                                             std::initializer_list<double> confidences) {
   constexpr std::size_t kStretches = 10;
   constexpr double kShortestStretch = 10.0;  // in correlation times
-  TimeAverageTest result;
-  result.expected = 1.0;
-  result.p_value = result.effective_steps = kNaN;
-  result.run_sum = student_interval({}, confidence);
+  std::vector<TimeAverageTest> tests;
+  tests.reserve(confidences.size());
+  for (const double confidence : confidences) {
+    TimeAverageTest none;
+    none.expected = 1.0;
+    none.p_value = none.effective_steps = kNaN;
+    none.run_sum = student_interval({}, confidence);
+    tests.push_back(none);
+  }
+  const auto without = [&tests](std::string_view reason) {
+    for (TimeAverageTest& test : tests) test.run_sum.reason = reason;
+    return tests;
+  };
 
   double mean = 0.0;
   for (const double x : normalised_nees) mean += x / static_cast<double>(normalised_nees.size());
   const EffectiveSample sample =
       effective_sample(std::vector<std::span<const double>>{normalised_nees}, mean);
-  if (!sample.reason.empty()) {
-    result.run_sum.reason = sample.reason;
-    return result;
-  }
+  if (!sample.reason.empty()) return without(sample.reason);
   if (sample.size < kShortestStretch * static_cast<double>(kStretches)) {
-    result.run_sum.reason = "the run is too short for its correlation in time";
-    return result;
+    return without("the run is too short for its correlation in time");
   }
   const std::size_t length = normalised_nees.size() / kStretches;
   Moments averages;
@@ -201,9 +209,12 @@ TimeAverageTest test_single_run(std::span<const double> normalised_nees, double 
     for (const double x : normalised_nees.subspan(i * length, length)) sum += x;
     averages.add(sum / static_cast<double>(length));
   }
-  result = test_time_average(averages, 1.0, 1.0, confidence);
-  result.effective_steps = sample.size;
-  return result;
+  std::ranges::transform(confidences, tests.begin(), [&](double confidence) {
+    TimeAverageTest test = test_time_average(averages, 1.0, 1.0, confidence);
+    test.effective_steps = sample.size;
+    return test;
+  });
+  return tests;
 }
 
 }  // namespace credence::internal

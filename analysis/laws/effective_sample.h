@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -75,5 +76,9 @@ SkewedMoments stretch_averages(std::span<const std::vector<double>> normalised_n
 /// chance. Approximate: assumes a stationary error. Measured on squared autoregressions (φ 0 to 0.95, 300 to
 /// 4000 steps, 3,000 studies each): alarms at nominal 5 % in 0.2 to 6.1 % of all runs, an undecided run none.
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence);
+
+/// The same at several levels, for the cost of one.
+std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_nees,
+                                             std::initializer_list<double> confidences);
 
 }  // namespace credence::internal

@@ -163,6 +163,19 @@ TEST(EffectiveSample, SingleRunIsCalibrated) {
   EXPECT_LE(undecided, 2);
 }
 
+TEST(EffectiveSample, ASingleRunIsTestedAtSeveralLevelsAsAtEach) {
+  std::mt19937_64 generator(7);
+  const Matrix nees = simulate(1, 1000, 2, 0.7, generator) / 2.0;
+  const std::vector<double> series(nees.data(), nees.data() + nees.size());
+  const std::vector<TimeAverageTest> tests = test_single_run(series, {0.8, 0.95});
+  ASSERT_EQ(tests.size(), 2U);
+  EXPECT_EQ(tests[0].run_sum.upper, test_single_run(series, 0.8).run_sum.upper);
+  EXPECT_EQ(tests[1].run_sum.upper, test_single_run(series, 0.95).run_sum.upper);
+  EXPECT_GT(tests[1].run_sum.upper, tests[0].run_sum.upper);
+  EXPECT_EQ(tests[1].p_value, tests[0].p_value);
+  EXPECT_FALSE(test_single_run({}, {0.8, 0.95})[1].run_sum.reason.empty());
+}
+
 TEST(EffectiveSample, AShortRunIsUndecided) {
   std::mt19937_64 generator(6);
   const Matrix nees = simulate(1, 60, 1, 0.95, generator);
