@@ -68,25 +68,15 @@ LeftParts left_blocks(const ConsistencyVerdict& whole, std::span<const BlockVerd
   return left;
 }
 
-std::string steps_text(const ConsistencyVerdict& nees, const StepSpan& span) {
-  if (span.count == 0) return "";
-  if (span.count == 1) return fmt::format("step {}", nees.step_of(span.first));
-  return fmt::format("steps {} to {}", nees.step_of(span.first), nees.step_of(span.last));
-}
-
 LeftParts left_steps(const ConsistencyVerdict& nees) {
   StepSpan high, low;
-  const auto add = [](StepSpan& span, std::int64_t step) {
-    if (span.count++ == 0) span.first = step;
-    span.last = step;
-  };
   for (std::size_t k = 0; k < nees.steps.size(); ++k) {
     const StepTest& step = nees.steps[k];
     const auto number = static_cast<std::int64_t>(k) + 1;
-    if (step.mean > nees.factor.upper * step.simultaneous_upper) add(high, number);
-    if (step.mean < nees.factor.lower * step.simultaneous_lower) add(low, number);
+    if (step.mean > nees.factor.upper * step.simultaneous_upper) high.add(number);
+    if (step.mean < nees.factor.lower * step.simultaneous_lower) low.add(number);
   }
-  return {steps_text(nees, high), steps_text(nees, low)};
+  return {nees.text_of(high), nees.text_of(low)};
 }
 
 }  // namespace
@@ -102,7 +92,9 @@ ScaleAdvice scale_of_covariance(const ConsistencyVerdict& nees) {
 }
 
 std::string left_by_scale(const ConsistencyVerdict& nees, std::span<const BlockVerdict> blocks) {
-  if (!nees.factor.reason.empty() || !(nees.factor.lower > 0.0)) return "";
+  const MeanInterval& factor = nees.factor;
+  if (!factor.reason.empty() || !(factor.lower > 1.0 || (factor.lower > 0.0 && factor.upper < 1.0)))
+    return "";
   const std::string text = left_blocks(nees, blocks).text();
   return text.empty() ? left_steps(nees).text() : text;
 }

@@ -37,11 +37,11 @@ ScaleAdvice no_scale(std::string_view reason);
 ScaleAdvice scale_of_covariance(const ConsistencyVerdict& nees);
 
 /// What the one factor on P (ConsistencyVerdict::factor) leaves where parts of the state, else steps, ask for
-/// different ones: "acc optimistic and pos pessimistic", "steps 1 to 9 pessimistic"; empty where no
-/// difference is significant. Blocks: the logarithms of their factors against that of the whole, by the
-/// intervals, Holm over the blocks; the one that differs most either way. It neglects that a block is part of
-/// the whole, which errs towards saying nothing. Steps: by the bounds that all steps of a consistent filter
-/// keep together, with the end of the factor's interval that speaks for them.
+/// different ones: "acc optimistic and pos pessimistic", "steps 1 to 9 pessimistic"; empty where the factor
+/// may be 1 or no difference is significant. Blocks: the logarithms of their factors against that of the
+/// whole, by the intervals, Holm over the blocks; the one that differs most either way. It neglects that a
+/// block is part of the whole, which errs towards saying nothing. Steps: by the bounds that all steps of a
+/// consistent filter keep together, with the end of the factor's interval that speaks for them.
 std::string left_by_scale(const ConsistencyVerdict& nees, std::span<const BlockVerdict> blocks);
 
 /// The factor on S that would make the mean NIS the expected one, NIS being white: sum / dof with the exact

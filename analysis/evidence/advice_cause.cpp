@@ -410,9 +410,9 @@ void find_start_beside_the_rest(const Findings& findings, std::vector<CauseFound
   const bool of_P0 = starts_wrong(verdict, cause_level(findings));
   if (!of_P0 && (low || !findings.nonlinear)) return;
   found.push_back({of_P0 ? Cause::initial_covariance : Cause::nonlinear_start,
-                   fmt::format("{} is {} in steps {} to {} only, and {} later", by_nis ? "NIS" : "NEES",
-                               low ? "pessimistic" : "optimistic", verdict.step_of(span.first),
-                               verdict.step_of(span.last), low ? "optimistic" : "pessimistic")});
+                   fmt::format("{} is {} in {} only, and {} later", by_nis ? "NIS" : "NEES",
+                               low ? "pessimistic" : "optimistic", verdict.text_of(span),
+                               low ? "optimistic" : "pessimistic")});
 }
 
 // The first innovation is that of P0 alone. Where it fits and those after it do not, the first corrections

@@ -1,5 +1,7 @@
 #include "analysis/evidence/consistency.h"
 
+#include <fmt/format.h>
+
 #include <vector>
 
 #include "analysis/evidence/consistency_judge.h"
@@ -24,6 +26,12 @@ SumLaw white_steps(const std::vector<StepTest>& tested) {
 }
 
 }  // namespace
+
+std::string ConsistencyVerdict::text_of(const StepSpan& span) const {
+  if (span.count == 0) return {};
+  if (span.count == 1) return fmt::format("step {}", step_of(span.first));
+  return fmt::format("steps {} to {}", step_of(span.first), step_of(span.last));
+}
 
 ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,
                               double confidence, const RunAverages* runs) {

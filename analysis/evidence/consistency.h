@@ -51,6 +51,12 @@ struct StepTest {
 /// Steps that reject in one direction, from 1; none: first = 0.
 struct StepSpan {
   std::int64_t first = 0, last = 0, count = 0;
+
+  /// Steps come in their order.
+  void add(std::int64_t step) {
+    if (count++ == 0) first = step;
+    last = step;
+  }
 };
 
 /// The verdict over all steps with everything it rests on.
@@ -86,6 +92,9 @@ struct ConsistencyVerdict {
 
   /// The step of the runs, from 1, that is the entry-th of the steps given, from 1.
   std::int64_t step_of(std::int64_t entry) const { return 1 + (entry - 1) * step_stride; }
+
+  /// "step 3" or "steps 3 to 7", of the runs; empty for none.
+  std::string text_of(const StepSpan& span) const;
 };
 
 /// The verdict on NEES, total or of a block of the state: steps correlated in time in any way.

@@ -246,11 +246,6 @@ void test_overall(const VerdictLaws& laws, double level, ConsistencyVerdict& res
   result.overall_p_value = law.p_value(count * result.mean);
 }
 
-void add_step(std::int64_t step, StepSpan& span) {
-  if (span.count++ == 0) span.first = step;
-  span.last = step;
-}
-
 /// What one direction says: its smallest p-value, adjusted.
 struct Direction {
   double step = 1.0;     ///< smallest p-value of a step
@@ -267,7 +262,7 @@ void conclude(const Joint& joint, bool runs, ConsistencyVerdict& result) {
     Direction& direction = high ? up : down;
     direction.step = std::min(direction.step, step.p_value);
     if (step.p_value <= joint.step_level) {
-      add_step(static_cast<std::int64_t>(k) + 1, high ? result.optimistic_steps : result.pessimistic_steps);
+      (high ? result.optimistic_steps : result.pessimistic_steps).add(static_cast<std::int64_t>(k) + 1);
     }
   }
   // Of a single step its own test stands for all.

@@ -56,12 +56,12 @@ std::string when_text(const ConsistencyVerdict& v, Verdict direction) {
   const StepSpan& other = direction == Verdict::optimistic ? v.pessimistic_steps : v.optimistic_steps;
   if (span.count == 0) return v.steps_tested > 1 ? "on average over the steps" : "";
   if (v.steps_tested == 1) return "";
-  if (span.count == 1) return fmt::format("at step {}", v.step_of(span.first));
+  if (span.count == 1) return "at " + v.text_of(span);
   const auto steps = std::ssize(v.steps);
   const bool lasts = span.last == steps || (!v.decided_by_steps && other.count == 0);
   if (span.first == 1 && lasts) return "throughout";
   if (lasts) return fmt::format("from step {} on", v.step_of(span.first));
-  return fmt::format("in steps {} to {}", v.step_of(span.first), v.step_of(span.last));
+  return "in " + v.text_of(span);
 }
 
 std::vector<WordPart> word_parts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,

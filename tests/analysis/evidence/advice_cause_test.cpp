@@ -486,6 +486,8 @@ TEST(CauseRules, AWrongStartAndAWrongNoiseAreBothNamed) {
   ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
   EXPECT_EQ(causes_of(findings), (CauseList{Cause::initial_covariance, Cause::process_noise_too_small}));
   EXPECT_EQ(find_causes(findings)[0].why, "NIS is pessimistic in steps 1 to 9 only, and optimistic later");
+  findings.nis = verdict_of_means(start_and_rest(1, 0.2, 1.5), true);
+  EXPECT_EQ(find_causes(findings)[0].why, "NIS is pessimistic in step 1 only, and optimistic later");
   // A start that lasts beyond the first fifth is none.
   findings.nis = verdict_of_means(start_and_rest(9, 0.2, 1.5), true);
   ASSERT_EQ(findings.nis.verdict, Verdict::mixed);
