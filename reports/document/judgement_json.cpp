@@ -172,6 +172,7 @@ Json judgement_json(const Judgement& b) {
   j["scale"] = {{"covariance", scale_json(b.scale_covariance)},
                 {"innovation", scale_json(b.scale_innovation)},
                 {"measurement_noise", scale_json(b.scale_measurement_noise)}};
+  j["scale"]["covariance"]["leaves"] = left_by_scale(b.nees, b.blocks);
   j["settle"] = {
       {"power", kSettlingPower}, {"nees", settle_json(b.settle_nees)}, {"nis", settle_json(b.settle_nis)}};
   j["coverage"] = coverage_json(b);

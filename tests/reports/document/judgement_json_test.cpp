@@ -81,6 +81,26 @@ TEST(JudgementJson, AccuracyIsOfRootsAndHasABoundWhereOneIsKnown) {
   EXPECT_EQ(j[1]["efficiency"].dump(), R"({"value":0.25,"lower":0.0625,"upper":1.0})");
 }
 
+TEST(JudgementJson, TellsWhatOneFactorOnPLeaves) {
+  const auto of_factor = [](double factor) {
+    ConsistencyVerdict nees;
+    nees.confidence = 0.95;
+    nees.factor = {.mean = factor, .lower = factor / 1.1, .upper = factor * 1.1};
+    return nees;
+  };
+  Judgement judgement;
+  judgement.nees = of_factor(2.0);
+  judgement.blocks = {{"position", of_factor(1.2)}, {"heading", of_factor(6.0)}};
+  judgement.scale_covariance = scale_of_covariance(judgement.nees);
+  const auto leaves = [&] { return judgement_json(judgement)["scale"]["covariance"]["leaves"]; };
+  EXPECT_EQ(leaves(), "heading optimistic and position pessimistic");
+  judgement.blocks.clear();
+  EXPECT_EQ(leaves(), "");
+  judgement.blocks = {{"heading", of_factor(6.0)}};
+  judgement.nees = of_factor(1.05);
+  EXPECT_EQ(leaves(), "") << "the factor may be 1, so that there is nothing to scale";
+}
+
 TEST(JudgementJson, WhatIsNotFiniteIsNullAndItsReasonBesideIt) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Judgement judgement;
