@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/nan.h"
+#include "reports/figures/study_figures.h"
 #include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
@@ -189,8 +190,7 @@ Figure sigma_figure(const std::string& name, const Calibration& c, std::span<con
           sigma_panel(std::span(c.bins).subspan(i, end - i), state_name(states, c.bins[i].state)));
     i = end;
   }
-  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
-  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
+  arrange(figure);
   return figure;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "core/manifold/angle.h"
@@ -23,8 +24,8 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
   if (a.judgement.nees.count > 0)
     figure.panels.push_back(verdict_panel("ANEES", "mean NEES", a.judgement.nees, {}));
   if (a.judgement.nis.count > 0)
-    figure.panels.push_back(verdict_panel("NIS", "mean NIS", a.judgement.nis, {}));
-  figure.cols = static_cast<int>(figure.panels.size());
+    std::ranges::move(nis_panels(a.judgement), std::back_inserter(figure.panels));
+  arrange(figure);
   return figure;
 }
 
@@ -73,8 +74,7 @@ Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
     if (block->verdict.count == 0 || figure.panels.size() == kPanels) continue;
     figure.panels.push_back(verdict_panel(block->name, "mean NEES", block->verdict, {}));
   }
-  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
-  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
+  arrange(figure);
   return figure;
 }
 

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/manifold/angle.h"
@@ -198,11 +199,14 @@ std::string over_runs_text(std::int64_t runs) {
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact) {
   Panel panel{.title = title, .x_label = "step", .y_label = y_label};
-  FigureData x = index_axis(static_cast<Index>(verdict.steps.size()), 0);
-  for (double& step : x) step = 1.0 + static_cast<double>(verdict.step_stride) * step;
-  FigureData mean, lower, upper, outer_lower, outer_upper, expected;
-  for (const StepTest& step : verdict.steps) {
-    const bool tested = step.count > 0 && step.total_dof > 0.0;
+  const auto has_data = [](const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; };
+  const bool sparse = 2 * std::ranges::count_if(verdict.steps, has_data) < std::ssize(verdict.steps);
+  FigureData x, mean, lower, upper, outer_lower, outer_upper, expected;
+  for (std::size_t k = 0; k < verdict.steps.size(); ++k) {
+    const StepTest& step = verdict.steps[k];
+    const bool tested = has_data(step);
+    if (sparse && !tested) continue;
+    x.push_back(static_cast<double>(verdict.step_of(static_cast<std::int64_t>(k) + 1)));
     mean.push_back(tested ? step.mean : kNaN);
     lower.push_back(tested ? step.lower : kNaN);
     upper.push_back(tested ? step.upper : kNaN);
@@ -220,6 +224,22 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
     panel.series.push_back(
         line_series("exact", ColourRole::exact, index_axis(static_cast<Index>(exact.size())), exact));
   return panel;
+}
+
+std::vector<Panel> nis_panels(const Judgement& judgement) {
+  constexpr std::size_t kPanels = 6;
+  if (judgement.sensors.size() < 2) return {verdict_panel("NIS", "mean NIS", judgement.nis, {})};
+  std::vector<Panel> panels;
+  for (const SensorJudgement& sensor : judgement.sensors) {
+    if (sensor.nis.count == 0 || panels.size() == kPanels) continue;
+    panels.push_back(verdict_panel("NIS of " + sensor.name, "mean NIS", sensor.nis, {}));
+  }
+  return panels;
+}
+
+void arrange(Figure& figure) {
+  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
+  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
 }
 
 Figure monobot_run_figure(const std::string& name, const RunTrace& trace) {
@@ -286,16 +306,18 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
       .name = name + "-consistency",
       .caption = fmt::format("NEES and NIS, {}. A consistent filter stays within the band "
                              "at {:g} % of single steps, and between the outer lines at all steps.",
-                             over_runs_text(analysis.statistics.runs), 100.0 * analysis.nees.confidence),
-      .rows = 1,
-      .cols = 3};
+                             over_runs_text(analysis.statistics.runs), 100.0 * analysis.nees.confidence)};
   FigureData exact_nees, exact_nis;
   for (const ExactMoments& e : analysis.exact) {
     exact_nees.push_back(e.nees);
     exact_nis.push_back(e.nis);
   }
   figure.panels.push_back(verdict_panel("ANEES", "mean NEES", analysis.nees, exact_nees));
-  figure.panels.push_back(verdict_panel("NIS", "mean NIS", analysis.nis, exact_nis));
+  if (analysis.judgement && analysis.judgement->sensors.size() > 1) {
+    std::ranges::move(nis_panels(*analysis.judgement), std::back_inserter(figure.panels));
+  } else {
+    figure.panels.push_back(verdict_panel("NIS", "mean NIS", analysis.nis, exact_nis));
+  }
   const CovarianceCurves& c = analysis.covariance;
   const RunFigure kind = world_of(analysis.scenario).figure;
   Panel panel{.title = "Covariance",
@@ -313,6 +335,7 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
     panel.series.push_back(line_series("landmarks", ColourRole::second, x, c.landmarks));
   }
   figure.panels.push_back(std::move(panel));
+  arrange(figure);
   return figure;
 }
 

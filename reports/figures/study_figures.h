@@ -24,16 +24,24 @@ Figure planar_run_figure(const std::string& name, const RunTrace& trace, double 
 /// One run of a world without a picture of its own: the error of every state with 2σ.
 Figure states_run_figure(const std::string& name, const RunTrace& trace);
 
-/// ANEES and mean NIS over the steps with pointwise and simultaneous bounds and, for linear models, the exact
-/// curves; and the traces of P.
+/// ANEES and mean NIS over the steps, of several sensors each its own, with pointwise and simultaneous bounds
+/// and, for linear models, the exact curves; and the traces of P.
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis);
 
 /// "means over 200 runs", "of one run": what a curve over steps shows.
 std::string over_runs_text(std::int64_t runs);
 
-/// The means of every step with pointwise and simultaneous bounds; `exact` may be empty.
+/// The means of every step with pointwise and simultaneous bounds; `exact` may be empty. Where fewer than
+/// half of the steps have data they alone are shown.
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact);
+
+/// The mean NIS; of several sensors, whose steps and dof may differ, a panel for each of the first six with
+/// data.
+std::vector<Panel> nis_panels(const Judgement& judgement);
+
+/// As many rows as the panels take, three in each.
+void arrange(Figure& figure);
 
 /// The figures of a study but that of its tests (evidence_figure), with one of its runs; one without panels
 /// is of what there is no data for.

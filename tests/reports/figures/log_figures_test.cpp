@@ -52,6 +52,14 @@ TEST(LogFigures, HaveNeesAndNisOfTheJudgement) {
   EXPECT_TRUE(found);
 }
 
+TEST(LogFigures, EverySensorHasItsOwnPanelOfNis) {
+  const CheckedLogs logs = synthetic_logs(Defect::shared_prior);
+  const Figure figure = log_figure(logs, "consistency");
+  EXPECT_NO_THROW(validate(figure));
+  EXPECT_THAT(panel_titles(figure), ElementsAre("ANEES", "NIS of landmark", "NIS of compass"));
+  EXPECT_EQ(figure.panels[2].series.back().y[7], logs.analysis.judgement.sensors[1].nis.steps[7].mean);
+}
+
 TEST(LogFigures, OfWhatLogsDoNotHoldThereIsNoPanel) {
   CheckedLogs logs = synthetic_logs(Defect::none);
   logs.analysis.judgement.nees.count = 0;

@@ -175,6 +175,12 @@ TEST(StudyFigures, AVerdictHasItsStepsInTheirPlaces) {
   EXPECT_EQ(find_series(panel, "all steps together")->y[0], 1.25);
   EXPECT_EQ(find_series(panel, "exact")->y.size(), 2U);
   EXPECT_EQ(find_series(verdict_panel("", "", verdict, {}), "exact"), nullptr);
+  // Of a sensor that is slower than the steps, values with gaps between would be no line.
+  verdict.steps.insert(verdict.steps.begin() + 1, 2, StepTest{});
+  const Panel sparse = verdict_panel("NIS of gps", "mean NIS", verdict, {});
+  EXPECT_NO_THROW(validate({.name = "v", .panels = {sparse}}));
+  EXPECT_THAT(find_series(sparse, "measured mean")->x, ElementsAre(1.0, 21.0));
+  EXPECT_THAT(find_series(sparse, "measured mean")->y, ElementsAre(2.5, 1.0));
 }
 
 TEST(StudyFigures, EveryWorldHasFiguresThatCanBeDrawnAlsoOfRunsThatAllFailed) {
