@@ -3,7 +3,7 @@
 usage: stage.py CREDENCE PAGES    the program; the folder that mkdocs.yml takes its pages from, made anew
 
 Pages: those of docs/; index.md (the README); commands.md and glossary.md, which the program prints; gallery.md, whose
-commands are run. A link to a file outside docs/ leads to a copy of it, one to a folder becomes its name.
+commands are run. A link to a file that is no page leads to a copy of it, one to a folder becomes its name.
 """
 
 import os
@@ -43,7 +43,8 @@ def relinked(text, source, pages):
         if page is None and file.is_dir():
             return f"`{file.relative_to(ROOT)}`"
         if page is None:
-            page = pathlib.Path("files") / (str(file.relative_to(ROOT)) + ".txt")
+            shown = str(file.relative_to(ROOT))
+            page = pathlib.Path("files") / (shown if file.suffix == ".svg" else shown + ".txt")
             (pages / page).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(file, pages / page)
         return f"[{words}]({page}{anchor})"
