@@ -17,6 +17,8 @@ namespace {
 constexpr double kDegreesOfTurn = 360.0, kRadiansOfTurn = 2.0 * std::numbers::pi;
 // A value with its rounding.
 constexpr double kSlack = 1.0 + 1e-3;
+// By which the mean of e²/P is too large where the error alone is in degrees.
+constexpr double kSquareOfDegrees = 1.0 / (kRadiansPerDegree * kRadiansPerDegree);
 
 /// Whether a step from a to b is a wrap of an angle with such a turn, counted from 0 or from −half a turn.
 bool wraps(double a, double b, double turn) {
@@ -64,6 +66,7 @@ void AngleUnits::add(const Step& step) {
     state.most_error = std::max(state.most_error, error);
     if (!(variance > 0.0)) continue;
     state.normalised += error * error / variance;
+    state.largest = std::max(state.largest, error * error / variance);
     ++state.count;
   }
 }
@@ -92,37 +95,52 @@ std::string AngleUnits::wrap_text(std::size_t i) const {
       degrees ? ", and written in radians" : "");
 }
 
-bool AngleUnits::others_fit() const {
-  constexpr double kFactor = 4.0;
-  std::int64_t others = 0;
-  for (std::size_t i = 0; i < states_.size(); ++i) {
-    if (layout_.angles[i] || states_[i].count == 0) continue;
-    const double fit = states_[i].mean_square();
-    if (!(fit > 1.0 / kFactor && fit < kFactor)) return false;
-    ++others;
-  }
-  return others > 0;
+AngleUnits::InDegrees AngleUnits::in_degrees(std::size_t i) const {
+  constexpr double kFactor = 4.0, kFactorOfOthers = 2.0, kTwoTurns = 2.0 * kRadiansOfTurn;
+  const State& state = states_[i];
+  if (state.count < static_cast<std::int64_t>(kFewestForReading)) return InDegrees::nothing;
+  const double fit = state.mean_square(), factor = layout_.angles[i] ? kFactor : kFactorOfOthers;
+  // Not where a few errors make the mean: the square of a Gaussian error is beyond 50 once in 1e12.
+  constexpr double kFar = 50.0;
+  if (!layout_.angles[i] && state.largest > kFar * fit) return InDegrees::nothing;
+  if (fit * kSquareOfDegrees > 1.0 / factor && fit * kSquareOfDegrees < factor) return InDegrees::P;
+  // Of errors that were wrapped as if they were radians the largest are lost.
+  const bool large =
+      layout_.angles[i] && state.estimates > 0 && std::max(-state.least, state.most) > kTwoTurns;
+  constexpr double kSomeLost = 30.0;
+  const bool error = fit > kSquareOfDegrees / (large ? kSomeLost : factor) && fit < factor * kSquareOfDegrees;
+  return error ? InDegrees::error : InDegrees::nothing;
 }
 
-std::string AngleUnits::likely_text(std::size_t i) const {
-  constexpr double kFactor = 4.0, kTwoTurns = 2.0 * kRadiansOfTurn;
-  constexpr double kSquare = 1.0 / (kRadiansPerDegree * kRadiansPerDegree);
-  const State& state = states_[i];
-  if (!layout_.angles[i] || state.count < static_cast<std::int64_t>(kFewestForReading)) return {};
-  const double fit = state.mean_square();
-  const std::string but_that = fmt::format("mean e²/P is {:.4g} there, and about 1 in the other states", fit);
-  if (fit * kSquare > 1.0 / kFactor && fit * kSquare < kFactor) {
-    return fmt::format("P is perhaps in degrees in {}, where the error is in radians: {}.", layout_.states[i],
-                       but_that);
+std::string AngleUnits::likely_text() const {
+  constexpr double kFactor = 4.0;
+  std::vector<std::string> of_P, of_error;
+  double normalised = 0.0, count = 0.0;
+  bool others = false;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    const State& state = states_[i];
+    if (state.count == 0) continue;
+    const InDegrees found = in_degrees(i);
+    if (found == InDegrees::nothing) {
+      if (layout_.angles[i]) continue;
+      const double fit = state.mean_square();
+      if (!(fit > 1.0 / kFactor && fit < kFactor)) return {};
+      others = true;
+      continue;
+    }
+    (found == InDegrees::P ? of_P : of_error).push_back(layout_.states[i]);
+    normalised += state.normalised;
+    count += static_cast<double>(state.count);
   }
-  // Of errors that were wrapped as if they were radians the largest are lost.
-  const bool large = state.estimates > 0 && std::max(-state.least, state.most) > kTwoTurns;
-  constexpr double kSomeLost = 30.0;
-  if (fit > kSquare / (large ? kSomeLost : kFactor) && fit < kFactor * kSquare) {
-    return fmt::format("{} is perhaps in degrees, where P is in radians, which are expected: {}.",
-                       layout_.states[i], but_that);
+  if (!others || of_P.empty() == of_error.empty()) return {};
+  const std::string but_that =
+      fmt::format("mean e²/P is {:.4g} there, and about 1 in the other states", normalised / count);
+  if (!of_P.empty()) {
+    return fmt::format("P is perhaps in degrees in {}, where the error is in radians: {}.",
+                       fmt::join(of_P, ", "), but_that);
   }
-  return {};
+  return fmt::format("{} {} perhaps in degrees, where P is in radians, which are expected: {}.",
+                     fmt::join(of_error, ", "), of_error.size() == 1 ? "is" : "are", but_that);
 }
 
 void AngleUnits::finish() {
@@ -130,11 +148,7 @@ void AngleUnits::finish() {
     if (std::string text = wrap_text(i); !text.empty()) return ForwardingSink::mistake(std::move(text));
   }
   if (!of_all_states_.empty()) return ForwardingSink::hint(std::move(of_all_states_));
-  if (others_fit()) {
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-      if (std::string text = likely_text(i); !text.empty()) return ForwardingSink::hint(std::move(text));
-    }
-  }
+  if (std::string text = likely_text(); !text.empty()) return ForwardingSink::hint(std::move(text));
   if (unexplained_) ForwardingSink::unexplained();
 }
 

@@ -14,8 +14,9 @@ namespace credence::internal {
 /// what is only likely here.
 ///
 /// Certain is a wrap: of successive estimates of a run, one near an end of a turn and the next near the
-/// other. What is likely is told where the states that are no angles have errors as P says: errors of an
-/// angle that are larger than P says as degrees are larger than radians, or smaller.
+/// other. What is likely is told where all other states have errors as P says: errors that are larger than P
+/// says as degrees are larger than radians, or smaller. States that are not said to be angles, such as the
+/// components of a rotation vector, must be so more closely.
 class AngleUnits final : public ForwardingSink {
  public:
   using ForwardingSink::ForwardingSink;
@@ -29,11 +30,13 @@ class AngleUnits final : public ForwardingSink {
   void finish();
 
  private:
+  enum class InDegrees { nothing, P, error };
+
   struct State {
     double last = 0.0;               ///< estimate of the step before; NaN at the first of a run
     double least = 0.0, most = 0.0;  ///< of all estimates
     double least_error = 0.0, most_error = 0.0;
-    double normalised = 0.0;  ///< sum of e²/P
+    double normalised = 0.0, largest = 0.0;  ///< sum of e²/P, largest of them
     std::int64_t count = 0, estimates = 0;
     std::int64_t wraps_of_degrees = 0, wraps_of_radians = 0;
 
@@ -42,8 +45,8 @@ class AngleUnits final : public ForwardingSink {
   };
 
   std::string wrap_text(std::size_t state) const;
-  std::string likely_text(std::size_t state) const;
-  bool others_fit() const;
+  InDegrees in_degrees(std::size_t state) const;
+  std::string likely_text() const;
 
   RunLayout layout_;
   std::vector<State> states_;

@@ -91,7 +91,10 @@ TEST(AngleUnits, AStateThatWrapsAndIsNotSaidToBeAnAngleIsNamed) {
   EXPECT_THAT((TurningRun{.is_angle = false, .noise = 0.2}.said()),
               AllOf(HasSubstr("heading jumps by 2π like an angle"), ::testing::Not(HasSubstr("degrees"))));
   // Where estimate and truth jump together, to the last row, there is nothing to mend.
-  EXPECT_THAT((TurningRun{.is_angle = false, .noise = 1e-9, .write = in_degrees}.said()), IsEmpty());
+  constexpr double kOneDegree = 1.0 / kRadiansPerDegree;
+  EXPECT_THAT(
+      (TurningRun{.is_angle = false, .noise = 1e-9, .write = in_degrees, .P_scale = kOneDegree}.said()),
+      IsEmpty());
   const auto jumping = [](double heading) { return heading < 5.0 ? heading : heading + 360.0; };
   EXPECT_THAT((TurningRun{.is_angle = false, .write = jumping}.said()), IsEmpty()) << "beyond a turn";
 }
@@ -109,6 +112,57 @@ TEST(AngleUnits, DegreesOfAnErrorOrOfPAreLikelyWhereTheOtherStatesFit) {
   TurningRun few = P;
   few.rows = 29;
   EXPECT_THAT(few.said(), IsEmpty());
+}
+
+/// What is said of a filter of fifteen states, none of them said to be an angle, as inertial ones are logged:
+/// the errors and σ of some in another unit.
+std::string said_of_fifteen(const std::function<void(Step&)>& write) {
+  testing::RecordedSink judged;
+  AngleUnits units(judged);
+  StepConventions sink(units);
+  RunLayout layout;
+  for (const char* block : {"position", "velocity", "attitude", "accel_bias", "gyro_bias"}) {
+    for (const char* axis : {"x", "y", "z"}) layout.states.push_back(std::string(block) + "." + axis);
+  }
+  layout.angles.assign(15, false);
+  sink.begin_run(layout);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  Step step;
+  for (int i = 0; i < 15; ++i) step.states.push_back(i);
+  for (int k = 0; k < 200; ++k) {
+    step.step = k + 1;
+    step.error = Vector::NullaryExpr(15, [&] { return normal(random); });
+    step.P = Matrix::Identity(15, 15);
+    write(step);
+    sink.add(step);
+  }
+  sink.finish();
+  units.finish();
+  return judged.said();
+}
+
+TEST(AngleUnits, DegreesInARotationVectorThatIsNotSaidToBeOneAreLikely) {
+  const auto P_of_attitude = [](double factor) {
+    return [=](Step& step) { step.P.block<3, 3>(6, 6) *= factor; };
+  };
+  constexpr double kDegrees = 1.0 / (kRadiansPerDegree * kRadiansPerDegree);
+  EXPECT_THAT(said_of_fifteen(P_of_attitude(kDegrees)),
+              HasSubstr("P is perhaps in degrees in attitude.x, attitude.y, attitude.z, where the error"));
+  EXPECT_THAT(said_of_fifteen(P_of_attitude(1.0 / kDegrees)),
+              HasSubstr("attitude.x, attitude.y, attitude.z are perhaps in degrees"));
+  // A few errors that are far out are no matter of units.
+  int k = 0;
+  EXPECT_THAT(said_of_fifteen([&](Step& step) { step.error[6] *= ++k % 50 == 0 ? 400.0 : 1.0; }), IsEmpty());
+  // A state that is said to be no angle must have the factor of degrees more closely; and no factor, no hint.
+  EXPECT_THAT(said_of_fifteen(P_of_attitude(kDegrees / 3.0)), IsEmpty());
+  EXPECT_THAT(said_of_fifteen([](Step&) {}), IsEmpty());
+  // The rates of the gyro are in degrees as well.
+  EXPECT_THAT(said_of_fifteen([=](Step& step) {
+                step.P.block<3, 3>(6, 6) *= kDegrees;
+                step.P.block<3, 3>(12, 12) *= kDegrees;
+              }),
+              HasSubstr("attitude.z, gyro_bias.x"));
 }
 
 }  // namespace
