@@ -35,7 +35,7 @@ double cause_level(const Findings& findings) {
 void find_unwrapped_angle(const Findings& findings, std::vector<CauseFound>& found) {
   if (findings.unwrapped_innovations == 0) return;
   found.push_back({Cause::unwrapped_angle,
-                   fmt::format("{} innovations of an angle lie beyond half a turn, none can once wrapped",
+                   fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
                                findings.unwrapped_innovations)});
 }
 
@@ -140,7 +140,24 @@ std::size_t first_fifth(const ConsistencyVerdict& verdict) {
   return std::min(steps, std::max<std::size_t>(1, steps / 5));
 }
 
+// Whether some step of the first fifth exceeds the first one by more than chance at such a level.
+bool grows_after_first_step(const ConsistencyVerdict& nees, double level) {
+  const StepTest* first = first_step(nees);
+  if (first == nullptr) return false;
+  const boost::math::normal law;
+  const double z = quantile(complement(law, level));
+  const auto end = nees.steps.begin() + static_cast<std::ptrdiff_t>(first_fifth(nees));
+  return std::any_of(nees.steps.begin(), end, [&](const StepTest& step) {
+    if (step.count == 0 || step.total_dof == 0.0) return false;
+    const double error = std::hypot((1.0 + excess_of(step)) * std::sqrt(2.0 / step.total_dof),
+                                    (1.0 + excess_of(*first)) * std::sqrt(2.0 / first->total_dof));
+    return std::abs(excess_of(step)) > std::abs(excess_of(*first)) + z * error;
+  });
+}
+
 bool nees_dies_out(const Findings& findings) {
+  // Of a linear filter what a wrong P0 does is most at the first step.
+  if (!findings.nonlinear && grows_after_first_step(findings.nees, cause_level(findings))) return false;
   return dies_out(findings.nees, any_step_outside(findings.nees, 0, first_fifth(findings.nees)));
 }
 
@@ -260,7 +277,7 @@ InnovationShape without_mean(InnovationShape shape, const Vector& mean) {
                                   : 0};
 }
 
-// What remains of outliers when nothing speaks against the covariance.
+// What remains of outliers where nothing is wrong with the covariance.
 void find_heavy_tails(const Findings& findings, std::vector<CauseFound>& found) {
   if (!found.empty() || !findings.heavy_tail_p_value) return;
   if (!(*findings.heavy_tail_p_value <= cause_level(findings))) return;
@@ -280,8 +297,8 @@ void find_sequential_sensors(const Findings& findings, std::vector<CauseFound>& 
     if (!(test.p_value <= cause_level(findings)) || test.largest < kMoreThanInTime * in_time) continue;
     found.push_back({Cause::sequential_sensors,
                      fmt::format("those of {} and {} at the same step are correlated, {:.2g} at most (p = "
-                                 "{:.2g}): their NIS may not be added, and a filter that takes both against "
-                                 "one prior counts it twice",
+                                 "{:.2g}): their NIS must not be added, and a filter that updates with both "
+                                 "from the same prior counts that prior twice",
                                  pair.first, pair.second, test.largest, test.p_value)});
     return;
   }
@@ -289,11 +306,10 @@ void find_sequential_sensors(const Findings& findings, std::vector<CauseFound>& 
 
 void find_gate(const Findings& findings, std::vector<CauseFound>& found) {
   if (!findings.gate) return;
-  found.push_back(
-      {Cause::gated_innovations,
-       fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and those within fit the law "
-                   "cut off there (p = {:.2g})",
-                   findings.gate->nis, findings.gate->expected, findings.gate->p_value)});
+  found.push_back({Cause::gated_innovations,
+                   fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and the rest follow the "
+                               "law truncated there (p = {:.2g})",
+                               findings.gate->nis, findings.gate->expected, findings.gate->p_value)});
 }
 
 // Jacobians at the estimates give the errors and the innovations of a nonlinear filter a mean, too: there a
@@ -347,29 +363,29 @@ void find_late_measurements(const Findings& findings, std::vector<CauseFound>& f
   if (late.steps < kSteps || late.explained < kMost) return;
   const InnovationShape shape = innovation_shape(findings);
   if (!(std::abs(shape.excess) < kSmallExcess && std::abs(shape.lag_1) < kSmallColour)) return;
-  found.push_back({Cause::late_measurements,
-                   fmt::format("the errors point back along the way, about {:.2g} steps of it (p = {:.2g}), "
-                               "which is {:.2g} of what NEES has in excess",
-                               late.steps, late.p_value, std::min(1.0, late.explained))});
+  found.push_back(
+      {Cause::late_measurements, fmt::format("the errors point back along the path by about {:.2g} steps (p "
+                                             "= {:.2g}), which explains {:.2g} of the excess of NEES",
+                                             late.steps, late.p_value, std::min(1.0, late.explained))});
 }
 
 void find_bias(const Findings& findings, std::vector<CauseFound>& found) {
   const auto clear = [&](const ZeroMeanTest& test) { return test.p_value <= cause_level(findings); };
   const std::string_view beside = findings.lateness && findings.lateness->reason == kNoVariedMotion
-                                      ? "; along a motion that is always the same a delay looks alike"
+                                      ? "; if the motion never varies, a delay looks the same"
                                       : "";
   if (findings.innovation_mean && clear(*findings.innovation_mean) &&
       explains_the_innovations(*findings.innovation_mean, findings)) {
     const ZeroMeanTest& test = *findings.innovation_mean;
     found.push_back(
-        {Cause::bias, fmt::format("the innovation has mean {:.2g} standard deviations (p = {:.2g}){}",
+        {Cause::bias, fmt::format("the innovation has a mean of {:.2g} standard deviations (p = {:.2g}){}",
                                   test.mean.cwiseAbs().maxCoeff(), test.p_value, beside)});
   } else if (findings.error_mean && clear(findings.error_mean->test) &&
              explains_the_errors(findings.error_mean->test, findings)) {
     const ZeroMeanTest& test = findings.error_mean->test;
     found.push_back(
         {Cause::bias,
-         fmt::format("the error of {} has mean {:.2g} of its standard deviations (p = {:.2g}), "
+         fmt::format("the error of {} has a mean of {:.2g} standard deviations (p = {:.2g}), "
                      "which the innovations do not show{}",
                      findings.error_mean->state, test.mean.cwiseAbs().maxCoeff(), test.p_value, beside)});
   }
@@ -626,14 +642,28 @@ void find_coloured_noise(const Findings& findings, double least, std::vector<Cau
 // at most 0.12.
 constexpr double kLeastByProcessNoise = 0.15;
 
+// What no noise makes, beside a noise that is named; the innovations of a nonlinear filter have a mean
+// anyway.
+std::string mean_beside(const Findings& findings, const std::vector<CauseFound>& found) {
+  constexpr double kLeastMean = 0.1;
+  if (!findings.innovation_mean || findings.nonlinear || !found.empty()) return {};
+  const ZeroMeanTest& test = *findings.innovation_mean;
+  const double mean = test.mean.cwiseAbs().maxCoeff();
+  if (!(test.p_value <= cause_level(findings)) || mean < kLeastMean) return {};
+  return fmt::format(
+      "; but they have a mean of {:.2g} standard deviations (p = {:.2g}), which no noise "
+      "makes: look first for a delay, a lever arm or a bias",
+      mean, test.p_value);
+}
+
 // Of a single wrong noise A q + B r, A + B = 1, is the excess of NEES as well as of NIS: either tells its
 // sign. Where the gain is not told, innovations that are white enough exclude Q if S is mostly R.
 void find_gain(const Findings& findings, const InnovationShape& shape, bool high,
                std::vector<CauseFound>& found) {
   const double share = findings.measurement_noise_share.value_or(0.0), expected = findings.nis.expected;
-  const std::string why =
-      fmt::format("mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g} ± {:.2g}",
-                  expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band);
+  const std::string why = fmt::format(
+      "mean NIS {:.3g} of {:.3g} with a lag-1 autocorrelation of {:.2g} ± {:.2g}{}",
+      expected * (1.0 + shape.excess), expected, shape.lag_1, shape.lag_1_band, mean_beside(findings, found));
   if (shape.gain != 0) {
     found.push_back({cause_by_gain(high, shape.gain > 0), why});
   } else if (std::isfinite(shape.lag_1_band)) {
@@ -643,7 +673,7 @@ void find_gain(const Findings& findings, const InnovationShape& shape, bool high
     if (!so_white) {
       found.push_back({Cause::process_or_measurement_noise, why});
     } else if (share > kMostly) {
-      found.push_back({R, fmt::format("{}, and S is R to {:.2g}", why, share)});
+      found.push_back({R, fmt::format("{}, and R makes up {:.2g} of S", why, share)});
     }
   }
 }
@@ -684,12 +714,22 @@ void find_noise_beside_the_bias(const Findings& findings, std::vector<CauseFound
                                findings.nis.expected * (1.0 + shape.excess), findings.nis.expected)});
 }
 
+// Where NEES is wrong and the innovations are not, P may be right and the errors beside it be of another
+// kind.
+std::string_view where_innovations_fit(const Findings& findings) {
+  if (!is_inconsistent(findings.nees.verdict) || findings.nis.verdict != Verdict::consistent) return "";
+  return "; the innovations fit, so look at P where no sensor measures, and whether errors and P have the "
+         "same "
+         "axes, order and units";
+}
+
 void find_cross_covariance(const Findings& findings, std::vector<CauseFound>& found) {
   if (errors_are_correlated(findings)) {
     found.push_back({Cause::cross_covariance,
                      fmt::format("errors whitened by P are correlated up to {:.2g} between components (p = "
-                                 "{:.2g})",
-                                 findings.error_correlation->largest, findings.error_correlation->p_value)});
+                                 "{:.2g}){}",
+                                 findings.error_correlation->largest, findings.error_correlation->p_value,
+                                 where_innovations_fit(findings))});
   } else if (findings.block && findings.block->joint_only) {
     found.push_back(
         {Cause::cross_covariance, fmt::format("mean NEES {:.3g} of {:.3g}, and no block is inconsistent",
@@ -718,8 +758,9 @@ void find_scale(const Findings& findings, std::vector<CauseFound>& found) {
   const bool nees = is_inconsistent(findings.nees.verdict);
   if (!nees && !is_inconsistent(findings.nis.verdict)) return;
   const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
-  found.push_back({Cause::covariance_scale, fmt::format("mean {} {:.3g} of {:.3g}", nees ? "NEES" : "NIS",
-                                                        verdict.mean, verdict.expected)});
+  found.push_back(
+      {Cause::covariance_scale, fmt::format("mean {} {:.3g} of {:.3g}{}", nees ? "NEES" : "NIS", verdict.mean,
+                                            verdict.expected, where_innovations_fit(findings))});
 }
 
 // Consistent, or so nearly that the errors are wrong by more than ten times as much.
@@ -777,7 +818,7 @@ std::string_view to_string(Cause cause) {
     case Cause::wide_angle:
       return "an angle too uncertain for a Gaussian law";
     case Cause::outliers:
-      return "outliers, as of a wrong association";
+      return "outliers, such as wrong associations";
     case Cause::gated_innovations:
       return "innovations that had to pass a gate";
     case Cause::late_measurements:
@@ -790,7 +831,7 @@ std::string_view to_string(Cause cause) {
       return "the initial covariance or process noise; the errors before the first innovation cannot tell "
              "which";
     case Cause::nonlinear_start:
-      return "the linearisation at a start that is so uncertain";
+      return "the linearisation at so uncertain a start";
     case Cause::process_noise_too_small:
       return "process noise Q assumed too small";
     case Cause::process_noise_too_large:
@@ -806,20 +847,20 @@ std::string_view to_string(Cause cause) {
     case Cause::cross_covariance:
       return "cross-covariances between the blocks";
     case Cause::sequential_sensors:
-      return "innovations of several sensors that were all taken against one prior";
+      return "innovations of several sensors that were all computed from the same prior";
     case Cause::heavy_tails:
       return "errors that are not Gaussian, with heavy tails; the covariance is right";
     case Cause::wrong_dof:
       return "a wrong number of degrees of freedom";
     case Cause::linearisation:
-      return "the filter's linearisation at its own estimates, which takes directions for observable that "
-             "are not";
+      return "the filter's linearisation at its own estimates, which makes unobservable directions look "
+             "observable";
     case Cause::process_noise_or_linearisation:
       return "process noise Q assumed too small, or the linearisation of the motion";
     case Cause::covariance_scale:
       return "the scale of the covariance";
     case Cause::inflation:
-      return "the inflation of the covariance, which is on purpose";
+      return "the deliberate inflation of the covariance";
   }
   return "unknown";
 }

@@ -102,7 +102,7 @@ TEST(CauseRules, AlongOneWayABiasMayBeADelay) {
   ASSERT_EQ(causes_of(findings), CauseList{Cause::bias});
   EXPECT_EQ(find_causes(findings)[0].why.find("a delay"), std::string::npos);
   findings.lateness = LatenessTest{.runs = 100, .p_value = std::nan(""), .reason = kNoVariedMotion};
-  EXPECT_NE(find_causes(findings)[0].why.find("a delay looks alike"), std::string::npos);
+  EXPECT_NE(find_causes(findings)[0].why.find("a delay looks the same"), std::string::npos);
 }
 
 // A P0 that is all but forgotten leaves errors correlated as P says, cross-covariances that were dropped do
@@ -140,7 +140,7 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::late_measurements});
   findings.lateness->p_value = 0.01;
   ASSERT_EQ(causes_of(findings), CauseList{Cause::bias});
-  EXPECT_NE(find_causes(findings)[0].why.find("the error of x has mean 0.7"), std::string::npos);
+  EXPECT_NE(find_causes(findings)[0].why.find("the error of x has a mean of 0.7"), std::string::npos);
   // 0.7² is less than half of an excess of 1: at a filter's own estimates that is no bias.
   findings = findings_of(2.0, 1.0);
   findings.error_mean = {.test = {.mean = Vector::Constant(1, 0.7), .p_value = 1e-9}, .state = "x"};
@@ -394,6 +394,36 @@ TEST(CauseRules, AFirstStepThatIsWrongAndInnovationsThatFitLaterAreOfP0) {
   findings = findings_of(1.0, 1.0);
   findings.nis = verdict_of_means(start_and_rest(1, 0.2, 1.0), true);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+}
+
+// Errors written in other axes than P fit until the vehicle has turned: no P0 does that.
+TEST(CauseRules, ErrorsThatFitAtTheFirstStepAndNotSoonAfterAreNotOfP0) {
+  Findings findings = findings_of(1.0, 1.0);
+  std::vector<double> means = start_and_rest(8, 5.0, 1.0);
+  findings.nees = verdict_of_means(means, false);
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
+  means[0] = 1.0;
+  findings.nees = verdict_of_means(means, false);
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+  EXPECT_NE(find_causes(findings)[0].why.find("the same axes, order and units"), std::string::npos);
+  findings.nis = verdict_of_means(std::vector<double>(40, 1.5), true);
+  for (const CauseFound& found : find_causes(findings)) EXPECT_EQ(found.why.find("axes"), std::string::npos);
+}
+
+// 0.21² = 0.044 is less than a twentieth of an excess of 2.6, so that the bias is not the cause; no noise
+// makes it either.
+TEST(CauseRules, AMeanBesideANoiseIsSaid) {
+  Findings findings = findings_of(3.6, 3.6);
+  findings.whiteness = correlated_by(0.6);
+  findings.not_white = true;
+  findings.innovation_mean = ZeroMeanTest{.mean = Vector::Constant(1, 0.21), .p_value = 1e-9};
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  EXPECT_NE(find_causes(findings)[0].why.find("a mean of 0.21 standard deviations"), std::string::npos);
+  findings.innovation_mean->mean[0] = 0.05;
+  EXPECT_EQ(find_causes(findings)[0].why.find("a mean of"), std::string::npos);
+  findings.innovation_mean->mean[0] = 0.21;
+  findings.nonlinear = true;
+  EXPECT_EQ(find_causes(findings)[0].why.find("a mean of"), std::string::npos);
 }
 
 // Of a wrong gain all lags have one sign where they fade slowly.
