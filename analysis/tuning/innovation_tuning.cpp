@@ -89,7 +89,7 @@ GainError gain_error(const WhitenessTest& whiteness) {
 std::string what_comes_first(const SensorRecord& record, const InnovationTests& tests, double confidence) {
   constexpr std::size_t kMean = 3;  // of InnovationTests::adjusted_p_value
   if (record.unwrapped > 0) {
-    return fmt::format("{} innovations of an angle lie beyond half a turn, none can once wrapped",
+    return fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
                        record.unwrapped);
   }
   if (!(tests.adjusted_p_value[kMean] <= 1.0 - confidence)) return "";
@@ -120,8 +120,8 @@ void add_notes(InnovationTuning& t) {
   auto& notes = t.notes;
   notes.emplace_back(
       "A log of innovations and S does not hold F and H: Q and R cannot be separated. What can be told is "
-      "the "
-      "scale of S and to which side the gain is wrong.");
+      "the scale of S and on which side the gain is wrong. The factor on each noise takes the filter itself: "
+      "credence.tune_filter in Python, FilterScore in C++.");
   if (t.comes_first.empty()) {
     notes.push_back(gain_note(t.gain));
   } else {

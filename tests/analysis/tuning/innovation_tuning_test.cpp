@@ -86,6 +86,7 @@ TEST(InnovationTuning, HardlyAnythingComesFirstWhereNothingIsWrong) {
 TEST(InnovationTuning, SaysThatQAndRCannotBeSeparated) {
   const InnovationTuning t = tune_innovations(record(1, 100, 1.0, 0.0, 5), 0.95);
   EXPECT_THAT(t.notes, ::testing::Contains(::testing::HasSubstr("Q and R cannot be separated")));
+  EXPECT_THAT(t.notes, ::testing::Contains(::testing::HasSubstr("credence.tune_filter")));
   EXPECT_FALSE(t.left_out_parts.of_runs);
 }
 
