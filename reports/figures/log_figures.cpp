@@ -29,16 +29,16 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
   return figure;
 }
 
-/// Errors of the first run, state by state.
+/// Errors of the first run, state by state: of all states of an inertial filter, of a map the first ones.
 Figure errors_figure(const std::string& name, const RunErrors& run) {
-  constexpr std::size_t kPanels = 6;
+  constexpr std::size_t kMostPanels = 15, kPanelsOfMany = 6;
   // A component that the filter does not estimate has no error in any row.
   std::vector<const RunErrors::State*> estimated;
   for (const RunErrors::State& state : run.states) {
     if (!std::ranges::all_of(state.error, [](double e) { return std::isnan(e); }))
       estimated.push_back(&state);
   }
-  const std::size_t shown = std::min(kPanels, estimated.size());
+  const std::size_t shown = estimated.size() <= kMostPanels ? estimated.size() : kPanelsOfMany;
   Figure figure{
       .name = name + "-errors",
       .caption = fmt::format("The first run: errors{} with the ±2σ that the filter claims; a consistent "

@@ -99,7 +99,7 @@ TEST(LogFigures, ErrorsHaveTwoSigmaAboutThemAndAnglesAreInDegrees) {
 
 TEST(LogFigures, OfManyStatesTheFirstSixThatAreEstimated) {
   CheckedLogs logs;
-  logs.first_run = errors_of(9);
+  logs.first_run = errors_of(18);
   for (const std::size_t i : {1U, 3U}) logs.first_run.states[i].error = {kAbsent, kAbsent, kAbsent};
   logs.first_run.states[4].error[0] = kAbsent;  // not there yet
   const Figure figure = log_figure(logs, "errors");
@@ -107,6 +107,9 @@ TEST(LogFigures, OfManyStatesTheFirstSixThatAreEstimated) {
   EXPECT_EQ(figure.rows, 2);
   EXPECT_EQ(figure.cols, 3);
   EXPECT_THAT(figure.caption, HasSubstr("errors of the first 6 states"));
+  logs.first_run = errors_of(15);  // position, velocity, attitude and two biases
+  EXPECT_EQ(log_figure(logs, "errors").panels.size(), 15U);
+  EXPECT_EQ(log_figure(logs, "errors").rows, 5);
   logs.first_run = errors_of(4);
   EXPECT_THAT(log_figure(logs, "errors").caption, Not(HasSubstr("of the first")));
   EXPECT_EQ(log_figure(logs, "errors").rows, 2);
