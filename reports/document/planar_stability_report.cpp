@@ -107,11 +107,25 @@ Figure planar_growth_figure(const Scenario& scenario, const PlanarStability& a) 
   return figure;
 }
 
+/// What P of the other solutions does at the truth, in brackets; nothing without others.
+std::string others_text(const Scenario& scenario, const PlanarStability& a) {
+  std::string text;
+  for (const PlanarFollowed& f : a.followed) {
+    if (f.at != Linearisation::truth || f.solution == scenario.filter.solution) continue;
+    text +=
+        fmt::format("{}{} {}", text.empty() ? "" : ", ", to_string(f.solution), to_string(f.growth.verdict));
+  }
+  return text.empty() ? text : " (" + text + ")";
+}
+
 ReportAnswer planar_stability_answer(const Scenario& scenario, const PlanarStability& a) {
   const PlanarFollowed& truth = a.own(scenario.filter.solution);
   const bool bounded = truth.growth.verdict == LongRun::bounded;
   std::string text = fmt::format("Over {} loops with Jacobians at the truth P is {}", a.loops,
                                  to_string(truth.growth.verdict));
+  if (const std::string others = others_text(scenario, a); !others.empty()) {
+    text += fmt::format(" with the solution {}{}", to_string(scenario.filter.solution), others);
+  }
   double pose_nees = kNaN;
   for (const PlanarFollowed& f : a.followed) {
     if (f.at != Linearisation::estimate || f.solution != scenario.filter.solution) continue;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "analysis/stability/boundedness.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/stability_json.h"
@@ -53,6 +54,17 @@ TableCell bounded_cell(bool bounded) {
   return bounded ? TableCell("bounded", CellTone::good) : TableCell("unbounded", CellTone::alarm);
 }
 
+/// Why the exact condition came out as it did.
+std::string_view condition_text(std::string_view reason) {
+  if (reason == to_string(BoundednessReason::paired)) {
+    return "combinations of states that no noise touches fix every unobservable direction";
+  }
+  if (reason == to_string(BoundednessReason::unpaired)) return "noise drives an unobservable direction";
+  if (reason == to_string(BoundednessReason::nothing_unobserved)) return "nothing is unobservable";
+  if (reason == to_string(BoundednessReason::unstable)) return "an unobservable direction is unstable";
+  return reason;
+}
+
 TableCell riccati_cell(const RiccatiSolution& r) {
   if (r.kind == RiccatiKind::undecided) return {"undecided", CellTone::caution};
   return bounded_cell(r.bounded());
@@ -68,7 +80,7 @@ std::string initial_text(const StabilityAnalysis& a) {
 TableCell error_cell(double spectral_radius) {
   constexpr double kOnTheCircle = 1e-9;
   if (spectral_radius < 1.0 - kOnTheCircle) return {"forgotten", CellTone::good};
-  if (spectral_radius <= 1.0 + kOnTheCircle) return {"a part stays for ever", CellTone::caution};
+  if (spectral_radius <= 1.0 + kOnTheCircle) return {"part of it never decays", CellTone::caution};
   return {"not forgotten", CellTone::alarm};
 }
 
@@ -103,8 +115,8 @@ std::vector<std::string> notes(const StabilityAnalysis& a) {
         "constant Q_t leave it out; the long run contains it.");
   } else if (a.inflation_varies) {
     all.push_back(
-        "ΔP varies with P along a run: its value of one step decides nothing, the long run shows what "
-        "happens.");
+        "ΔP varies with P along a run, so that its value at one step decides nothing; the long run shows "
+        "what happens.");
   }
   if (!a.long_horizon.converged) {
     all.push_back(
@@ -118,12 +130,12 @@ std::string noise_condition_text(const StabilityAnalysis& a) {
   const NoiseCondition& c = *a.noise_condition;
   const std::string unit = unit_of_trace(a);
   if (c.bounded()) {
-    return fmt::format("proved: tr P after an update never above {}{}", number_text(c.trace_bound(), 6),
+    return fmt::format("proved: tr P after an update never exceeds {}{}", number_text(c.trace_bound(), 6),
                        unit);
   }
   return fmt::format(
-      "proved: a variance of {}{} more at every step along {}, which no measurement sees; tr P grows by {}{} "
-      "a step in the limit",
+      "proved: the variance along {2}, which no measurement sees, grows by at least {0}{1} per step; tr P by "
+      "{3}{4} per step in the limit",
       number_text(c.rate, 4), unit, a.growth_direction, number_text(c.growth_per_step(), 4), unit);
 }
 
@@ -240,7 +252,7 @@ ReportAnswer stability_answer(const StabilityAnalysis& a) {
                              : fmt::format("P grows without bound, measured over {} steps", steps);
   text += bounded == a.predicted_bounded
               ? " and as the exact condition says"
-              : "; with the Q_t of the last step held constant it would be otherwise";
+              : "; with the Q_t of the last step held constant theory says otherwise";
   if (bounded && !std::isnan(a.initial_covariance_effect)) {
     text += a.depends_on_initial ? "; its limit depends on P0" : "; its limit does not depend on P0";
   }
@@ -262,7 +274,8 @@ ReportTable stability_rank_table(const StabilityAnalysis& a) {
   add("inflation ΔP", a.inflation, fmt::format("at step {}", a.steps));
   add("noise Q_t = G Q Gᵀ + ΔP", a.noise_total, "what enters at every step");
   table.notes.push_back(
-      "gap: last singular value counted over the first that was not; ∞ when all others are zero.");
+      "gap: the smallest singular value counted as nonzero over the largest not counted; ∞ where all others "
+      "are zero.");
   return table;
 }
 
@@ -273,26 +286,27 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
                                 {"numbers", ColumnAlign::words}},
                     .rows = {},
                     .notes = notes(a)};
-  table.add({"errors of one run, F − F K H", error_cell(a.spectral_radius),
+  table.add({"error of a single run: F − F K H", error_cell(a.spectral_radius),
              fmt::format("spectral radius {}; eigenvalues {}", number_text(a.spectral_radius, 8),
                          eigenvalue_text(a))});
   const RiccatiSolution& r = a.riccati;
-  table.add({"P with Q_t constant, computed", riccati_cell(r),
+  table.add({"P for constant Q_t, by the Riccati equation", riccati_cell(r),
              fmt::format("solution: {}; trace of the prior {}{}{}; growth exponent {}; residual {}{}",
                          to_string(r.kind), number_text(r.P.trace(), 6), unit_of_trace(a),
                          r.bounded() ? "" : fmt::format(" after {} steps", number_text(r.steps, 3)),
                          number_text(r.growth_exponent, 3), number_text(r.residual, 2),
                          r.reason.empty() ? "" : "; " + r.reason)});
-  table.add({"the same, exact condition", bounded_cell(a.predicted_bounded), a.prediction_reason});
+  table.add({"P for constant Q_t, by the exact condition", bounded_cell(a.predicted_bounded),
+             std::string(condition_text(a.prediction_reason))});
   if (a.noise_condition) {
-    table.add(
-        {"the same, bound or growth", bounded_cell(a.noise_condition->bounded()), noise_condition_text(a)});
+    table.add({"P for constant Q_t, bound or growth", bounded_cell(a.noise_condition->bounded()),
+               noise_condition_text(a)});
   }
   // The paper's condition is one on inflated filters of a static map.
   if (a.noise_condition) {
     const bool agrees = a.paper_condition_holds == a.predicted_bounded;
     table.add(
-        {"the same, eq. (22) of the paper",
+        {"P for constant Q_t, by eq. (22) of the paper",
          {a.paper_condition_holds ? "bounded" : "unbounded", agrees ? CellTone::plain : CellTone::caution},
          fmt::format("rank ΔP = {} {} rank O = {}{}", a.inflation.rank, a.paper_condition_holds ? "≤" : ">",
                      a.observability.rank, agrees ? "" : "; the exact condition says otherwise")});

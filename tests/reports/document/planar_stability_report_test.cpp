@@ -89,11 +89,19 @@ TEST(PlanarStabilityReport, AnswersOfTheOwnSolutionAtTheTruthAndInTheEkf) {
   EXPECT_EQ(grows.tone, CellTone::alarm);
   EXPECT_EQ(
       grows.text,
-      "Over 12 loops with Jacobians at the truth P is growing; in a noisy run of the EKF it is growing, "
-      "with a NEES of the pose of 1.25 times its expected value");
+      "Over 12 loops with Jacobians at the truth P is growing with the solution pairwise (min-trace bounded, "
+      "sequential bounded); in a noisy run of the EKF it is growing, with a NEES of the pose of 1.25 times "
+      "its expected value");
   const ReportAnswer stays = planar_stability_document(planar_map(InflationSolution::min_trace), a).answer;
   EXPECT_EQ(stays.tone, CellTone::good);
-  EXPECT_THAT(stays.text, StartsWith("Over 12 loops with Jacobians at the truth P is bounded;"));
+  EXPECT_THAT(stays.text,
+              StartsWith("Over 12 loops with Jacobians at the truth P is bounded with the solution "
+                         "min-trace (pairwise growing, sequential bounded);"));
+  PlanarStability alone = planar_case();
+  std::erase_if(alone.followed,
+                [](const PlanarFollowed& f) { return f.solution != InflationSolution::pairwise; });
+  EXPECT_THAT(planar_stability_document(planar_map(InflationSolution::pairwise), alone).answer.text,
+              StartsWith("Over 12 loops with Jacobians at the truth P is growing;"));
 }
 
 // A bounded P of a filter that is wrong is no good news.

@@ -63,9 +63,9 @@ TEST(StabilityReport, OfALevelTheGoldenRatio) {
       "P stays bounded, measured over 256 steps and as the exact condition says; its limit does not depend "
       "on P0");
   EXPECT_EQ(document.answer.tone, CellTone::good);
-  EXPECT_THAT(stability_row(document, "errors of one run"),
+  EXPECT_THAT(stability_row(document, "error of a single run"),
               HasSubstr("forgotten: spectral radius 0.38196601"));
-  EXPECT_THAT(stability_row(document, "Q_t constant"), HasSubstr("trace of the prior 1.61803;"));
+  EXPECT_THAT(stability_row(document, "Riccati"), HasSubstr("trace of the prior 1.61803;"));
   EXPECT_THAT(stability_shown(analysis, 12).answer.text,
               EndsWith("; a step is here a whole period of 12, with P at its end"));
 }
@@ -129,8 +129,9 @@ TEST(StabilityReport, WhatGrowsIsNamedWithItsRate) {
   EXPECT_EQ(document.answer.text,
             "P grows without bound, measured over 256 steps and as the exact condition says");
   EXPECT_EQ(document.answer.tone, CellTone::alarm);
+  EXPECT_EQ(stability_row(document, "exact condition"), "unbounded: noise drives an unobservable direction");
   EXPECT_THAT(stability_row(document, "bound or growth"),
-              HasSubstr("tr P grows by 0.2500 a step in the limit"));
+              HasSubstr("grows by at least 0.2500 per step; tr P by 0.2500 per step in the limit"));
   EXPECT_THAT(stability_row(document, "depend on P0"), testing::StartsWith("no limit"));
   EXPECT_THAT(table_of(document, "Ranks").rows.at(1).at(4).text, HasSubstr("unseen"));
 }
@@ -154,7 +155,7 @@ TEST(StabilityReport, AFilterThatBreaksDownIsSaidAndNoNumberIsInvented) {
   EXPECT_EQ(document.answer.text, "The filter breaks down: S lost positive definiteness after 60 steps");
   EXPECT_EQ(document.answer.tone, CellTone::alarm);
   EXPECT_TRUE(stability_data(analysis)["spectral_radius"].is_null());
-  EXPECT_THAT(stability_row(document, "errors of one run"), HasSubstr("the iteration did not converge"));
+  EXPECT_THAT(stability_row(document, "error of a single run"), HasSubstr("the iteration did not converge"));
 }
 
 TEST(StabilityReport, UnitsAreMetresOnlyWhereAllStatesAre) {
@@ -162,7 +163,7 @@ TEST(StabilityReport, UnitsAreMetresOnlyWhereAllStatesAre) {
   EXPECT_FALSE(analysis.in_metres);
   EXPECT_THAT(stability_row(stability_shown(analysis), "bound or growth"), Not(HasSubstr("m²")));
   analysis.in_metres = true;
-  EXPECT_THAT(stability_row(stability_shown(analysis), "bound or growth"), HasSubstr("0.2500 m² a step"));
+  EXPECT_THAT(stability_row(stability_shown(analysis), "bound or growth"), HasSubstr("0.2500 m² per step"));
 }
 
 TEST(StabilityReport, TheFigureHasTheCovarianceTheCircleAndTheEigenvalues) {
