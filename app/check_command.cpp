@@ -199,14 +199,13 @@ void add_check_command(CLI::App& app) {
   command->add_option("--align", options->align, "move the truth onto the estimate first")
       ->check(CLI::IsMember({"none", "se2", "yaw", "se3"}))
       ->capture_default_str();
-  command->add_option(
-      "--time-offset", options->time_offset,
-      "poses: what the times of the truth are ahead of those of the estimate, s; estimate: found from "
-      "the errors, told with its interval, and used");
+  command->add_option("--time-offset", options->time_offset,
+                      "poses: by how much the truth's times are ahead of the estimate's, s; estimate: found "
+                      "from the errors, reported with its interval, and used");
   command
-      ->add_option(
-          "--lever-arm", options->lever_arm,
-          "poses: where the truth's frame is on the estimate's body: x,y,z (m), or with its turn qx,qy,qz,qw")
+      ->add_option("--lever-arm", options->lever_arm,
+                   "poses: where the truth's frame sits on the estimate's body: x,y,z (m), or with its "
+                   "rotation qx,qy,qz,qw")
       ->delimiter(',')
       ->allow_extra_args(false);
   command

@@ -66,7 +66,7 @@ int claims(const ClaimsOptions& options) {
   append(all, timing_claims(&catch_interrupt()));
   append(all, carpark_claims(log, options));
   if (catch_interrupt().load()) {
-    say("credence: claims interrupted, nothing is told");
+    say("credence: claims interrupted, nothing is reported");
     return kInterrupted;
   }
   tell(claims_document(all), options);

@@ -82,9 +82,8 @@ void add_threads_option(CLI::App& command, int& threads) {
 }
 
 void add_fail_option(CLI::App& command, CommonOptions& options) {
-  command.add_flag(
-      "--fail-on-inconsistent", options.fail_on_inconsistent,
-      "exit with 1 when a verdict is optimistic, pessimistic or mixed; undecided is no accusation");
+  command.add_flag("--fail-on-inconsistent", options.fail_on_inconsistent,
+                   "exit with 1 when a verdict is optimistic, pessimistic or mixed; undecided is no failure");
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options) {

@@ -77,7 +77,7 @@ int study_variants(const ReplayOptions& options) {
     study = run_carpark_study(log, settings, study_options);
   }
   if (!study.complete) {
-    say("credence: replay interrupted, nothing is told");
+    say("credence: replay interrupted, nothing is reported");
     return kInterrupted;
   }
   tell(carpark_study_document(study), options);

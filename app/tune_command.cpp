@@ -49,7 +49,7 @@ int tune_input(const TuneOptions& options) {
 
 void add_tune_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "tune", "which noise would make it consistent: value, interval, verdict on fresh runs");
+      "tune", "which noise would make the filter consistent: value, interval, verdict on fresh runs");
   auto options = std::make_shared<TuneOptions>();
   command
       ->add_option("input", options->inputs,
@@ -59,7 +59,7 @@ void add_tune_command(CLI::App& app) {
   command->add_option(
       "--free", options->free,
       "what is tuned: Q, R, P0 for one factor each, diag(Q) for every variance, full(Q) for every "
-      "element; of a data set noise.range_std and such; separated by commas (default Q,R; of a data set "
+      "element; of a data set noise.range_std and the like; separated by commas (default Q,R; of a data set "
       "all of its noise)");
   command->add_option("--write", options->write, "a new file for the tuned scenario")->type_name("FILE");
   command->add_option("--data", options->data, "carpark, mrclam: folder of the data; repeatable")

@@ -64,7 +64,7 @@ const LogFormat& log_format_of(const std::filesystem::path& file, std::string_vi
   for (const LogFormat& format : log_formats()) {
     if (format.recognises(beginning, file)) return format;
   }
-  throw DataError(file, "", fmt::format("is of no format known here; read are {}", names_of_formats()));
+  throw DataError(file, "", fmt::format("is of no known format; accepted are {}", names_of_formats()));
 }
 
 std::vector<std::filesystem::path> log_files(std::span<const std::string> arguments) {

@@ -19,7 +19,7 @@ from . import _credence
 class Verdict(str, enum.Enum):
     """What the data say about a covariance. Compares and prints as its word."""
 
-    consistent = "consistent"  # nothing speaks against it
+    consistent = "consistent"  # no evidence against it
     optimistic = "optimistic"  # errors are larger than it says: do not trust it
     pessimistic = "pessimistic"  # errors are smaller than it says
     mixed = "mixed"  # larger here, smaller there: do not trust it

@@ -37,7 +37,8 @@ std::string conformal_sentence(const ConformalFactor& c) {
                      c.runs, number_text(c.least, 3));
   }
   std::string text = fmt::format(
-      "Whatever the law of the errors: with P times {}, at least 95 % of further runs have at least 95 % of "
+      "Without assuming Gaussian errors: with P times {}, at least 95 % of further runs have at least 95 % "
+      "of "
       "their rows within the 95 % ellipsoid (conformal over {} runs, which must be exchangeable).",
       number_text(c.factor, 3), c.runs);
   if (c.held_out > 0)

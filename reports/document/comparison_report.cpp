@@ -271,7 +271,7 @@ std::vector<ComparedStudy> compared_documents(const std::string& name, std::stri
     }
   } catch (const Json::exception&) {
     throw std::invalid_argument(fmt::format(
-        "{}: is no document of `credence run --format json` or `credence check --format json`", name));
+        "{}: is not a document of `credence run --format json` or `credence check --format json`", name));
   }
   return studies;
 }

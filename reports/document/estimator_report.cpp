@@ -293,15 +293,15 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
     }
   }
   if (std::ranges::all_of(study.rows, [](const EstimatorRow& row) { return row.runs == 0; })) {
-    return {CellTone::alarm, "No run of any estimator ends well"};
+    return {CellTone::alarm, "No run of any estimator finished"};
   }
   std::vector<std::string> sentences;
   if (!optimistic.empty())
     sentences.push_back(fmt::format("Optimistic in the {}: {}", judged(study), fmt::join(optimistic, ", ")));
   const std::string others = fmt::format("{}", fmt::join(consistent, ", "));
   if (!others.empty()) {
-    const std::string none = fmt::format("Nothing says that the {} of any is optimistic: ", judged(study));
-    sentences.push_back((optimistic.empty() ? none : "Nothing is seen against ") + others);
+    const std::string none = fmt::format("No evidence that the {} of any is optimistic: ", judged(study));
+    sentences.push_back((optimistic.empty() ? none : "No evidence against ") + others);
   } else if (unknown.empty()) {
     sentences.emplace_back("None is not");
   }
@@ -340,8 +340,8 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
       "Mean over the runs that both finished, with its interval (Student's t), and the p-value of no "
       "difference, not "
       "adjusted for the number of pairs.",
-      "gain of pairing: as many times more runs would show the same difference as sharply with noise of "
-      "their own."};
+      "gain of pairing: how many times more runs would be needed for the same precision if each estimator "
+      "had noise of its own."};
   return table;
 }
 

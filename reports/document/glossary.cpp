@@ -37,7 +37,7 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "It is read off the order of the runs at hand: of 19 or more, how much each needed. It asks no Gaussian "
      "law, only that the further run is exchangeable with these."},
     {"consistent", "consistency", "the errors are as large as the covariance says",
-     "Nothing in the runs speaks against the covariance. It is no proof: fewer runs see only larger "
+     "The runs give no evidence against the covariance. That is no proof: fewer runs reveal only larger "
      "mistakes. "
      "Where a report says “right within 8 %”, that much is proved."},
     {"covariance", "P", "the matrix P of the filter: how large and how related it believes its errors to be",
@@ -57,13 +57,12 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "loose, as in SLAM whose paths differ from run to run, nobody comes near it."},
     {"EKF", "extended Kalman filter",
      "a Kalman filter that replaces curved models by tangents at its estimate",
-     "The tangents are taken at wrong places, so its covariance tends to become too small: in SLAM it "
-     "believes to "
-     "know the heading of the whole map."},
+     "The tangents are taken at wrong places, so its covariance tends to become too small: in SLAM it claims "
+     "to know the heading of the whole map."},
     {"exchangeable", "exchangeability", "that the order of the runs says nothing",
      "Runs of one vehicle, one place and one setting are; a run in other weather, with another sensor or on "
      "a faster vehicle is not, and what was learnt from the first need not hold for it."},
-    {"factor on P", "", "what the covariance would have to be multiplied with",
+    {"factor on P", "", "what the covariance would have to be multiplied by",
      "The true covariance over the claimed one, on average over the steps, with its interval. Above 1 the "
      "filter "
      "is optimistic. It mends the mean only: a cause is better mended at its place."},
@@ -109,7 +108,7 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "position "
      "of a whole map. Its variance must not shrink; rank O counts the directions that are observable."},
     {"optimistic", "overconfident", "errors are larger than the covariance says: unsafe",
-     "Whoever relies on the covariance believes to know the state better than is true. Do not trust it."},
+     "Whoever relies on the covariance believes the state to be known better than it is. Do not trust it."},
     {"outliers", "outlier|gross outlier|gross outliers", "single errors or innovations far beyond their law",
      "Mostly wrong matches or faulty measurements. A few of them dominate a mean of NEES or NIS; judged "
      "without them (--sensitivity) the filter may be consistent."},
@@ -119,7 +118,8 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "than the least trace."},
     {"pessimistic", "conservative|underconfident",
      "errors are smaller than the covariance says: safe, and wasteful",
-     "In every part of the state that was judged. Information is thrown away, or the covariance was inflated "
+     "So it is in every part of the state that was judged. Information is thrown away, or the covariance was "
+     "inflated "
      "on "
      "purpose."},
     {"pose", "", "position and heading of the vehicle",

@@ -45,7 +45,7 @@ std::string word_says(const Word& word, const ConsistencyVerdict& nees) {
   if (word.verdict == Verdict::undecided) {
     return nees.reason.empty() ? "there is not enough data" : nees.reason;
   }
-  return fmt::format("nothing speaks against the covariance, p = {}", number_text(word.p_value, 3));
+  return fmt::format("no evidence against the covariance, p = {}", number_text(word.p_value, 3));
 }
 
 Judged judged_word(const Word& word, const ConsistencyVerdict& nees) {

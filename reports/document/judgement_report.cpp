@@ -34,8 +34,8 @@ void advise_settling(const char* what, const char* matrix, const SettlingRuns& s
                      std::vector<std::string>& sentences) {
   if (settle.runs == 0) return;
   sentences.push_back(fmt::format(
-      "{0}: these runs would have shown {1} too small by {2} % or too large by {3} %; that it is too {4} by "
-      "the {5} % seen would take {6} runs to show with a power of {7:g} %.",
+      "{0}: these runs would have revealed {1} too small by {2} % or too large by {3} %; to reveal the {5} % "
+      "by which it looks too {4} would take {6} runs (power {7:g} %).",
       what, matrix, percent_text(off_by(settle.detectable.above)),
       percent_text(off_by(settle.detectable.below)), settle.observed_factor > 1.0 ? "small" : "large",
       percent_text(off_by(settle.observed_factor)), settle.runs, 100.0 * kSettlingPower));
@@ -185,9 +185,8 @@ std::string exact_sentence(const StudyAnalysis& a) {
   const auto steps = static_cast<double>(a.exact.size());
   const auto per_step = [steps](double sum) { return number_text(sum / steps, 4); };
   return fmt::format(
-      "Without noise of the sample: theory gives mean NEES {} of {} (P times {} would have it right) and "
-      "mean "
-      "NIS {} of {}.",
+      "Exact, without sampling noise: mean NEES {} of {} (scaling P by {} would make it right), mean NIS {} "
+      "of {}.",
       per_step(nees), per_step(static_cast<double>(nees_dof)),
       number_text(nees / static_cast<double>(nees_dof), 4), per_step(nis),
       per_step(static_cast<double>(nis_dof)));
@@ -210,9 +209,8 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   if (second.reason.empty()) {
     const double p = std::min(second.p_value.optimistic, second.p_value.pessimistic);
     sentences.push_back(
-        fmt::format("Whatever the law of the errors, their mean squares {} P{} ({}): most in the "
-                    "direction of {}, times "
-                    "{} ({} … {}).",
+        fmt::format("Without assuming Gaussian errors: their mean squares {} P{} ({}); the largest deviation "
+                    "is in the direction of {}, a factor of {} ({} … {}).",
                     p <= alpha ? "disagree with" : "agree with",
                     b.law.second_moments.of.empty() ? "" : " of the block " + b.law.second_moments.of,
                     p_value_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
@@ -221,7 +219,7 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
   const ScoreJudgement& log = b.law.log_score;
   if (log.reason.empty() && log.value.reason.empty()) {
     sentences.push_back(
-        fmt::format("Log score {} ({} … {}) a step, {} if P were right; of two filters the one that scores "
+        fmt::format("Log score {} ({} … {}) per step, {} if P were right; of two filters the one that scores "
                     "higher is better.",
                     number_text(log.value.mean, 4), number_text(log.value.lower, 4),
                     number_text(log.value.upper, 4), number_text(log.expected, 4)));
@@ -245,7 +243,7 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   } else if (b.responsible.index >= 0) {
     const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
     sentences.push_back(
-        fmt::format("Most of it sits in the block “{}”, which is {}: mean NEES {} where {} is "
+        fmt::format("Most of the inconsistency is in the block “{}”, which is {}: mean NEES {} where {} is "
                     "expected.",
                     block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
                     number_text(block.verdict.expected, 4)));
@@ -262,14 +260,14 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   const ScaleAdvice& scale = b.scale_covariance;
   if (scale.reason.empty() && b.word.verdict != Verdict::mixed && (scale.lower > 1.0 || scale.upper < 1.0)) {
     const std::string left = left_by_scale(b.nees, b.blocks);
-    sentences.push_back(fmt::format("P times {} would have the right mean NEES{}.", factor_text(scale),
-                                    left.empty() ? "" : " and leave " + left));
+    sentences.push_back(fmt::format("Scaling P by {} would make the mean NEES right{}.", factor_text(scale),
+                                    left.empty() ? "" : " but leave " + left));
   }
   if (is_inconsistent(b.nis.verdict) && !covariance_right && b.scale_innovation.reason.empty()) {
     std::string sentence =
-        fmt::format("S times {} would have the right mean NIS", factor_text(b.scale_innovation));
+        fmt::format("Scaling S by {} would make the mean NIS right", factor_text(b.scale_innovation));
     if (b.scale_measurement_noise.reason.empty()) {
-      sentence += fmt::format(", which R alone would reach, to first order, times {}",
+      sentence += fmt::format("; so would scaling R alone by {}, to first order",
                               factor_text(b.scale_measurement_noise));
     }
     sentences.push_back(sentence + ".");

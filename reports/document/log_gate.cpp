@@ -43,7 +43,7 @@ LogGate gate_against(const CheckedLogs& logs, const std::string& baseline, std::
                      double margin) {
   const auto refuse = [&] {
     throw std::invalid_argument(
-        fmt::format("--baseline {}: is no document of `credence check --format json`", baseline));
+        fmt::format("--baseline {}: is not a document of `credence check --format json`", baseline));
   };
   const Json before = Json::parse(document, nullptr, false);
   if (before.is_discarded() || !before.is_object() || !before.contains("verdict") ||

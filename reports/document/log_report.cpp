@@ -89,8 +89,10 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
 }
 
 void leave_out_scale(LogAnalysis& analysis) {
-  std::erase_if(analysis.judgement.causes,
-                [](const CauseFound& found) { return found.cause == Cause::covariance_scale; });
+  std::erase_if(analysis.judgement.causes, [](const CauseFound& found) {
+    return found.cause == Cause::covariance_scale || found.cause == Cause::cross_covariance ||
+           found.cause == Cause::wide_angle;
+  });
 }
 
 Document log_document(CheckedLogs given) {

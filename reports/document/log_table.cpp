@@ -104,14 +104,15 @@ std::string log_answer(const CheckedLogs& logs) {
   const Evidence& evidence = logs.analysis.evidence;
   const Judgement& a = logs.analysis.judgement;
   std::string answer = "Can this covariance be trusted? ";
+  if (a.word.verdict == Verdict::mixed) answer += "mixed: ";
   if (!a.word.says.empty()) return answer + word_clause(a.word, a.nees, a.blocks);
   answer += to_string(a.word.verdict);
   if (a.word.verdict == Verdict::undecided)
     return a.nees.reason.empty() ? answer : answer + ": " + a.nees.reason;
   if (!evidence.has_truth) {
-    return answer + " as far as innovations can tell; whether P is right they cannot, without a truth";
+    return answer + " as far as innovations can tell; without a truth they cannot tell whether P is right";
   }
-  return answer + ": nothing speaks against it";
+  return answer + ": no evidence against it";
 }
 
 ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
@@ -187,7 +188,7 @@ ReportTable log_table(const CheckedLogs& logs) {
   note(calibration_sentences(logs.calibration));
   note(log_statistics(a));
   note(
-      {"consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
+      {"consistent: no evidence against P. optimistic: errors are larger than P says; do not trust it. "
        "pessimistic: smaller. mixed: larger here, smaller there; do not trust it."});
   return table;
 }

@@ -102,7 +102,7 @@ std::string single_answer(const StudyAnalysis& a) {
       return fmt::format("{} is undecided{}", a.scenario.name,
                          a.nees.reason.empty() ? "" : ": " + a.nees.reason);
     default:
-      return "Nothing says that this covariance is wrong";
+      return "No evidence that this covariance is wrong";
   }
 }
 
@@ -112,7 +112,7 @@ std::vector<std::string> explanation_notes(std::span<const ReportedStudy> studie
       "factor on P: the true covariance over the claimed one, on average over steps, with its interval. "
       "NEES: "
       "squared error in units of P, mean of expected; NIS: of the innovation in units of S.",
-      "consistent: nothing speaks against P. optimistic: errors are larger than P says; do not trust it. "
+      "consistent: no evidence against P. optimistic: errors are larger than P says; do not trust it. "
       "pessimistic: smaller everywhere. mixed: larger here, smaller there; do not trust it.",
       fmt::format(
           "The verdict of a consistent filter is wrong with at most {:g} % probability, over NEES, NIS "
@@ -122,7 +122,7 @@ std::vector<std::string> explanation_notes(std::span<const ReportedStudy> studie
     notes.push_back("not Gaussian: P is right, and the errors have heavier tails than a Gaussian law.");
   }
   if (any_of(studies, [](const StudyAnalysis& a) { return a.stop.has_value(); })) {
-    notes.push_back("Of a study with a stop rule the verdict is that of the rule.");
+    notes.push_back("With a stop rule the verdict is that of the rule.");
   }
   return notes;
 }
@@ -156,10 +156,10 @@ ReportAnswer answer_of_verdicts(std::span<const ReportedStudy> studies) {
             fmt::format("{} of {} filters undecided: {}", undecided.size(), n, names_of(undecided))};
   }
   std::string rest;
-  if (!large_P.empty()) rest += fmt::format("; larger than need be: {}", names_of(large_P));
-  if (!large_S.empty()) rest += fmt::format("; S alone larger than need be: {}", names_of(large_S));
+  if (!large_P.empty()) rest += fmt::format("; larger than necessary: {}", names_of(large_P));
+  if (!large_S.empty()) rest += fmt::format("; S alone larger than necessary: {}", names_of(large_S));
   return {rest.empty() ? CellTone::good : CellTone::caution,
-          fmt::format("Nothing says that any of these {} covariances is too small{}", n, rest)};
+          fmt::format("No evidence that any of these {} covariances is too small{}", n, rest)};
 }
 
 /// The verdicts are of the steps before a run failed: that it did, is no less a fault.
@@ -171,7 +171,7 @@ ReportAnswer study_answer(std::span<const ReportedStudy> studies) {
     runs += a.statistics.runs;
   }
   if (failed == 0) return answer;
-  if (failed == runs) return {CellTone::alarm, fmt::format("No run ends well: all {} fail", runs)};
+  if (failed == runs) return {CellTone::alarm, fmt::format("No run finished: all {} failed", runs)};
   answer.text += fmt::format("; {} of {} runs failed", failed, runs);
   if (answer.tone != CellTone::alarm) answer.tone = CellTone::caution;
   return answer;
@@ -335,7 +335,7 @@ void add_verdicts(Document& document, std::span<const ReportedStudy> studies, Re
                   const std::vector<std::string>& anchors) {
   verdicts.title = "One row for each study";
   if (any_of(studies, [](const StudyAnalysis& a) { return a.vehicle_nees.has_value(); }))
-    verdicts.title += "; of the pose: what a robot drives by, which a sum over a map can hide";
+    verdicts.title += "; the pose has a column of its own, since a sum over a large map can hide it";
   for (std::size_t i = 0; i < studies.size(); ++i) verdicts.rows[i].front().link = "#" + anchors[i];
   verdicts.notes = explanation_notes(studies);
   document.table(std::move(verdicts));

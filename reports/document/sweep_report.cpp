@@ -114,8 +114,8 @@ std::string unsettled_note(const SweepAnalysis& sweep) {
   }
   if (configurations == 0) return {};
   return fmt::format(
-      "An iteration of the filter ended before it had settled in {} of {} configurations, which say there "
-      "where it stood: {}{}.",
+      "The filter's iteration stopped before it had converged in {} of {} configurations; its last iterate "
+      "is used there: {}{}.",
       configurations, sweep.studies.size(), where, configurations > kNamed ? "; …" : "");
 }
 

@@ -16,9 +16,9 @@ std::string word_clause(const Word& word, const ConsistencyVerdict& nees,
   const bool one_factor = nees.factor.reason.empty() && (nees.factor.lower > 1.0 || nees.factor.upper < 1.0);
   if (one_factor && word.verdict != Verdict::mixed) {
     const std::string factor = number_text(nees.factor.mean, 3), left = left_by_scale(nees, blocks);
-    clause += left.empty()
-                  ? fmt::format("; times {} on P the mean NEES would be right", factor)
-                  : fmt::format("; times {} on P would make the mean NEES right and leave {}", factor, left);
+    clause += left.empty() ? fmt::format("; scaling P by {} would make the mean NEES right", factor)
+                           : fmt::format("; scaling P by {} would make the mean NEES right but leave {}",
+                                         factor, left);
   }
   return clause;
 }
@@ -44,8 +44,8 @@ std::string not_converged_sentence(std::span<const RunNotConverged> runs, std::i
   std::vector<std::int64_t> named;
   for (const RunNotConverged& of : runs.first(std::min(kNamed, runs.size()))) named.push_back(of.run);
   return fmt::format(
-      "In {} step{} of {} of {} runs ({}{}) an iteration of the filter ended before it had settled: what it "
-      "says there is where it stood.",
+      "In {} step{} of {} of {} runs ({}{}) the filter's iteration stopped before it had converged; its last "
+      "iterate is used there.",
       steps, steps == 1 ? "" : "s", runs.size(), all, fmt::join(named, ", "),
       runs.size() > kNamed ? ", …" : "");
 }

@@ -35,7 +35,7 @@ def test_a_right_filter_is_consistent():
     assert result.verdict == "consistent"
     assert str(result.verdict) == f"{result.verdict}" == "consistent"
     assert result.p_value > 0.05
-    assert "nothing speaks against" in result.says
+    assert "no evidence against" in result.says
     assert result.causes == []
     assert [b.name for b in result.blocks] == ["x", "v"]
     assert result.factor.lower < 1.0 < result.factor.upper

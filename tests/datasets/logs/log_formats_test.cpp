@@ -35,7 +35,7 @@ TEST(LogFormats, AFileIsKnownByHowItBegins) {
   EXPECT_EQ(log_format_of(folder.write("log", pose + "\n")).name,
             "tum");  // whose reader says what is missing
   EXPECT_THAT([&] { log_format_of(folder.write("log", "1 2 3\n")); },
-              ::testing::ThrowsMessage<DataError>(HasSubstr("is of no format known here; read are mcap")));
+              ::testing::ThrowsMessage<DataError>(HasSubstr("is of no known format; accepted are mcap")));
   EXPECT_THAT([&] { log_format_of(folder.write("log", "")); },
               ::testing::ThrowsMessage<DataError>(HasSubstr("is empty")));
   EXPECT_THAT([&] { log_format_of(folder / "absent"); },

@@ -52,7 +52,7 @@ TEST(EstimatorDocument, OfALinearWorldSpeaksOfTheState) {
 TEST(EstimatorDocument, WhereNoRunEndsWellNothingIsGood) {
   EstimatorStudy study = study_of("linear_estimators");
   for (EstimatorRow& row : study.rows) row.runs = 0;
-  EXPECT_EQ(estimator_document(study).answer.text, "No run of any estimator ends well");
+  EXPECT_EQ(estimator_document(study).answer.text, "No run of any estimator finished");
 }
 
 TEST(EstimatorDocument, OfAVehicleSpeaksOfHeadingAndMetres) {
@@ -89,16 +89,16 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
                      none = estimator_row("ukf", kNaN, kNaN, 0);
   EXPECT_EQ(answer_of({good}).text, "Nothing says that the pose of any is optimistic: fej");
   EXPECT_EQ(answer_of({good}).tone, CellTone::good);
-  EXPECT_EQ(answer_of({bad, good}).text,
-            "Optimistic in the pose: ekf (3.25 times the squared error that P claims). Nothing is seen "
-            "against fej");
+  EXPECT_EQ(
+      answer_of({bad, good}).text,
+      "Optimistic in the pose: ekf (3.25 times the squared error that P claims). No evidence against fej");
   EXPECT_EQ(answer_of({bad}).text,
             "Optimistic in the pose: ekf (3.25 times the squared error that P claims). None is not");
   EXPECT_EQ(answer_of({bad}).tone, CellTone::caution);
   EXPECT_EQ(answer_of({good, none}).text,
             "Nothing says that the pose of any is optimistic: fej. Nothing can be said of ukf");
   EXPECT_EQ(answer_of({good, none}).tone, CellTone::caution);
-  EXPECT_EQ(answer_of({none}).text, "No run of any estimator ends well");
+  EXPECT_EQ(answer_of({none}).text, "No run of any estimator finished");
   EXPECT_EQ(answer_of({none}).tone, CellTone::alarm);
 }
 

@@ -40,7 +40,7 @@ const JudgeOptions kOptions{.name = "radar", .runs = 300, .steps = 30, .seed = 7
 TEST(JudgeFilter, TrustsTheRightModelAndNamesTheWrongOne) {
   const JudgedFilter right = judge_model(radar(), radar(), kOptions);
   EXPECT_EQ(right.verdict(), Verdict::consistent) << right.text();
-  EXPECT_THAT(right.says(), HasSubstr("nothing speaks against the covariance"));
+  EXPECT_THAT(right.says(), HasSubstr("no evidence against the covariance"));
 
   FunctionModel believed = radar();
   believed.Q *= 0.1;

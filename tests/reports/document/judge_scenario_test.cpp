@@ -26,7 +26,7 @@ TEST(JudgeScenario, TellsRightFromWrong) {
   const JudgedFilter right = judge_scenario(monobot_with(1.0)), wrong = judge_scenario(monobot_with(0.1));
   EXPECT_EQ(right.verdict(), Verdict::consistent) << right.text();
   EXPECT_GT(right.p_value(), 0.05);
-  EXPECT_THAT(right.says(), HasSubstr("nothing speaks against the covariance"));
+  EXPECT_THAT(right.says(), HasSubstr("no evidence against the covariance"));
   EXPECT_TRUE(right.causes().empty());
   EXPECT_EQ(wrong.verdict(), Verdict::optimistic) << wrong.text();
   EXPECT_LT(wrong.p_value(), 0.05);

@@ -86,8 +86,9 @@ TEST(AdviceSentences, TheBlockResponsibleIsNamedWithItsNumbers) {
   judgement.responsible.index = 0;
   EXPECT_THAT(
       advice_sentences(judgement),
-      ElementsAre("Most of it sits in the block “heading”, which is optimistic: mean NEES 3.250 where "
-                  "1.000 is expected."));
+      ElementsAre(
+          "Most of the inconsistency is in the block “heading”, which is optimistic: mean NEES 3.250 where "
+          "1.000 is expected."));
   judgement.responsible.index = -1;
   judgement.responsible.joint_only = true;
   EXPECT_THAT(advice_sentences(judgement),

@@ -54,7 +54,7 @@ TEST(LogReport, OfAConsistentFilterSaysThatNothingSpeaksAgainstIt) {
   const Document document = log_document(logs);
   EXPECT_EQ(document.title, "my logs");
   EXPECT_EQ(document.answer.text, log_answer(logs));
-  EXPECT_THAT(document.answer.text, HasSubstr("consistent: nothing speaks against it"));
+  EXPECT_THAT(document.answer.text, HasSubstr("consistent: no evidence against it"));
   EXPECT_EQ(document.answer.tone, CellTone::good);
   EXPECT_EQ(document.json(), log_json(logs));
   EXPECT_TRUE(callouts_of(document).empty());

@@ -84,7 +84,7 @@ TEST(LogTable, ARowHasVerdictMeanBoundsAndCount) {
 TEST(LogTable, TheAnswerSaysHowFarItReaches) {
   CheckedLogs logs = logs_with();
   const std::string asked = "Can this covariance be trusted? ";
-  EXPECT_EQ(log_answer(logs), asked + "consistent: nothing speaks against it");
+  EXPECT_EQ(log_answer(logs), asked + "consistent: no evidence against it");
   logs.analysis.evidence.has_truth = false;
   EXPECT_THAT(log_answer(logs), HasSubstr("consistent as far as innovations can tell"));
   Judgement& judgement = logs.analysis.judgement;
@@ -96,6 +96,9 @@ TEST(LogTable, TheAnswerSaysHowFarItReaches) {
   judgement.word.says = "optimistic in yaw";
   judgement.nees.factor.reason = "one run";
   EXPECT_EQ(log_answer(logs), asked + "optimistic in yaw");
+  judgement.word.verdict = Verdict::mixed;
+  judgement.word.says = "optimistic in yaw; pessimistic in x";
+  EXPECT_EQ(log_answer(logs), asked + "mixed: optimistic in yaw; pessimistic in x");
 }
 
 TEST(LogTable, NotesCountWhatWasReadRejectedAndFailed) {

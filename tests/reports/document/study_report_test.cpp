@@ -66,7 +66,7 @@ TEST(StudyDocument, RunsThatFailedAreInTheAnswer) {
   StudyStatistics& s = study.analysis.statistics;
   s.failures.push_back({.run = 3, .step = 2, .outcome = Outcome::diverged});
   EXPECT_EQ(study_document({study}).answer.text,
-            "Nothing says that this covariance is wrong; 1 of 20 runs failed");
+            "No evidence that this covariance is wrong; 1 of 20 runs failed");
   EXPECT_EQ(study_document({study}).answer.tone, CellTone::caution);
   const ReportAnswer unsafe = study_document({with_verdict(study, Verdict::optimistic)}).answer;
   EXPECT_THAT(unsafe.text, HasSubstr("cannot be trusted"));
