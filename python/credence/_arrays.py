@@ -21,7 +21,9 @@ class Shape:
 
 
 def float_array(value: Any, name: str) -> np.ndarray:
-    """`value` as float64; no copy if it is that."""
+    """`value` as float64, what is masked as NaN; no copy if it is that."""
+    if isinstance(value, np.ma.MaskedArray) and value.dtype.kind in "fiu":
+        return value.astype(np.float64).filled(np.nan)
     try:
         array = np.asarray(value)
     except ValueError as error:
@@ -42,7 +44,17 @@ def _contiguous_rows(array: np.ndarray, dims: int) -> np.ndarray:
 
 def is_list_of_runs(value: Any, dims: int) -> bool:
     """Whether `value` is a list with an array of (steps, …) for each run, where a row has `dims` axes."""
-    return isinstance(value, (list, tuple)) and len(value) > 0 and all(np.ndim(v) == dims + 1 for v in value)
+    try:
+        return isinstance(value, (list, tuple)) and len(value) > 0 and all(np.ndim(v) == dims + 1 for v in value)
+    except ValueError:  # lists of different lengths within, of which float_array says more
+        return False
+
+
+def _require_rows(array: np.ndarray, name: str) -> None:
+    if array.shape[-1] == 0:
+        raise ValueError(f"{name} has shape {array.shape}: its last axis is empty")
+    if array.size == 0:
+        raise ValueError(f"{name} has shape {array.shape}: it holds no steps")
 
 
 def leading(value: Any, name: str) -> "tuple[Shape, list[np.ndarray], int]":
@@ -53,6 +65,7 @@ def leading(value: Any, name: str) -> "tuple[Shape, list[np.ndarray], int]":
         for i, part in enumerate(parts):
             if part.shape[1] != n:
                 raise ValueError(f"{name}[{i}] has shape {part.shape}: {name}[0] has {n} columns")
+            _require_rows(part, f"{name}[{i}]")
         shape = Shape(Indexing.listed, len(parts), [part.shape[0] for part in parts])
         return shape, [_contiguous_rows(part, 1)[np.newaxis] for part in parts], n
     array = float_array(value, name)
@@ -61,8 +74,7 @@ def leading(value: Any, name: str) -> "tuple[Shape, list[np.ndarray], int]":
             f"{name} has shape {array.shape}: expected (runs, steps, n), (steps, n) for one run, "
             "or a list of (steps, n)"
         )
-    if array.shape[-1] == 0:
-        raise ValueError(f"{name} has shape {array.shape}: its last axis is empty")
+    _require_rows(array, name)
     single = array.ndim == 2
     stacked = _contiguous_rows(array[np.newaxis] if single else array, 1)
     shape = Shape(Indexing.single if single else Indexing.stacked, stacked.shape[0], stacked.shape[1])

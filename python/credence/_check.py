@@ -64,6 +64,9 @@ def collector(
     if angles is not None:
         angle[indices(angles, states, "angles")] = True
     of_blocks = [(name, indices(which, states, f"blocks['{name}']")) for name, which in (blocks or {}).items()]
+    for name, which in of_blocks:
+        if not which:
+            raise ValueError(f"blocks['{name}'] has no states")
     return _credence.Collector(
         states, angle.tolist(), of_blocks, sensors, has_truth, bool(nonlinear), bool(inflated)
     )
@@ -72,6 +75,11 @@ def collector(
 def require_confidence(confidence: float) -> None:
     if not 0.5 <= confidence <= 0.999999:
         raise ValueError(f"confidence = {confidence}: expected 0.5 to 0.999999")
+
+
+def require_threads(threads: int) -> None:
+    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 <= threads <= 4096:
+        raise ValueError(f"threads = {threads!r}: expected 0 to 4096")
 
 
 def check(
@@ -100,7 +108,7 @@ def check(
     Shapes are (runs, steps, n), or (steps, n) for one run, or a list with (steps, n) for each run, whose steps may
     differ. What is C-contiguous float64 is read where it lies; anything else is converted once.
 
-    error: float64 (runs, steps, n), estimate minus truth. NaN: that state has no estimate or no truth there.
+    error: float64 (runs, steps, n), estimate minus truth. NaN, or masked: that state has no estimate or no truth there.
     P: float64 (runs, steps, n, n), its covariance; not read where the error is NaN. (steps, n, n): the same in
         every run; (n, n): always the same.
     innovation: float64 (runs, steps, m), or a dict with one such array for each sensor. NaN: silent.
@@ -131,11 +139,12 @@ def check(
         raise ValueError("error and P belong together: one of them is None")
     if (innovation is None) != (S is None):
         raise ValueError("innovation and S belong together: one of them is None")
-    if error is None and innovation is None:
+    if error is None and (innovation is None or (isinstance(innovation, Mapping) and not innovation)):
         raise ValueError("nothing to judge: give error and P, or innovation and S, or all four")
     if estimate is not None and error is None:
         raise ValueError("estimate says where the errors are: error is None")
     require_confidence(confidence)
+    require_threads(threads)
     if not 1e-3 <= within <= 10.0:
         raise ValueError(f"within = {within}: expected 0.001 to 10")
 

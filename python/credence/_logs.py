@@ -6,7 +6,7 @@ import os
 from typing import Optional, Sequence, Union
 
 from . import _credence
-from ._check import require_confidence
+from ._check import require_confidence, require_threads
 from ._result import Result
 
 Path = Union[str, "os.PathLike[str]"]
@@ -53,6 +53,7 @@ def check_logs(
     ValueError for options that do not fit the files.
     """
     require_confidence(confidence)
+    require_threads(threads)
     if isinstance(time_offset, str) and time_offset != "estimate":
         raise ValueError(f"time_offset = {time_offset!r}: expected seconds, or 'estimate'")
     files = _paths(logs)

@@ -12,6 +12,7 @@ import numpy as np
 from . import _credence
 from ._arrays import float_array
 
+LARGEST_SEED = 2**64 - 1
 CHUNK = 64  # runs that are judged as one
 _MOST_CHUNKS, _MOST_DOUBLES = 8, 1 << 23  # of a batch; of its covariances, 64 MB
 _INPUT_SLOTS = 1 << 20  # beyond those of the process noise
@@ -36,6 +37,10 @@ class Switches:
     measurement_correlation: float = 0.0
     process_correlation: float = 0.0
     measurement_delay: int = 0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.measurement_delay, (int, np.integer)) or self.measurement_delay < 0:
+            raise ValueError(f"noise['measurement_delay'] = {self.measurement_delay}: expected whole steps, from 0 on")
 
 
 class Noise:
@@ -135,13 +140,21 @@ def _innovations(made: Any, measured: Any, runs: int) -> "dict[str, tuple[np.nda
     return shown
 
 
-def _initial(plan: Plan, runs: int):
-    mean, P = plan.world.prior()
-    mean = np.asarray(mean, dtype=np.float64)
-    n = mean.shape[-1]
+def prior_of(world: Any) -> "tuple[np.ndarray, np.ndarray, int]":
+    """The mean (n,) and P (n, n) that a filter of this world starts from, and n."""
+    mean, P = world.prior()
+    mean = float_array(mean, "the mean of world.prior()")
+    if mean.ndim != 1 or mean.size == 0:
+        raise PlugError(f"the mean of world.prior() has shape {mean.shape}: expected (n,)")
+    n = mean.size
     P = float_array(P, "the covariance of world.prior()")
     if P.shape != (n, n):
         raise PlugError(f"the covariance of world.prior() has shape {P.shape}: expected {(n, n)}")
+    return mean, P, n
+
+
+def _initial(plan: Plan, runs: int):
+    mean, P, n = prior_of(plan.world)
     if not plan.batch:
         return mean.copy(), P.copy(), n
     return np.tile(mean, (runs, 1)), np.tile(P, (runs, 1, 1)), n

@@ -217,8 +217,8 @@ class Result:
 
     def report(self, directory: "str | os.PathLike[str]") -> str:
         """Writes the report and returns the path of its page, DIR/index.html."""
-        self._told.write_report(os.fspath(directory))
-        return os.path.join(os.fspath(directory), "index.html")
+        self._told.write_report(os.fsdecode(directory))
+        return os.path.join(os.fsdecode(directory), "index.html")
 
     def __repr__(self) -> str:
         return self._told.text()

@@ -11,6 +11,7 @@ from typing import Any, Mapping, Optional, Union
 import numpy as np
 
 from . import _credence
+from ._check import require_threads
 from ._result import Result
 
 Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
@@ -72,6 +73,7 @@ def run(
     for key, value in (("runs", runs), ("steps", steps), ("seed", seed)):
         if value is not None:
             overrides[f"study.{key}"] = value
+    require_threads(threads)
     return Result(_credence.run(*_read(scenario, overrides), threads))
 
 
@@ -100,12 +102,12 @@ class Sweep:
             numbers = [c["word"]["p_value"], c["sweep_p_value"], factor["value"], factor["lower"], factor["upper"]]
             numbers += [nees["mean"], nees["expected"], nis["mean"], nis["expected"]]
             rows.append(
-                (*c["swept"].values(), c["verdict"], *(math.nan if x is None else x for x in numbers))
+                (*(c["swept"] or {}).values(), c["verdict"], *(math.nan if x is None else x for x in numbers))
                 + (c["runs"], len(c["outcomes"]["failures"]))
             )
         if not rows:
             raise ValueError("interrupted before the first runs were done")
-        swept = list(document["configurations"][0]["swept"])
+        swept = list(document["configurations"][0]["swept"] or {})
         names = ["p_value", "sweep_p_value", "factor", "factor_lower", "factor_upper"]
         names += ["mean_nees", "expected_nees", "mean_nis", "expected_nis"]
         kinds = [(key, _column_type([row[i] for row in rows])) for i, key in enumerate(swept)]
@@ -114,8 +116,8 @@ class Sweep:
 
     def report(self, directory: "str | os.PathLike[str]") -> str:
         """Writes the report and returns the path of its page, DIR/index.html."""
-        self._told.write_report(os.fspath(directory))
-        return os.path.join(os.fspath(directory), "index.html")
+        self._told.write_report(os.fsdecode(directory))
+        return os.path.join(os.fsdecode(directory), "index.html")
 
     def __repr__(self) -> str:
         return self._told.text()
@@ -139,6 +141,7 @@ def sweep(scenario: Scenario, *, threads: int = 0, **overrides: Any) -> Sweep:
 
     scenario, overrides: as in ``run``; a dict may have a section "sweep": {"filter.process_scale": [0.5, 1.0]}.
     """
+    require_threads(threads)
     return Sweep(_credence.sweep(*_read(scenario, overrides), threads))
 
 
@@ -148,7 +151,8 @@ def load(directory: "str | os.PathLike[str]", *, threads: int = 0) -> "Result | 
 
     Verdicts are those of ``credence show DIR``. Raises StoreError, an OSError, where no results are stored.
     """
-    told = _credence.load(os.fspath(directory), threads)
+    require_threads(threads)
+    told = _credence.load(os.fsdecode(directory), threads)
     return Sweep(told) if told.is_sweep else Result(told)
 
 

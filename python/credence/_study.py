@@ -12,8 +12,12 @@ import numpy as np
 from . import _credence
 from ._arrays import indices, state_names
 from ._check import collector, require_confidence
-from ._play import Chunk, Plan, PlugError, Switches, batch_runs, play_batch, require_same_twice, require_time_step
+from ._play import LARGEST_SEED, Chunk, Plan, PlugError, Switches, batch_runs, play_batch, prior_of
+from ._play import require_same_twice, require_time_step
 from ._result import Result
+
+
+_MOST_RUNS = 10**9  # as study.runs of a scenario
 
 
 def _switches(noise: Optional[Mapping[str, Any]]) -> Switches:
@@ -74,10 +78,13 @@ def study(
     An exception of the filter is a failed run, which is counted and named with seed, run and step: the batch is then
     played run by run. Raises PlugError, a ValueError, for a world or filter that is not such.
     """
-    if runs < 1 or steps < 1:
-        raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1")
+    if not (1 <= runs <= _MOST_RUNS and steps >= 1):
+        raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1, and at most {_MOST_RUNS} runs")
+    for key, number in (("seed", seed), ("noise_group", noise_group)):
+        if not isinstance(number, (int, np.integer)) or not 0 <= number <= LARGEST_SEED:
+            raise ValueError(f"{key} = {number!r}: expected a whole number from 0 to {LARGEST_SEED}")
     require_confidence(confidence)
-    n = np.asarray(world.prior()[0]).shape[-1]
+    n = prior_of(world)[2]
     states = state_names(names, n)
     marked = None if angles is None else indices(angles, states, "angles")
     plan = Plan(world, filter, steps, seed, noise_group, batch, marked, _switches(noise))

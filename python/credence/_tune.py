@@ -11,6 +11,7 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _credence
+from ._check import require_threads
 from ._result import Verdict
 from ._run import Scenario, _read
 
@@ -87,8 +88,8 @@ class Tuning(Told):
 
     def report(self, directory: "str | os.PathLike[str]") -> str:
         """Writes the report and returns the path of its page, DIR/index.html."""
-        self._told.write_report(os.fspath(directory))
-        return os.path.join(os.fspath(directory), "index.html")
+        self._told.write_report(os.fsdecode(directory))
+        return os.path.join(os.fsdecode(directory), "index.html")
 
 
 def tune(
@@ -112,4 +113,5 @@ def tune(
     for key, value in (("runs", runs), ("steps", steps), ("seed", seed)):
         if value is not None:
             overrides[f"study.{key}"] = value
+    require_threads(threads)
     return Tuning(_credence.tune(*_read(scenario, overrides), free, threads))

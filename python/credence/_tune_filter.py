@@ -11,7 +11,7 @@ import numpy as np
 from . import _credence
 from ._arrays import indices, state_names
 from ._check import require_confidence
-from ._play import CHUNK, Chunk, Plan, play_batch, require_same_twice
+from ._play import CHUNK, Chunk, Plan, play_batch, prior_of, require_same_twice
 from ._result import Result
 from ._study import study
 from ._tune import Told
@@ -106,7 +106,7 @@ def tune_filter(
         raise ValueError(f"runs = {runs}, steps = {steps}: expected at least 1")
     require_confidence(confidence)
     factors = {name: float(value) for name, value in start.items()}
-    n = np.asarray(world.prior()[0]).shape[-1]
+    n = prior_of(world)[2]
     marked = None if angles is None else indices(angles, state_names(names, n), "angles")
 
     def plan_with(values: Sequence[float]) -> Plan:

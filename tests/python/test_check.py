@@ -114,6 +114,10 @@ def test_the_same_arrays_in_other_forms():
     wide = np.zeros((70, 24, 2))
     wide[:, ::2] = error
     assert credence.check(wide[:, ::2], P, nu, S).to_dict() == wanted, "strided"
+    silent = error.copy()
+    silent[3, 4] = silent[60, :, 1] = np.nan
+    masked = np.ma.masked_array(np.nan_to_num(silent, nan=50.0), np.isnan(silent))
+    assert credence.check(masked, P, nu, S).to_dict() == credence.check(silent, P, nu, S).to_dict(), "masked"
     assert credence.check(error, P, {"gps": nu}, {"gps": S}).verdict == wanted["verdict"]
 
 
@@ -292,8 +296,18 @@ def test_bad_arrays_are_named():
     assert bad(lambda a: a.update(angles=["heading"])) == "angles: there is no state 'heading' among x1, x2"
     assert bad(lambda a: a.update(confidence=1.5)) == "confidence = 1.5: expected 0.5 to 0.999999"
     assert bad(lambda a: a.update({k: a[k][:, :0] for k in ("error", "P", "innovation", "S")})) == (
-        "the arrays hold no step"
+        "error has shape (5, 0, 2): it holds no steps"
     )
+    assert bad(lambda a: a.update(error=a["error"][:0])) == "error has shape (0, 20, 2): it holds no steps"
+    assert bad(lambda a: a.update(error=[a["error"][0], a["error"][1, :0]])) == (
+        "error[1] has shape (0, 2): it holds no steps"
+    )
+    assert bad(lambda a: a.update(error=[[[1.0, 2.0], [3.0]]])).startswith("error: ")
+    assert bad(lambda a: a.update(blocks={"none": []})) == "blocks['none'] has no states"
+    for threads in (-1, 4097, 1.5, True):
+        assert bad(lambda a: a.update(threads=threads)) == f"threads = {threads}: expected 0 to 4096"
+    with pytest.raises(ValueError, match="nothing to judge"):
+        credence.check(innovation={}, S={})
 
     def listed(a):
         for key in a:
@@ -318,10 +332,22 @@ def test_what_is_no_covariance_is_counted_and_not_repaired():
     assert document["rejected"][0]["first"] == "run 66:5"
 
 
+def test_errors_beyond_all_measure_are_optimistic_and_not_without_a_test():
+    error, P, nu, S = play(runs=20, steps=20)
+    for diverged in (1e60, 1e110, 1e150):
+        error[3, 11:] = diverged
+        result = credence.check(error, P)
+        assert result.verdict == "optimistic" and result.p_value < 1e-12, diverged
+    error[3, 11:] = 1e160
+    rejected = credence.check(error, P).to_dict()["rejected"]
+    assert [(r["reason"], r["count"]) for r in rejected] == [("an error too large to be squared", 9)]
+
+
 def test_a_report_and_a_notebook(tmp_path):
     result = credence.check(*play(believed_Q=0.2 * Q), name="my <filter>")
     page = result.report(tmp_path / "out")
     assert "optimistic" in open(page).read()
+    assert result.report(os.fsencode(tmp_path / "out")) == page
     assert repr(result).startswith("Can this covariance be trusted? optimistic")
     assert "<b>optimistic</b>" in result._repr_html_()
     blocked = tmp_path / "file"

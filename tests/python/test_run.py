@@ -46,6 +46,8 @@ def test_a_sweep_is_a_structured_array(tmp_path):
     assert right["verdict"] == "consistent" and wrong["verdict"] == "optimistic"
     assert wrong["factor_lower"] > 1.0 and wrong["sweep_p_value"] >= wrong["p_value"]
     assert os.path.exists(sweep.report(tmp_path / "out"))
+    alone = credence.sweep({key: swept[key] for key in ("world", "study")}).array
+    assert alone.dtype.names[0] == "verdict" and alone["runs"] == [200]
     file = tmp_path / "scenario.toml"
     file.write_text(SCENARIO + '[sweep]\n"filter.process_scale" = [0.5, 1.0]\n')
     command = [os.environ["CREDENCE"], "sweep", str(file), "--quiet", "--format", "json", "--out", str(tmp_path / "s")]
@@ -56,6 +58,8 @@ def test_a_sweep_is_a_structured_array(tmp_path):
 def test_what_is_wrong_is_named():
     with pytest.raises(ValueError, match="landmark_count"):
         credence.run(SCENARIO, **{"world.landmark_count": 3})
+    with pytest.raises(ValueError, match="threads = -1: expected 0 to 4096"):
+        credence.run(SCENARIO, threads=-1)
     with pytest.raises(ValueError, match="no section"):
         credence.run({"landmarks": 2})
     with pytest.raises(ValueError, match="nowhere.toml"):

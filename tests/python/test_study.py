@@ -149,6 +149,35 @@ def test_silent_steps_and_several_sensors():
     assert result.verdict == "consistent"
 
 
+def test_numbers_that_are_none_are_named():
+    def message(**options):
+        with pytest.raises(ValueError) as error:
+            credence.study(World(), Filter, runs=10, steps=5, **options)
+        return str(error.value)
+
+    assert message(seed=-1) == "seed = -1: expected a whole number from 0 to 18446744073709551615"
+    assert message(seed=1.5).startswith("seed = 1.5: ")
+    assert message(noise_group=2**64).startswith("noise_group = 18446744073709551616: ")
+    for delay in (-1, 1.5):
+        expected = f"noise['measurement_delay'] = {delay}: expected whole steps, from 0 on"
+        assert message(noise={"measurement_delay": delay}) == expected
+
+
+@pytest.mark.parametrize("prior", [(0.0, 1.0), (np.zeros(0), np.zeros((0, 0))), np.zeros(2)])
+def test_a_prior_that_is_none_is_named(prior):
+    class Vague(World):
+        def prior(self):
+            return prior
+
+    with pytest.raises(credence.PlugError, match=r"the mean of world.prior\(\) has shape \(0?,?\): expected \(n,\)"):
+        credence.study(Vague(), Filter, runs=10, steps=5)
+
+
+def test_no_study_has_more_runs_than_memory_for_their_list():
+    with pytest.raises(ValueError, match="runs = 1000000000000, steps = 10: expected at least 1, and at most 1000000000"):
+        credence.study(World(), Filter, runs=10**12, steps=10)
+
+
 def test_plugs_that_are_none_are_named():
     def message(world, make_filter):
         with pytest.raises(credence.PlugError) as error:
