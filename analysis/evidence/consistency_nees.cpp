@@ -8,15 +8,12 @@
 
 #include "core/linear_algebra/decompositions.h"
 #include "core/nan.h"
+#include "core/record/certain_states.h"
 
 namespace credence::internal {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-// How far an error in a direction of zero variance may be from zero, relative to the other normalised errors
-// or to 1: rounding of the estimate, not evidence.
-constexpr double kErrorTolerance = 1e-9;
 
 NormalisedError failure(std::string_view reason) {
   NormalisedError result;
@@ -40,7 +37,7 @@ bool whiten_on_range(const Matrix& correlation, const Vector& scaled, bool& leav
     const double lambda = eigen.eigenvalues()(i);
     if (lambda > tolerance) {
       whitened.push_back(along(i) / std::sqrt(lambda));
-    } else if (std::abs(along(i)) > kErrorTolerance * size) {
+    } else if (std::abs(along(i)) > kCertainError * size) {
       leaves_range = true;
     }
   }
@@ -78,7 +75,7 @@ NormalisedError normalised_error(VectorRef error, MatrixRef P) {
     // |P_ij|² ≤ P_ii P_jj: a covariance with a known state must be zero.
     if (P.row(i).cwiseAbs().maxCoeff() > 0.0) return failure("a zero variance has a covariance");
     result.zero_variance.push_back(i);
-    leaves_range = leaves_range || std::abs(error(i)) > kErrorTolerance;
+    leaves_range = leaves_range || std::abs(error(i)) > kCertainError;
   }
 
   const Index m = static_cast<Index>(kept.size());

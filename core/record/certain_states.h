@@ -8,6 +8,10 @@
 
 namespace credence::internal {
 
+/// How far an error may lie where P claims certainty, relative to the other normalised errors or to 1:
+/// rounding of the estimate, not evidence.
+inline constexpr double kCertainError = 1e-9;
+
 /// Finds the states that are known to the rounding of their estimate x̂: of an estimate of 10 a σ of 1e-19 is
 /// none. Where the error, too, is no larger than the rounding, the filter claims certainty and has it; the
 /// state is then to be judged as one of zero variance. With an estimate of another size none are found.

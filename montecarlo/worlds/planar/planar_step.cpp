@@ -10,7 +10,7 @@ void PlanarStep::add_to(StepStatistics& s, RunTotals& sums) const {
   s.nees_dof += nees_dof;
   if (update.dof > 0) s[Quantity::nis].add(update.nis);
   s.nis_dof += update.dof;
-  s[Quantity::vehicle_nees].add(vehicle_nees);
+  if (vehicle_dof > 0) s[Quantity::vehicle_nees].add(vehicle_nees);
   s[Quantity::trace_prior].add(update.trace_prior);
   s[Quantity::trace].add(traces.all);
   s[Quantity::trace_vehicle].add(traces.position);

@@ -1,14 +1,42 @@
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/psd_root.h"
 #include "core/manifold/angle.h"
 #include "core/record/certain_states.h"
 #include "core/stop_point.h"
 
 namespace credence::internal {
+namespace {
+
+constexpr double kLeastPivot = 1e-12;  // of a squared pivot or an eigenvalue, relative to its variance
+
+/// Whether e lies in part where P claims certainty.
+bool leaves_range(const Vector& e, const Matrix& P) {
+  const Vector deviation = P.diagonal().cwiseSqrt();
+  std::vector<Index> open;
+  for (Index i = 0; i < e.size(); ++i) {
+    if (deviation[i] > 0.0) {
+      open.push_back(i);
+    } else if (std::abs(e[i]) > kCertainError) {
+      return true;
+    }
+  }
+  if (open.empty()) return false;
+  const Vector scale = deviation(open).cwiseInverse(), scaled = scale.cwiseProduct(e(open));
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scale.asDiagonal() * P(open, open) * scale.asDiagonal());
+  const Index without = (eigen.eigenvalues().array() <= kLeastPivot * eigen.eigenvalues().maxCoeff()).count();
+  const Vector beyond = eigen.eigenvectors().leftCols(without).transpose() * scaled;
+  return beyond.lpNorm<Eigen::Infinity>() > kCertainError * std::max(1.0, scaled.lpNorm<Eigen::Infinity>());
+}
+
+}  // namespace
 
 NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P) {
-  constexpr double kLeastPivot = 1e-12;  // of a squared pivot, relative to its variance
   if ((P.diagonal().array() > 0.0).all()) {
     const NeesValue nees = solver_.solve(error, P);
     bool beyond_rounding = nees.dof >= 0;
@@ -30,6 +58,15 @@ NeesValue SingularNees::solve(const VectorRef& error, const MatrixRef& P, const 
   Matrix known_P = P.selfadjointView<Eigen::Lower>();
   make_certain(certain_, known_error, known_P);
   return solve(known_error, known_P);
+}
+
+NeesValue SingularNees::judge(const VectorRef& error, const MatrixRef& P, const VectorRef& estimate) {
+  const NeesValue nees = solve(error, P, estimate);
+  if (nees.dof <= 0 || nees.dof == error.size()) return nees;
+  Vector known_error = error;
+  Matrix known_P = P.selfadjointView<Eigen::Lower>();
+  make_certain(certain_, known_error, known_P);
+  return leaves_range(known_error, known_P) ? NeesValue{0.0, 0} : nees;
 }
 
 EstimatorRun::EstimatorRun(const OdometryWorld& world, std::unique_ptr<SlamEstimator> filter)

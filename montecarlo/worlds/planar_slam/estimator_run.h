@@ -16,6 +16,9 @@ class SingularNees {
   NeesValue solve(const VectorRef& error, const MatrixRef& P);
   /// The same without the states that are certain of these estimates (find_certain_states).
   NeesValue solve(const VectorRef& error, const MatrixRef& P, const VectorRef& estimate);
+  /// The same, and of dof 0 where the error lies in part where P claims certainty, as a row of a log is
+  /// rejected.
+  NeesValue judge(const VectorRef& error, const MatrixRef& P, const VectorRef& estimate);
 
  private:
   NeesSolver solver_;

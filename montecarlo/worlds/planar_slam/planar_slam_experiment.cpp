@@ -40,8 +40,9 @@ class PlanarSlamExperiment::Run {
     const Index n = filter.size();
     const MatrixRef P = filter.covariance();
     const VectorRef x = filter.state();
-    const NeesValue whole = solver_.solve(run_.error(), P, x);
-    const NeesValue pose = pose_solver_.solve(run_.error().head(3), P.topLeftCorner(3, 3), x.head(3));
+    const NeesValue whole = solver_.judge(run_.error(), P, x);
+    const NeesValue pose =
+        whole.dof == 0 ? whole : pose_solver_.judge(run_.error().head(3), P.topLeftCorner(3, 3), x.head(3));
     if (whole.dof < 0 || pose.dof < 0) return Outcome::not_positive_definite;
     step_.nees = whole.value;
     step_.nees_dof = whole.dof;

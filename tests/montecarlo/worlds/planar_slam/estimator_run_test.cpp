@@ -22,6 +22,21 @@ TEST(SingularNees, CountsTheDirectionsOfNonZeroVariance) {
   EXPECT_EQ(solver.solve(e, Matrix::Zero(3, 3)).dof, 0);
 }
 
+// As a row of a log that is rejected: its NEES is infinite.
+TEST(SingularNees, DoesNotJudgeAnErrorWhereCertaintyIsClaimed) {
+  SingularNees solver;
+  const auto dof = [&solver](const Vector& error, const Matrix& P) {
+    return solver.judge(error, P, Vector::Zero(3)).dof;
+  };
+  EXPECT_EQ(dof(Vector{{1.0, 1.0 + 1e-6, 1.0}}, correlated(1.0)), 0);
+  EXPECT_EQ(dof(Vector{{1.0, 1.0 + 1e-12, 1.0}}, correlated(1.0)), 2) << "rounding";
+  EXPECT_EQ(dof(Vector{{1.0, -1.0, 1.0}}, correlated(0.5)), 3);
+  Matrix known = correlated(0.0);
+  known(2, 2) = 0.0;
+  EXPECT_EQ(dof(Vector{{1.0, 1.0, 1e-6}}, known), 0);
+  EXPECT_EQ(dof(Vector{{1.0, 1.0, 1e-12}}, known), 2) << "rounding";
+}
+
 // Of an estimate of 9.5 a σ of 1e-18 is rounding, however it is correlated; of one of 0 it is a σ.
 TEST(SingularNees, LeavesOutWhatIsCertainOfItsEstimate) {
   SingularNees solver;
