@@ -37,16 +37,17 @@ TEST_F(PlanCommand, PlanGivesRunsForBothDirections) {
             "credence: a.toml: factor = 1 is a consistent filter: there is nothing to detect\n");
 }
 
+// A pilot takes its time whatever the scenario, so that there are few of them.
 TEST_F(PlanCommand, PlanOfASweepIsTheCostOfAllOfIt) {
-  write("s.toml", kMonobotSweep);
+  write("s.toml", kMonobot + "[sweep]\n\"filter.inflation\" = \"none, map\"\n");
   const Finished f = run({"plan", "s.toml", "--factor", "2", "--format", "json"});
   ASSERT_EQ(f.code, 0) << f.err;
   const Json j = Json::parse(f.out);
-  EXPECT_EQ(j["sweep"]["configurations"], 6);
-  EXPECT_EQ(j["sweep"]["planned"], 6);
-  EXPECT_EQ(j["configurations"].size(), 6U);
+  EXPECT_EQ(j["sweep"]["configurations"], 2);
+  EXPECT_EQ(j["sweep"]["planned"], 2);
+  EXPECT_EQ(j["configurations"].size(), 2U);
   EXPECT_GT(j["sweep"]["seconds"], 0.0);
-  EXPECT_NE(run({"plan", "s.toml", "--factor", "2"}).out.find("The sweep of 6 configurations"),
+  EXPECT_NE(run({"plan", "s.toml", "--factor", "2"}).out.find("The sweep of 2 configurations"),
             std::string::npos);
 }
 
