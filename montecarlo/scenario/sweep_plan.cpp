@@ -173,10 +173,6 @@ SweepPlan plan_sweep(const ScenarioDocument& document) {
   return plan;
 }
 
-SweepPlan load_sweep(const std::filesystem::path& file, std::span<const std::string> overrides) {
-  return plan_sweep(read_scenario(file, overrides));
-}
-
 std::string canonical_toml(const SweepPlan& plan) {
   std::string text;
   std::string_view section;

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -52,9 +50,6 @@ struct SweepPlan {
 /// is no valid scenario, which it names. With `skip_impossible = true` points whose values, each accepted,
 /// exclude each other are left out and counted.
 SweepPlan plan_sweep(const ScenarioDocument& document);
-
-/// Reads and plans in one.
-SweepPlan load_sweep(const std::filesystem::path& file, std::span<const std::string> overrides = {});
 
 /// The plan as TOML in one fixed form: settings that all points share, then the axes. Planning it again gives
 /// the same points.
