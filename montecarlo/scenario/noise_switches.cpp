@@ -96,6 +96,11 @@ Index measurement_delay(const Scenario& scenario) {
   return integer_value(scenario, "noise.measurement_delay");
 }
 
+std::string detection_text(const Scenario& scenario) {
+  const double seen = scenario.noise.detection_probability;
+  return seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "";
+}
+
 std::string noise_switches_text(const Scenario& scenario) {
   std::string text;
   if (has_outliers(scenario)) text += fmt::format(", outliers at rate {:g}", outlier_rate(scenario));

@@ -25,6 +25,9 @@ NoiseSource noise_source(const Scenario& scenario);
 /// Steps after which a measurement reaches the filter, which takes it for one of that step.
 Index measurement_delay(const Scenario& scenario);
 
+/// " with probability 0.6" where a measurement may be missed, else nothing.
+std::string detection_text(const Scenario& scenario);
+
 /// ", outliers at rate 0.05, delayed by 1 step": the switches that are on but for detection_probability, in a
 /// few words.
 std::string noise_switches_text(const Scenario& scenario);

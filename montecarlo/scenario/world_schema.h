@@ -30,9 +30,9 @@ struct WorldSchema {
   std::string_view name;     ///< its word in world.model
   std::string_view meaning;  ///< what it is, in a few words
   std::vector<KeyRow> (*keys)();
-  void (*set_defaults)(Scenario&);  ///< where they are not those of the structs; null: all are
-  void (*check)(const Scenario&, const Refusal&);
-  BlockLayout (*blocks)(const Scenario&);  ///< of the complete state
+  void (*set_defaults)(Scenario&) = nullptr;  ///< where they are not those of the structs; null: all are
+  void (*check)(const Scenario&, const Refusal&) = nullptr;  ///< null: all values go together
+  BlockLayout (*blocks)(const Scenario&);                    ///< of the complete state
 };
 
 /// All worlds, in the order of the registry (montecarlo/worlds/registry.cpp).

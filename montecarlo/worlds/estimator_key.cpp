@@ -7,9 +7,7 @@
 
 #include "core/filters/estimators/estimators.h"
 #include "montecarlo/scenario/key_fields.h"
-#include "montecarlo/worlds/linear/linear_contest.h"
-#include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
-#include "montecarlo/worlds/spatial_slam/spatial_contest.h"
+#include "montecarlo/worlds/estimator_offers.h"
 
 namespace credence::internal {
 namespace {

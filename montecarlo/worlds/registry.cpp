@@ -9,16 +9,8 @@
 #include "core/memory_need.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/noise_switches.h"
-#include "montecarlo/worlds/inertial/inertial_world.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
-#include "montecarlo/worlds/linear/linear_world.h"
-#include "montecarlo/worlds/localisation/localisation_world.h"
-#include "montecarlo/worlds/monobot/monobot_world.h"
-#include "montecarlo/worlds/pendulum/pendulum_world.h"
-#include "montecarlo/worlds/planar/planar_registration.h"
-#include "montecarlo/worlds/planar_slam/planar_slam_world.h"
-#include "montecarlo/worlds/spatial_slam/spatial_slam_world.h"
-#include "montecarlo/worlds/tracking/tracking_world.h"
+#include "montecarlo/worlds/world_list.h"
 
 namespace credence::internal {
 namespace {
@@ -30,9 +22,12 @@ constexpr std::array kWorlds = {
 
 /// The experiment, the statistics of its steps, and a bit for each chunk.
 void require_experiment_memory(const Scenario& scenario) {
-  require_memory(
-      least_experiment_bytes(scenario),
-      fmt::format("{}, study.steps = {}", world_of(scenario).size_text(scenario), scenario.study.steps));
+  const World& world = world_of(scenario);
+  const std::string size = world.size_text != nullptr
+                               ? world.size_text(scenario)
+                               : fmt::format("world.model = \"{}\"", world.schema.name);
+  require_memory(least_experiment_bytes(scenario),
+                 fmt::format("{}, study.steps = {}", size, scenario.study.steps));
 }
 
 }  // namespace
@@ -76,7 +71,9 @@ std::string world_text(const Scenario& scenario) { return world_of(scenario).tex
 
 double least_experiment_bytes(const Scenario& scenario) {
   const double chunks = static_cast<double>(scenario.most_runs()) / static_cast<double>(kChunkRuns);
-  return chunks / 8.0 + sizeof(double) * world_of(scenario).least_doubles(scenario) +
+  const World& world = world_of(scenario);
+  const double doubles = world.least_doubles == nullptr ? 0.0 : world.least_doubles(scenario);
+  return chunks / 8.0 + sizeof(double) * doubles +
          sizeof(StepStatistics) * static_cast<double>(scenario.study.steps);
 }
 

@@ -9,7 +9,7 @@
 
 namespace credence::internal {
 
-/// All worlds. A new one is a folder of its own and one line in registry.cpp.
+/// All worlds. A new one is a folder of its own and one line each in world_list.h and registry.cpp.
 std::span<const World* const> worlds();
 
 /// The world of a scenario. Throws std::invalid_argument for a model that there is not.

@@ -87,6 +87,13 @@ void check_landmarks(const Scenario& scenario, const Refusal& refuse) {
   }
 }
 
+void check_sensor_range(const Scenario& scenario, const Refusal& refuse) {
+  const WorldSettings& world = scenario.world;
+  if (world.sensor_min_range < world.sensor_range) return;
+  refuse.impossible("world", "sensor_min_range",
+                    fmt::format("must be < world.sensor_range = {}", world.sensor_range));
+}
+
 void check_inflation(const Scenario& scenario, const Refusal& refuse) {
   const FilterSettings& filter = scenario.filter;
   if (filter.inflation == FilterInflation::full && map_bound(filter.solution).has_value()) {

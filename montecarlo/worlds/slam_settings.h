@@ -23,6 +23,9 @@ KeyRow measurement_scale_key();
 /// Refuses a world without anything to see.
 void check_landmarks(const Scenario& scenario, const Refusal& refuse);
 
+/// Refuses a sensor that sees nothing, near or far.
+void check_sensor_range(const Scenario& scenario, const Refusal& refuse);
+
 /// Refuses an inflation that there is not.
 void check_inflation(const Scenario& scenario, const Refusal& refuse);
 

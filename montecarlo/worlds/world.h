@@ -28,14 +28,14 @@ struct World {
 
   /// The linear problem that the scenario is, from which its experiment, the exact moments, `stability` and
   /// the Riccati equation follow; null or nothing where it is not linear.
-  std::optional<LinearProblem> (*linear_problem)(const Scenario&);
+  std::optional<LinearProblem> (*linear_problem)(const Scenario&) = nullptr;
   /// The experiment of a scenario that is not linear; null where there is none. Throws std::invalid_argument
   /// for what cannot be made.
-  std::unique_ptr<Experiment> (*experiment)(const Scenario&);
-  /// Doubles that the experiment keeps at the least, beside what is kept of any study.
-  double (*least_doubles)(const Scenario&);
-  /// The keys and values on which that depends: "world.landmarks = 3".
-  std::string (*size_text)(const Scenario&);
+  std::unique_ptr<Experiment> (*experiment)(const Scenario&) = nullptr;
+  /// Doubles that the experiment keeps at the least, beside what is kept of any study; null: none worth it.
+  double (*least_doubles)(const Scenario&) = nullptr;
+  /// The keys and values on which that depends: "world.landmarks = 3"; null where least_doubles is.
+  std::string (*size_text)(const Scenario&) = nullptr;
   /// A few words on the world of a scenario, for reports.
   std::string (*text)(const Scenario&);
   RunFigure figure;

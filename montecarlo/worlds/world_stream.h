@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/nan.h"
 #include "core/types.h"
 #include "montecarlo/scenario/scenario.h"
 
@@ -48,6 +49,16 @@ std::string text_of_landmarks(const std::vector<Point>& points) {
     text += fmt::format("landmark{} = {}\n", i + 1, fmt::join(points[i].begin(), points[i].end(), ","));
   }
   return text;
+}
+
+/// Each at the numbers of its landmark; empty where nothing is seen.
+template <class Observation>
+Vector numbers_of_observations(std::span<const Observation> seen, std::size_t landmarks) {
+  if (seen.empty()) return {};
+  const Index dim = seen.front().z.size();
+  Vector z = Vector::Constant(dim * static_cast<Index>(landmarks), kNaN);
+  for (const Observation& one : seen) z.segment(dim * Index{one.landmark}, dim) = one.z;
+  return z;
 }
 
 }  // namespace credence::internal

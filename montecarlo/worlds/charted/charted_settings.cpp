@@ -75,12 +75,11 @@ ChartSettings chart_settings(const Scenario& scenario) {
 
 std::string charted_text(const Scenario& scenario) {
   const ChartSettings charts = chart_settings(scenario);
-  const double seen = scenario.noise.detection_probability;
   return fmt::format(
       "aided by {} every {} steps{}{}, error in the {} chart{}{}", word_value(scenario, "world.aiding"),
-      integer_value(scenario, "world.aiding_interval"),
-      seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "", noise_switches_text(scenario),
-      chart_name(charts.filter), charts.reset == CovarianceReset::full ? ", P reset" : "",
+      integer_value(scenario, "world.aiding_interval"), detection_text(scenario),
+      noise_switches_text(scenario), chart_name(charts.filter),
+      charts.reset == CovarianceReset::full ? ", P reset" : "",
       charts.judged == charts.filter ? "" : fmt::format(", judged in the {} one", chart_name(charts.judged)));
 }
 

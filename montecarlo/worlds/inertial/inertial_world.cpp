@@ -1,5 +1,3 @@
-#include "montecarlo/worlds/inertial/inertial_world.h"
-
 #include <fmt/format.h>
 
 #include "core/manifold/angle.h"
@@ -10,6 +8,7 @@
 #include "montecarlo/worlds/inertial/inertial_model.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/scenario_plug.h"
+#include "montecarlo/worlds/world_list.h"
 
 namespace credence::internal {
 namespace {
@@ -86,15 +85,9 @@ void set_inertial_defaults(Scenario& scenario) {
   scenario.study.steps = 3000;
 }
 
-void check_inertial(const Scenario&, const Refusal&) {}
-
 BlockLayout inertial_blocks(const Scenario&) {
   return {.vehicle = InertialModel::Group::kDim, .landmark = 0, .landmarks = 0};
 }
-
-double least_inertial_doubles(const Scenario&) { return 0.0; }
-
-std::string inertial_size_text(const Scenario&) { return "world.model = \"inertial\""; }
 
 std::string inertial_text(const Scenario& scenario) {
   return fmt::format("strapdown inertial unit on a circle{}, {}",
@@ -115,12 +108,8 @@ constinit const World kInertialWorld = {
                .meaning = "strapdown inertial unit with biases, its error in any chart",
                .keys = inertial_keys,
                .set_defaults = set_inertial_defaults,
-               .check = check_inertial,
                .blocks = inertial_blocks},
-    .linear_problem = nullptr,
     .experiment = inertial_experiment,
-    .least_doubles = least_inertial_doubles,
-    .size_text = inertial_size_text,
     .text = inertial_text,
     .figure = RunFigure::states,
     .posterior_bound = charted_bound<InertialModel>,

@@ -1,11 +1,10 @@
-#include "montecarlo/worlds/linear/linear_contest.h"
-
 #include <algorithm>
 
 #include "core/nan.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/best_time.h"
+#include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/linear/linear_estimator_experiment.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/linear/linear_keys.h"

@@ -8,7 +8,7 @@
 #include "core/linear_algebra/decompositions.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/worlds/estimator_key.h"
-#include "montecarlo/worlds/linear/linear_contest.h"
+#include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/slam_settings.h"
 
 namespace credence::internal {

@@ -8,9 +8,10 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
-#include "montecarlo/worlds/linear/linear_contest.h"
+#include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/linear/linear_estimator_experiment.h"
 #include "montecarlo/worlds/linear/linear_keys.h"
+#include "montecarlo/worlds/world_list.h"
 
 namespace credence::internal {
 namespace {

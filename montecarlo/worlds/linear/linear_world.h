@@ -4,10 +4,6 @@
 
 namespace credence::internal {
 
-/// Any linear time-invariant system, its matrices written in the scenario, and a filter that may believe in
-/// others (LinearModel, core/models/linear_model.h).
-extern const World kLinearWorld;
-
 /// The problem of a scenario of this world, whatever its estimator.
 LinearProblem linear_world_problem(const Scenario& scenario);
 

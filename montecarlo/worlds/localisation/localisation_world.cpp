@@ -1,5 +1,3 @@
-#include "montecarlo/worlds/localisation/localisation_world.h"
-
 #include <fmt/format.h>
 
 #include <numbers>
@@ -11,6 +9,7 @@
 #include "montecarlo/worlds/localisation/localisation_model.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/scenario_plug.h"
+#include "montecarlo/worlds/world_list.h"
 
 namespace credence::internal {
 namespace {
@@ -45,13 +44,7 @@ void set_localisation_defaults(Scenario& scenario) {
   scenario.study.steps = 4000;
 }
 
-void check_localisation(const Scenario&, const Refusal&) {}
-
 BlockLayout localisation_blocks(const Scenario&) { return {.vehicle = 3, .landmark = 0, .landmarks = 0}; }
-
-double least_localisation_doubles(const Scenario&) { return 0.0; }
-
-std::string localisation_size_text(const Scenario&) { return "world.model = \"localisation\""; }
 
 std::string localisation_text(const Scenario& scenario) {
   return fmt::format("vehicle on a circle, its odometry noisy, {}", charted_text(scenario));
@@ -68,12 +61,8 @@ constinit const World kLocalisationWorld = {
                .meaning = "vehicle in the plane that knows its map, its error in any chart",
                .keys = localisation_keys,
                .set_defaults = set_localisation_defaults,
-               .check = check_localisation,
                .blocks = localisation_blocks},
-    .linear_problem = nullptr,
     .experiment = localisation_experiment,
-    .least_doubles = least_localisation_doubles,
-    .size_text = localisation_size_text,
     .text = localisation_text,
     .figure = RunFigure::states,
     .posterior_bound = charted_bound<LocalisationModel>,

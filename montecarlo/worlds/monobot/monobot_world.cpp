@@ -4,6 +4,7 @@
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/slam_layout.h"
 #include "montecarlo/worlds/slam_settings.h"
+#include "montecarlo/worlds/world_list.h"
 
 namespace credence::internal {
 namespace {
@@ -79,11 +80,9 @@ constinit const World kMonobotWorld = {
     .schema = {.name = "monobot",
                .meaning = "vehicle on a line (linear)",
                .keys = monobot_keys,
-               .set_defaults = nullptr,
                .check = check_monobot,
                .blocks = monobot_blocks},
     .linear_problem = [](const Scenario& s) { return std::optional(monobot_problem(s)); },
-    .experiment = nullptr,
     .least_doubles = least_monobot_doubles,
     .size_text = slam_size_text,
     .text = slam_text,

@@ -4,9 +4,6 @@
 
 namespace credence::internal {
 
-/// A vehicle on a line that sees every landmark (theory, section 2): linear.
-extern const World kMonobotWorld;
-
 /// The monobot of a scenario, its filter with the noise scaled by process_scale and measurement_scale.
 LinearProblem monobot_problem(const Scenario& scenario);
 

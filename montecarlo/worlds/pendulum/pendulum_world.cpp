@@ -14,6 +14,7 @@
 #include "montecarlo/worlds/plugged/plugged_experiment.h"
 #include "montecarlo/worlds/plugged/scenario_plug.h"
 #include "montecarlo/worlds/slam_settings.h"
+#include "montecarlo/worlds/world_list.h"
 
 namespace credence::internal {
 namespace {
@@ -53,22 +54,14 @@ void set_pendulum_defaults(Scenario& scenario) {
   scenario.study.steps = 500;
 }
 
-void check_pendulum(const Scenario&, const Refusal&) {}
-
 BlockLayout pendulum_blocks(const Scenario&) { return {.vehicle = 2, .landmark = 0, .landmarks = 0}; }
-
-double least_pendulum_doubles(const Scenario&) { return 0.0; }
-
-std::string pendulum_size_text(const Scenario&) { return "world.model = \"pendulum\""; }
 
 bool is_unscented(const Scenario& scenario) {
   return word_value(scenario, "filter.moments") == "sigma_points";
 }
 
 std::string pendulum_text(const Scenario& scenario) {
-  const double seen = scenario.noise.detection_probability;
-  return fmt::format("pendulum, its displacement measured{}{}, {} Kalman filter",
-                     seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
+  return fmt::format("pendulum, its displacement measured{}{}, {} Kalman filter", detection_text(scenario),
                      noise_switches_text(scenario), is_unscented(scenario) ? "unscented" : "extended");
 }
 
@@ -122,12 +115,8 @@ constinit const World kPendulumWorld = {.schema = {.name = "pendulum",
                                                    .meaning = "pendulum, by Jacobians or sigma points",
                                                    .keys = pendulum_keys,
                                                    .set_defaults = set_pendulum_defaults,
-                                                   .check = check_pendulum,
                                                    .blocks = pendulum_blocks},
-                                        .linear_problem = nullptr,
                                         .experiment = pendulum_experiment,
-                                        .least_doubles = least_pendulum_doubles,
-                                        .size_text = pendulum_size_text,
                                         .text = pendulum_text,
                                         .figure = RunFigure::states,
                                         .posterior_bound = pendulum_bound};

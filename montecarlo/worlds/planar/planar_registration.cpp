@@ -1,5 +1,3 @@
-#include "montecarlo/worlds/planar/planar_registration.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,8 +8,9 @@
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
-#include "montecarlo/worlds/planar/planar_stream.h"
 #include "montecarlo/worlds/slam_settings.h"
+#include "montecarlo/worlds/world_list.h"
+#include "montecarlo/worlds/world_stream.h"
 
 namespace credence::internal {
 namespace {
@@ -20,11 +19,7 @@ void set_planar_defaults(Scenario& scenario) { scenario.world.dt = 0.25; }
 
 void check_planar(const Scenario& scenario, const Refusal& refuse) {
   check_landmarks(scenario, refuse);
-  const WorldSettings& world = scenario.world;
-  if (world.sensor_min_range >= world.sensor_range) {
-    refuse.impossible("world", "sensor_min_range",
-                      fmt::format("must be < world.sensor_range = {}", world.sensor_range));
-  }
+  check_sensor_range(scenario, refuse);
   check_inflation(scenario, refuse);
 }
 
@@ -83,6 +78,29 @@ std::unique_ptr<Experiment> planar_experiment(const Scenario& scenario) {
   return experiment;
 }
 
+/// Nominal controls, and range (m) and bearing (rad) of the landmarks in view.
+WorldStream planar_stream(const Scenario& scenario) {
+  const PlanarWorld world = make_planar_world(scenario);
+  const auto play = [world, noise = PlanarNoise::of(scenario), source = noise_source(scenario)](
+                        std::int64_t run, const RowVisitor& take) {
+    PlanarSimulation simulation(world, noise, source);
+    const Pose prior = simulation.start(run);
+    take(0, {.prior = prior, .truth = simulation.pose()});
+    for (std::size_t k = 1; k <= world.controls.size(); ++k) {
+      simulation.move(k);
+      take(static_cast<std::int64_t>(k),
+           {.truth = simulation.pose(),
+            .input = world.controls[k - 1],
+            .measurement = numbers_of_observations(simulation.observe(k), world.landmarks.size())});
+    }
+  };
+  return {.states = {"vehicle.x", "vehicle.y", "vehicle.heading"},
+          .inputs = {"1", "2"},
+          .measurements = names_of_landmarks(world.landmarks.size(), {"range", "bearing"}),
+          .notes = text_of_landmarks(world.landmarks),
+          .visit = play};
+}
+
 }  // namespace
 
 constinit const World kPlanarWorld = {.schema = {.name = "planar",
@@ -91,7 +109,6 @@ constinit const World kPlanarWorld = {.schema = {.name = "planar",
                                                  .set_defaults = set_planar_defaults,
                                                  .check = check_planar,
                                                  .blocks = planar_blocks},
-                                      .linear_problem = nullptr,
                                       .experiment = planar_experiment,
                                       .least_doubles = least_planar_doubles,
                                       .size_text = slam_size_text,

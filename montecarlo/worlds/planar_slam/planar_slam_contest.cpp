@@ -1,9 +1,8 @@
-#include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
-
 #include "core/filters/estimators/estimators.h"
 #include "core/filters/estimators/jacobian_rows.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
+#include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 #include "montecarlo/worlds/planar_slam/odometry_bound.h"
 

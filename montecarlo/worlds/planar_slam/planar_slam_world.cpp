@@ -1,17 +1,16 @@
-#include "montecarlo/worlds/planar_slam/planar_slam_world.h"
-
 #include <fmt/format.h>
 
 #include "core/memory_need.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
+#include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/planar_slam/odometry_bound.h"
-#include "montecarlo/worlds/planar_slam/odometry_stream.h"
-#include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
 #include "montecarlo/worlds/planar_slam/planar_slam_experiment.h"
 #include "montecarlo/worlds/slam_settings.h"
+#include "montecarlo/worlds/world_list.h"
+#include "montecarlo/worlds/world_stream.h"
 
 namespace credence::internal {
 namespace {
@@ -94,12 +93,8 @@ void set_planar_slam_defaults(Scenario& scenario) {
 
 void check_planar_slam(const Scenario& scenario, const Refusal& refuse) {
   check_estimator(scenario, refuse, kPlanarSlamOffer);
-  const WorldSettings& world = scenario.world;
-  if (world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
-  if (world.sensor_min_range >= world.sensor_range) {
-    refuse.impossible("world", "sensor_min_range",
-                      fmt::format("must be < world.sensor_range = {}", world.sensor_range));
-  }
+  if (scenario.world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
+  check_sensor_range(scenario, refuse);
 }
 
 BlockLayout planar_slam_blocks(const Scenario& scenario) {
@@ -117,12 +112,10 @@ std::string planar_slam_size_text(const Scenario& scenario) {
 }
 
 std::string planar_slam_text(const Scenario& scenario) {
-  const double seen = scenario.noise.detection_probability;
   return fmt::format("vehicle on a circle, its odometry noisy, {} landmarks {}, {} measured{}{}",
                      scenario.world.landmarks, has_landmark_ring(scenario) ? "on a ring" : "in an annulus",
                      measures_relative_position(scenario) ? "relative position" : "range and bearing",
-                     seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
-                     noise_switches_text(scenario));
+                     detection_text(scenario), noise_switches_text(scenario));
 }
 
 std::unique_ptr<Experiment> planar_slam_experiment(const Scenario& scenario) {
@@ -137,6 +130,30 @@ PosteriorBound planar_slam_bound(const Scenario& scenario) {
   return odometry_bound(world);
 }
 
+/// Odometry read with noise, and what the sensor says of the landmarks in view: their relative positions (m),
+/// or range (m) and bearing (rad).
+WorldStream odometry_stream(const Scenario& scenario) {
+  const OdometryWorld world = make_odometry_world(scenario);
+  const auto play = [world, source = noise_source(scenario)](std::int64_t run, const RowVisitor& take) {
+    OdometrySimulation simulation(world, source);
+    take(0, {.prior = simulation.start(run), .truth = world.path.front()});
+    for (std::size_t k = 1; k < world.path.size(); ++k) {
+      take(static_cast<std::int64_t>(k),
+           {.truth = world.path[k],
+            .input = simulation.read(k),
+            .measurement = numbers_of_observations(simulation.observe(k), world.plane.landmarks.size())});
+    }
+  };
+  const bool relative = world.sensor.kind != LandmarkSensorKind::range_bearing;
+  return {.states = {"vehicle.x", "vehicle.y", "vehicle.heading"},
+          .inputs = {"1", "2"},
+          .measurements = names_of_landmarks(
+              world.plane.landmarks.size(),
+              relative ? std::vector<std::string>{"x", "y"} : std::vector<std::string>{"range", "bearing"}),
+          .notes = text_of_landmarks(world.plane.landmarks),
+          .visit = play};
+}
+
 }  // namespace
 
 constinit const World kPlanarSlamWorld = {
@@ -146,7 +163,6 @@ constinit const World kPlanarSlamWorld = {
                .set_defaults = set_planar_slam_defaults,
                .check = check_planar_slam,
                .blocks = planar_slam_blocks},
-    .linear_problem = nullptr,
     .experiment = planar_slam_experiment,
     .least_doubles = least_planar_slam_doubles,
     .size_text = planar_slam_size_text,

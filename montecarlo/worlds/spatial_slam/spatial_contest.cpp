@@ -1,11 +1,10 @@
-#include "montecarlo/worlds/spatial_slam/spatial_contest.h"
-
 #include <Eigen/QR>
 #include <map>
 
 #include "core/stop_point.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
+#include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/planar_slam/estimator_run.h"
 #include "montecarlo/worlds/spatial_slam/spatial_bound.h"
 #include "montecarlo/worlds/spatial_slam/spatial_run.h"

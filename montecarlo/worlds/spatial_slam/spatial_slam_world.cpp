@@ -1,17 +1,16 @@
-#include "montecarlo/worlds/spatial_slam/spatial_slam_world.h"
-
 #include <fmt/format.h>
 
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"
+#include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/plugged/plugged_statistics.h"
 #include "montecarlo/worlds/slam_settings.h"
 #include "montecarlo/worlds/spatial_slam/spatial_bound.h"
-#include "montecarlo/worlds/spatial_slam/spatial_contest.h"
 #include "montecarlo/worlds/spatial_slam/spatial_run.h"
-#include "montecarlo/worlds/spatial_slam/spatial_stream.h"
+#include "montecarlo/worlds/world_list.h"
+#include "montecarlo/worlds/world_stream.h"
 
 namespace credence::internal {
 namespace {
@@ -112,12 +111,8 @@ void set_spatial_slam_defaults(Scenario& scenario) {
 
 void check_spatial_slam(const Scenario& scenario, const Refusal& refuse) {
   check_estimator(scenario, refuse, kSpatialOffer);
-  const WorldSettings& world = scenario.world;
-  if (world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
-  if (world.sensor_min_range >= world.sensor_range) {
-    refuse.impossible("world", "sensor_min_range",
-                      fmt::format("must be < world.sensor_range = {}", world.sensor_range));
-  }
+  if (scenario.world.landmarks < 1) refuse.impossible("world", "landmarks", "must be >= 1");
+  check_sensor_range(scenario, refuse);
 }
 
 BlockLayout spatial_slam_blocks(const Scenario&) { return {.vehicle = 6, .landmark = 0, .landmarks = 0}; }
@@ -132,11 +127,9 @@ std::string spatial_slam_size_text(const Scenario& scenario) {
 }
 
 std::string spatial_slam_text(const Scenario& scenario) {
-  const double seen = scenario.noise.detection_probability;
   return fmt::format(
       "vehicle on a closed path in space, its odometry noisy, {} landmarks, relative position{}{}",
-      scenario.world.landmarks, seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
-      noise_switches_text(scenario));
+      scenario.world.landmarks, detection_text(scenario), noise_switches_text(scenario));
 }
 
 std::unique_ptr<Experiment> spatial_slam_experiment(const Scenario& scenario) {
@@ -152,6 +145,39 @@ PosteriorBound spatial_slam_bound(const Scenario& scenario) {
   return spatial_bound(make_spatial_world(scenario));
 }
 
+Vector pose_coordinates(const SE3& pose) { return pose.split().Log(); }
+
+Vector odometry_numbers(const SpatialControl& read) {
+  Vector numbers(6);
+  numbers << read.v, read.omega;
+  return numbers;
+}
+
+/// Odometry read with noise, v (m) and ω (rad) of a step, and the places (m) of the landmarks in view in the
+/// frame of the vehicle. Of the noise the scenario tells the shares, by what is read.
+WorldStream spatial_stream(const Scenario& scenario) {
+  const SpatialWorld world = make_spatial_world(scenario);
+  const auto play = [world, source = noise_source(scenario)](std::int64_t run, const RowVisitor& take) {
+    SpatialSimulation simulation(world, source);
+    take(0,
+         {.prior = pose_coordinates(simulation.start(run)), .truth = pose_coordinates(world.path.front())});
+    for (std::size_t k = 1; k < world.path.size(); ++k) {
+      take(static_cast<std::int64_t>(k),
+           {.truth = pose_coordinates(world.path[k]),
+            .input = odometry_numbers(simulation.read(k)),
+            .measurement = numbers_of_observations(simulation.observe(k), world.landmarks.size())});
+    }
+  };
+  return {.states = {"position.x", "position.y", "position.z", "attitude.x", "attitude.y", "attitude.z"},
+          .inputs = {"1", "2", "3", "4", "5", "6"},
+          .measurements = names_of_landmarks(world.landmarks.size(), {"x", "y", "z"}),
+          .notes =
+              "state = SE(3): place p (m), attitude R = Exp of a rotation vector (rad)\n"
+              "input = v (m), omega (rad): p + R v, R Exp(omega)\n" +
+              text_of_landmarks(world.landmarks),
+          .visit = play};
+}
+
 }  // namespace
 
 constinit const World kSpatialSlamWorld = {
@@ -161,7 +187,6 @@ constinit const World kSpatialSlamWorld = {
                .set_defaults = set_spatial_slam_defaults,
                .check = check_spatial_slam,
                .blocks = spatial_slam_blocks},
-    .linear_problem = nullptr,
     .experiment = spatial_slam_experiment,
     .least_doubles = least_spatial_slam_doubles,
     .size_text = spatial_slam_size_text,

@@ -8,6 +8,7 @@
 #include "montecarlo/worlds/planar/planar_keys.h"
 #include "montecarlo/worlds/slam_settings.h"
 #include "montecarlo/worlds/tracking/range_bearing_tracking.h"
+#include "montecarlo/worlds/world_list.h"
 
 namespace credence::internal {
 namespace {
@@ -94,12 +95,10 @@ std::string tracking_size_text(const Scenario& scenario) {
 }
 
 std::string tracking_text(const Scenario& scenario) {
-  const double seen = scenario.noise.detection_probability;
   const Index d = dimensions(scenario);
   return fmt::format("target of nearly constant velocity in {} dimension{}, {} measured{}{}", d,
                      d == 1 ? "" : "s", measures_position(scenario) ? "position" : "range and bearing",
-                     seen < 1.0 ? fmt::format(" with probability {:g}", seen) : "",
-                     noise_switches_text(scenario));
+                     detection_text(scenario), noise_switches_text(scenario));
 }
 
 }  // namespace

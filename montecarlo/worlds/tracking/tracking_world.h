@@ -4,10 +4,6 @@
 
 namespace credence::internal {
 
-/// A target of nearly constant velocity in one to three dimensions, whose position, or range and bearing, are
-/// measured ([Bar-Shalom 2001], section 6.2).
-extern const World kTrackingWorld;
-
 /// The motion and the position measurement of a target: x = [p; v], p⁺ = p + T v, with white noise
 /// acceleration of power spectral density q̃ in each coordinate, whose covariance over a step T is q̃ [T³/3,
 /// T²/2; T²/2, T].

@@ -10,9 +10,7 @@
 
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/scenario_io.h"
-#include "montecarlo/worlds/linear/linear_contest.h"
-#include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
-#include "montecarlo/worlds/spatial_slam/spatial_contest.h"
+#include "montecarlo/worlds/estimator_offers.h"
 
 namespace credence::internal {
 namespace {

@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/linear/linear_contest.h"
+#include "montecarlo/worlds/estimator_offers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

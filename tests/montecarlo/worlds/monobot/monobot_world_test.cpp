@@ -8,6 +8,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
+#include "montecarlo/worlds/world_list.h"
 
 namespace credence::internal {
 namespace {

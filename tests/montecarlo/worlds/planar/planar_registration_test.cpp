@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/planar/planar_registration.h"
+#include "montecarlo/worlds/world_list.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

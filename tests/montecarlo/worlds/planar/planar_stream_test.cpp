@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/planar/planar_stream.h"
+#include "montecarlo/worlds/world_stream.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ TEST(PlanarStream, AFilterThatReadsItIsThatOfTheExperiment) {
                                           "filter.process_scale=2"};
     overrides.insert(overrides.end(), more.begin(), more.end());
     const Scenario scenario = streamed_planar(overrides);
-    const std::vector<StreamRow> rows = rows_of(planar_stream(scenario), 3);
+    const std::vector<StreamRow> rows = rows_of(world_stream(scenario), 3);
     const RunTrace trace = make_experiment(scenario)->trace(3);
     ASSERT_EQ(rows.size(), 16U);
     ASSERT_EQ(trace.steps.size(), 16U);

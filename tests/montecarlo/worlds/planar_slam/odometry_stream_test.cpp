@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/planar_slam/odometry_stream.h"
+#include "montecarlo/worlds/world_stream.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ TEST(OdometryStream, AFilterThatReadsItIsThatOfTheExperiment) {
           std::vector<std::string>{std::string("world.landmark_sensor=") + sensor, noise, "study.steps=20",
                                    "filter.measurement_scale=2", "filter.estimator=ekf"});
       std::vector<StreamRow> rows;
-      odometry_stream(scenario).visit(4, [&](std::int64_t step, const StreamRow& row) {
+      world_stream(scenario).visit(4, [&](std::int64_t step, const StreamRow& row) {
         EXPECT_EQ(step, std::ssize(rows));
         rows.push_back(row);
       });
@@ -50,8 +50,8 @@ TEST(OdometryStream, AFilterThatReadsItIsThatOfTheExperiment) {
 
 TEST(OdometryStream, NamesWhatItsSensorSays) {
   const auto names = [](const char* sensor) {
-    return odometry_stream(load_scenario_text("[world]\nmodel = \"planar_slam\"\nlandmarks = 1\n", "t.toml",
-                                              std::vector<std::string>{sensor}))
+    return world_stream(load_scenario_text("[world]\nmodel = \"planar_slam\"\nlandmarks = 1\n", "t.toml",
+                                           std::vector<std::string>{sensor}))
         .measurements;
   };
   EXPECT_THAT(names("world.landmark_sensor=relative_position"),

@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/planar_slam/planar_slam_contest.h"
+#include "montecarlo/worlds/estimator_offers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/planar_slam/planar_slam_world.h"
+#include "montecarlo/worlds/world_list.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/spatial_slam/spatial_contest.h"
+#include "montecarlo/worlds/estimator_offers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/spatial_slam/spatial_slam_world.h"
+#include "montecarlo/worlds/world_list.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "montecarlo/worlds/spatial_slam/spatial_stream.h"
+#include "montecarlo/worlds/world_stream.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ SE3 pose_from(const Vector& numbers) { return {SO3::Exp(numbers.tail<3>()), numb
 // 5 standard errors √(2/n) of a variance.
 TEST(SpatialStream, RowsAreWhatTheNotesSay) {
   const Scenario scenario = streamed_space({"noise.odometry_share=0.02", "noise.landmark_share=0.05"});
-  const WorldStream stream = spatial_stream(scenario);
+  const WorldStream stream = world_stream(scenario);
   const SpatialWorld world = make_spatial_world(scenario);
   double of_input = 0.0, of_place = 0.0;
   int inputs = 0, places = 0;
@@ -65,7 +65,7 @@ TEST(SpatialStream, RowsAreWhatTheNotesSay) {
 // The prior is where the experiment's estimate starts.
 TEST(SpatialStream, ThePriorIsTheEstimateOfTheExperiment) {
   const Scenario scenario = streamed_space({});
-  const WorldStream stream = spatial_stream(scenario);
+  const WorldStream stream = world_stream(scenario);
   const auto experiment = make_experiment(scenario);
   for (const std::int64_t run : {0, 5}) {
     const RunTrace trace = experiment->trace(run);
