@@ -87,7 +87,7 @@ ReportAnswer answer_of(std::vector<EstimatorRow> rows) {
 TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
   const EstimatorRow good = estimator_row("fej", 1.0, 0.9), bad = estimator_row("ekf", 3.25, 3.0),
                      none = estimator_row("ukf", kNaN, kNaN, 0);
-  EXPECT_EQ(answer_of({good}).text, "Nothing says that the pose of any is optimistic: fej");
+  EXPECT_EQ(answer_of({good}).text, "No evidence that the pose of any is optimistic: fej");
   EXPECT_EQ(answer_of({good}).tone, CellTone::good);
   EXPECT_EQ(
       answer_of({bad, good}).text,
@@ -96,7 +96,7 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
             "Optimistic in the pose: ekf (3.25 times the squared error that P claims). None is not");
   EXPECT_EQ(answer_of({bad}).tone, CellTone::caution);
   EXPECT_EQ(answer_of({good, none}).text,
-            "Nothing says that the pose of any is optimistic: fej. Nothing can be said of ukf");
+            "No evidence that the pose of any is optimistic: fej. Nothing can be said of ukf");
   EXPECT_EQ(answer_of({good, none}).tone, CellTone::caution);
   EXPECT_EQ(answer_of({none}).text, "No run of any estimator finished");
   EXPECT_EQ(answer_of({none}).tone, CellTone::alarm);

@@ -40,19 +40,18 @@ TEST(StatisticsSentences, EveryPercentageIsOfOneKind) {
   EXPECT_THAT(
       settling(0.8, 0.8, 1.25),
       ElementsAre(
-          "NEES: these runs would have shown P too small by 25 % or too large by 25 %; that it is too "
-          "large by the 25 % seen would take 40 runs to show with a power of 90 %."));
-  EXPECT_THAT(settling(1.25, 0.5, 1.5).front(),
-              HasSubstr("too small by 50 % or too large by 100 %; that it is too "
-                        "small by the 25 % seen"));
+          "NEES: these runs would have revealed P too small by 25 % or too large by 25 %; to reveal the 25 % "
+          "by which it looks too large would take 40 runs (power 90 %)."));
+  EXPECT_THAT(
+      settling(1.25, 0.5, 1.5).front(),
+      HasSubstr("too small by 50 % or too large by 100 %; to reveal the 25 % by which it looks too small"));
 }
 
 TEST(StatisticsSentences, FactorsFarFromOneAreWrittenOut) {
   EXPECT_THAT(settling(1.05, 0.25, 4.0).front(), HasSubstr("too small by 300 % or too large by 300 %"));
   EXPECT_THAT(settling(1.05, 0.0, kInfinity).front(), HasSubstr("too small by ∞ % or too large by ∞ %"));
   EXPECT_THAT(settling(1.0049, 0.99, 1.0101).front(),
-              HasSubstr("by 1 % or too large by 1 %; that it is too small "
-                        "by the 0.49 % seen"));
+              HasSubstr("by 1 % or too large by 1 %; to reveal the 0.49 % by which it looks too small"));
 }
 
 TEST(StopSentence, SaysThatNoFactorFitsAllStepsInWords) {
@@ -102,13 +101,13 @@ TEST(AdviceSentences, AFactorThatMayBeOneIsNoAdvice) {
   judgement.word.verdict = Verdict::pessimistic;
   judgement.scale_covariance = {.factor = 0.5, .lower = 0.25, .upper = 0.75};
   EXPECT_THAT(advice_sentences(judgement),
-              ElementsAre("P times 0.500 (0.250 … 0.750) would have the right mean NEES."));
+              ElementsAre("Scaling P by 0.500 (0.250 … 0.750) would make the mean NEES right."));
   judgement.nees.factor = {.mean = 0.5, .lower = 0.25, .upper = 0.75};
   judgement.nees.confidence = 0.95;
   judgement.blocks = {{.name = "pos", .verdict = judgement.nees}};
   judgement.blocks.front().verdict.factor = {.mean = 0.01, .lower = 0.005, .upper = 0.015};
   EXPECT_THAT(advice_sentences(judgement),
-              ElementsAre("P times 0.500 (0.250 … 0.750) would have the right mean NEES and leave pos "
+              ElementsAre("Scaling P by 0.500 (0.250 … 0.750) would make the mean NEES right but leave pos "
                           "pessimistic."));
   judgement.blocks.clear();
   judgement.scale_covariance.upper = 1.25;

@@ -73,7 +73,7 @@ TEST(StudyDocument, RunsThatFailedAreInTheAnswer) {
   EXPECT_THAT(unsafe.text, HasSubstr("; 1 of 20 runs failed"));
   EXPECT_EQ(unsafe.tone, CellTone::alarm);
   s.failures.resize(20, s.failures.front());
-  EXPECT_EQ(study_document({study}).answer.text, "No run ends well: all 20 fail");
+  EXPECT_EQ(study_document({study}).answer.text, "No run finished: all 20 failed");
   EXPECT_EQ(study_document({study}).answer.tone, CellTone::alarm);
 }
 
@@ -146,11 +146,11 @@ TEST(StudyDocument, OfSeveralStudiesSaysWhichCovarianceIsTooLarge) {
   const ReportedStudy large_P = with_verdict(monobot_study("first"), Verdict::pessimistic);
   ReportedStudy large_S = with_verdict(monobot_study("second"), Verdict::pessimistic);
   large_S.analysis.word.of_S_alone = true;
-  const std::string none = "Nothing says that any of these 2 covariances is too small";
+  const std::string none = "No evidence that any of these 2 covariances is too small";
   EXPECT_EQ(study_document({large_P, large_S}).answer.text,
-            none + "; larger than need be: first; S alone larger than need be: second");
+            none + "; larger than necessary: first; S alone larger than necessary: second");
   const ReportAnswer of_S = study_document({large_S, large_S}).answer;
-  EXPECT_EQ(of_S.text, none + "; S alone larger than need be: second, second");
+  EXPECT_EQ(of_S.text, none + "; S alone larger than necessary: second, second");
   EXPECT_EQ(of_S.tone, CellTone::caution);
 }
 

@@ -17,7 +17,7 @@ ConsistencyVerdict with_factor(double mean, double lower, double upper) {
 
 TEST(VerdictText, AFactorIsSaidWhereItIsOneThatMends) {
   EXPECT_EQ(word_clause(optimistic(), with_factor(1.3, 1.1, 1.5)),
-            "optimistic from step 3 on; times 1.30 on P the mean NEES would be right");
+            "optimistic from step 3 on; scaling P by 1.30 would make the mean NEES right");
   EXPECT_EQ(word_clause(optimistic(), with_factor(1.05, 0.9, 1.2)), "optimistic from step 3 on")
       << "one agrees as well";
   Word mixed = optimistic();
@@ -29,7 +29,7 @@ TEST(VerdictText, AFactorIsSaidWhereItIsOneThatMends) {
   known.confidence = acceleration.verdict.confidence = 0.95;
   EXPECT_EQ(
       word_clause(optimistic(), known, std::vector{acceleration}),
-      "optimistic from step 3 on; times 2.00 on P would make the mean NEES right and leave acc optimistic");
+      "optimistic from step 3 on; scaling P by 2.00 would make the mean NEES right but leave acc optimistic");
   ConsistencyVerdict unknown = with_factor(1.3, 1.1, 1.5);
   unknown.factor.reason = "fewer than two runs";
   EXPECT_EQ(word_sentence("loop", optimistic(), unknown), "loop: optimistic from step 3 on.");
