@@ -125,6 +125,7 @@ class Collector {
     CheckedLogs runs;
     runs.name = name;
     runs.format = source;
+    if (evidence_.law.errors_stand()) calibration_.keep_whole_runs();
     runs.analysis = analyse_logs(std::move(evidence_),
                                  {.confidence = confidence, .sensitivity = sensitivity, .margin = within});
     if (!mistakes_.empty()) leave_out_scale(runs.analysis);

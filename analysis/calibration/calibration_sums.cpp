@@ -65,6 +65,13 @@ void CalibrationUnits::append(CalibrationRecorder& later) {
   if (runs.size() > CalibrationRecorder::kMostRuns) runs.resize(CalibrationRecorder::kMostRuns);
 }
 
+void CalibrationUnits::keep_whole_runs() {
+  for (CalibrationRun& run : runs) {
+    run.stretches.clear();
+    run.effective_rows = 1.0;
+  }
+}
+
 std::vector<Block> calibration_parts(const RunLayout& layout) {
   constexpr std::size_t kMostParts = 4;
   std::vector<Block> parts;

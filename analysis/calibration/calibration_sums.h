@@ -114,6 +114,8 @@ struct CalibrationUnits {
 
   /// Of runs with other states the first with most of them stay.
   void append(CalibrationRecorder& later);
+  /// Their stretches are not independent.
+  void keep_whole_runs();
 };
 
 /// A partition of the states by blocks, poses apart as position and heading, landmarks together; one part of

@@ -66,13 +66,17 @@ ConsistencyVerdict judge_state(const Evidence& e, const StepSeries& series, doub
   return judge_sums(series.moments, series.dof, confidence, laws);
 }
 
+/// Of a few long runs; empty where only whole ones are compared.
+SkewedMoments stretches_of(const Evidence& e, const StudyStatistics& s) {
+  const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
+  return all && !e.law.errors_stand() ? stretch_averages(e.whole_runs.nees) : SkewedMoments{};
+}
+
 /// Of the whole state in these runs; of a few long ones their stretches are compared.
 ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, double confidence) {
   const StepSeries nees{s.series(Quantity::nees), s.dofs(Quantity::nees)};
-  RunAverages stretches{.moments = {}, .first = {}, .least_dof = s.nees_of_runs.least_dof};
-  if (std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count) {
-    stretches.moments = stretch_averages(e.whole_runs.nees);
-  }
+  const RunAverages stretches{
+      .moments = stretches_of(e, s), .first = {}, .least_dof = s.nees_of_runs.least_dof};
   if (stretches.moments.count == 0) return judge_state(e, nees, confidence, &s.nees_of_runs);
   ConsistencyVerdict v = judge_state(e, nees, confidence, &stretches);
   v.method += fmt::format("; of {} runs their {} stretches, longer than ten correlation times each",
@@ -262,11 +266,11 @@ void judge_ends(const Evidence& e, Judgement& j) {
   j.accuracy = block_accuracy(e, j.confidence);
 }
 
-/// By what factors P may be wrong for the stretches of the run, whose average at the level of the verdict is
-/// `decides`, to show it with kSettlingPower: the average is as far below that factor as it is in one of 1 −
-/// kSettlingPower. Runs like it tell more by the root of their number.
-SettlingRuns settle_stretches(const ConsistencyVerdict& v, const MeanInterval& decides,
-                              const MeanInterval& spread) {
+/// By what factors P may be wrong for the averages of stretches or runs, whose mean at the level of the
+/// verdict is `decides`, to show it with kSettlingPower: the mean is as far below that factor as it is in one
+/// of 1 − kSettlingPower. Runs like these tell more by the root of their number.
+SettlingRuns settle_averages(const ConsistencyVerdict& v, const MeanInterval& decides,
+                             const MeanInterval& spread, double runs) {
   const double square = decides.mean * decides.mean;
   SettlingRuns result{.observed_factor = decides.mean,
                       .detectable = {.below = square / (decides.upper * spread.upper),
@@ -278,7 +282,7 @@ SettlingRuns settle_stretches(const ConsistencyVerdict& v, const MeanInterval& d
     result.reason = "nothing deviates";
   } else {
     const double ratio = std::log(seen > 0.0 ? result.detectable.above : result.detectable.below) / seen;
-    result.runs = static_cast<std::int64_t>(std::ceil(std::min(ratio * ratio, 1e15)));
+    result.runs = static_cast<std::int64_t>(std::ceil(std::min(runs * ratio * ratio, 1e15)));
   }
   return result;
 }
@@ -296,6 +300,8 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   single.time_average = averages[0];
   single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, 1.0);
   single.sample.correlation_time *= series.rows_per_value;
+  const bool stand = !std::isnan(single.time_average.p_value) && e.law.errors_stand();
+  if (stand) single.time_average.p_value = kNaN;
   const double p_average = single.time_average.p_value;
   const bool tested = !std::isnan(p_average);
   const bool high = single.time_average.run_sum.mean > single.time_average.expected;
@@ -313,14 +319,14 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   } else {
     v.verdict = direction_of(v.optimistic_p_value <= alpha, v.pessimistic_p_value <= alpha);
   }
-  j.effective_steps = std::isnan(single.sample.size) ? 1.0 : single.sample.size;
+  j.effective_steps = stand || std::isnan(single.sample.size) ? 1.0 : single.sample.size;
   if (tested) {
     const MeanInterval& decides = averages[0].run_sum;
     v.factor = averages[1].run_sum;
     v.bounds = {v.mean / decides.upper, v.mean / decides.lower};
     v.decided_by_steps = v.decided_by_steps && 2.0 * v.steps_p_value < p_average;
     j.scale_covariance = scale_of_covariance(v);
-    j.settle_nees = settle_stretches(v, decides, averages[2].run_sum);
+    j.settle_nees = settle_averages(v, decides, averages[2].run_sum, 1.0);
     j.single = single;
     return;
   }
@@ -328,8 +334,12 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   if (v.verdict == Verdict::undecided) assumed.verdict = Verdict::consistent;
   j.settle_nees = settle(assumed, false, j.effective_steps);
   if (v.verdict == Verdict::undecided) {
-    v.reason = fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
-                           e.first_run.size(), j.effective_steps);
+    v.reason = stand ? fmt::format(
+                           "an error that stays as it is over all {} rows of one run looks like a wrong "
+                           "P, too few runs to decide",
+                           e.first_run.size())
+                     : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
+                                   e.first_run.size(), j.effective_steps);
     if (j.settle_nees.runs > 0) {
       v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
                               j.settle_nees.runs, j.settle_nees.observed_factor);

@@ -140,6 +140,19 @@ EffectiveSample effective_sample(std::span<const std::span<const double>> series
   return result;
 }
 
+double standing_share(const Matrix& mean_square, const Matrix& square_of_means) {
+  constexpr double kLeast = 1e-9;  // of the average direction: what rounding leaves
+  const double least =
+      kLeast * mean_square.trace() / static_cast<double>(std::max<Index>(1, mean_square.rows()));
+  if (!(std::isfinite(least) && least > 0.0)) return 0.0;
+  const Matrix regular = mean_square + least * Matrix::Identity(mean_square.rows(), mean_square.cols());
+  const Eigen::LLT<Matrix> factor(regular);
+  if (factor.info() != Eigen::Success) return 0.0;
+  const Matrix half = factor.matrixL().solve(square_of_means);
+  const Matrix share = factor.matrixL().solve(half.transpose());
+  return share.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
+}
+
 SkewedMoments stretch_averages(std::span<const std::vector<double>> runs) {
   constexpr std::size_t kStretches = 20;
   constexpr double kShortestStretch = 10.0;  // in correlation times

@@ -50,18 +50,6 @@ ChiSquareBounds factor_range(const SecondMoments& moments, double confidence) {
   return eigenvalue_range(lower, upper);
 }
 
-Matrix mean_matrix(const SecondMoments& moments) {
-  Matrix mean = Matrix::Zero(moments.dim(), moments.dim());
-  const std::vector<SecondMomentDirection> directions = second_moment_directions(moments.dim());
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    const auto& [p, q, sign] = directions[i];
-    const double along = moments.along()[i].mean;
-    mean(p, q) += sign == 0 ? along : 0.5 * sign * along;
-    mean(q, p) = mean(p, q);
-  }
-  return mean;
-}
-
 }  // namespace
 
 std::vector<SecondMomentDirection> second_moment_directions(Index dim) {
@@ -108,6 +96,18 @@ void SecondMoments::merge(const SecondMoments& other) {
   for (std::size_t i = 0; i < along_.size(); ++i) along_[i].merge(other.along_[i]);
 }
 
+Matrix mean_of(const SecondMoments& moments) {
+  Matrix mean = Matrix::Zero(moments.dim(), moments.dim());
+  const std::vector<SecondMomentDirection> directions = second_moment_directions(moments.dim());
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const auto& [p, q, sign] = directions[i];
+    const double along = moments.along()[i].mean;
+    mean(p, q) += sign == 0 ? along : 0.5 * sign * along;
+    mean(q, p) = mean(p, q);
+  }
+  return mean;
+}
+
 SecondMomentTest test_second_moments(const SecondMoments& moments, double confidence) {
   require_confidence(confidence);
   SecondMomentTest test;
@@ -137,7 +137,7 @@ SecondMomentTest test_second_moments(const SecondMoments& moments, double confid
   const double each = 1.0 - (1.0 - confidence) / static_cast<double>(moments.along().size());
   const auto worst =
       static_cast<std::size_t>(std::min_element(p_values.begin(), p_values.end()) - p_values.begin()) / 2;
-  test.mean = mean_matrix(moments);
+  test.mean = mean_of(moments);
   test.worst_direction = second_moment_directions(moments.dim())[worst];
   test.worst = run_mean_interval(moments.along()[worst], each);
   const ChiSquareBounds range = factor_range(moments, each);

@@ -57,6 +57,9 @@ class SecondMoments {
   std::vector<SkewedMoments> along_;
 };
 
+/// The mean of A over the runs.
+Matrix mean_of(const SecondMoments& moments);
+
 /// What the directions say together.
 struct SecondMomentTest {
   std::int64_t runs = 0;

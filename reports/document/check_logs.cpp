@@ -104,6 +104,7 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.files = result.files;
   logs.unmatched_rows = result.unmatched_rows;
   logs.remarks = remarks_of(result);
+  if (result.evidence.law.errors_stand()) result.calibration.keep_whole_runs();
   logs.analysis = analyse_logs(
       std::move(result.evidence),
       {.confidence = options.confidence, .sensitivity = options.sensitivity, .margin = options.within});

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <cmath>
 #include <functional>
@@ -245,6 +246,39 @@ TEST(Judgement, ASingleRunOfACorrelatedConsistentFilterIsSeldomAccused) {
     accused += v == Verdict::optimistic || v == Verdict::pessimistic ? 1 : 0;
   }
   EXPECT_LE(accused, 16);  // 5 + 5 standard errors of a binomial(100, 0.05)
+}
+
+/// Of a consistent filter of which one state keeps the error that it starts a run with, as a landmark does.
+Evidence logs_with_a_standing_bias(int runs, std::int64_t steps, unsigned seed) {
+  const auto keep = [seed](Step& row, int run) {
+    const Eigen::LLT<Matrix> root(row.P);
+    Vector u = root.matrixL().solve(row.error);
+    std::mt19937 random(7919U * seed + static_cast<unsigned>(run));
+    u[3] = std::normal_distribution<double>()(random);
+    row.error = root.matrixL() * u;
+  };
+  return logs_of(runs, steps, 0.0, 1.0, keep, seed);
+}
+
+// What stays moves the mean NEES of one run by any of χ²(1), and no stretch of the run shows that.
+TEST(Judgement, AnErrorThatStaysIsNoWrongCovariance) {
+  constexpr unsigned kStudies = 60;
+  for (const int runs : {1, 3}) {
+    int accused = 0, decided_by_stretches = 0;
+    for (unsigned i = 0; i < kStudies; ++i) {
+      const Judgement j = judge(logs_with_a_standing_bias(runs, 400, 10 * (i + 1)));
+      accused += is_inconsistent(j.nees.verdict);
+      decided_by_stretches += j.nees.method.find("their") != std::string::npos;
+      if (runs == 1 && j.nees.verdict == Verdict::undecided) {
+        EXPECT_NE(j.nees.reason.find("stays as it is"), std::string::npos) << j.nees.reason;
+        EXPECT_EQ(j.effective_steps, 1.0);
+      }
+    }
+    EXPECT_LE(accused, 11) << runs;  // 3, and five standard errors of a binomial(60, 0.05)
+    EXPECT_EQ(decided_by_stretches, 0) << runs;
+  }
+  EXPECT_FALSE(logs_of(1, 400, 0.5, 1.3).law.errors_stand()) << "wrong by a factor, and forgotten";
+  EXPECT_NE(judge(logs_of(3, 400, 0.0, 1.0)).nees.method.find("their 21 stretches"), std::string::npos);
 }
 
 TEST(Judgement, SensitivityStandsBesideTheVerdict) {

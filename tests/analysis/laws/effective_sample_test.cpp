@@ -206,6 +206,18 @@ TEST(StretchAverages, AreOfAtLeastTwentyStretches) {
   EXPECT_EQ(stretch_averages(squared_normals(20, 400, random)).count, 0);
 }
 
+TEST(StandingShare, IsTheLargestOfAnyDirection) {
+  // The averages are (1, 1) of errors with mean squares [2 1; 1 4]: (1, 1) A⁻¹ (1, 1)ᵀ = (4 − 2 + 2)/7.
+  const Matrix A{{2.0, 1.0}, {1.0, 4.0}}, ones = Matrix::Ones(2, 2);
+  EXPECT_NEAR(standing_share(A, ones), 4.0 / 7.0, 1e-8);
+  EXPECT_NEAR(standing_share(9.0 * A, 9.0 * ones), 4.0 / 7.0, 1e-8) << "whatever the scale";
+  // What stays is found however small it is.
+  EXPECT_NEAR(standing_share(Matrix{{1.0, 0.0}, {0.0, 1e-4}}, Matrix{{0.0, 0.0}, {0.0, 1e-4}}), 1.0, 1e-4);
+  EXPECT_EQ(standing_share(A, Matrix::Zero(2, 2)), 0.0);
+  EXPECT_EQ(standing_share(Matrix::Zero(2, 2), Matrix::Zero(2, 2)), 0.0);
+  EXPECT_EQ(standing_share(Matrix(0, 0), Matrix(0, 0)), 0.0);
+}
+
 TEST(StretchAverages, NoneWhereTheRunsAreTooShortForTheirCorrelation) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;

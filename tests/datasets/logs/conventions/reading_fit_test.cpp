@@ -63,6 +63,16 @@ TEST(ReadingFit, APartSeesMoreOfItsOwnThanTheWhole) {
   EXPECT_GE(fit_of(right, P, {{0, 1}}).p_value, fit_of(right, P).p_value);
 }
 
+TEST(ReadingFit, AnErrorThatStaysMisfitsOnlyFarOff) {
+  RowsOfErrors errors = gaussian_errors(400, 3, 5);
+  for (Vector& e : errors) e[2] = 0.1;  // a small one, of unit variance: mean NEES 2 of 3
+  const ReadingFit small = fit_of(errors, Matrix::Identity(3, 3));
+  EXPECT_FALSE(small.misfits()) << small.p_value;
+  EXPECT_FALSE(small.fits()) << "it is not tested";
+  for (Vector& e : errors) e[2] = 5.0;
+  EXPECT_TRUE(fit_of(errors, Matrix::Identity(3, 3)).misfits());
+}
+
 TEST(ReadingFit, FalseAlarmsAreNoMoreThanItsLevel) {
   constexpr int kStudies = 400;
   int misfits = 0;
