@@ -15,6 +15,7 @@
 #include "analysis/laws/multiple_tests.h"
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/sample_size.h"
+#include "analysis/laws/student_positive_mean.h"
 #include "analysis/laws/thinned_series.h"
 #include "core/nan.h"
 
@@ -284,6 +285,27 @@ SettlingRuns settle_averages(const ConsistencyVerdict& v, const MeanInterval& de
     const double ratio = std::log(seen > 0.0 ? result.detectable.above : result.detectable.below) / seen;
     result.runs = static_cast<std::int64_t>(std::ceil(std::min(runs * ratio * ratio, 1e15)));
   }
+  return result;
+}
+
+/// Of runs whose number of independent steps is not known: the steps alone tell something, and so do the
+/// averages as far as they scatter.
+SettlingRuns settle_unknown(const Evidence& e, const StudyStatistics& s, const Judgement& j) {
+  SettlingRuns result = settle(j.nees, false, kNaN);
+  const SkewedMoments stretches = stretches_of(e, s);
+  const SkewedMoments& averages = stretches.count > 0 ? stretches : s.nees_of_runs.moments;
+  if (j.nees.verdict != Verdict::consistent || averages.count < kFewestRunsCompared) return result;
+  const Moments plain{.count = averages.count, .mean = averages.mean, .m2 = averages.m2};
+  const SettlingRuns by_mean = settle_averages(
+      j.nees,
+      run_mean_interval(averages, 0.5 * (1.0 + j.confidence), static_cast<double>(s.nees_of_runs.least_dof)),
+      positive_mean_interval(plain, 2.0 * kSettlingPower - 1.0),
+      static_cast<double>(s.nees_of_runs.moments.count));
+  if (by_mean.detectable.above > 1.0)
+    result.detectable.above = std::min(result.detectable.above, by_mean.detectable.above);
+  if (by_mean.detectable.below < 1.0)
+    result.detectable.below = std::max(result.detectable.below, by_mean.detectable.below);
+  if (by_mean.runs > 0) result.runs = std::min(result.runs, by_mean.runs);
   return result;
 }
 
@@ -657,7 +679,9 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
       judge_law(e, context.all_runs != nullptr ? *context.all_runs : e.study, j.confidence, context.margin);
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
   judge_scales(e, j);
-  j.settle_nees = settle(j.nees, false, j.effective_steps);
+  const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
+  j.settle_nees =
+      std::isnan(j.effective_steps) ? settle_unknown(e, all, j) : settle(j.nees, false, j.effective_steps);
   j.settle_nis = settle(j.nis, true, j.effective_steps);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, j);

@@ -281,6 +281,32 @@ TEST(Judgement, AnErrorThatStaysIsNoWrongCovariance) {
   EXPECT_NE(judge(logs_of(3, 400, 0.0, 1.0)).nees.method.find("their 21 stretches"), std::string::npos);
 }
 
+// Of 20 runs, too few for a measured correlation in time, the same as of one: nine of ten other studies show
+// it.
+TEST(Judgement, WhatTwentyRunsWouldHaveShownOthersShow) {
+  constexpr int kRuns = 20, kStudies = 60;
+  double above = 0.0, below = 0.0;
+  for (unsigned i = 0; i < kStudies; ++i) {
+    const Judgement j = judge(logs_of(kRuns, 60, 0.5, 1.0, {}, 100 + kRuns * i));
+    if (j.nees.verdict != Verdict::consistent) continue;
+    above = std::max(above, j.settle_nees.detectable.above);
+    below = below == 0.0 ? j.settle_nees.detectable.below : std::min(below, j.settle_nees.detectable.below);
+  }
+  EXPECT_LT(above, 1.4);
+  EXPECT_GT(below, 0.7);
+  int optimistic = 0, pessimistic = 0;
+  for (unsigned i = 0; i < kStudies; ++i) {
+    const unsigned seed = 9000 + kRuns * i;
+    optimistic +=
+        judge(logs_of(kRuns, 60, 0.5, std::sqrt(above), {}, seed)).nees.verdict == Verdict::optimistic;
+    pessimistic +=
+        judge(logs_of(kRuns, 60, 0.5, std::sqrt(below), {}, seed)).nees.verdict == Verdict::pessimistic;
+  }
+  EXPECT_GE(optimistic,
+            42);  // of the largest factor named: 54 at the least, with a standard deviation of 2.3
+  EXPECT_GE(pessimistic, 42);
+}
+
 TEST(Judgement, SensitivityStandsBesideTheVerdict) {
   const auto outlier = [](Step& row, int run) {
     if (run % 10 == 0 && row.step == 7) row.error *= 40.0;
