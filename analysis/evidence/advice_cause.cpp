@@ -348,21 +348,22 @@ bool explains_the_innovations(const ZeroMeanTest& mean, const Findings& findings
   return is_inconsistent(nis.verdict) && excess > 0.0 && mean_square > kMostOfExcess * excess;
 }
 
-// A filter that is fed late follows the truth of then: its innovations are as they should be, and its errors
-// the way since. A gain that is too small lags behind, too, and noise that is correlated in time is followed
-// along; both show in the innovations.
+// A filter that is fed late follows the truth of then: its errors are the way since, and its innovations as
+// they should be, or wrong by little beside them where it knows its way. A gain that is too small lags
+// behind, too, and noise that is correlated in time is followed along; both show in the innovations.
 void find_late_measurements(const Findings& findings, std::vector<CauseFound>& found) {
   constexpr double kMost = 0.8;   // of the excess of NEES; an error that grows along its way has 3/4
   constexpr double kSteps = 0.3;  // a shorter time is none of steps
-  constexpr double kLeastExcess = 0.2, kSmallExcess = 0.1;  // of NEES, of NIS
-  constexpr double kSmallColour = 0.1;
+  constexpr double kLeastExcess = 0.2, kSmall = 0.1, kSmallBesideErrors = 0.03;
   if (!findings.lateness || !(findings.lateness->p_value <= cause_level(findings))) return;
   const LatenessTest& late = *findings.lateness;
   const ConsistencyVerdict& nees = findings.nees;
-  if (!is_inconsistent(nees.verdict) || !(nees.mean > (1.0 + kLeastExcess) * nees.expected)) return;
+  const double excess = nees.mean / nees.expected - 1.0;
+  if (!is_inconsistent(nees.verdict) || !(excess > kLeastExcess)) return;
   if (late.steps < kSteps || late.explained < kMost) return;
   const InnovationShape shape = innovation_shape(findings);
-  if (!(std::abs(shape.excess) < kSmallExcess && std::abs(shape.lag_1) < kSmallColour)) return;
+  const double small = std::max(kSmall, kSmallBesideErrors * excess);
+  if (!(std::abs(shape.excess) < small && std::abs(shape.lag_1) < small)) return;
   found.push_back(
       {Cause::late_measurements, fmt::format("the errors point back along the path by about {:.2g} steps (p "
                                              "= {:.2g}), which explains {:.2g} of the excess of NEES",
@@ -571,10 +572,6 @@ const ConsistencyVerdict* initial_covariance_shows(const Findings& findings) {
   return most_at_first && !as_wrong_later ? &nees : nullptr;
 }
 
-bool errors_are_correlated(const Findings& findings) {
-  return findings.error_correlation && findings.error_correlation->p_value <= cause_level(findings);
-}
-
 void find_start(const Findings& findings, std::vector<CauseFound>& found) {
   if (const ConsistencyVerdict* wrong = initial_covariance_shows(findings)) {
     const StepTest& first = *first_step(*wrong);
@@ -601,8 +598,6 @@ void find_start(const Findings& findings, std::vector<CauseFound>& found) {
                                       : "the first innovation, which is that of P0 alone, fits")});
     return;
   }
-  // Errors of a P0 that is all but forgotten are not correlated otherwise than P says.
-  if (errors_are_correlated(findings)) return;
   found.push_back(
       {Cause::initial_covariance,
        fmt::format("{} is {} in the first steps above all, most at step {}", by_nis ? "NIS" : "NEES",
@@ -685,11 +680,23 @@ void find_noise(const Findings& findings, std::vector<CauseFound>& found) {
   if (noise_lasts(findings) && !nothing_beside_errors) find_gain(findings, shape, late > 0.0, found);
 }
 
+// P that the linearisation makes too small has too small a gain as well, whose innovations are correlated;
+// but by less beside its errors than those of a Q that is too small, which all innovations show.
+bool lags_tell_process_noise(const Findings& findings) {
+  constexpr double kLagsOfLinearisation = 0.2;
+  if (gain_error(findings) <= 0) return false;
+  double sum = 0.0, largest = 0.0;
+  for (const double lag : findings.whiteness->autocorrelation) largest = std::max(largest, sum += lag);
+  return largest > kLagsOfLinearisation * (findings.nees.mean / findings.nees.expected - 1.0);
+}
+
 // NEES tells the sign where NIS does not. Linearisation makes errors too large, and not too small.
 void find_noise_by_errors(const Findings& findings, std::vector<CauseFound>& found) {
   const InnovationShape shape = innovation_shape(findings);
   const Verdict nees = findings.nees.verdict;
-  const bool of_noise = nees == Verdict::pessimistic || (nees == Verdict::optimistic && !findings.nonlinear);
+  const bool of_noise =
+      nees == Verdict::pessimistic ||
+      (nees == Verdict::optimistic && (!findings.nonlinear || lags_tell_process_noise(findings)));
   if (of_noise && shape.gain != 0) find_gain(findings, shape, nees == Verdict::optimistic, found);
 }
 
@@ -719,22 +726,28 @@ void find_noise_beside_the_bias(const Findings& findings, std::vector<CauseFound
 std::string_view where_innovations_fit(const Findings& findings) {
   if (!is_inconsistent(findings.nees.verdict) || findings.nis.verdict != Verdict::consistent) return "";
   return "; the innovations fit, so look at P where no sensor measures, and whether errors and P have the "
-         "same "
-         "axes, order and units";
+         "same axes, order and units";
+}
+
+// A P that is wrong for its noise, its start or its linearisation has the correlations of the model all the
+// same: where it claims none, only what was dropped makes some.
+void find_dropped_cross_covariance(const Findings& findings, std::vector<CauseFound>& found) {
+  constexpr double kLeast = 0.05;
+  if (!findings.error_correlation || !(findings.error_correlation->p_value <= cause_level(findings))) return;
+  const ErrorCorrelationTest& test = *findings.error_correlation;
+  if (test.largest < kLeast) return;
+  found.push_back(
+      {Cause::cross_covariance,
+       fmt::format("errors of states that P claims to be uncorrelated are correlated, by {:.2g} at "
+                   "most (p = {:.2g})",
+                   test.largest, test.p_value)});
 }
 
 void find_cross_covariance(const Findings& findings, std::vector<CauseFound>& found) {
-  if (errors_are_correlated(findings)) {
-    found.push_back({Cause::cross_covariance,
-                     fmt::format("errors whitened by P are correlated up to {:.2g} between components (p = "
-                                 "{:.2g}){}",
-                                 findings.error_correlation->largest, findings.error_correlation->p_value,
-                                 where_innovations_fit(findings))});
-  } else if (findings.block && findings.block->joint_only) {
-    found.push_back(
-        {Cause::cross_covariance, fmt::format("mean NEES {:.3g} of {:.3g}, and no block is inconsistent",
-                                              findings.nees.mean, findings.nees.expected)});
-  }
+  if (!findings.block || !findings.block->joint_only) return;
+  found.push_back(
+      {Cause::cross_covariance, fmt::format("mean NEES {:.3g} of {:.3g}, and no block is inconsistent",
+                                            findings.nees.mean, findings.nees.expected)});
 }
 
 // For c χ²(n) the variance is 2 mean²/n, for χ²(n') it is 2 mean: which is nearer, on a logarithmic scale?
@@ -768,16 +781,6 @@ bool innovations_fit(const Findings& findings) {
   if (findings.nis.verdict == Verdict::consistent) return true;
   if (findings.nis.verdict == Verdict::undecided) return false;
   return std::abs(findings.nis.mean / findings.nis.expected - 1.0) < small_beside_errors(findings);
-}
-
-// P that the linearisation makes too small has too small a gain as well, whose innovations are correlated;
-// but by less beside its errors than those of a Q that is too small, which all innovations show.
-bool lags_tell_process_noise(const Findings& findings) {
-  constexpr double kLagsOfLinearisation = 0.2;
-  if (gain_error(findings) <= 0) return false;
-  double sum = 0.0, largest = 0.0;
-  for (const double lag : findings.whiteness->autocorrelation) largest = std::max(largest, sum += lag);
-  return largest > kLagsOfLinearisation * (findings.nees.mean / findings.nees.expected - 1.0);
 }
 
 // Jacobians at changing estimates make directions seem observable that are not: P shrinks there, which no
@@ -887,6 +890,7 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
     find_noise_beside_the_bias(findings, found);
   }
   find_inflation(findings, found);
+  if (found.empty()) find_dropped_cross_covariance(findings, found);
   if (found.empty()) find_by_dead_reckoning(findings, found);
   // A wrong P leaves some correlation too: weak ones name the noise only if nothing else is found.
   constexpr double kStrong = 0.1;
@@ -901,8 +905,8 @@ std::vector<CauseFound> find_causes(const Findings& findings) {
   }
   if (found.empty()) find_linearisation(findings, found);
   if (found.empty()) find_dof(findings, found);
-  if (found.empty()) find_cross_covariance(findings, found);
   if (found.empty()) find_noise_by_errors(findings, found);
+  if (found.empty()) find_cross_covariance(findings, found);
   if (found.empty()) find_coloured_noise(findings, 0.0, found);
   find_scale(findings, found);
   return found;

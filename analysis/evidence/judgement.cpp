@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -15,6 +16,8 @@
 #include "analysis/laws/multiple_tests.h"
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/sample_size.h"
+#include "analysis/laws/second_moments.h"
+#include "analysis/laws/student.h"
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/laws/thinned_series.h"
 #include "core/nan.h"
@@ -573,6 +576,63 @@ void add_growth(const Evidence& e, Findings& f) {
   }
 }
 
+/// Of each state of the layout, how many of those before it P claims to be uncorrelated with its block, at
+/// every step of every run: there u = L⁻¹ e, P = L Lᵀ, has of the block the errors of it alone, |u|² its
+/// NEES.
+std::vector<Index> claimed_uncorrelated(const Evidence& e) {
+  constexpr double kRounding = 1e-9;
+  const std::vector<SkewedMoments>& along = e.law.second_moments.along();
+  std::vector<Index> before(e.layout.states.size(), 0);
+  for (const Block& block : e.layout.blocks) {
+    const auto sums = std::ranges::find(e.blocks, block.name, &BlockSums::name);
+    if (sums == e.blocks.end() || block.states.empty()) continue;
+    const double nees = static_cast<double>(block.states.size()) * sums->runs.moments.mean;
+    double whitened = 0.0;  // along e_p, which is the direction p²
+    for (const Index p : block.states) whitened += along[static_cast<std::size_t>(p * p)].mean;
+    if (!(std::abs(whitened - nees) <= kRounding * nees)) continue;
+    const Index first = std::ranges::min(block.states);
+    for (const Index p : block.states) {
+      Index& count = before[static_cast<std::size_t>(p)];
+      count = std::max(count, first);
+    }
+  }
+  return before;
+}
+
+/// Whether errors that P claims to be uncorrelated are, over all steps of the runs: of A_pq, the average of
+/// u_p u_q over a run, which is half the difference of those along (e_p ± e_q)/√2. These two do not vary
+/// against each other where u_p and u_q are independent, so that their variances add up to one that is no
+/// less; Student's t, Bonferroni over the pairs. None where P claims no such thing, or of a state too large
+/// for A.
+std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e) {
+  constexpr std::int64_t kFewestRuns = 10;
+  const SecondMoments& second = e.law.second_moments;
+  const bool of_state = e.joint_covariance && e.law.averaged.empty() &&
+                        second.dim() == std::ssize(e.layout.states) && second.runs() >= kFewestRuns;
+  if (!of_state) return std::nullopt;
+  const std::vector<Index> before = claimed_uncorrelated(e);
+  const std::vector<SecondMomentDirection> directions = second_moment_directions(second.dim());
+  const auto runs = static_cast<double>(second.runs());
+  ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const auto& [p, q, sign] = directions[i];
+    if (sign <= 0 || q >= before[static_cast<std::size_t>(p)]) continue;
+    const SkewedMoments &sum = second.along()[i], &difference = second.along()[i + 1];
+    const double covariance = 0.5 * (sum.mean - difference.mean);
+    const double variance = 0.25 * (sum.m2 + difference.m2) / (runs - 1.0);
+    if (!(variance > 0.0)) continue;
+    const double squares = second.along()[static_cast<std::size_t>(p * p)].mean *
+                           second.along()[static_cast<std::size_t>(q * q)].mean;
+    result.dof += 1.0;
+    result.largest = std::max(result.largest, std::abs(covariance) / std::sqrt(squares));
+    const double t = covariance / std::sqrt(variance / runs);
+    result.p_value = std::min(result.p_value, student_two_sided_p_value(t, runs - 1.0));
+  }
+  if (result.dof == 0.0) return std::nullopt;
+  result.p_value = std::min(1.0, result.dof * result.p_value);
+  return result;
+}
+
 std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   Findings findings{.nees = j.nees, .nis = j.nis};
   take_back(j.word, findings.nees);
@@ -594,7 +654,7 @@ std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   findings.narrow_angles = e.narrow_angles;
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
   findings.block = j.responsible;
-  if (speaks(j, kErrorCorrelation)) findings.error_correlation = j.error_correlation;
+  findings.error_correlation = test_claimed_uncorrelated(e);
   findings.nees_values = e.whole_runs.nees_values;
   findings.nees_before_innovations = nees_before_innovations(e);
   add_growth(e, findings);

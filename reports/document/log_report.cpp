@@ -79,6 +79,30 @@ void add_tests(Document& document, const CheckedLogs& logs, const std::string& n
   });
 }
 
+/// Whether errors beside P are all that tells it.
+bool told_by_errors(Cause cause) {
+  constexpr Cause kCauses[] = {Cause::covariance_scale,
+                               Cause::cross_covariance,
+                               Cause::wrong_dof,
+                               Cause::wide_angle,
+                               Cause::linearisation,
+                               Cause::process_noise_or_linearisation,
+                               Cause::initial_covariance_or_process_noise};
+  return std::ranges::find(kCauses, cause) != std::end(kCauses);
+}
+
+/// Whether errors or innovations of the wrong size tell it.
+bool told_by_size(Cause cause) {
+  constexpr Cause kCauses[] = {Cause::process_noise_too_small,
+                               Cause::process_noise_too_large,
+                               Cause::measurement_noise_too_small,
+                               Cause::measurement_noise_too_large,
+                               Cause::process_or_measurement_noise,
+                               Cause::initial_covariance,
+                               Cause::nonlinear_start};
+  return std::ranges::find(kCauses, cause) != std::end(kCauses);
+}
+
 }  // namespace
 
 std::vector<std::string> CheckedLogs::all_remarks() const {
@@ -89,9 +113,9 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
 }
 
 void leave_out_scale(LogAnalysis& analysis) {
-  std::erase_if(analysis.judgement.causes, [](const CauseFound& found) {
-    return found.cause == Cause::covariance_scale || found.cause == Cause::cross_covariance ||
-           found.cause == Cause::wide_angle;
+  const bool innovations_fit = !is_inconsistent(analysis.judgement.nis.verdict);
+  std::erase_if(analysis.judgement.causes, [&](const CauseFound& found) {
+    return told_by_errors(found.cause) || (innovations_fit && told_by_size(found.cause));
   });
 }
 

@@ -105,15 +105,36 @@ TEST(CauseRules, AlongOneWayABiasMayBeADelay) {
   EXPECT_NE(find_causes(findings)[0].why.find("a delay looks the same"), std::string::npos);
 }
 
-// A P0 that is all but forgotten leaves errors correlated as P says, cross-covariances that were dropped do
-// not.
-TEST(CauseRules, AStartWithErrorsThatStayCorrelatedIsNoMatterOfP0) {
+// Errors that are correlated where P claims that they are not have lost it to nothing else.
+TEST(CauseRules, CrossCovariancesThatWereDroppedComeBeforeTheStartAndTheNoise) {
   Findings findings = findings_of(1.0, 1.0);
   std::vector<double> means = start_and_rest(6, 2.2, 1.0);
   means[0] = 1.0;
   findings.nis = verdict_of_means(means, true);
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
-  findings.error_correlation = ErrorCorrelationTest{.largest = 0.4, .p_value = 1e-9};
+  const ErrorCorrelationTest correlated{.largest = 0.4, .p_value = 1e-9};
+  findings.error_correlation = correlated;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::cross_covariance});
+  findings = findings_of(1.8, 1.3);
+  findings.whiteness = correlated_by(0.2);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.error_correlation = correlated;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::cross_covariance});
+  findings.error_correlation->largest = 0.04;  // of no size
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+}
+
+// Of a nonlinear filter whose NIS is too large in some steps only: lags of a gain that is too small tell Q,
+// and come before a joint NEES that no block shares.
+TEST(CauseRules, LagsTellProcessNoiseOfANonlinearFilterWhoseInnovationsDoNotFit) {
+  Findings findings = findings_of(2.0, 1.0);
+  findings.nonlinear = true;
+  findings.nis.verdict = Verdict::optimistic;
+  findings.nis.mean = 1.25;
+  findings.block = ResponsibleBlock{.joint_only = true};
+  findings.whiteness = correlated_by(0.3);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.whiteness = correlated_by(0.15);  // less than a fifth of what the errors have in excess
   EXPECT_EQ(causes_of(findings), CauseList{Cause::cross_covariance});
 }
 
@@ -131,6 +152,9 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
   EXPECT_TRUE(with(1.5, 1.0, 1.0, 1.2));
   EXPECT_FALSE(with(1.19, 1.0, 1.0, 1.2));  // too small an excess of NEES
   EXPECT_FALSE(with(1.5, 1.11, 1.0, 1.2));  // innovations of another size
+  EXPECT_TRUE(
+      with(51.0, 2.4, 1.0, 1.2));  // of another size by little beside errors that are 50 times too large
+  EXPECT_FALSE(with(51.0, 2.6, 1.0, 1.2));
   EXPECT_FALSE(with(1.5, 1.0, 0.29, 1.2));
   EXPECT_FALSE(with(1.5, 1.0, 1.0, 0.79));
   // It stands for the bias that it makes.

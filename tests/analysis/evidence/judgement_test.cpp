@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -105,6 +106,27 @@ TEST(Judgement, FindsAConsistentFilterConsistent) {
   EXPECT_GT(a.sensors[0].mean.p_value, 0.01);
   EXPECT_GT(a.sensors[0].fit.kolmogorov_p_value, 0.01);
   EXPECT_FALSE(a.single.has_value());
+}
+
+bool names_cross_covariance(const Judgement& judgement) {
+  return std::ranges::any_of(judgement.causes,
+                             [](const CauseFound& c) { return c.cause == Cause::cross_covariance; });
+}
+
+// Heading and bias have the correlation −0.7/√1.49 = −0.57: a P without it is told from one that is wrong in
+// other ways, whose whitened errors are correlated, too.
+TEST(Judgement, CrossCovariancesAreMissedWherePClaimsNone) {
+  const auto dropped = [](Step& row, int) { row.P = Matrix(row.P.diagonal().asDiagonal()); };
+  const Judgement without = judge(logs_of(60, 40, 0.8, 1.0, dropped));
+  ASSERT_EQ(without.causes.size(), 1U);
+  EXPECT_EQ(without.causes[0].cause, Cause::cross_covariance) << without.causes[0].why;
+  const auto larger = [](Step& row, int) { row.error[3] *= 1.6; };
+  const Judgement wrong = judge(logs_of(60, 40, 0.8, 1.0, larger));
+  EXPECT_LT(wrong.error_correlation.p_value, 1e-3);
+  EXPECT_FALSE(wrong.causes.empty());
+  EXPECT_FALSE(names_cross_covariance(wrong));
+  // P claims none of heading and position either, where there is none.
+  EXPECT_FALSE(names_cross_covariance(judge(logs_of(60, 40, 0.8, 1.5))));
 }
 
 TEST(Judgement, NamesTheBlockWhoseErrorsAreTooLarge) {

@@ -91,6 +91,31 @@ TEST_F(CheckLogs, AMistakeThatIsFoundIsNotCalledAWrongScaleBesides) {
   EXPECT_TRUE(names_scale(scaled)) << scaled.text();
 }
 
+// Degrees make the errors of a nonlinear filter too large for P, and its innovations stay what they were.
+TEST_F(CheckLogs, AMistakeThatIsFoundIsNotCalledALinearisationBesides) {
+  const auto of = [&](double unit) {
+    std::mt19937 bits(5);
+    std::normal_distribution<double> normal;
+    std::string text =
+        "step,truth.x,truth.heading,estimate.x,estimate.heading:angle,P.1.1,P.1.2,P.2.2,innovation.1,S.1.1,"
+        "nonlinear\n";
+    for (int k = 1; k <= 600; ++k) {
+      const double sigma = k % 2 == 0 ? 0.002 : 0.004, x = normal(bits),
+                   heading = unit * sigma * normal(bits);
+      text += std::to_string(k) + ",0,0," + std::to_string(x) + "," + std::to_string(heading) + ",1,0," +
+              std::to_string(sigma * sigma) + "," + std::to_string(normal(bits)) + ",1,1\n";
+    }
+    folder_.write("degrees.csv", text);
+    const std::string file = (folder_ / "degrees.csv").string();
+    return check_logs({&file, 1});
+  };
+  const JudgedFilter degrees = of(57.29578), larger = of(5.0);
+  EXPECT_THAT(degrees.text(), HasSubstr("degrees"));
+  EXPECT_EQ(degrees.verdict(), Verdict::optimistic);
+  EXPECT_TRUE(degrees.causes().empty()) << degrees.text();
+  EXPECT_FALSE(larger.causes().empty()) << larger.text();
+}
+
 TEST_F(CheckLogs, StoppedBeforeTheFirstRowsIsAnError) {
   static constexpr std::atomic<bool> kStop{true};
   const std::string good = (folder_ / "good").string();
