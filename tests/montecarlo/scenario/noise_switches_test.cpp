@@ -16,6 +16,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -176,12 +177,7 @@ TEST(NoiseSwitches, CorrelatedNoiseCorrelatesInnovations) {
 
 TEST(NoiseSwitches, RefusesWhatCannotBe) {
   const auto refusal = [](const std::string& override) -> std::string {
-    try {
-      scenario_of("linear", {override});
-    } catch (const ScenarioError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return scenario_refusal([&] { scenario_of("linear", {override}); });
   };
   EXPECT_THAT(refusal("noise.student_dof=2"), HasSubstr("must be 0 (Gaussian) or >= 3"));
   EXPECT_THAT(refusal("noise.outlier_rate=1.5"), HasSubstr("a number >= 0 and <= 1"));

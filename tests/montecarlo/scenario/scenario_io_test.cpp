@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/montecarlo/scenario/scenario_refusal.h"
+
 namespace credence::internal {
 namespace {
 
@@ -40,12 +42,7 @@ class ScratchFile {
 const std::string kLine = "[world]\nmodel = \"monobot\"\n";
 
 std::string refusal_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  try {
-    load_scenario_text(text, "scenarios/x.toml", overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { load_scenario_text(text, "scenarios/x.toml", overrides); });
 }
 
 /// "section.key = value" of each.

@@ -13,6 +13,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/scenario/world_schema.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 #include "tests/paths.h"
 
 namespace credence::internal {
@@ -26,12 +27,7 @@ Scenario load(const std::string& text, const std::vector<std::string>& overrides
 }
 
 std::string message(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  try {
-    load(text, overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { load(text, overrides); });
 }
 
 constexpr const char* kMonobot = "[world]\nmodel = \"monobot\"\n";

@@ -11,6 +11,7 @@
 
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan_values.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -42,12 +43,7 @@ SweepPlan plan(const std::string& sweep, const std::vector<std::string>& overrid
 }
 
 std::string plan_error(const std::string& sweep, const std::vector<std::string>& overrides = {}) {
-  try {
-    plan(sweep, overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { plan(sweep, overrides); });
 }
 
 std::vector<std::string> ids(const SweepPlan& sweep) {

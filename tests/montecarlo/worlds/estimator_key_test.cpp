@@ -11,6 +11,7 @@
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/estimator_offers.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -45,13 +46,10 @@ TEST(EstimatorKey, AnyOfThemMayBeADefault) {
 
 TEST(EstimatorKey, ThatOfAnotherWorldIsRefusedWithThoseOfThisOne) {
   const auto refusal = [](const std::string& model, const std::string& estimator) -> std::string {
-    try {
+    return scenario_refusal([&] {
       load_scenario_text("[world]\nmodel = \"" + model + "\"\n", "t.toml",
                          std::vector<std::string>{"filter.estimator=" + estimator});
-    } catch (const ScenarioError& error) {
-      return error.what();
-    }
-    return "accepted";
+    });
   };
   EXPECT_EQ(refusal("planar_slam", "invariant"), "accepted");
   EXPECT_EQ(refusal("spatial_slam", "ekf-se3"), "accepted");

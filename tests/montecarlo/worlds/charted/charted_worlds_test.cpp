@@ -16,6 +16,8 @@
 #include "montecarlo/worlds/localisation/localisation_model.h"
 #include "montecarlo/worlds/plugged/plug_check.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/engine/study_of_runs.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 #include "tests/paths.h"
 
 namespace credence::internal {
@@ -34,11 +36,6 @@ Scenario benchmark(const std::string& name, const std::string& chart) {
   return load_scenario(
       source_folder() / "scenarios" / (name + ".toml"),
       std::vector<std::string>{"filter.chart=" + chart, "filter.judged_chart=componentwise"});
-}
-
-StudyStatistics run(const Experiment& experiment, std::int64_t runs, int threads) {
-  const StudyTask task{.id = {}, .experiment = &experiment, .runs = runs};
-  return run_studies({&task, 1}, {.threads = threads}).front().statistics;
 }
 
 /// Central differences of a function of a perturbation x Exp(ξ).
@@ -168,7 +165,7 @@ TEST(ChartedWorlds, AreConsistentWhereTheyAreNearlyLinear) {
                        {std::string("world.aiding=") + aiding, std::string("filter.chart=") + kCharts[i]});
       const auto experiment =
           make_experiment(load_charted(inertial ? "inertial" : "localisation", overrides));
-      const StudyStatistics statistics = run(*experiment, kRuns, 1);
+      const StudyStatistics statistics = study_of_runs(*experiment, kRuns, 1);
       const double n = inertial ? 15.0 : 3.0;
       for (const std::size_t k : {0U, 29U, 59U}) {
         EXPECT_NEAR(statistics.steps[k][Quantity::nees].mean, n, 5.0 * std::sqrt(2.0 * n / kRuns))
@@ -186,7 +183,7 @@ TEST(ChartedWorlds, GiveTheSameBitsWithAnyThreads) {
     const auto experiment =
         make_experiment(load_charted(model, {"study.steps=30", "world.aiding_interval=10",
                                              "world.aiding=landmarks", "noise.detection_probability=0.5"}));
-    EXPECT_EQ(run(*experiment, 150, 1), run(*experiment, 150, 3));
+    EXPECT_EQ(study_of_runs(*experiment, 150, 1), study_of_runs(*experiment, 150, 3));
     EXPECT_THAT(plug_problems(*experiment), IsEmpty());
   }
 }
@@ -195,7 +192,7 @@ TEST(ChartedWorlds, MeasurementsAreMissedOneByOne) {
   const auto experiment = make_experiment(
       load_charted("localisation", {"study.steps=1", "world.aiding_interval=1", "world.aiding=landmarks",
                                     "world.known_landmarks=4", "noise.detection_probability=0.25"}));
-  const StudyStatistics statistics = run(*experiment, 1000, 1);
+  const StudyStatistics statistics = study_of_runs(*experiment, 1000, 1);
   // 4000 landmarks, each seen with 1/4: standard deviation √(4000·3/16), of two numbers each.
   EXPECT_NEAR(static_cast<double>(statistics.steps[0].nis_dof), 2000.0, 5.0 * 2.0 * std::sqrt(750.0));
 }
@@ -260,12 +257,7 @@ TEST(ChartedWorlds, AnInertialUnitByLandmarksNeedsTheInvariantFilter) {
 }
 
 std::string refusal(const std::string& model, const std::vector<std::string>& overrides) {
-  try {
-    load_charted(model, overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { load_charted(model, overrides); });
 }
 
 TEST(ChartedWorlds, KeysBelongToTheirAiding) {

@@ -11,6 +11,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -23,12 +24,7 @@ Scenario inertial_scenario(const std::vector<std::string>& overrides = {}) {
 }
 
 std::string inertial_refusal(const std::vector<std::string>& overrides) {
-  try {
-    inertial_scenario(overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { inertial_scenario(overrides); });
 }
 
 // [Xsens 2018]: 0.01 °/s/√Hz and 60 µg/√Hz.

@@ -13,6 +13,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -35,12 +36,7 @@ Scenario linear_scenario(const std::string& text, const std::vector<std::string>
 }
 
 std::string linear_refusal(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  try {
-    linear_scenario(text, overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { linear_scenario(text, overrides); });
 }
 
 StudyStatistics run(const Experiment& experiment, int threads) {

@@ -10,6 +10,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -28,12 +29,7 @@ Scenario periodic(const std::string& text, const std::vector<std::string>& overr
 }
 
 std::string periodic_refusal(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  try {
-    periodic(text, overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { periodic(text, overrides); });
 }
 
 TEST(PeriodicLinearWorld, ReadsTheMatricesOfEachStep) {

@@ -9,6 +9,7 @@
 
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -20,12 +21,7 @@ Scenario localised(const std::vector<std::string>& overrides = {}) {
 }
 
 std::string localisation_refusal(const std::vector<std::string>& overrides) {
-  try {
-    localised(overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { localised(overrides); });
 }
 
 // [Brossard 2020]: a circle of 10 m across in 40 s, at 100 Hz for 40 s.

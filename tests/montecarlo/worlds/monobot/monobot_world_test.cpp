@@ -9,6 +9,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 #include "montecarlo/worlds/world_list.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -67,12 +68,7 @@ TEST(MonobotWorld, IsLinearAndRefusesWhatItHasNot) {
   EXPECT_EQ(blocks.landmark, 1);
   EXPECT_EQ(blocks.landmarks, 3);
   const auto said = [](const std::vector<std::string>& overrides) -> std::string {
-    try {
-      on_a_line(overrides);
-    } catch (const ScenarioError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return scenario_refusal([&] { on_a_line(overrides); });
   };
   EXPECT_THAT(said({"world.landmarks=0"}), testing::HasSubstr("world.landmarks=0"));
   EXPECT_EQ(said({"world.landmarks=0", "world.observability=full"}), "accepted")

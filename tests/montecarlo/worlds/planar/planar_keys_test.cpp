@@ -9,17 +9,13 @@
 #include <vector>
 
 #include "montecarlo/scenario/scenario_io.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
 
 std::string key_refusal(const std::vector<std::string>& overrides) {
-  try {
-    load_scenario_text("[world]\nmodel = \"planar\"\n", "t.toml", overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { load_scenario_text("[world]\nmodel = \"planar\"\n", "t.toml", overrides); });
 }
 
 TEST(PlanarKeys, AreDifferentAndEachSaysWhatItMeans) {

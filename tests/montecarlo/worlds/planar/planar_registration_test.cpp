@@ -11,6 +11,7 @@
 #include "montecarlo/worlds/planar/planar_experiment.h"
 #include "montecarlo/worlds/planar/planar_lanes_experiment.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -78,12 +79,7 @@ TEST(PlanarRegistration, ADenseCovarianceThatDoesNotFitIsRefusedNamingItsKey) {
 
 TEST(PlanarRegistration, RefusesASensorThatSeesNothing) {
   const auto said = [](const std::vector<std::string>& overrides) -> std::string {
-    try {
-      registered(overrides);
-    } catch (const ScenarioError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return scenario_refusal([&] { registered(overrides); });
   };
   EXPECT_THAT(said({"world.sensor_min_range=30", "world.sensor_range=30"}),
               HasSubstr("must be < world.sensor_range = 30"));

@@ -15,6 +15,8 @@
 #include "montecarlo/worlds/planar_slam/odometry_simulation.h"
 #include "montecarlo/worlds/registry.h"
 #include "tests/montecarlo/engine/allocation_count.h"
+#include "tests/montecarlo/engine/study_of_runs.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -26,17 +28,7 @@ Scenario load(const std::vector<std::string>& overrides = {}) {
 }
 
 std::string refusal(const std::vector<std::string>& overrides) {
-  try {
-    load(overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
-StudyStatistics run(const Experiment& experiment, std::int64_t runs, int threads) {
-  const StudyTask task{.id = {}, .experiment = &experiment, .runs = runs};
-  return run_studies({&task, 1}, {.threads = threads}).front().statistics;
+  return scenario_refusal([&] { load(overrides); });
 }
 
 TEST(PlanarSlamWorld, KeysBelongToTheirSwitch) {
@@ -80,8 +72,8 @@ TEST(PlanarSlamWorld, SameBitsByAnyThreads) {
                                fmt::format("filter.estimator={}", kind.name),
                                fmt::format("world.landmark_sensor={}", sensor)});
       const auto experiment = make_experiment(s);
-      const StudyStatistics one = run(*experiment, 130, 1);
-      EXPECT_EQ(one, run(*experiment, 130, 3)) << kind.name;
+      const StudyStatistics one = study_of_runs(*experiment, 130, 1);
+      EXPECT_EQ(one, study_of_runs(*experiment, 130, 3)) << kind.name;
       const StudyStatistics alone = experiment->run_chunk(7, 1);
       const RunTrace trace = experiment->trace(7);
       ASSERT_EQ(trace.steps.size(), steps + 1) << kind.name;
@@ -100,7 +92,7 @@ TEST(PlanarSlamWorld, AnExactStartIsLegal) {
     const auto experiment =
         make_experiment(load({"study.steps=20", "initial.position_std=0", "initial.heading_std_deg=0",
                               fmt::format("filter.estimator={}", kind.name)}));
-    const StudyStatistics s = run(*experiment, 64, 1);
+    const StudyStatistics s = study_of_runs(*experiment, 64, 1);
     EXPECT_TRUE(s.failures.empty()) << kind.name;
     EXPECT_LT(s.steps[0].nees_dof, 64 * 43) << kind.name;
     // To second order the turn of the first step bends an error of the group out of the range of P.

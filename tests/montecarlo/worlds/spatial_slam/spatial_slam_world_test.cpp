@@ -10,6 +10,7 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -21,12 +22,7 @@ Scenario in_space(const std::vector<std::string>& overrides = {}) {
 }
 
 std::string space_refusal(const std::vector<std::string>& overrides) {
-  try {
-    in_space(overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return scenario_refusal([&] { in_space(overrides); });
 }
 
 TEST(SpatialSlamWorld, RefusesNamingItsKeys) {

@@ -11,6 +11,8 @@
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/montecarlo/engine/study_of_runs.h"
+#include "tests/montecarlo/scenario/scenario_refusal.h"
 
 namespace credence::internal {
 namespace {
@@ -22,17 +24,7 @@ Scenario load(const std::vector<std::string>& overrides = {}) {
 }
 
 std::string refusal(const std::vector<std::string>& overrides) {
-  try {
-    load(overrides);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
-StudyStatistics run(const Experiment& experiment, std::int64_t runs, int threads) {
-  const StudyTask task{.id = {}, .experiment = &experiment, .runs = runs};
-  return run_studies({&task, 1}, {.threads = threads}).front().statistics;
+  return scenario_refusal([&] { load(overrides); });
 }
 
 // [Bar-Shalom 2001], eqs (6.2.2-4) and (6.2.2-12), with T = 0.5 and q = 0.2.
@@ -76,7 +68,7 @@ TEST(TrackingWorld, KeysBelongToTheirSensor) {
 TEST(TrackingWorld, PositionsAreTrackedConsistently) {
   for (const int d : {1, 2, 3}) {
     const auto experiment = make_experiment(load({"world.dimensions=" + std::to_string(d)}));
-    const StudyStatistics statistics = run(*experiment, 4000, 1);
+    const StudyStatistics statistics = study_of_runs(*experiment, 4000, 1);
     for (const std::size_t k : {0U, 20U, 99U}) {
       const double n = 2.0 * d, runs = 4000.0;
       EXPECT_NEAR(statistics.steps[k][Quantity::nees].mean, n, 5.0 * std::sqrt(2.0 * n / runs))
@@ -94,7 +86,7 @@ TEST(TrackingWorld, ThreadsAndChunksGiveTheSameBits) {
            {"world.sensor=range_bearing"},
            {"world.sensor=range_bearing", "noise.detection_probability=0.5"}}) {
     const auto experiment = make_experiment(load(variant));
-    EXPECT_EQ(to_bytes(run(*experiment, 200, 1)), to_bytes(run(*experiment, 200, 2)));
+    EXPECT_EQ(to_bytes(study_of_runs(*experiment, 200, 1)), to_bytes(study_of_runs(*experiment, 200, 2)));
     const StudyStatistics one = experiment->run_chunk(7, 1);
     const RunTrace trace = experiment->trace(7);
     for (std::size_t k = 1; k < trace.steps.size(); ++k) {
