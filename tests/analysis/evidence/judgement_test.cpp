@@ -120,8 +120,8 @@ TEST(Judgement, CrossCovariancesAreMissedWherePClaimsNone) {
   const Judgement without = judge(logs_of(60, 40, 0.8, 1.0, dropped));
   ASSERT_EQ(without.causes.size(), 1U);
   EXPECT_EQ(without.causes[0].cause, Cause::cross_covariance) << without.causes[0].why;
-  const auto larger = [](Step& row, int) { row.error[3] *= 1.6; };
-  const Judgement wrong = judge(logs_of(60, 40, 0.8, 1.0, larger));
+  const auto smaller = [](Step& row, int) { row.error[3] *= 0.1; };
+  const Judgement wrong = judge(logs_of(60, 40, 0.8, 1.0, smaller));
   EXPECT_LT(wrong.error_correlation.p_value, 1e-3);
   EXPECT_FALSE(wrong.causes.empty());
   EXPECT_FALSE(names_cross_covariance(wrong));
