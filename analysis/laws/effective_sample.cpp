@@ -36,17 +36,51 @@ Matrix whitening(const Matrix& P) {
   return root.asDiagonal() * eigen.eigenvectors().rightCols(rank).transpose() * scale.asDiagonal();
 }
 
-// Σ over the series of (x_k − mean)(x_{k+lag} − mean), and the number of products.
-std::pair<double, double> lag_sum(std::span<const std::span<const double>> series, double mean,
-                                  std::size_t lag) {
-  double sum = 0.0;
-  double pairs = 0.0;
-  for (const auto& x : series) {
-    for (std::size_t k = lag; k < x.size(); ++k) sum += (x[k] - mean) * (x[k - lag] - mean);
-    if (x.size() > lag) pairs += static_cast<double>(x.size() - lag);
+/// Products at several lags of deviations x_k − mean, each summed in order of time: as many sums as hide the
+/// latency of an addition.
+class LagSums {
+ public:
+  LagSums(std::span<const std::span<const double>> series, double mean) {
+    deviations_.reserve(series.size());
+    for (const auto& x : series) {
+      std::vector<double>& d = deviations_.emplace_back(kBefore + x.size(), 0.0);
+      std::ranges::transform(x, d.begin() + kBefore, [mean](double value) { return value - mean; });
+    }
   }
-  return {sum, pairs};
-}
+
+  /// Σ over the series of (x_k − mean)(x_{k+lag} − mean), lags in ascending order.
+  double sum(std::size_t lag) {
+    if (lag >= end_) add_up(lag);
+    return sums_[static_cast<Index>(end_ - 1 - lag)];
+  }
+  /// The number of products.
+  double pairs(std::size_t lag) const {
+    double pairs = 0.0;
+    for (const std::vector<double>& d : deviations_) {
+      if (d.size() - kBefore > lag) pairs += static_cast<double>(d.size() - kBefore - lag);
+    }
+    return pairs;
+  }
+
+ private:
+  static constexpr std::size_t kLags = 8, kBefore = kLags - 1;
+  using Sums = Eigen::Array<double, static_cast<Index>(kLags), 1>;
+
+  void add_up(std::size_t first) {
+    end_ = first + kLags;
+    Sums sums = Sums::Zero();
+    for (const std::vector<double>& d : deviations_) {
+      const double* before = d.data();  // at the largest lag
+      for (std::size_t k = kBefore + first; k < d.size(); ++k)
+        sums += d[k] * Eigen::Map<const Sums>(before++);
+    }
+    sums_ = sums;
+  }
+
+  std::vector<std::vector<double>> deviations_;  ///< behind zeros, of products that are none
+  std::size_t end_ = 0;  ///< of the lags that sums_ is of, the largest first
+  Sums sums_;
+};
 
 }  // namespace
 
@@ -119,7 +153,8 @@ TimeAverageTest test_time_average(const Moments& run_sums, double expected, doub
 
 EffectiveSample effective_sample(std::span<const std::span<const double>> series, double mean) {
   EffectiveSample result{.correlation_time = kNaN, .size = kNaN, .reason = {}};
-  const auto [variance_sum, values] = lag_sum(series, mean, 0);
+  LagSums lags(series, mean);
+  const double variance_sum = lags.sum(0), values = lags.pairs(0);
   if (values == 0.0) {
     result.reason = "no data";
     return result;
@@ -132,8 +167,7 @@ EffectiveSample effective_sample(std::span<const std::span<const double>> series
   for (const auto& x : series) longest = std::max(longest, x.size());
   double time = 1.0;
   for (std::size_t lag = 1; lag < longest && static_cast<double>(lag) < 5.0 * time; ++lag) {
-    const auto [sum, pairs] = lag_sum(series, mean, lag);
-    time += 2.0 * (sum / pairs) / (variance_sum / values);
+    time += 2.0 * (lags.sum(lag) / lags.pairs(lag)) / (variance_sum / values);
   }
   result.correlation_time = std::max(1.0, time);
   result.size = values / result.correlation_time;
@@ -212,6 +246,7 @@ std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_
   const EffectiveSample sample =
       effective_sample(std::vector<std::span<const double>>{normalised_nees}, mean);
   if (!sample.reason.empty()) return without(sample.reason);
+  for (TimeAverageTest& test : tests) test.effective_steps = sample.size;
   if (sample.size < kShortestStretch * static_cast<double>(kStretches)) {
     return without("the run is too short for its correlation in time");
   }

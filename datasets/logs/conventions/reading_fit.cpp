@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <span>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/effective_sample.h"
@@ -63,10 +62,10 @@ class PartNees {
       return of_one < kFarOff ? of_one : kNaN;
     }
     const TimeAverageTest stretches = test_single_run(normalised, kConfidence);
+    const double rows = stretches.effective_steps;
     if (!std::isnan(stretches.p_value)) return stretches.p_value;
-    const EffectiveSample rows = effective_sample(std::vector<std::span<const double>>{normalised}, mean);
-    if (!(rows.size >= static_cast<double>(kFewestForReading))) return kNaN;
-    return two_sided_p_value(mean * dof() * rows.size, dof() * rows.size);
+    if (!(rows >= static_cast<double>(kFewestForReading))) return kNaN;
+    return two_sided_p_value(mean * dof() * rows, dof() * rows);
   }
 
   /// Of the largest row, two-sided: some row is as large only by Bonferroni's bound over the rows, and all

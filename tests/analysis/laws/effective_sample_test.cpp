@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -176,12 +178,46 @@ TEST(EffectiveSample, ASingleRunIsTestedAtSeveralLevelsAsAtEach) {
   EXPECT_FALSE(test_single_run({}, {0.8, 0.95})[1].run_sum.reason.empty());
 }
 
+// τ by the sums as they are defined, lag by lag, one product after the other.
+double plain_correlation_time(std::span<const std::span<const double>> series, double mean) {
+  const auto at = [&](std::size_t lag, double& pairs) {
+    double sum = pairs = 0.0;
+    for (const auto& x : series) {
+      for (std::size_t k = lag; k < x.size(); ++k, pairs += 1.0) sum += (x[k] - mean) * (x[k - lag] - mean);
+    }
+    return sum;
+  };
+  double values = 0.0, pairs = 0.0, time = 1.0;
+  const double squares = at(0, values);
+  for (std::size_t lag = 1; lag < series.front().size() && static_cast<double>(lag) < 5.0 * time; ++lag) {
+    const double sum = at(lag, pairs);
+    time += 2.0 * (sum / pairs) / (squares / values);
+  }
+  return std::max(1.0, time);
+}
+
+TEST(EffectiveSample, SeveralLagsAtOnceHaveTheBitsOfEach) {
+  std::mt19937_64 generator(12);
+  for (const double phi : {0.0, 0.7, 0.95}) {
+    const Matrix nees = simulate(1, 400, 1, phi, generator);
+    const std::vector<double> all(nees.data(), nees.data() + nees.size());
+    // The longest first; one is shorter than the lags that are looked at.
+    for (const std::size_t length : {1U, 3U, 8U, 9U, 100U}) {
+      const std::vector<std::span<const double>> series{std::span(all).first(250),
+                                                        std::span(all).subspan(250, length)};
+      EXPECT_EQ(effective_sample(series, 1.0).correlation_time, plain_correlation_time(series, 1.0))
+          << phi << ", " << length;
+    }
+  }
+}
+
 TEST(EffectiveSample, AShortRunIsUndecided) {
   std::mt19937_64 generator(6);
   const Matrix nees = simulate(1, 60, 1, 0.95, generator);
   const std::vector<double> series(nees.data(), nees.data() + nees.size());
   EXPECT_EQ(test_single_run(series, 0.95).verdict, Verdict::undecided);
   EXPECT_FALSE(test_single_run(series, 0.95).run_sum.reason.empty());
+  EXPECT_GT(test_single_run(series, 0.95).effective_steps, 0.0);  // what is too few
   EXPECT_FALSE(test_single_run({}, 0.95).run_sum.reason.empty());
 }
 
