@@ -26,14 +26,10 @@ inline void take_products(const double* L, Index n, Index first, Index end, Inde
   for (Index i = first; i < end; ++i) result[i] = y[i] - sum[i];
 }
 
-}  // namespace
-
-bool SmallCholesky::compute(const MatrixRef& P) {
-  const Index n = P.rows();
-  L_.resize(n, n);
-  double* L = L_.data();
+/// Unrolled where n is a constant.
+[[gnu::always_inline]] inline bool factor_lower(Index n, const double* P, Index stride, double* L) {
   for (Index k = 0; k < n; ++k) {
-    const double* from = P.data() + k * P.outerStride();
+    const double* from = P + k * stride;
     double* column = L + k * n;
     double squares = 0.0;
     for (Index j = 0; j < k; ++j) squares += L[j * n + k] * L[j * n + k];
@@ -48,11 +44,8 @@ bool SmallCholesky::compute(const MatrixRef& P) {
   return true;
 }
 
-void SmallCholesky::solve_lower(Eigen::Ref<Vector> vector) const {
+[[gnu::always_inline]] inline void solve_with_lower(Index n, const double* L, double* x) {
   constexpr Index kPanel = 8;  // of Eigen's solution
-  const Index n = L_.rows();
-  const double* L = L_.data();
-  double* x = vector.data();
   for (Index begin = 0; begin < n; begin += kPanel) {
     const Index end = std::min(begin + kPanel, n);
     for (Index j = begin; j < end; ++j) {
@@ -65,6 +58,36 @@ void SmallCholesky::solve_lower(Eigen::Ref<Vector> vector) const {
       take_products(
           L, n, end, n, begin, end, [&](Index j) { return x[j]; }, x, x);
     }
+  }
+}
+
+}  // namespace
+
+bool SmallCholesky::compute(const MatrixRef& P) {
+  const Index n = P.rows(), stride = P.outerStride();
+  L_.resize(n, n);
+  switch (n) {
+    case 1:
+      return factor_lower(1, P.data(), stride, L_.data());
+    case 2:
+      return factor_lower(2, P.data(), stride, L_.data());
+    case 3:
+      return factor_lower(3, P.data(), stride, L_.data());
+    default:
+      return factor_lower(n, P.data(), stride, L_.data());
+  }
+}
+
+void SmallCholesky::solve_lower(Eigen::Ref<Vector> x) const {
+  switch (L_.rows()) {
+    case 1:
+      return solve_with_lower(1, L_.data(), x.data());
+    case 2:
+      return solve_with_lower(2, L_.data(), x.data());
+    case 3:
+      return solve_with_lower(3, L_.data(), x.data());
+    default:
+      return solve_with_lower(L_.rows(), L_.data(), x.data());
   }
 }
 
