@@ -28,6 +28,14 @@ bool same_states(const RunLayout& a, const RunLayout& b) {
   return a.states == b.states && a.blocks == b.blocks;
 }
 
+/// Of the components `at` along any direction.
+double largest_variance(const Matrix& P, const std::vector<Index>& at) {
+  if (at.size() == 1) return P(at[0], at[0]);
+  if (at.size() > 2) return P(at, at).selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
+  const double a = P(at[0], at[0]), b = P(at[1], at[1]);
+  return 0.5 * (a + b) + std::hypot(0.5 * (a - b), P(at[1], at[0]));
+}
+
 }  // namespace
 
 void CalibrationSum::clear(std::size_t parts) {
@@ -168,14 +176,13 @@ CalibrationSum& CalibrationRecorder::group_at_hand() {
 }
 
 void CalibrationRecorder::add_position(const Step& step, DistanceSums::Bin& here) {
-  const Matrix P = step.P(position_, position_);
-  const double largest = P.rows() == 1 ? P(0, 0) : P.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
+  const double largest = largest_variance(step.P, position_);
   const double squared = squared_norm(step.error, position_);
   for (std::size_t r = 0; r < kRisks.size(); ++r) {
     if (squared > limits_[r] * largest) ++run_.beyond[r];
   }
   here.squared = squared;
-  here.variance = P.trace();
+  for (const Index i : position_) here.variance += step.P(i, i);
   const auto cell = [](double value) {
     constexpr double kCellsOfADecade = 8.0, kLeast = 1e-12, kMost = 1e12;  // m
     return static_cast<int>(std::floor(kCellsOfADecade * std::log10(std::clamp(value, kLeast, kMost))));
@@ -191,6 +198,11 @@ void CalibrationRecorder::add_parts(const Step& step, CalibrationSum& sum) {
     auto whitened = parts_whitened_.col(static_cast<Index>(a));
     for (const Index state : at) whitened[state] = step.error[state];
     factor_.solve_lower(whitened);
+    if (at.size() == 1) {
+      const double u = step.error[at[0]] / std::sqrt(step.P(at[0], at[0]));
+      sum.marginal[a] += u * u;
+      continue;
+    }
     take_block(step.error, step.P, at, part_error_, part_P_);
     if (!part_factor_.compute(part_P_)) continue;  // by rounding alone: P has a factor
     part_factor_.solve_lower(part_error_);

@@ -302,12 +302,15 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) co
       const Eigen::Matrix2d P = place.J * step.moving.P * place.J.transpose();
       run.lateness.add(error, motion, P);
     } else {
-      Vector motion = step.estimate(places) - before(places);
+      Vector motion(std::ssize(places));  // of a step
       for (Index i = 0; i < motion.size(); ++i) {
-        const auto at = static_cast<std::size_t>(places[static_cast<std::size_t>(i)]);
-        if (layout_.angles[static_cast<std::size_t>(step.states[at])]) motion[i] = wrap_angle(motion[i]);
+        const Index at = places[static_cast<std::size_t>(i)];
+        const Index state = step.states[static_cast<std::size_t>(at)];
+        motion[i] = step.estimate[at] - before[at];
+        if (layout_.angles[static_cast<std::size_t>(state)]) motion[i] = wrap_angle(motion[i]);
+        motion[i] /= steps;
       }
-      run.lateness.add(step.moving.error, motion / steps, step.moving.P);
+      run.lateness.add(step.moving.error, motion, step.moving.P);
     }
   }
   run.way[newest] = step.estimate;
