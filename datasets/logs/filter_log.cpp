@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -75,9 +76,17 @@ void FilterLogReader::read_comment(std::string_view line) {
 
 void FilterLogReader::parse_fields(std::string_view line) {
   std::size_t count = 0;
+  const char* const line_end = line.data() + line.size();
   for (std::size_t begin = 0; begin <= line.size(); ++count) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    if (count < fields_.size()) {
+    // The common case: a number without blanks.
+    double plain = 0.0;
+    const auto [stop, error] = std::from_chars(line.data() + begin, line_end, plain);
+    const bool whole = error == std::errc() && (stop == line_end || *stop == ',') && std::isfinite(plain);
+    const std::size_t end =
+        whole ? static_cast<std::size_t>(stop - line.data()) : std::min(line.find(',', begin), line.size());
+    if (count < fields_.size() && whole) {
+      fields_[count] = plain;
+    } else if (count < fields_.size()) {
       const std::string_view field = trim_blanks(line.substr(begin, end - begin));
       if (field.empty()) {
         fields_[count] = std::numeric_limits<double>::quiet_NaN();
@@ -233,6 +242,7 @@ void FilterLogReader::read_noise(std::size_t sensor, std::string_view& problem) 
 void FilterLogReader::read_innovations(Step& row) {
   row.innovations.resize(header_.innovations.size());
   std::vector<Index> kept;
+  kept.reserve(4);
   for (std::size_t s = 0; s < header_.innovations.size(); ++s) {
     const FilterLogHeader::Innovation& columns = header_.innovations[s];
     if (const Sensor& sensor = header_.layout.sensors[s]; sensor.nis_alone) {
