@@ -1,21 +1,21 @@
 #include "montecarlo/lanes/linear_kernel_units.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 namespace credence::internal {
 namespace {
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw std::invalid_argument("linear system: " + what);
-}
-
 void require_shape(const char* name, const Matrix& matrix, Index rows, Index columns) {
-  const auto shape = [](Index r, Index c) { return std::to_string(r) + "x" + std::to_string(c); };
-  require(matrix.rows() == rows && matrix.cols() == columns,
-          std::string(name) + " is " + shape(matrix.rows(), matrix.cols()) + ", not " + shape(rows, columns));
-  require(matrix.allFinite(), std::string(name) + " has an entry that is not finite");
+  if (matrix.rows() != rows || matrix.cols() != columns) {
+    throw std::invalid_argument(fmt::format("linear system: {} is {}x{}, not {}x{}", name, matrix.rows(),
+                                            matrix.cols(), rows, columns));
+  }
+  if (!matrix.allFinite()) {
+    throw std::invalid_argument(fmt::format("linear system: {} has an entry that is not finite", name));
+  }
 }
 
 double first_nonzero(const Matrix& matrix) {
