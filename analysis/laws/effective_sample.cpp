@@ -78,7 +78,7 @@ class LagSums {
   }
 
   std::vector<std::vector<double>> deviations_;  ///< behind zeros, of products that are none
-  std::size_t end_ = 0;  ///< of the lags that sums_ is of, the largest first
+  std::size_t end_ = 0;                          ///< of the lags that sums_ is of, the largest first
   Sums sums_;
 };
 
