@@ -44,7 +44,6 @@ ShapeJudgement judge_shape(const LawSums& law, double confidence) {
   ShapeJudgement result{.reason = "not more runs than states, or too many states"};
   double smallest = 2.0;
   for (const auto& [step, whitened] : law.whitened) {
-    if (step == 0) continue;  // averages over each run
     const CovarianceShape shape = test_covariance_shape(whitened, confidence);
     if (!shape.reason.empty()) continue;
     ++result.tests;

@@ -9,8 +9,6 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::int64_t kRunAverages = 0;  // the key of LawSums::whitened
-
 /// Whether a vector of `dim` is added to the moments; those of a smaller one make place.
 bool takes_vector(VectorMoments& moments, Index dim) {
   if (moments.count == 0 || moments.mean.size() == dim) return true;
@@ -28,7 +26,7 @@ bool LawSums::takes(const std::string& of, Index dim) {
   averaged = of;
   second_moments = {};
   error_means = {};
-  whitened.erase(kRunAverages);
+  whitened_means = {};
   return true;
 }
 
@@ -42,11 +40,9 @@ void LawSums::merge(const LawSums& later) {
   if (later.second_moments.dim() > 0 && takes(later.averaged, later.second_moments.dim())) {
     second_moments.merge(later.second_moments);
     error_means.merge(later.error_means);
-    if (const auto means = later.whitened.find(kRunAverages); means != later.whitened.end())
-      whitened[kRunAverages].merge(means->second);
+    whitened_means.merge(later.whitened_means);
   }
   for (const auto& [step, moments] : later.whitened) {
-    if (step == kRunAverages) continue;
     VectorMoments& here = whitened[step];
     if (takes_vector(here, moments.mean.size())) here.merge(moments);
   }
@@ -58,9 +54,8 @@ void LawSums::merge(const LawSums& later) {
 }
 
 bool LawSums::errors_stand() const {
-  const auto found = whitened.find(kRunAverages);
-  if (found == whitened.end() || found->second.mean.size() != second_moments.dim()) return false;
-  const VectorMoments& means = found->second;
+  const VectorMoments& means = whitened_means;
+  if (means.count == 0 || means.mean.size() != second_moments.dim()) return false;
   const Matrix square =
       means.scatter / static_cast<double>(means.count) + means.mean * means.mean.transpose();
   return standing_share(mean_of(second_moments), square) > kStandingErrors;
@@ -71,11 +66,11 @@ void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector
   if (outer.rows() != dim) {
     if (steps > 0) return;  // of fewer states than before: no average of the same thing
     outer = Matrix::Zero(dim, dim);
-    normalised = Vector::Zero(2 * dim);
+    normalised = whitened_sum = Vector::Zero(dim);
   }
   for (Index j = 0; j < dim; ++j) {
     normalised[j] += error[j] / std::sqrt(variance[j]);
-    normalised[dim + j] += whitened[j];
+    whitened_sum[j] += whitened[j];
     for (Index i = j; i < dim; ++i) outer(i, j) += whitened[i] * whitened[j];
   }
   ++steps;
@@ -84,9 +79,8 @@ void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector
 void RunLaw::add_to(LawSums& sums, const std::string& averaged) const {
   if (steps > 0 && sums.takes(averaged, outer.rows())) {
     sums.second_moments.add(outer / static_cast<double>(steps));
-    const Vector averages = normalised / static_cast<double>(steps);
-    sums.error_means.add(averages.head(outer.rows()));
-    sums.whitened[kRunAverages].add(averages.tail(outer.rows()));
+    sums.error_means.add(normalised / static_cast<double>(steps));
+    sums.whitened_means.add(whitened_sum / static_cast<double>(steps));
   }
   if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
   if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);

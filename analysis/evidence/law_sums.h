@@ -24,11 +24,11 @@ struct LawSums {
   std::string averaged{};                            ///< the block that second_moments is of; "": the state
   SecondMoments second_moments{};                    ///< of the whitened errors, averaged over each run
   VectorMoments error_means{};                       ///< of the errors over their σ, averaged over each run
-  std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …; at
-                                                     ///< 0 averages over each run, of what is averaged
-  SkewedMoments nees_tails{}, nis_tails{};         ///< of each run (tail_weight.h)
-  SkewedMoments nis_of_runs{};                     ///< NIS / dof, averaged over each run
-  std::vector<SkewedMoments> nees_at{}, nis_at{};  ///< NEES / dof and NIS / dof at each step over the runs
+  VectorMoments whitened_means{};                    ///< of the whitened errors, averaged over each run
+  std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …
+  SkewedMoments nees_tails{}, nis_tails{};           ///< of each run (tail_weight.h)
+  SkewedMoments nis_of_runs{};                       ///< NIS / dof, averaged over each run
+  std::vector<SkewedMoments> nees_at{}, nis_at{};    ///< NEES / dof and NIS / dof at each step over the runs
 
   void merge(const LawSums& later);
   /// Whether the averages over a run of `dim` states of the block `of` ("": the state) are added up here.
@@ -43,8 +43,9 @@ struct LawSums {
 
 /// Of the run at hand.
 struct RunLaw {
-  Matrix outer{};       ///< Σ u uᵀ
-  Vector normalised{};  ///< Σ e_i / √P_ii, and behind them Σ u_i
+  Matrix outer{};         ///< Σ u uᵀ
+  Vector normalised{};    ///< Σ e_i / √P_ii
+  Vector whitened_sum{};  ///< Σ u_i
   Index steps = 0;
   RunTails nees_tails{}, nis_tails{};
   double nis = 0.0, nis_dof = 0.0;
