@@ -242,7 +242,6 @@ void FilterLogReader::read_noise(std::size_t sensor, std::string_view& problem) 
 void FilterLogReader::read_innovations(Step& row) {
   row.innovations.resize(header_.innovations.size());
   std::vector<Index> kept;
-  kept.reserve(4);
   for (std::size_t s = 0; s < header_.innovations.size(); ++s) {
     const FilterLogHeader::Innovation& columns = header_.innovations[s];
     if (const Sensor& sensor = header_.layout.sensors[s]; sensor.nis_alone) {
@@ -252,6 +251,7 @@ void FilterLogReader::read_innovations(Step& row) {
       continue;
     }
     kept.clear();
+    kept.reserve(columns.nu.size());
     for (Index i = 0; i < std::ssize(columns.nu); ++i) {
       if (!std::isnan(fields_[static_cast<std::size_t>(columns.nu[static_cast<std::size_t>(i)])])) {
         kept.push_back(i);
