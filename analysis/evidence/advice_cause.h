@@ -34,11 +34,11 @@ enum class Cause {
   measurement_noise_too_large,
   process_or_measurement_noise,  ///< one of them; the innovations cannot tell which
   coloured_noise,                ///< innovations of the right size but not white
-  cross_covariance,    ///< whitened errors are correlated, or no block is inconsistent and the whole is
-  sequential_sensors,  ///< innovations of several sensors, all taken against one prior
-  heavy_tails,         ///< the covariance is right, the law is not Gaussian
-  wrong_dof,           ///< the spread of NEES is that of another number of dof
-  linearisation,       ///< a nonlinear filter gains information that is not there
+  cross_covariance,  ///< where P has none errors are correlated, or no block is inconsistent and the whole is
+  sequential_sensors,              ///< innovations of several sensors, all taken against one prior
+  heavy_tails,                     ///< the covariance is right, the law is not Gaussian
+  wrong_dof,                       ///< the spread of NEES is that of another number of dof
+  linearisation,                   ///< a nonlinear filter gains information that is not there
   process_noise_or_linearisation,  ///< steps without an innovation make the errors too large for P
   covariance_scale,                ///< P is wrong by a factor, and nothing tells why
   inflation,                       ///< the filter inflates its covariance on purpose
@@ -82,7 +82,8 @@ struct Findings {
   };
   GrossOutliers gross_outliers = {};
   std::optional<ResponsibleBlock> block = {};
-  std::optional<ErrorCorrelationTest> error_correlation = {};  ///< of the last step
+  /// Of errors that P claims to be uncorrelated, over all steps of the runs.
+  std::optional<ErrorCorrelationTest> error_correlation = {};
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped
   CoverageCount narrow_angles = {};        ///< angles of the state whose σ is no wider than kWideAngle
   Moments nees_values = {};                ///< single NEES values over runs and steps
@@ -114,15 +115,15 @@ struct CauseFound {
 /// turn; an angle of the state wider than kWideAngle; outliers beyond the far tail; heavy tails with the
 /// right second moments; a law cut off at a gate; two sensors correlated at one step more than each is with
 /// itself in time; errors that are the way of some steps; a mean of the innovations, or of the errors, and
-/// beside it the noise, judged by the innovations less their mean; NEES of the steps before the first
-/// innovation, which P0 and Q alone make, and the first innovation where that fits; a first NEES or NIS that
-/// is wrong, as P0 makes it, while NIS is right later; an inconsistency of the first fifth of the steps that
-/// is all but gone in the second half; innovations more correlated than a wrong gain makes them; the sign of
-/// the lags with that of the NIS, or else of NEES (gain too small: positive, too large: negative), or, for an
-/// S that is nearly R, innovations whiter than a wrong Q would leave them; Var(NEES) = 2 mean, as for another
-/// dof, against 2 mean²/n of a wrong factor; whitened errors that are correlated, or a joint inconsistency
-/// that no block shares. Heuristic: a hint; signatures that are tests of their own need (1 − confidence)
-/// / 15.
+/// beside it the noise, judged by the innovations less their mean; errors that are
+/// correlated where P claims that they are not; NEES of the steps before the first innovation, which P0 and Q
+/// alone make, and the first innovation where that fits; a first NEES or NIS that is wrong, as P0 makes it,
+/// while NIS is right later; an inconsistency of the first fifth of the steps that is all but gone in the
+/// second half; innovations more correlated than a wrong gain makes them; the sign of the lags with that of
+/// the NIS, or else of NEES (gain too small: positive, too large: negative), or, for an S that is nearly R,
+/// innovations whiter than a wrong Q would leave them; Var(NEES) = 2 mean, as for another dof, against 2
+/// mean²/n of a wrong factor; a joint inconsistency that no block shares. Heuristic: a hint; signatures that
+/// are tests of their own need (1 − confidence) / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence::internal

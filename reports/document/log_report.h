@@ -46,7 +46,8 @@ struct CheckedLogs {
   std::vector<std::string> all_remarks() const;
 };
 
-/// Takes a wrong scale of P, which nothing explained, from the likely causes: a remark explains it.
+/// Takes a wrong scale of P, and whatever else the errors alone tell, from the likely causes: a remark
+/// explains it.
 void leave_out_scale(LogAnalysis& analysis);
 
 /// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read
