@@ -13,8 +13,8 @@
 /// Where P lies, by how much, and what would mend it, judged on runs that were left out.
 ///
 /// Units are whole runs, from five on; of fewer runs their stretches, ten of each, longer than ten
-/// correlation times of NEES. Every mean over units takes the tests of run_mean.h, which need neither a
-/// Gaussian law nor independence in time.
+/// correlation times of NEES, where no error stays as it is (LawSums::errors_stand). Every mean over units
+/// takes the tests of run_mean.h, which need neither a Gaussian law nor independence in time.
 
 namespace credence::internal {
 

@@ -113,9 +113,9 @@ struct JudgementContext {
 ///
 /// One run: the verdict on NEES joins, by the union bound at half the level each, that for any correlation in
 /// time and the test of the run's average over nearly independent stretches; where the run is too short for
-/// the latter and nothing rejects, it is undecided, with the runs that would settle it. Covariances between
-/// blocks unknown: the sum of their NEES is tested by a bound for every dependence; so is the sum of the NIS
-/// of several sensors, of which the word takes each alone.
+/// the latter, or an error stays as it is all along, and nothing rejects, it is undecided, with the runs that
+/// would settle it. Covariances between blocks unknown: the sum of their NEES is tested by a bound for every
+/// dependence; so is the sum of the NIS of several sensors, of which the word takes each alone.
 ///
 /// Where only tests that need a Gaussian law reject, and the tails are heavy, the word is `not_gaussian`.
 Judgement judge(const Evidence& evidence, const JudgementContext& context = {});
