@@ -359,12 +359,12 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   if (v.verdict == Verdict::undecided) assumed.verdict = Verdict::consistent;
   j.settle_nees = settle(assumed, false, j.effective_steps);
   if (v.verdict == Verdict::undecided) {
-    v.reason = stand ? fmt::format(
-                           "an error that stays as it is over all {} rows of one run looks like a wrong "
-                           "P, too few runs to decide",
-                           e.first_run.size())
-                     : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
-                                   e.first_run.size(), j.effective_steps);
+    v.reason =
+        stand ? fmt::format(
+                    "in one run an error that stays as it is over all {} rows cannot be told from a wrong P",
+                    e.first_run.size())
+              : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
+                            e.first_run.size(), j.effective_steps);
     if (j.settle_nees.runs > 0) {
       v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
                               j.settle_nees.runs, j.settle_nees.observed_factor);
