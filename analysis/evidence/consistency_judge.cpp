@@ -268,14 +268,16 @@ void conclude(const Joint& joint, bool runs, ConsistencyVerdict& result) {
   // Of a single step its own test stands for all.
   const bool by_runs = runs && result.steps_tested > 1;
   const bool mean_high = by_runs ? result.factor.mean > 1.0 : result.mean > result.expected;
-  (mean_high ? up : down).overall = result.overall_p_value;
+  // Averages of runs too large for their powers have no test; NaN would hide what the steps say.
+  const double overall = std::isnan(result.overall_p_value) ? 1.0 : result.overall_p_value;
+  (mean_high ? up : down).overall = overall;
   result.tests = result.steps_tested + (result.steps_tested == 1 ? 0 : 1);
   result.optimistic_p_value = joint.p_value(up.step, up.overall);
   result.pessimistic_p_value = joint.p_value(down.step, down.overall);
   result.p_value = std::min(result.optimistic_p_value, result.pessimistic_p_value);
   const double smallest = std::min(up.step, down.step);
   result.decided_by_steps =
-      result.steps_tested > 1 && result.overall_p_value * joint.step_level > smallest * joint.overall_level;
+      result.steps_tested > 1 && overall * joint.step_level > smallest * joint.overall_level;
   const bool optimistic = result.optimistic_p_value <= alpha,
              pessimistic = result.pessimistic_p_value <= alpha;
   result.verdict = direction_of(optimistic, pessimistic);

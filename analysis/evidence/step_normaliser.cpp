@@ -105,7 +105,8 @@ void StepNormaliser::Solved::normalise(const VectorRef& e, const MatrixRef& cova
   if (!general.ok) {
     problem = general.reason;
   } else if (!std::isfinite(general.value)) {
-    problem = "an error where the covariance claims certainty";
+    problem = std::isfinite(general.whitened.squaredNorm()) ? "an error where the covariance claims certainty"
+                                                            : "an error too large to be squared";
   } else {
     of.value = general.value;
     of.whitened = general.whitened;

@@ -52,6 +52,25 @@ TEST(ConsistencyJudge, OfOneStepTheSumHasTheDirection) {
   EXPECT_EQ(result.optimistic_p_value, 1.0);
 }
 
+// A filter that diverged: the third power of its average is infinite, and there is no test of the runs.
+TEST(ConsistencyJudge, RunsTooFarOffForTheirMomentsAreJudgedByTheirSteps) {
+  for (const double nees : {1e90, 1e110, 1e160, 1e300}) {
+    RunAverages runs;
+    std::vector<Moments> steps(2);
+    for (int i = 0; i < 20; ++i) {
+      const double last = i == 3 ? nees : 1.1;
+      runs.add(0.9 + last, 2.0, 1);
+      steps[0].add(0.9);
+      steps[1].add(last);
+    }
+    const ConsistencyVerdict result = judge_nees(steps, std::vector<double>(2, 20.0), 0.95, &runs);
+    EXPECT_EQ(result.verdict, Verdict::optimistic) << nees;
+    EXPECT_LT(result.optimistic_p_value, 1e-12) << nees;
+    EXPECT_TRUE(result.decided_by_steps) << nees;
+    EXPECT_EQ(result.worst_step, 1) << nees;
+  }
+}
+
 // A log with two decimals has errors of 0.00, of which χ² knows none.
 TEST(ConsistencyJudge, AValueOfZeroIsRoundedAndNotTooSmall) {
   const auto verdict_of = [](double zero, std::int64_t runs, double dof) {

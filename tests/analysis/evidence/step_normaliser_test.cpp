@@ -138,6 +138,9 @@ TEST(StepNormaliser, SaysWhyAStepCannotBeUsed) {
   EXPECT_EQ(normaliser.normalise(step, layout, places, result),
             "an error where the covariance claims certainty");
   step = step_of_two_blocks();
+  step.error[2] = 1e200;
+  EXPECT_EQ(normaliser.normalise(step, layout, places, result), "an error too large to be squared");
+  step = step_of_two_blocks();
   step.P(0, 1) = step.P(1, 0) = 2.0;
   EXPECT_NE(normaliser.normalise(step, layout, places, result), "");
   step = step_of_two_blocks();
