@@ -1,8 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
+#include <stdexcept>
 #include <vector>
 
+#include "analysis/laws/require.h"
 #include "analysis/studies/study_plan.h"
 #include "app/commands.h"
 #include "app/common_options.h"
@@ -31,7 +33,18 @@ std::vector<const SweepPoint*> pilot_points(const SweepPlan& sweep) {
   return points;
 }
 
+/// Says what no pilot could answer before any is run.
+void require_answerable(const PlanQuestion& question) {
+  require_positive("--factor", question.factor);
+  require_fraction("--power", question.power);
+  require_positive("--precision", question.precision);
+  if (question.factor == 1.0) {
+    throw std::invalid_argument("--factor = 1 is a consistent filter: there is nothing to detect");
+  }
+}
+
 int plan(PlanCommand& command) {
+  require_answerable(command.question);
   command.question.threads = command.threads;
   const SweepPlan sweep = open_sweep(command.scenario, command.overrides());
   const std::vector<const SweepPoint*> points = pilot_points(sweep);
