@@ -18,12 +18,16 @@
 #include "app/tell.h"
 #include "core/memory_need.h"
 #include "core/version.h"
+#include "montecarlo/scenario/scenario_difference.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/sweep_report.h"
 #include "reports/render/utf8_text.h"
 
 namespace credence::internal {
+
+namespace fs = std::filesystem;
+
 namespace {
 
 struct SweepOptions : CommonOptions {
@@ -90,9 +94,32 @@ struct MergeOptions {
   std::string out;
 };
 
-int merge(const MergeOptions& options) {
-  // Whatever is wrong with one of them is said before anything is made.
-  for (const std::string& directory : options.directories) ResultStore::open_to_read(directory);
+/// Whatever is wrong with one of them by itself, or beside another, is said before anything is made.
+void require_joinable(const std::vector<std::string>& directories) {
+  std::string first, scenario;
+  for (const std::string& directory : directories) {
+    const std::string stored = ResultStore::open_to_read(directory).scenario();
+    if (stored.empty()) continue;
+    if (scenario.empty()) first = directory, scenario = stored;
+    if (const std::string difference = scenario_difference(scenario, stored); !difference.empty()) {
+      throw ScenarioError(fmt::format(
+          "{0}: holds results of another scenario than {1} (- of {1}, + of {0}):\n{2}they cannot be joined",
+          directory, first, difference));
+    }
+  }
+}
+
+/// The outermost folder that has to be made for this one; empty: none.
+fs::path missing_folder(const fs::path& folder) {
+  fs::path missing;
+  for (fs::path above = folder.lexically_normal(); !above.empty() && !fs::exists(above);
+       above = above.parent_path()) {
+    missing = above;
+  }
+  return missing;
+}
+
+void join(const MergeOptions& options) {
   ResultStore target = ResultStore::open_to_write(options.out, version());
   for (const std::string& directory : options.directories) {
     const ResultStore source = ResultStore::open_to_read(directory);
@@ -103,6 +130,20 @@ int merge(const MergeOptions& options) {
                count.already_there);
   }
   target.commit();
+}
+
+int merge(const MergeOptions& options) {
+  require_joinable(options.directories);
+  const bool is_new = !ResultStore::exists(options.out);
+  const fs::path missing = missing_folder(options.out);
+  try {
+    join(options);
+  } catch (...) {
+    // What is refused leaves nothing but what was there before.
+    if (is_new) ResultStore::discard(options.out);
+    if (!missing.empty()) fs::remove_all(missing);
+    throw;
+  }
   return kDone;
 }
 

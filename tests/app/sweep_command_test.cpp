@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "montecarlo/engine/result_store_sqlite.h"
 #include "tests/app/command.h"
 #include "tests/app/small_studies.h"
 
@@ -85,8 +86,7 @@ TEST_F(SweepCommand, SweepResumesAndCheckJudgesTheLogs) {
 
 TEST_F(SweepCommand, AShardIsOneOfSoMany) {
   write("s.toml", kMonobotSweep);
-  for (const std::string shard :
-       {"3/2", "0/2", "-1/2", "1", "a/b", "1/2x", "1/", "/2", "1/99999999999", ""}) {
+  for (const std::string shard : {"3/2", "0/2", "-1/2", "1", "a/b", "1/2x", "1/", "/2", "1/99999999999"}) {
     const Finished f = run({"sweep", "s.toml", "--shard", shard, "--out", "never"});
     EXPECT_EQ(f.code, 2) << shard;
     EXPECT_EQ(f.err, "credence: --shard " + shard + ": accepted are i/n with 1 <= i <= n, as in 2/4\n");
@@ -121,15 +121,35 @@ TEST_F(SweepCommand, MergeRefusesWhatDoesNotBelongTogether) {
   EXPECT_FALSE(fs::exists(folder_ / "joined")) << "it is seen before anything is made";
   const Finished other = run({"merge", "part", "other", "--out", "joined"});
   EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err, ::testing::StartsWith(
-                             "credence: joined: holds results of another scenario (- stored, + asked):\n"));
+  EXPECT_THAT(other.err, ::testing::StartsWith("credence: other: holds results of another scenario than part "
+                                               "(- of part, + of other):\n"));
   EXPECT_THAT(other.err,
               ::testing::HasSubstr("\n- sweep.world.landmarks = [1, 2, 3]\n+ world.landmarks = 2\n"));
+  EXPECT_THAT(other.err, ::testing::EndsWith("\nthey cannot be joined\n"));
+  EXPECT_FALSE(fs::exists(folder_ / "joined")) << "this is seen before anything is made, too";
   // Again, and the same part twice: all is there already.
-  fs::remove_all(folder_ / "joined");
   EXPECT_EQ(run({"merge", "part", "part", "--out", "joined"}).out,
             "part: 12 chunks added, 0 there already\npart: 0 chunks added, 12 there already\n");
   EXPECT_EQ(run({"merge", "part", "--out", "joined"}).out, "part: 0 chunks added, 12 there already\n");
+}
+
+TEST_F(SweepCommand, AMergeThatFailsOnTheWayLeavesNothingThatWasNotThere) {
+  write("a.toml", kMonobot);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "good", "--quiet"}).code, 0);
+  ASSERT_EQ(run({"run", "a.toml", "--out", "bad", "--quiet"}).code, 0);
+  {
+    SqliteDatabase store(folder_ / "bad/results.sqlite", SqliteDatabase::Mode::create);
+    store.execute("UPDATE chunks SET checksum = checksum + 1 WHERE first_run = 64");
+  }
+  EXPECT_THAT(run({"merge", "good", "bad", "--out", "new/joined"}).err,
+              ::testing::HasSubstr("their checksum does not fit"));
+  EXPECT_FALSE(fs::exists(folder_ / "new"));
+  fs::create_directory(folder_ / "empty");
+  EXPECT_EQ(run({"merge", "bad", "--out", "empty"}).code, 2);
+  EXPECT_FALSE(fs::exists(folder_ / "empty/results.sqlite"));
+  ASSERT_EQ(run({"merge", "good", "--out", "empty"}).code, 0);
+  EXPECT_EQ(run({"merge", "bad", "--out", "empty"}).code, 2);
+  EXPECT_EQ(json({"show", "empty", "--format", "json"})["runs"], 300) << "what was there stays";
 }
 
 TEST_F(SweepCommand, OfAScenarioWithoutASweepItHasOneConfiguration) {
