@@ -6,8 +6,13 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <map>
 #include <string_view>
+#include <system_error>
 
 #include "app/terminal_text.h"
 #include "core/version.h"
@@ -94,6 +99,21 @@ std::string entry(const std::string& name, std::string_view about) {
   return text + line + "\n";
 }
 
+/// What CLI11 would take for another value: "", as of a variable that is not set, for none, 010 for eight, a
+/// whole number that is too large for the largest, and NaN as within every range.
+std::string problem_of_value(const std::string& kind, const std::string& text) {
+  if (text.empty()) return "the value is missing";
+  if (kind == "X" && std::isnan(std::strtod(text.c_str(), nullptr))) return text + " is no number";
+  if (kind != "N") return {};
+  const std::string_view digits = std::string_view(text).substr(text.starts_with('-') ? 1 : 0);
+  if (digits.size() > 1 && digits.starts_with('0')) {
+    return text + " begins with 0; numbers are written in decimal";
+  }
+  std::int64_t ignored = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), ignored);
+  return read.ec == std::errc::result_out_of_range ? text + " is too large" : std::string();
+}
+
 /// Our help: what a value is in words, not in CLI11's signs.
 class HelpFormatter : public CLI::Formatter {
  public:
@@ -158,8 +178,11 @@ OptionShape shape_of(const CLI::Option& option) {
     shape.about += fmt::format("; one of {}", fmt::join(shape.choices, ", "));
   }
   if (const std::string range = range_text(validators); !range.empty()) shape.about += "; " + range;
-  if (const std::string given = option.get_default_str(); !given.empty())
-    shape.about += fmt::format(" (default {})", given);
+  // CLI11 writes a list as "[1,10]"; it is given without brackets.
+  if (const std::string given = option.get_default_str(); !given.empty()) {
+    const bool list = given.starts_with('[') && given.ends_with(']');
+    shape.about += fmt::format(" (default {})", list ? given.substr(1, given.size() - 2) : given);
+  }
   return shape;
 }
 
@@ -187,6 +210,11 @@ void dress_commands(CLI::App& app) {
     command->set_help_flag("-h,--help", "this help");
     command->set_version_flag("--version", version_text(), "version and commit");
     command->group(group_of(command->get_name()));
+    for (CLI::Option* option : command->get_options()) {
+      const OptionShape shape = shape_of(*option);
+      if (shape.positional || shape.value.empty()) continue;
+      option->check([kind = shape.value](const std::string& text) { return problem_of_value(kind, text); });
+    }
   }
 }
 

@@ -4,11 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <span>
 #include <stdexcept>
-#include <string_view>
-#include <system_error>
 
 namespace credence::internal {
 
@@ -53,20 +50,10 @@ void add_print_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--quiet", options.quiet, "no progress on stderr");
 }
 
-CLI::Option* add_number_option(CLI::App& command, const std::string& name,
-                               std::optional<std::int64_t>& number, const std::string& about) {
-  return command.add_option(name, number, about)->check([](const std::string& text) {
-    std::int64_t ignored = 0;
-    if (text.empty()) return std::string("the number is missing");
-    const auto read = std::from_chars(text.data(), text.data() + text.size(), ignored);
-    return read.ec == std::errc::result_out_of_range ? text + " is too large" : std::string();
-  });
-}
-
 void add_study_options(CLI::App& command, CommonOptions& options) {
-  add_number_option(command, "--runs", options.runs, "number of Monte Carlo runs, instead of study.runs");
-  add_number_option(command, "--steps", options.steps, "steps of each run, instead of study.steps");
-  add_number_option(command, "--seed", options.seed, "seed, instead of study.seed");
+  command.add_option("--runs", options.runs, "number of Monte Carlo runs, instead of study.runs");
+  command.add_option("--steps", options.steps, "steps of each run, instead of study.steps");
+  command.add_option("--seed", options.seed, "seed, instead of study.seed");
 }
 
 void add_setting_option(CLI::App& command, CommonOptions& options) {

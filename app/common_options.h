@@ -10,7 +10,6 @@
 
 namespace CLI {
 class App;
-class Option;
 }  // namespace CLI
 
 namespace credence::internal {
@@ -46,11 +45,6 @@ void add_output_options(CLI::App& command, CommonOptions& options);
 
 /// Declares --format and --quiet, of a command that writes no report.
 void add_print_options(CLI::App& command, CommonOptions& options);
-
-/// Declares an option of a whole number; one that is missing ("") or too large is refused, which CLI11 would
-/// take as none, or as the largest.
-CLI::Option* add_number_option(CLI::App& command, const std::string& name,
-                               std::optional<std::int64_t>& number, const std::string& about);
 
 /// Declares --runs, --steps and --seed.
 void add_study_options(CLI::App& command, CommonOptions& options);

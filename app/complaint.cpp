@@ -9,6 +9,7 @@
 
 #include "app/command_tree.h"
 #include "app/suggestion.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence::internal {
 namespace {
@@ -60,6 +61,7 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   } else if (what.starts_with(kConversion)) {
     what = about_number(command, what.substr(kConversion.size()));
   }
+  what = printable_line(what);
   if (&command == &app) return fmt::format("credence: {} (credence help)", what);
   return fmt::format("credence: {0}: {1} (credence help {0})", command.get_name(), what);
 }

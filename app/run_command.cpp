@@ -169,8 +169,7 @@ void add_run_command(CLI::App& app) {
   command->add_option("scenario", options->scenarios, "scenario files, or names of credence list scenarios")
       ->required();
   add_common_options(*command, *options);
-  add_number_option(*command, "--only-run", options->only_run,
-                    "replay this single run (from 0) with its full trace")
+  command->add_option("--only-run", options->only_run, "replay this single run (from 0) with its full trace")
       ->excludes(command->get_option("--out"));
   command
       ->add_option("--log", options->log,

@@ -37,6 +37,8 @@ TEST_F(CommandTree, AnOptionIsToldInWordsNotInTheSignsOfTheLibrary) {
               HasSubstr("\n  what                    only these; one of scenarios, worlds, "
                         "commands\n"))
       << "many words stand with the others";
+  EXPECT_THAT(run({"help", "replay"}).out, HasSubstr("from 1 to 5 (default 1)\n"));
+  EXPECT_THAT(run({"help", "timing"}).out, HasSubstr("from 1 to 1000 (default 1,10)\n"));
 }
 
 TEST_F(CommandTree, CommandsStandUnderTheirHeadingsInTheOrderOfTheProgram) {

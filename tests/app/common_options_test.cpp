@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/app/command.h"
@@ -44,7 +45,8 @@ TEST_F(CommonOptionsTest, ASettingIsOneWordAndTakesNoScenarioForAnother) {
 
 TEST_F(CommonOptionsTest, ANumberThatIsTooLargeOrMissingIsNotMadeAnother) {
   for (const char* option : {"--runs", "--steps", "--seed"}) {
-    for (const char* command : {"run", "world"}) {
+    for (const char* command : {"run", "world", "stability"}) {
+      if (command == std::string("stability") && option == std::string("--runs")) continue;
       const std::string begin = "credence: " + std::string(command) + ": " + option,
                         end = " (credence help " + std::string(command) + ")\n";
       const Finished large = run({command, "a.toml", option, "99999999999999999999"});
@@ -53,12 +55,29 @@ TEST_F(CommonOptionsTest, ANumberThatIsTooLargeOrMissingIsNotMadeAnother) {
       // As of a variable of a script that is not set.
       const Finished missing = run({command, "a.toml", option, ""});
       EXPECT_EQ(missing.code, 2);
-      EXPECT_EQ(missing.err, begin + ": the number is missing" + end);
+      EXPECT_EQ(missing.err, begin + ": the value is missing" + end);
     }
   }
   EXPECT_EQ(json({"run", "a.toml", "--runs", "2", "--seed", "9223372036854775807", "--format",
                   "json"})["scenario"]["study"]["seed"],
             9223372036854775807);
+}
+
+TEST_F(CommonOptionsTest, AValueThatIsMissingIsNotPassedOver) {
+  // Nothing would be stored, written, or compared with.
+  const std::vector<std::pair<std::vector<std::string>, std::string>> calls = {
+      {{"run", "a.toml", "--out"}, "run: --out"},
+      {{"run", "a.toml", "--log"}, "run: --log"},
+      {{"check", "a.csv", "--baseline"}, "check: --baseline"},
+      {{"check", "a.csv", "--instance"}, "check: --instance"},
+      {{"tune", "a.toml", "--write"}, "tune: --write"}};
+  for (auto [arguments, option] : calls) {
+    arguments.emplace_back("");
+    EXPECT_EQ(refusal(arguments),
+              "credence: " + option + ": the value is missing (credence help " + arguments.front() + ")\n");
+  }
+  EXPECT_EQ(refusal({"check", "a.csv", "--within", "nan"}),
+            "credence: check: --within: nan is no number (credence help check)\n");
 }
 
 TEST_F(CommonOptionsTest, FiguresAreWhatIsAskedForAndAWrongWordIsRefusedAtOnce) {
