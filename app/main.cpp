@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <set>
 #include <span>
@@ -136,6 +137,8 @@ int obey(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return after_failure(
         "there is not enough memory for this; fewer landmarks, steps or points of a sweep need less");
+  } catch (const std::filesystem::filesystem_error& error) {
+    return after_failure(fmt::format("{}: {}", error.path1().string(), error.code().message()));
   } catch (const std::exception& error) {
     return after_failure(error.what());
   }

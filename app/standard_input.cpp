@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <system_error>
 
@@ -72,7 +71,18 @@ StandardInputFile::~StandardInputFile() {
 std::string text_of_file(const std::string& file, const std::string& complaint) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw std::invalid_argument(complaint);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  // A device may never end.
+  constexpr std::size_t kAtOnce = std::size_t{1} << 20, kMost = std::size_t{1} << 28;
+  std::string text;
+  while (stream) {
+    if (text.size() >= kMost)
+      throw std::invalid_argument(file + ": is longer than 256 MiB, as no document is");
+    const std::size_t before = text.size();
+    text.resize(before + kAtOnce);
+    stream.read(text.data() + before, static_cast<std::streamsize>(kAtOnce));
+    text.resize(before + static_cast<std::size_t>(stream.gcount()));
+  }
+  return text;
 }
 
 }  // namespace credence::internal

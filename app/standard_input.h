@@ -23,7 +23,8 @@ class StandardInputFile {
   std::filesystem::path folder_;
 };
 
-/// All of a file that an argument names; throws std::invalid_argument with the complaint.
+/// All of a file that an argument names; throws std::invalid_argument with the complaint, and for one of more
+/// than 256 MiB.
 std::string text_of_file(const std::string& file, const std::string& complaint);
 
 }  // namespace credence::internal

@@ -92,6 +92,11 @@ TEST_F(Main, WithoutACommandItTellsWhatThereIs) {
   EXPECT_EQ(empty.out, "");
 }
 
+TEST_F(Main, WhatTheSystemRefusesIsToldByItsName) {
+  std::filesystem::create_symlink("loop", folder_ / "loop");
+  EXPECT_EQ(refusal({"check", "loop"}), "credence: loop: Too many levels of symbolic links\n");
+}
+
 TEST_F(Main, ACommandThatEndsWellTellsNoWayOn) {
   write("a.toml", kMonobot);
   EXPECT_EQ(run({"run", "a.toml", "--out", "out", "--quiet"}).err, "");
