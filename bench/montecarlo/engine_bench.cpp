@@ -132,7 +132,7 @@ void planar_runs_without_statistics(benchmark::State& state) {
   }
   state.SetItemsProcessed(state.iterations() * PlanarLanes::kLanes);
 }
-BENCHMARK(planar_runs_without_statistics);
+BENCHMARK(planar_runs_without_statistics)->UseRealTime();
 
 /// Of the same runs the world alone: where the vehicle drives and what it sees, noise included.
 void planar_world_alone(benchmark::State& state) {
