@@ -110,7 +110,7 @@ HeldOutNees held_out(const UnitSums& units, double states, bool by_parts, double
     scaled.add(per_row(nees, *unit) / states);
   }
   result.nees = interval_of(scaled, confidence, states);
-  result.p_value = p_value_of(scaled, states);
+  if (!by_parts) result.p_value = p_value_of(scaled, states);
   return result;
 }
 

@@ -38,7 +38,9 @@ struct PartFactor {
 /// NEES over n of units whose P was scaled by factors that the other units gave.
 struct HeldOutNees {
   MeanInterval nees;
-  double p_value = 0.0;  ///< that its mean is 1; NaN with the reason of `nees`
+  /// That its mean is 1; NaN with the reason of `nees`, and of factors by parts, whose scatter alone makes
+  /// the mean larger.
+  double p_value = kNaN;
 };
 
 /// The factor on P with which a further run, exchangeable with these, has 95 % of its rows within their 95 %

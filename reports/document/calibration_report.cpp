@@ -139,7 +139,8 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
     }
     text += fmt::format(". On {} left out, scaled by what the others give, mean NEES is {}", c.units,
                         held_out_text(c.with_factor));
-    if (!c.parts.empty()) text += fmt::format("; scaled part by part {}", held_out_text(c.with_part_factors));
+    if (!c.parts.empty())
+      text += fmt::format("; scaled part by part {} times n", factor_text(c.with_part_factors.nees));
     text += "; this tests the mean alone, no single state or step";
     sentences.push_back(text + ".");
   }
