@@ -137,11 +137,13 @@ std::vector<std::string> calibration_sentences(const Calibration& c) {
       text += fmt::format("{} in {} {}", &part == c.parts.data() ? ":" : ",", part.name,
                           factor_text(part.factor));
     }
-    text += fmt::format(". On {} left out, scaled by what the others give, mean NEES is {}", c.units,
-                        held_out_text(c.with_factor));
-    if (!c.parts.empty())
-      text += fmt::format("; scaled part by part {} times n", factor_text(c.with_part_factors.nees));
-    text += "; this tests the mean alone, no single state or step";
+    if (std::isfinite(c.with_factor.nees.mean)) {
+      text += fmt::format(". On {} left out, scaled by what the others give, mean NEES is {}", c.units,
+                          held_out_text(c.with_factor));
+      if (!c.parts.empty())
+        text += fmt::format("; scaled part by part {} times n", factor_text(c.with_part_factors.nees));
+      text += "; this tests the mean alone, no single state or step";
+    }
     sentences.push_back(text + ".");
   }
   if (std::string text = conformal_sentence(c.conformal); !text.empty()) sentences.push_back(std::move(text));

@@ -14,6 +14,7 @@
 #include "reports/render/html_text.h"
 #include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence::internal {
 namespace {
@@ -148,8 +149,8 @@ std::string junit_xml(const CheckedLogs& logs, double confidence) {
 std::string markdown_summary(const CheckedLogs& logs) {
   const Judgement& j = logs.analysis.judgement;
   constexpr std::size_t kBlocks = 12;
-  std::string text =
-      fmt::format("## {}: {}\n\n{}.\n\n", logs.name, to_string(j.word.verdict), log_answer(logs));
+  std::string text = fmt::format("## {}: {}\n\n{}.\n\n", printable_line(logs.name), to_string(j.word.verdict),
+                                 log_answer(logs));
   const ReportTable verdicts = log_verdicts(logs, kBlocks);
   const auto row = [&](const auto& cells, const auto& of) {
     for (const auto& cell : cells) {

@@ -42,6 +42,19 @@ TEST(CalibrationSentences, TheClearestSignIsOfALengthThatWasTested) {
   EXPECT_THAT(of_lengths({}), IsEmpty());
 }
 
+// As of errors that are all zero: any factor is 0 of 0.
+TEST(CalibrationSentences, WhatWasLeftOutIsToldWhereItHasAMean) {
+  Calibration calibration;
+  calibration.units = "runs";
+  calibration.unit_count = 20;
+  calibration.whole = {.name = "state", .factor = {.mean = 1.0, .lower = 0.9, .upper = 1.1, .count = 20}};
+  calibration.with_factor.nees = calibration.whole.factor;
+  calibration.with_factor.p_value = 0.5;
+  EXPECT_THAT(calibration_sentences(calibration)[0], HasSubstr("On runs left out"));
+  calibration.with_factor.nees.mean = kNaN;
+  EXPECT_THAT(calibration_sentences(calibration)[0], ::testing::Not(HasSubstr("On runs left out")));
+}
+
 TEST(UnitFactors, ComeBackFromTheDocumentAsTheyWere) {
   Calibration calibration;
   calibration.units = "runs";

@@ -175,5 +175,14 @@ TEST(MarkdownSummary, ABarInANameDoesNotEndItsCell) {
   EXPECT_THAT(text, HasSubstr("\n- half of it was cut off\n"));
 }
 
+TEST(MarkdownSummary, TheNameOfAFileIsOneLine) {
+  CheckedLogs logs = checked(factors_of({}));
+  logs.name = "a\n# b\x1b.csv";
+  const std::string text = markdown_summary(logs);
+  EXPECT_EQ(text.substr(0, 4), "## a");
+  EXPECT_EQ(text.find("\n# b"), std::string::npos);
+  EXPECT_EQ(text.find('\x1b'), std::string::npos);
+}
+
 }  // namespace
 }  // namespace credence::internal
