@@ -26,11 +26,6 @@ function(credence_optimised_little target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# credence_not_optimised(target): of tests, whose work is done in the libraries; half of their compilation.
-function(credence_not_optimised target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)
-endfunction()
-
 # credence_precompiled(library ...): cmake/precompiled/library.h, compiled with the flags of the named libraries.
 function(credence_precompiled header)
   set(target credence_precompiled_${header})
