@@ -18,7 +18,6 @@ TEST(WorldSchema, EveryWorldIsFoundByItsName) {
     EXPECT_TRUE(names.insert(world->name).second) << world->name << " is there twice";
     EXPECT_FALSE(world->meaning.empty());
     EXPECT_NE(world->keys, nullptr);
-    EXPECT_NE(world->check, nullptr);
     EXPECT_NE(world->blocks, nullptr);
   }
   EXPECT_EQ(find_world("Monobot"), nullptr);
