@@ -30,7 +30,7 @@ TEST_F(CommandTree, AnOptionIsToldInWordsNotInTheSignsOfTheLibrary) {
         "\n  --log-format csv|npz|mcap\n                          of --log; npz: ",
         "\n  --fail-on-inconsistent  exit with 1 when a verdict is optimistic, pessimistic or mixed; "
         "undecided\n"
-        "                          is no accusation\n"}) {
+        "                          is no failure\n"}) {
     EXPECT_THAT(help, HasSubstr(entry));
   }
   EXPECT_THAT(run({"help", "list"}).out,

@@ -39,7 +39,7 @@ TEST_F(CompareCommand, CompareSetsVerdictsBesideEachOtherAndPairsRunsOfTheSameNo
   EXPECT_NE(run({"compare", "a", "b"}).out.find("against the first"), std::string::npos);
   EXPECT_EQ(run({"compare", "a"}).code, 2);
   write("no.json", "{\"schema\": 1}");
-  EXPECT_NE(run({"compare", "a", "no.json"}).err.find("no.json: is no document of"), std::string::npos);
+  EXPECT_NE(run({"compare", "a", "no.json"}).err.find("no.json: is not a document of"), std::string::npos);
 }
 
 TEST_F(CompareCommand, WhatCannotBeComparedIsRefusedByName) {

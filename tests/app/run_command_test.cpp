@@ -108,7 +108,7 @@ TEST_F(RunCommand, ALinearStudySaysWhatTheoryGives) {
   double nees = 0.0;
   for (const double value : j.at("exact").at("nees")) nees += value;
   const Finished text = run(wrong);
-  const std::string says = "theory gives mean NEES ";
+  const std::string says = "Exact, without sampling noise: mean NEES ";
   const std::size_t at = text.out.find(says);
   ASSERT_NE(at, std::string::npos) << text.out;
   const double said = std::stod(text.out.substr(at + says.size()));

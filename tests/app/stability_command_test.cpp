@@ -50,7 +50,7 @@ TEST_F(StabilityCommand, TextSaysBoundedAndTheReportStandsAlone) {
   EXPECT_NE(f.out.find("common translation"), std::string::npos) << f.out;
   EXPECT_NE(f.out.find("bounded"), std::string::npos);
   EXPECT_EQ(f.out.find("unbounded"), std::string::npos) << f.out;
-  EXPECT_NE(f.out.find("tr P after an update never above"), std::string::npos) << f.out;
+  EXPECT_NE(f.out.find("tr P after an update never exceeds"), std::string::npos) << f.out;
   EXPECT_NE(read("page/index.html").find("Stability of figure3_two_landmarks"), std::string::npos);
 }
 

@@ -131,7 +131,7 @@ TEST(LogGate, WhatIsNoDocumentOfCheckIsRefusedByItsName) {
         R"({"verdict": "mixed", "nees": {}, "calibration": {"units": "runs", "unit_names": 5}})",
         R"({"verdict": "mixed", "nees": {}, "calibration": {"units": "runs", "unit_names": [5]}})"}) {
     EXPECT_THAT([&] { gate_against(logs, "old.json", text, kMargin); },
-                ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: is no document of")))
+                ThrowsMessage<std::invalid_argument>(HasSubstr("--baseline old.json: is not a document of")))
         << text;
   }
 }

@@ -81,14 +81,14 @@ TEST(SweepDocument, NamesTheConfigurationsInWhichAnIterationDidNotSettle) {
     const Document document = sweep_document(sweep);
     std::vector<std::string> notes;
     for (const std::string& note : std::get<ReportTable>(document.brief.front()).notes) {
-      if (note.find("settled") != std::string::npos) notes.push_back(note);
+      if (note.find("converged") != std::string::npos) notes.push_back(note);
     }
     return notes;
   };
   EXPECT_THAT(said(), testing::IsEmpty());
   sweep.studies[1].statistics.not_converged = {{.run = 3, .steps = 2}, {.run = 7, .steps = 1}};
   EXPECT_THAT(said(), testing::ElementsAre(testing::HasSubstr(
-                          "in 1 of 3 configurations, which say there where it stood: world.landmarks = 2 (in "
+                          "in 1 of 3 configurations; its last iterate is used there: world.landmarks = 2 (in "
                           "2 of 20 runs).")));
   sweep.studies[2].statistics.not_converged = {{.run = 0, .steps = 6}};
   EXPECT_THAT(said(), testing::ElementsAre(testing::HasSubstr("; world.landmarks = 3 (in 1 of 20 runs).")));
