@@ -125,10 +125,9 @@ class Collector {
     CheckedLogs runs;
     runs.name = name;
     runs.format = source;
-    if (evidence_.law.errors_stand()) calibration_.keep_whole_runs();
-    runs.analysis = analyse_logs(std::move(evidence_),
-                                 {.confidence = confidence, .sensitivity = sensitivity, .margin = within});
-    if (!mistakes_.empty()) leave_out_scale(runs.analysis);
+    runs.analysis = analyse_collected(
+        std::move(evidence_), calibration_,
+        {.confidence = confidence, .sensitivity = sensitivity, .margin = within}, !mistakes_.empty());
     runs.remarks = std::move(mistakes_);
     if (!calibration_.runs.empty()) {
       runs.calibration = judge_calibration(calibration_, confidence);

@@ -115,15 +115,15 @@ struct CauseFound {
 /// turn; an angle of the state wider than kWideAngle; outliers beyond the far tail; heavy tails with the
 /// right second moments; a law cut off at a gate; two sensors correlated at one step more than each is with
 /// itself in time; errors that are the way of some steps; a mean of the innovations, or of the errors, and
-/// beside it the noise, judged by the innovations less their mean; errors that are
-/// correlated where P claims that they are not; NEES of the steps before the first innovation, which P0 and Q
-/// alone make, and the first innovation where that fits; a first NEES or NIS that is wrong, as P0 makes it,
-/// while NIS is right later; an inconsistency of the first fifth of the steps that is all but gone in the
-/// second half; innovations more correlated than a wrong gain makes them; the sign of the lags with that of
-/// the NIS, or else of NEES (gain too small: positive, too large: negative), or, for an S that is nearly R,
-/// innovations whiter than a wrong Q would leave them; Var(NEES) = 2 mean, as for another dof, against 2
-/// mean²/n of a wrong factor; a joint inconsistency that no block shares. Heuristic: a hint; signatures that
-/// are tests of their own need (1 − confidence) / 15.
+/// beside it the noise, judged by the innovations less their mean; errors that are correlated where P claims
+/// that they are not; NEES of the steps before the first innovation, which P0 and Q alone make, and the first
+/// innovation where that fits; a first NEES or NIS that is wrong, as P0 makes it, while NIS is right later;
+/// an inconsistency of the first fifth of the steps that is all but gone in the second half; innovations more
+/// correlated than a wrong gain makes them; the sign of the lags with that of the NIS, or else of NEES (gain
+/// too small: positive, too large: negative), or, for an S that is nearly R, innovations whiter than a wrong
+/// Q would leave them; Var(NEES) = 2 mean, as for another dof, against 2 mean²/n of a wrong factor; a joint
+/// inconsistency that no block shares. Heuristic: a hint; signatures that are tests of their own need
+/// (1 − confidence) / 15.
 std::vector<CauseFound> find_causes(const Findings& findings);
 
 }  // namespace credence::internal

@@ -104,12 +104,11 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.files = result.files;
   logs.unmatched_rows = result.unmatched_rows;
   logs.remarks = remarks_of(result);
-  if (result.evidence.law.errors_stand()) result.calibration.keep_whole_runs();
-  logs.analysis = analyse_logs(
-      std::move(result.evidence),
-      {.confidence = options.confidence, .sensitivity = options.sensitivity, .margin = options.within});
+  logs.analysis = analyse_collected(
+      std::move(result.evidence), result.calibration,
+      {.confidence = options.confidence, .sensitivity = options.sensitivity, .margin = options.within},
+      result.explained());
   logs.analysis.complete = result.complete;
-  if (result.explained()) leave_out_scale(logs.analysis);
   logs.poses = std::move(result.poses);
   logs.calibration = judge_calibration(result.calibration, options.confidence);
   logs.units = unit_factors(result.calibration);

@@ -112,11 +112,16 @@ std::vector<std::string> CheckedLogs::all_remarks() const {
   return all;
 }
 
-void leave_out_scale(LogAnalysis& analysis) {
+LogAnalysis analyse_collected(Evidence evidence, CalibrationUnits& calibration,
+                              const JudgementContext& context, bool explained) {
+  if (evidence.law.errors_stand()) calibration.keep_whole_runs();
+  LogAnalysis analysis = analyse_logs(std::move(evidence), context);
+  if (!explained) return analysis;
   const bool innovations_fit = !is_inconsistent(analysis.judgement.nis.verdict);
   std::erase_if(analysis.judgement.causes, [&](const CauseFound& found) {
     return told_by_errors(found.cause) || (innovations_fit && told_by_size(found.cause));
   });
+  return analysis;
 }
 
 Document log_document(CheckedLogs given) {

@@ -46,9 +46,11 @@ struct CheckedLogs {
   std::vector<std::string> all_remarks() const;
 };
 
-/// Takes a wrong scale of P, and whatever else the errors alone tell, from the likely causes: a remark
-/// explains it.
-void leave_out_scale(LogAnalysis& analysis);
+/// Judges what was collected of logs, before judge_calibration does. Where an error stays as it is over whole
+/// runs (LawSums::errors_stand) these are the units of `calibration`. Where a remark names a mistake of the
+/// log, so that its errors are `explained`, what they alone tell is no likely cause.
+LogAnalysis analyse_collected(Evidence evidence, CalibrationUnits& calibration,
+                              const JudgementContext& context, bool explained);
 
 /// What `credence check` says: the answer, verdicts on NEES, NIS, every block and every sensor, what was read
 /// and what was rejected, what to do and what would mend it. JSON: docs/formats.md. Beside the page: NAME.csv
