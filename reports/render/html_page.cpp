@@ -146,7 +146,6 @@ class PageWriter {
  private:
   void enter_contents(const part::Heading& heading) {
     ++sections;
-    figures_ = 0;
     contents += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", heading.anchor, heading_html(heading.title));
   }
 

@@ -55,6 +55,17 @@ TEST(HtmlPage, HoldsItsPartsInOrder) {
   }
 }
 
+TEST(HtmlPage, EveryFigureHasALetterOfItsOwn) {
+  Document document("Study");
+  for (const char* section : {"One", "Two"}) {
+    document.section(section);
+    document.figure(named_figure(section));
+  }
+  const Drawing drawing{.svg = "<svg viewBox=\"0 0 600 300\"></svg>", .caption = "Errors."};
+  const std::string page = html_page(document, std::vector{drawing, drawing}, {});
+  for (const char* letter : {"Figure A.", "Figure B."}) EXPECT_EQ(count_of(page, letter), 1) << letter;
+}
+
 TEST(HtmlPage, NeedsNothingFromOutside) {
   Document document("Study");
   document.section("One");
