@@ -8,6 +8,8 @@
 #include <exception>
 #include <latch>
 #include <mutex>
+#include <stdexcept>
+#include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
@@ -69,6 +71,11 @@ void on_threads(int wished, const std::function<void()>& work) {
 }  // namespace
 
 int thread_count(int wished) {
+  constexpr int kMost = 4096;
+  if (wished < 0 || wished > kMost) {
+    throw std::invalid_argument("threads = " + std::to_string(wished) +
+                                ": accepted are 0 (one for each processor) to " + std::to_string(kMost));
+  }
   return wished > 0 ? wished : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 

@@ -109,6 +109,14 @@ TEST(ParallelTasks, FewerThreadsThanWishedAreEnough) {
 }
 #endif
 
+TEST(ParallelTasks, NegativeNumbersOfThreadsAreRefused) {
+  for (const int wrong : {-1, 4097}) {
+    EXPECT_THROW(thread_count(wrong), std::invalid_argument) << wrong;
+    EXPECT_THROW(for_each_task(1, wrong, nullptr, [](std::int64_t) {}), std::invalid_argument) << wrong;
+  }
+  EXPECT_EQ(thread_count(4096), 4096);
+}
+
 TEST(ParallelTasks, ZeroThreadsAreOneForEachProcessor) {
   EXPECT_GE(thread_count(0), 1);
   EXPECT_EQ(thread_count(7), 7);

@@ -1,6 +1,10 @@
 #include "montecarlo/worlds/plugged/plugged_statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <set>
+#include <stdexcept>
 #include <string_view>
 #include <vector>
 
@@ -8,6 +12,21 @@
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 
 namespace credence::internal {
+namespace {
+
+/// Verdicts are told by the names of their states.
+void require_names(const std::vector<std::string>& states) {
+  std::set<std::string_view> seen;
+  for (const std::string& state : states) {
+    if (state.empty()) throw std::invalid_argument("states: a name is empty");
+    if (!seen.insert(state).second) {
+      throw std::invalid_argument(
+          fmt::format("states: '{}' is there twice; accepted are names that differ", state));
+    }
+  }
+}
+
+}  // namespace
 
 RunLayout model_layout(const std::vector<std::string>& states,
                        const std::vector<std::pair<std::string, Index>>& sensors) {
@@ -18,6 +37,7 @@ RunLayout model_layout(const std::vector<std::string>& states,
     layout.states.push_back(angle ? state.substr(0, state.size() - kAngle.size()) : state);
     layout.angles.push_back(angle);
   }
+  require_names(layout.states);
   add_named_blocks(layout);
   for (const auto& [name, dim] : sensors) layout.sensors.push_back({.name = name, .dim = dim, .piece = dim});
   return layout;

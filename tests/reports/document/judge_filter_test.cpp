@@ -116,5 +116,24 @@ TEST(JudgeFilter, RefusesAPlugThatIsWrong) {
   EXPECT_THROW(judge_model(radar(), radar(), {.runs = 0}), std::invalid_argument);
 }
 
+std::string refusal(const FunctionModel& model, const JudgeOptions& options) {
+  try {
+    judge_model(model, model, options);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "not refused";
+}
+
+TEST(JudgeFilter, RefusesNamesThatAreNoneAndThreadsThatCannotBe) {
+  FunctionModel model = radar();
+  model.states = {"x", "x:angle"};
+  EXPECT_EQ(refusal(model, {}), "states: 'x' is there twice; accepted are names that differ");
+  model.states = {"x", ""};
+  EXPECT_EQ(refusal(model, {}), "states: a name is empty");
+  EXPECT_EQ(refusal(radar(), {.runs = 4, .steps = 3, .threads = -3}),
+            "threads = -3: accepted are 0 (one for each processor) to 4096");
+}
+
 }  // namespace
 }  // namespace credence::internal
