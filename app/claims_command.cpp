@@ -10,6 +10,7 @@
 #include "app/progress.h"
 #include "app/say.h"
 #include "app/tell.h"
+#include "core/stop_point.h"
 #include "datasets/replay/carpark.h"
 #include "datasets/replay/carpark_findings.h"
 #include "datasets/replay/carpark_study.h"
@@ -59,12 +60,35 @@ std::vector<Claim> carpark_claims(const std::optional<CarparkLog>& log, const Cl
   return claims;
 }
 
+/// Of the paper's worlds; what is begun when it is interrupted is dropped.
+std::vector<Claim> measured_claims(const ClaimsOptions& options) {
+  ProgressDisplay display("claims", options.quiet, "steps of filters");
+  StudyProgress progress;
+  const StopScope stop(&catch_interrupt());
+  const PulseScope pulse([&](std::int64_t steps) {
+    progress.runs_done += steps;
+    display.show(progress);
+  });
+  std::vector<Claim> claims = monobot_claims();
+  append(claims, planar_claims());
+  return claims;
+}
+
+/// In the order of the paper.
+std::vector<Claim> all_claims(const std::optional<CarparkLog>& log, const ClaimsOptions& options) {
+  try {
+    std::vector<Claim> all = measured_claims(options);
+    append(all, timing_claims(&catch_interrupt()));
+    append(all, carpark_claims(log, options));
+    return all;
+  } catch (const Stopped&) {
+    return {};
+  }
+}
+
 int claims(const ClaimsOptions& options) {
   const std::optional<CarparkLog> log = carpark_log(options);  // before anything is measured
-  std::vector<Claim> all = monobot_claims();
-  append(all, planar_claims());
-  append(all, timing_claims(&catch_interrupt()));
-  append(all, carpark_claims(log, options));
+  const std::vector<Claim> all = all_claims(log, options);
   if (catch_interrupt().load()) {
     say("credence: claims interrupted, nothing is reported");
     return kInterrupted;

@@ -10,6 +10,7 @@
 
 #include "core/memory_need.h"
 #include "core/nan.h"
+#include "core/stop_point.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/planar/path_length.h"
 #include "montecarlo/worlds/planar/planar_experiment.h"
@@ -102,6 +103,7 @@ PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index 
   double nees = 0.0, trace = 0.0;
   const Index second_half = steps / 2;
   for (Index k = 1; k <= steps; ++k) {
+    stop_point();
     const Control& u = run.world.controls[static_cast<std::size_t>(k - 1)];
     const bool all_known = static_cast<Index>(filter.landmarks().size()) == run.world.states();
     if (k == before_last + 1 && all_known) {

@@ -15,6 +15,7 @@
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/stability/observability_stack.h"
 #include "core/nan.h"
+#include "core/stop_point.h"
 #include "core/version.h"
 #include "montecarlo/engine/byte_stream.h"
 #include "montecarlo/engine/shared_tasks.h"
@@ -342,7 +343,9 @@ ChosenEstimators choose_estimators(const Scenario& scenario, const std::vector<s
   return chosen;
 }
 
-EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options) {
+namespace {
+
+EstimatorStudy played_study(const Scenario& scenario, const EstimatorStudyOptions& options) {
   ChosenEstimators chosen = choose_estimators(scenario, options.estimators);
   const StudySetting setting(scenario, offer_of(scenario).contest(scenario), std::move(chosen.names));
   const std::int64_t runs = scenario.study.runs;
@@ -350,6 +353,13 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
   study.scenario = scenario;
   study.left_out = std::move(chosen.left_out);
   study.runs = runs;
+  std::mutex mutex;
+  std::int64_t done = 0;
+  // A run may take minutes.
+  const auto still_there = [&](std::int64_t) {
+    const std::lock_guard lock(mutex);
+    if (options.progress) options.progress(done, runs);
+  };
   std::vector<Kept> kept(setting.names.size());
   for (std::size_t e = 0; e < kept.size(); ++e) {
     const auto count = static_cast<std::size_t>(runs);
@@ -358,10 +368,10 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
     kept[e].not_converged.resize(count);
     kept[e].windows.resize(count * static_cast<std::size_t>(setting.windows));
     study.rows.emplace_back().name = setting.names[e];
-    if (!is_helper(options.ranks)) profile(*setting.contest, study.rows.back());
+    if (is_helper(options.ranks)) continue;
+    const PulseScope pulse(still_there);
+    profile(*setting.contest, study.rows.back());
   }
-  std::mutex mutex;
-  std::int64_t done = 0;
   const auto end_of = [&](std::int64_t task) { return std::min(runs, (task + 1) * kRunsOfTask); };
   const auto tell_progress = [&](std::int64_t task) {
     const std::lock_guard lock(mutex);
@@ -373,6 +383,7 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
   tasks.identity =
       fmt::format("{}\n{}\n{}", version_text(), configuration_toml(scenario), fmt::join(setting.names, " "));
   tasks.here = [&](std::int64_t task) {
+    const PulseScope pulse(still_there);
     play(setting, task * kRunsOfTask, end_of(task), kept);
     tell_progress(task);
   };
@@ -403,6 +414,20 @@ EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOp
     }
   }
   return study;
+}
+
+}  // namespace
+
+EstimatorStudy study_estimators(const Scenario& scenario, const EstimatorStudyOptions& options) {
+  const StopScope scope(options.stop);
+  try {
+    return played_study(scenario, options);
+  } catch (const Stopped&) {
+    EstimatorStudy stopped;
+    stopped.scenario = scenario;
+    stopped.complete = false;
+    return stopped;
+  }
 }
 
 }  // namespace credence::internal

@@ -86,14 +86,21 @@ std::vector<MeasuredTime> time_interleaved(
   for (int round = 0; round < plan.repetitions && !stopped(); ++round) {
     std::shuffle(order.begin(), order.end(), generator);
     for (const std::size_t i : order) {
+      if (stopped()) break;
       works[i].work(1);
       seconds[i].push_back(seconds_of(works[i], times[i]) / (static_cast<double>(times[i]) * works[i].items));
       tell();
     }
   }
   std::vector<MeasuredTime> measured;
-  if (works.empty() || seconds.front().empty()) return measured;
-  for (std::vector<double>& of_work : seconds) measured.push_back(summarise_times(std::move(of_work)));
+  if (works.empty()) return measured;
+  // A round that was stopped is dropped.
+  const std::size_t whole = std::ranges::min(seconds, {}, &std::vector<double>::size).size();
+  if (whole == 0) return measured;
+  for (std::vector<double>& of_work : seconds) {
+    of_work.resize(whole);
+    measured.push_back(summarise_times(std::move(of_work)));
+  }
   return measured;
 }
 

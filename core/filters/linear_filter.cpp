@@ -5,6 +5,7 @@
 #include "core/filters/sequential_update.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"
+#include "core/stop_point.h"
 
 namespace credence::internal {
 namespace {
@@ -103,6 +104,7 @@ std::vector<LinearFilterStep> steps_of(std::span<const LinearModel> period, cons
   std::vector<LinearFilterStep> result;
   result.reserve(static_cast<std::size_t>(steps));
   for (Index k = 0; k < steps; ++k) {
+    stop_point();
     const Matrix& P = result.empty() ? period.front().P0 : result.back().P;
     const auto phase = static_cast<std::size_t>(k % std::ssize(period));
     result.push_back(advance(period[phase], rule, GQG[phase], P, along, workspace));

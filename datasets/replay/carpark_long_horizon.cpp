@@ -9,6 +9,7 @@
 
 #include "core/filters/ekf_slam.h"
 #include "core/manifold/angle.h"
+#include "core/stop_point.h"
 #include "datasets/replay/carpark_association.h"
 
 namespace credence::internal {
@@ -192,6 +193,7 @@ LongHorizonResult carpark_long_horizon(const CarparkLog& log, const ReplaySettin
   reset(filter, stations.front().pose, settings.initial);
   LongHorizonResult result;
   const auto visit = [&](std::size_t from, std::size_t to) {
+    stop_point();
     const bool backwards = to < from;
     const Station& driven = stations[std::max(from, to)];
     filter.model().next = step_between(stations[from].pose, stations[to].pose,

@@ -1,5 +1,6 @@
 #include "core/filters/estimators/estimators.h"
 #include "core/filters/estimators/jacobian_rows.h"
+#include "core/stop_point.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/best_time.h"
 #include "montecarlo/worlds/estimator_offers.h"
@@ -127,6 +128,7 @@ EstimatorProfile PlanarSlamContest::profile(std::string_view name, const TakeRow
   const auto play = [&](bool show) {
     filter->reset(estimate, world_.initial_covariance());
     for (std::size_t k = 1; k <= read.size(); ++k) {
+      stop_point();
       const PlanarTruth truth = world_.truth(k);
       filter->predict(read[k - 1], truth);
       const UpdateResult update = filter->update(seen[k - 1], truth);

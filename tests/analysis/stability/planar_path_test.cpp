@@ -4,9 +4,11 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
+#include "core/stop_point.h"
 #include "montecarlo/scenario/world_schema.h"
 
 namespace credence::internal {
@@ -140,6 +142,12 @@ TEST(PlanarPathRun, OfLandmarksNotYetSeenHasNoRecord) {
   EXPECT_GT(blind.traces[1], blind.traces[0]);  // nothing corrects the pose
   // In one loop no landmark is known when it begins.
   EXPECT_TRUE(follow_planar_path(scenario_of_circle(3), 1, Linearisation::truth).loop.F.empty());
+}
+
+TEST(PlanarPathRun, IsEndedWhereItIsStopped) {
+  const std::atomic<bool> stop = true;
+  const StopScope scope(&stop);
+  EXPECT_THROW(follow_planar_path(scenario_of_circle(2), 4, Linearisation::truth), Stopped);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 
@@ -191,6 +192,15 @@ TEST(EstimatorStudy, ThreadsChangeNoBit) {
 }
 
 // Common noise: an estimator less itself is nothing.
+// One run of each estimator comes before all, for its rank and its time.
+TEST(EstimatorStudy, IsStoppedBeforeItsFirstRunToo) {
+  const std::atomic<bool> stop = true;
+  const EstimatorStudy study =
+      study_estimators(load("ukfm_slam2d", {"study.runs=2", "study.steps=20"}), {.stop = &stop});
+  EXPECT_FALSE(study.complete);
+  EXPECT_TRUE(study.rows.empty());
+}
+
 TEST(EstimatorStudy, NoiseIsCommon) {
   const EstimatorStudy study = study_estimators(load("huang_ring", {"study.runs=20", "study.steps=50"}),
                                                 {.estimators = {"fej", "fej"}});

@@ -84,5 +84,20 @@ TEST(TimeInterleaved, StopsBetweenRoundsAndKeepsWhatIsMeasured) {
   EXPECT_THROW(time_interleaved({&work, 1}, {.repetitions = 0}), std::invalid_argument);
 }
 
+// A round of large maps takes seconds.
+TEST(TimeInterleaved, StopsWithinARoundWhichIsDropped) {
+  std::atomic<bool> stop = false;
+  std::int64_t timed = 0;
+  const std::vector<TimedWork> works(3, TimedWork{[](std::int64_t) {}});
+  const auto times = time_interleaved(works, {.repetitions = 10, .seconds = 1e-9}, &stop,
+                                      [&](std::int64_t done, std::int64_t) {
+                                        timed = done;
+                                        stop = done == 7;  // calibration, a round, and one of the next
+                                      });
+  EXPECT_EQ(timed, 7);
+  ASSERT_EQ(times.size(), 3U);
+  for (const MeasuredTime& time : times) EXPECT_EQ(time.repetitions.size(), 1U);
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <stdexcept>
 
+#include "core/stop_point.h"
 #include "tests/datasets/data_folder.h"
 
 namespace credence::internal {
@@ -71,6 +73,14 @@ TEST(CarparkLongHorizon, SequentialStaysAndTwoAnchorsConverge) {
   const auto anchored =
       carpark_long_horizon(log, settings(Inflation::none, InflationSolution::pairwise, 2), plan);
   EXPECT_LT(anchored.loops.back().landmarks, 0.1 * none.loops.back().landmarks);
+}
+
+TEST(CarparkLongHorizon, IsEndedWhereItIsStopped) {
+  CREDENCE_DATA_OR_SKIP(data, "carpark");
+  const CarparkLog log = read_carpark(data);
+  const std::atomic<bool> stop = true;
+  const StopScope scope(&stop);
+  EXPECT_THROW(carpark_long_horizon(log, settings(Inflation::map, InflationSolution::pairwise), {}), Stopped);
 }
 
 TEST(CarparkLongHorizon, RefusesImpossiblePlans) {
