@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <exception>
 #include <map>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <variant>
@@ -178,6 +181,31 @@ class Collector {
   std::vector<std::string> mistakes_;
 };
 
+/// A message may hold what a file holds, which need not be UTF-8; as it stands Python would make it empty.
+void raise(PyObject* type, std::string_view message) {
+  const py::object text = py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(message.data(), static_cast<Py_ssize_t>(message.size()), "backslashreplace"));
+  PyErr_SetObject(type, text.ptr());
+}
+
+/// Comes before pybind11's own translators; what it does not catch goes on to them.
+void translate_messages(std::exception_ptr error) {
+  const auto type = [](const char* name) { return py::module_::import("credence._credence").attr(name); };
+  try {
+    if (error) std::rethrow_exception(error);
+  } catch (const OutputError& e) {
+    raise(type("OutputError").ptr(), e.what());
+  } catch (const StoreError& e) {
+    raise(type("StoreError").ptr(), e.what());
+  } catch (const ScenarioError& e) {
+    raise(type("ScenarioError").ptr(), e.what());
+  } catch (const DataError& e) {
+    raise(type("DataError").ptr(), e.what());
+  } catch (const std::invalid_argument& e) {
+    raise(PyExc_ValueError, e.what());
+  }
+}
+
 /// Standard normals (runs, slots) of one step.
 py::array_t<double> normals(const NoiseSource& source, std::int64_t first_run, std::int64_t runs,
                             std::int64_t step, NoisePurpose purpose, std::int64_t slots,
@@ -213,6 +241,7 @@ PYBIND11_MODULE(_credence, m) {
   py::register_exception<StoreError>(m, "StoreError", PyExc_OSError);
   py::register_exception<ScenarioError>(m, "ScenarioError", PyExc_ValueError);
   py::register_exception<DataError>(m, "DataError", PyExc_ValueError);
+  py::register_exception_translator(&translate_messages);
 
   py::class_<Told>(m, "Told")
       .def_readonly("verdict", &Told::verdict)

@@ -3,6 +3,7 @@ so already."""
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -169,12 +170,33 @@ def following(value: Any, name: str, row: "tuple[int, ...]", shape: Shape, like:
     raise ValueError(f"{name} has shape {array.shape}: expected {expected}, as {like}")
 
 
+def system_path(path: "str | bytes | os.PathLike") -> bytes:
+    """The path in the bytes that the system has."""
+    encoded = os.fsencode(path)
+    if b"\0" in encoded:
+        raise ValueError(f"{path!r} is no path: it holds a null character")
+    return encoded
+
+
+def require_text(value: Any, argument: str) -> str:
+    """A str that UTF-8 can hold, as the library's texts are."""
+    if not isinstance(value, str):
+        raise ValueError(f"{argument} = {value!r}: expected a str")
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{argument} = {value!r}: expected characters of Unicode") from None
+    return value
+
+
 def indices(which: Any, names: "list[str]", argument: str) -> "list[int]":
     """States that are named, numbered, marked by booleans, or sliced, as ascending numbers."""
     if isinstance(which, slice):
         return list(range(len(names)))[which]
     if isinstance(which, (str, int, np.integer)):
         which = [which]
+    if not np.iterable(which):
+        raise ValueError(f"{argument} = {which!r}: expected names, numbers, booleans or a slice")
     which = list(which)
     if which and all(isinstance(w, (bool, np.bool_)) for w in which):
         if len(which) != len(names):
@@ -201,4 +223,4 @@ def state_names(names: "Optional[list[str]]", n: int) -> "list[str]":
         raise ValueError(f"names has {len(names)} entries: the state has {n}")
     if len(set(names)) != n or not all(isinstance(name, str) and name for name in names):
         raise ValueError("names must be different words, one for each state")
-    return names
+    return [require_text(name, "names") for name in names]

@@ -7,12 +7,14 @@ from typing import Any, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import float_array, following, indices, leading, require_distinct, state_names
+from ._arrays import float_array, following, indices, leading, require_distinct, require_text, state_names
 from ._result import Result
 
 
 def _by_sensor(value: Any) -> dict[str, Any]:
-    return dict(value) if isinstance(value, Mapping) else {"": value}
+    if not isinstance(value, Mapping):
+        return {"": value}
+    return {require_text(sensor, "the name of a sensor"): of_sensor for sensor, of_sensor in value.items()}
 
 
 def _label(array: str, sensor: str) -> str:
@@ -65,6 +67,7 @@ def collector(
         angle[indices(angles, states, "angles")] = True
     of_blocks = [(name, indices(which, states, f"blocks['{name}']")) for name, which in (blocks or {}).items()]
     for name, which in of_blocks:
+        require_text(name, "the name of a block")
         if not which:
             raise ValueError(f"blocks['{name}'] has no states")
     return _credence.Collector(
@@ -72,9 +75,14 @@ def collector(
     )
 
 
+def _require_between(value: Any, argument: str, least: float, most: float) -> None:
+    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    if not number or not least <= value <= most:
+        raise ValueError(f"{argument} = {value!r}: expected {least} to {most}")
+
+
 def require_confidence(confidence: float) -> None:
-    if not 0.5 <= confidence <= 0.999999:
-        raise ValueError(f"confidence = {confidence}: expected 0.5 to 0.999999")
+    _require_between(confidence, "confidence", 0.5, 0.999999)
 
 
 def require_threads(threads: int) -> None:
@@ -145,8 +153,8 @@ def check(
         raise ValueError("estimate says where the errors are: error is None")
     require_confidence(confidence)
     require_threads(threads)
-    if not 1e-3 <= within <= 10.0:
-        raise ValueError(f"within = {within}: expected 0.001 to 10")
+    _require_between(within, "within", 0.001, 10)
+    require_text(name, "name")
 
     nus = {} if innovation is None else _by_sensor(innovation)
     covariances = {} if S is None else _by_sensor(S)

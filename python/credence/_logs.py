@@ -6,14 +6,16 @@ import os
 from typing import Optional, Sequence, Union
 
 from . import _credence
+from ._arrays import require_text, system_path
 from ._check import require_confidence, require_threads
 from ._result import Result
 
 Path = Union[str, "os.PathLike[str]"]
 
 
-def _paths(given: "Path | Sequence[Path]") -> list[str]:
-    return [os.fspath(path) for path in ([given] if isinstance(given, (str, os.PathLike)) else given)]
+def _paths(given: "Path | Sequence[Path]") -> list[bytes]:
+    """As the system has them: a name need not be UTF-8."""
+    return [system_path(path) for path in ([given] if isinstance(given, (str, bytes, os.PathLike)) else given)]
 
 
 def check_logs(
@@ -54,6 +56,7 @@ def check_logs(
     """
     require_confidence(confidence)
     require_threads(threads)
+    require_text(name, "name")
     if isinstance(time_offset, str) and time_offset != "estimate":
         raise ValueError(f"time_offset = {time_offset!r}: expected seconds, or 'estimate'")
     files = _paths(logs)

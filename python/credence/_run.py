@@ -11,6 +11,7 @@ from typing import Any, Mapping, Optional, Union
 import numpy as np
 
 from . import _credence
+from ._arrays import system_path
 from ._check import require_threads
 from ._result import Result
 
@@ -43,14 +44,14 @@ def _toml(document: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _read(scenario: Scenario, overrides: Mapping[str, Any]) -> "tuple[str, Optional[str], list[str]]":
+def _read(scenario: Scenario, overrides: Mapping[str, Any]) -> "tuple[str | bytes, Optional[str], list[str]]":
     """File, text if there is one, and the settings over it."""
     settings = [f"{key}={_toml_value(value)}" for key, value in overrides.items()]
     if isinstance(scenario, Mapping):
         return "scenario", _toml(scenario), settings
     if isinstance(scenario, str) and "\n" in scenario:
         return "scenario", scenario, settings
-    return os.fspath(scenario), None, settings
+    return system_path(scenario), None, settings
 
 
 def run(

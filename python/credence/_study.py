@@ -10,7 +10,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from . import _credence
-from ._arrays import indices, state_names
+from ._arrays import indices, require_text, state_names
 from ._check import collector, require_confidence
 from ._play import LARGEST_SEED, Chunk, Plan, PlugError, Switches, batch_runs, play_batch, prior_of
 from ._play import require_same_twice, require_time_step
@@ -86,6 +86,7 @@ def study(
     require_confidence(confidence)
     n = prior_of(world)[2]
     states = state_names(names, n)
+    require_text(name, "name")
     marked = None if angles is None else indices(angles, states, "angles")
     plan = Plan(world, filter, steps, seed, noise_group, batch, marked, _switches(noise))
     require_same_twice(plan, runs)

@@ -295,6 +295,18 @@ def test_bad_arrays_are_named():
     assert bad(lambda a: a.update(names=["x"])) == "names has 1 entries: the state has 2"
     assert bad(lambda a: a.update(angles=["heading"])) == "angles: there is no state 'heading' among x1, x2"
     assert bad(lambda a: a.update(confidence=1.5)) == "confidence = 1.5: expected 0.5 to 0.999999"
+    assert bad(lambda a: a.update(confidence="x")) == "confidence = 'x': expected 0.5 to 0.999999"
+    assert bad(lambda a: a.update(within=None)) == "within = None: expected 0.001 to 10"
+    assert bad(lambda a: a.update(name=None)) == "name = None: expected a str"
+    assert bad(lambda a: a.update(name="\udcff")) == "name = '\\udcff': expected characters of Unicode"
+    assert bad(lambda a: a.update(names=["a\udcff", "b"])) == "names = 'a\\udcff': expected characters of Unicode"
+    assert bad(lambda a: a.update(blocks={None: [0]})) == "the name of a block = None: expected a str"
+    assert bad(lambda a: a.update(blocks={"a": None})) == (
+        "blocks['a'] = None: expected names, numbers, booleans or a slice"
+    )
+    assert bad(lambda a: a.update(innovation={1: a["innovation"]}, S={1: a["S"]})) == (
+        "the name of a sensor = 1: expected a str"
+    )
     assert bad(lambda a: a.update({k: a[k][:, :0] for k in ("error", "P", "innovation", "S")})) == (
         "error has shape (5, 0, 2): it holds no steps"
     )

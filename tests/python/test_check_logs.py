@@ -28,6 +28,28 @@ def test_logs_are_judged_as_by_the_command(logs, tmp_path):
     assert os.path.exists(result.report(tmp_path / "out"))
 
 
+def test_a_message_with_bytes_of_the_file_is_not_empty(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_bytes(b"step,estimate.x,truth.x,estimate.\xff,P.1.1\n1,2,3,4,5\n")
+    with pytest.raises(credence.DataError, match=r"a\.csv:1: column truth\.\\xff is missing"):
+        credence.check_logs(file)
+    with pytest.raises(ValueError, match=r"--topic: .* is read as Credence CSV; accepted are bags"):
+        credence.check_logs(file, topic="/x")
+
+
+def test_a_file_of_any_name_is_judged(tmp_path):
+    file = os.fsdecode(bytes(tmp_path) + b"/\xff.csv")
+    with open(file, "w") as log:
+        log.write("innovation.1,S.1.1\n0.5,1\n-0.5,1\n")
+    result = credence.check_logs(file)
+    assert result.verdict == "consistent" and "\ufffd" not in str(result)
+    assert credence.check_logs(os.fsencode(file)).to_dict() == result.to_dict()
+    with pytest.raises(ValueError, match="holds a null character"):
+        credence.check_logs("a\0b")
+    with pytest.raises(credence.ScenarioError, match=r"/\\xff\.toml: no such|cannot be|\\xff"):
+        credence.run(os.fsdecode(bytes(tmp_path) + b"/\xff.toml"))
+
+
 def test_what_cannot_be_judged_is_named(logs, tmp_path):
     file = sorted(logs.iterdir())[0]
     with pytest.raises(credence.DataError, match="absent.csv"):
