@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/common_options.h"
@@ -126,6 +128,26 @@ void require_one_filter(const CheckArguments& options) {
                   options.logs.size()));
 }
 
+/// What is written must not lie on what is read, nor on another output.
+void require_own_outputs(const CheckArguments& o, const std::vector<fs::path>& files) {
+  const auto place = [](const fs::path& file) {
+    std::error_code error;
+    return fs::weakly_canonical(fs::absolute(file, error), error);
+  };
+  std::vector<std::pair<std::string, fs::path>> taken;
+  for (const fs::path& file : files) taken.emplace_back("a log that is judged", file);
+  for (const std::string& truth : o.how.truths) taken.emplace_back("a truth", truth);
+  if (!o.baseline.empty()) taken.emplace_back("the file of --baseline", o.baseline);
+  for (const auto& [option, file] : {std::pair{"--junit", o.junit}, std::pair{"--markdown", o.markdown}}) {
+    if (file.empty()) continue;
+    for (const auto& [what, path] : taken) {
+      if (place(file) != place(path)) continue;
+      throw std::invalid_argument(fmt::format("{} {}: is {}; name another file", option, file, what));
+    }
+    taken.emplace_back(fmt::format("the file of {}", option), file);
+  }
+}
+
 int interrupted_early() {
   say("credence: interrupted before the first rows were judged");
   return kInterrupted;
@@ -135,6 +157,7 @@ int check(const CheckArguments& options) {
   const auto begin = std::chrono::steady_clock::now();
   require_one_filter(options);
   const std::vector<fs::path> files = log_files(options.logs);
+  require_own_outputs(options, files);
   const std::string baseline =
       options.baseline.empty()
           ? ""
@@ -175,7 +198,8 @@ void add_check_command(CLI::App& app) {
       ->check(CLI::IsMember(inputs))
       ->capture_default_str();
   command->add_flag("--pool", options->pool, "several logs are runs of one filter: judge them together");
-  command->add_flag("--list", options->list, "say what is in the logs, and judge nothing");
+  CLI::Option* const listing =
+      command->add_flag("--list", options->list, "say what is in the logs, and judge nothing");
   command->add_option("--topic", options->how.reading.topic,
                       "bags: the estimate, where several topics could be it");
   command->add_option("--truth-topic", options->how.reading.truth_topic,
@@ -240,7 +264,11 @@ void add_check_command(CLI::App& app) {
       "is worse than there");
   command->add_option("--junit", options->junit, "write the tests as JUnit XML into this file");
   command->add_option("--markdown", options->markdown, "write a summary in Markdown into this file");
+  for (const char* name : {"--junit", "--markdown"}) command->get_option(name)->check(writable_file);
   add_output_options(*command, *options);
+  for (const char* judging :
+       {"--out", "--baseline", "--junit", "--markdown", "--sensitivity", "--fail-on-inconsistent"})
+    listing->excludes(command->get_option(judging));
   static constexpr const char* kExamples[] = {
       "credence run figure1_two_landmarks --log out/logs --fresh && credence check out/logs",
       "credence check out/logs --out out/check",

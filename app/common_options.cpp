@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
+#include <system_error>
 
 namespace credence::internal {
 
@@ -37,9 +41,39 @@ void add_figures_option(CLI::App& command, CommonOptions& options) {
   });
 }
 
+std::string writable_folder(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::path there = fs::path(folder).lexically_normal();
+  while (!there.empty() && !fs::exists(there, error) && !error) there = there.parent_path();
+  if (there.empty()) there = ".";
+  if (error) return fmt::format("{}: {}", folder, error.message());
+  if (!fs::is_directory(there, error)) {
+    return there == folder ? folder + " is no folder"
+                           : fmt::format("{} cannot be made: {} is no folder", folder, there.string());
+  }
+  if (access(there.c_str(), W_OK) == 0) return {};
+  return fmt::format("nothing can be written into {} ({})", there.string(),
+                     std::generic_category().message(errno));
+}
+
+std::string writable_file(const std::string& file) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::is_directory(file, error)) return file + " is a folder";
+  const fs::path folder = fs::path(file).parent_path();
+  if (!folder.empty() && !fs::exists(folder, error))
+    return fmt::format("there is no folder {}", folder.string());
+  return writable_folder(folder.string());
+}
+
 void add_output_options(CLI::App& command, CommonOptions& options) {
-  command.add_option("--out", options.out, "folder for report, figures and stored results")->type_name("DIR");
+  CLI::Option* const out =
+      command.add_option("--out", options.out, "folder for report, figures and stored results")
+          ->type_name("DIR")
+          ->check(writable_folder);
   add_figures_option(command, options);
+  command.get_option("--figures")->needs(out);
   add_print_options(command, options);
 }
 

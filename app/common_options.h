@@ -37,6 +37,12 @@ struct CommonOptions {
 /// Declares all common options on a command.
 void add_common_options(CLI::App& command, CommonOptions& options);
 
+/// Why nothing can be written into this folder, which may be made later; empty where it can be.
+std::string writable_folder(const std::string& folder);
+
+/// The same of a file in a folder that is there.
+std::string writable_file(const std::string& file);
+
 /// Declares --figures, and refuses two widths when all is parsed.
 void add_figures_option(CLI::App& command, CommonOptions& options);
 

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -32,6 +34,11 @@ bool any_optimistic(const EstimatorStudy& study) {
 
 /// Every point of a sweep; the cheapest that stays consistent at each.
 int map_of_sweep(const EstimatorsCommand& command, const SweepPlan& plan) {
+  if (command.fail_on_inconsistent) {
+    throw ScenarioError(fmt::format(
+        "{}: [sweep]: --fail-on-inconsistent is of one study; a map has a verdict for each of its points",
+        command.scenario));
+  }
   const EstimatorMap map = naming_file(command.scenario, [&] { return map_estimators(plan, command.study); });
   if (!map.complete) {
     say("credence: estimators interrupted, nothing is compared");

@@ -27,7 +27,7 @@ struct ReplayOptions : CommonOptions {
   std::string dataset;
   std::vector<std::string> data;
   std::vector<int> robots{1};
-  bool variants = false;
+  bool robots_given = false, variants = false;
 };
 
 ReportedReplay replay_carpark_run(const ReplayOptions& options) {
@@ -85,6 +85,8 @@ int study_variants(const ReplayOptions& options) {
 }
 
 int replay(const ReplayOptions& options) {
+  if (options.robots_given && options.dataset == "carpark")
+    throw std::invalid_argument("--robot: only of mrclam; a single car drove in the car park");
   if (options.variants) return study_variants(options);
   const std::vector<ReportedReplay> replays = replay_all(options);
   tell(replay_document(replays, judge_replays(replays)), options);
@@ -121,7 +123,10 @@ void add_replay_command(CLI::App& app) {
       "credence replay carpark --data DIR --variants --out out/carpark",
       "credence replay mrclam --data DIR --robot 1,3 --out out/robots"};
   command->footer(examples(kExamples));
-  command->callback([options] { throw ExitStatus{replay(*options)}; });
+  command->callback([options, command] {
+    options->robots_given = command->get_option("--robot")->count() > 0;
+    throw ExitStatus{replay(*options)};
+  });
 }
 
 }  // namespace credence::internal

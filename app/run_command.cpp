@@ -104,6 +104,8 @@ PlayedStudy run_one(const RunOptions& options, const Configuration& c) {
 
 int run(const RunOptions& options) {
   if (options.only_run) return show_one_run(options);
+  if (options.fresh && options.out.empty() && options.log.empty())
+    throw ScenarioError("--fresh: without --out or --log there is nothing to discard");
   if (!options.log.empty() && launched_ranks() != nullptr)
     throw ScenarioError("--log: one process writes the logs; not under mpirun");
   std::vector<Configuration> configurations;
@@ -176,6 +178,7 @@ void add_run_command(CLI::App& app) {
                    "folder for a log of every run, which credence check can judge (docs/formats.md); "
                    "nothing is stored or continued then")
       ->type_name("DIR")
+      ->check(writable_folder)
       ->excludes("--only-run");
   command
       ->add_option(
@@ -183,9 +186,12 @@ void add_run_command(CLI::App& app) {
           "of --log; npz: the errors with P and the innovations with S as arrays of NumPy; mcap: the "
           "pose in the plane and its truth as a bag of ROS 2")
       ->check(CLI::IsMember({"csv", "npz", "mcap"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->needs("--log");
   command->add_flag("--fresh", options->fresh,
                     "discard results stored in --out, and logs in --log, instead of continuing them");
+  for (const char* name : {"--fresh", "--fail-on-inconsistent"})
+    command->get_option("--only-run")->excludes(command->get_option(name));
   static constexpr const char* kExamples[] = {
       "credence run figure1_two_landmarks    # comes with the program: credence list",
       "credence run scenarios/figure3_two_landmarks.toml --runs 5000 --format json",

@@ -124,7 +124,8 @@ void add_report_command(CLI::App& app) {
   auto options = std::make_shared<StoredOptions>();
   command->add_option("directory", options->directory, "folder with stored results")->required();
   command->add_option("--out", options->out, "folder for the pages; default: that of the results")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(writable_folder);
   add_figures_option(*command, *options);
   add_threads_option(*command, options->threads);
   command->add_flag("--quiet", options->quiet, "do not say where the report is");

@@ -5,6 +5,8 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "analysis/stability/lifted_model.h"
 #include "analysis/stability/planar_stability.h"
@@ -16,6 +18,7 @@
 #include "app/scenario_files.h"
 #include "app/tell.h"
 #include "core/parallel_tasks.h"
+#include "core/stop_point.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/planar_stability_report.h"
@@ -29,7 +32,19 @@ struct StabilityOptions : CommonOptions {
   std::string scenario;
   Index horizon = 2000;
   Index loops = 20;
+  const CLI::App* command = nullptr;  ///< tells which options were given
 };
+
+/// Throws ScenarioError for options that only worlds of the other kind have.
+void require_no_option_of_others(const StabilityOptions& options, bool linear) {
+  const auto others = linear ? std::vector<std::string>{"--loops", "--seed"}
+                             : std::vector<std::string>{"--horizon", "--steps"};
+  for (const std::string& name : others) {
+    if (options.command->get_option(name)->count() == 0) continue;
+    throw ScenarioError(fmt::format("{}: {}: only of {} worlds; this one is {}", options.scenario, name,
+                                    linear ? "planar" : "linear", linear ? "linear" : "planar"));
+  }
+}
 
 /// The names of the states, but for a SLAM state, whose symmetries have names.
 std::vector<std::string> own_names(const Scenario& scenario, const LinearProblem& problem) {
@@ -81,6 +96,7 @@ std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const Stabili
     require_one_covariance(point.scenario, options.scenario);
     require_path(point.scenario, options.scenario);
   }
+  require_no_option_of_others(options, false);
   std::vector<PlanarStability> analyses(plan.points.size());
   ProgressDisplay display(plan.name, options.quiet, "configurations");
   StudyProgress progress{.runs_total = static_cast<std::int64_t>(plan.points.size())};
@@ -101,14 +117,26 @@ Document stability_of(const SweepPlan& plan, const StabilityOptions& options) {
   const Scenario& scenario = plan.points.front().scenario;
   const std::optional<LinearProblem> linear = linear_problem(scenario);
   require_one_covariance(scenario, options.scenario);
+  if (!linear) require_path(scenario, options.scenario);
+  require_no_option_of_others(options, linear.has_value());
   if (linear) return linear_stability(scenario, *linear, options);
-  require_path(scenario, options.scenario);
   return planar_stability_document(scenario, analyse_planar_stability(scenario, options.loops));
+}
+
+/// How many steps were followed: a sweep shows its points instead.
+Document watched_stability(const SweepPlan& plan, const StabilityOptions& options) {
+  ProgressDisplay display(plan.name, options.quiet, "steps");
+  StudyProgress progress;
+  const PulseScope pulse([&](std::int64_t steps) {
+    progress.runs_done += steps;
+    if (plan.axes.empty()) display.show(progress);
+  });
+  return stability_of(plan, options);
 }
 
 int stability(const StabilityOptions& options) {
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
-  tell(naming_file(options.scenario, [&] { return stability_of(plan, options); }), options);
+  tell(naming_file(options.scenario, [&] { return watched_stability(plan, options); }), options);
   return kDone;
 }
 
@@ -118,6 +146,7 @@ void add_stability_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "stability", "does P stay bounded? ranks, eigenvalues, Riccati equation, predicted and measured");
   auto options = std::make_shared<StabilityOptions>();
+  options->command = command;
   command->add_option("scenario", options->scenario, "scenario file")->required();
   add_setting_option(*command, *options);
   command->add_option("--steps", options->steps, "steps of the study, instead of study.steps");

@@ -108,7 +108,8 @@ void add_submit_command(CLI::App& app) {
   command
       ->add_option("--out", options->out,
                    "folder for scripts, shards and results, seen by all nodes; without it as of sweep")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(writable_folder);
   static constexpr const char* kExamples[] = {
       "credence submit scenarios/mistuned_sweep.toml --slurm --tasks 8 --out out/job",
       "credence submit scenarios/mistuned_sweep.toml --slurm --tasks 8 --time 0:20:00 "

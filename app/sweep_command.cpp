@@ -48,6 +48,9 @@ Shard parse_shard(const std::string& text) {
 
 int sweep(SweepOptions& options) {
   const Shard shard = parse_shard(options.shard);
+  if (shard.of > 1 && options.fail_on_inconsistent)
+    throw ScenarioError(
+        "--fail-on-inconsistent: a shard has no verdict; merge them, and run the sweep on the joined ones");
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
   const std::string canonical = canonical_toml(plan);
   if (options.out.empty()) options.out = default_directory(plan).string();
@@ -159,6 +162,7 @@ void add_sweep_command(CLI::App& app) {
   add_common_options(*command, *options);
   command->get_option("--out")->description(
       "folder for report, figures and stored results; without it out/NAME-HASH of the file and its settings");
+  command->get_option("--figures")->remove_needs(command->get_option("--out"));  // there is always a folder
   command->add_option("--shard", options->shard, "run only part i of n, to be merged")
       ->type_name("i/n")
       ->capture_default_str();
@@ -175,7 +179,9 @@ void add_merge_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("merge", "joins the stored results of shards");
   auto options = std::make_shared<MergeOptions>();
   command->add_option("directories", options->directories, "folders of shards")->required();
-  command->add_option("--out", options->out, "folder for the joined results")->required();
+  command->add_option("--out", options->out, "folder for the joined results")
+      ->required()
+      ->check(writable_folder);
   static constexpr const char* kExamples[] = {
       "credence sweep scenarios/mistuned_sweep.toml --shard 1/2 --out out/part1",
       "credence sweep scenarios/mistuned_sweep.toml --shard 2/2 --out out/part2",

@@ -61,7 +61,9 @@ void add_tune_command(CLI::App& app) {
       "what is tuned: Q, R, P0 for one factor each, diag(Q) for every variance, full(Q) for every "
       "element; of a data set noise.range_std and the like; separated by commas (default Q,R; of a data set "
       "all of its noise)");
-  command->add_option("--write", options->write, "a new file for the tuned scenario")->type_name("FILE");
+  command->add_option("--write", options->write, "a new file for the tuned scenario")
+      ->type_name("FILE")
+      ->check(writable_file);
   command->add_option("--data", options->data, "carpark, mrclam: folder of the data; repeatable")
       ->type_name("DIR")
       ->allow_extra_args(false);

@@ -50,6 +50,8 @@ int tune_data_set(const TuneOptions& options) {
     throw std::invalid_argument(
         "a data set is no scenario: --write, --runs, --steps and --seed have no meaning for it");
   }
+  if (options.inputs.front() == "carpark" && !options.robots.empty())
+    throw std::invalid_argument("--robot: only of mrclam; a single car drove in the car park");
   const std::atomic<bool>& stop = catch_interrupt();
   const std::vector<ReplayedLog> logs = replayed_logs(options);
   if (logs.empty()) throw std::invalid_argument("--data: there is no robot's log in it");

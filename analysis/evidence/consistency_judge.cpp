@@ -232,7 +232,8 @@ void test_runs(const RunAverages& runs, double level, ConsistencyVerdict& result
 }
 
 void test_overall(const VerdictLaws& laws, double level, ConsistencyVerdict& result) {
-  if (laws.runs != nullptr) {
+  // Errors that are all exactly zero have no scale, and no interval of it.
+  if (laws.runs != nullptr && laws.runs->moments.mean > 0.0) {
     result.factor =
         run_mean_interval(laws.runs->moments, result.confidence, static_cast<double>(laws.runs->least_dof));
     if (result.steps_tested > 1) return test_runs(*laws.runs, level, result);

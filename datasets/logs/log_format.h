@@ -41,7 +41,10 @@ struct LogFormat {
   std::string_view title;       ///< for reports
   std::string_view extensions;  ///< of its files, each with its dot, separated by blanks
   bool takes_truth = false;     ///< uses LogReadOptions::truth
-  bool has_poses = false;       ///< uses all of LogReadOptions::matching
+  bool has_poses = false;       ///< uses all of LogReadOptions::matching, and a chart
+  bool has_topics = false;      ///< uses LogReadOptions::topic
+  bool holds_truth = false;     ///< uses LogReadOptions::truth_topic
+  bool has_instances = false;   ///< uses LogReadOptions::instance
   /// Whether a file that begins so can be of this format.
   std::function<bool(std::string_view beginning, const std::filesystem::path& file)> recognises;
   /// What is in a file. Throws DataError.

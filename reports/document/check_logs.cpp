@@ -24,7 +24,49 @@ namespace fs = std::filesystem;
 
 using Formats = std::map<fs::path, const LogFormat*>;
 
-bool moves_truth(const TrajectoryMatching& m) { return m.find_time_offset || m.time_offset_s || m.lever_arm; }
+/// An option that only some formats have a use for.
+struct FormatOption {
+  std::string_view name;
+  bool given, taken;
+  std::string_view accepted;  ///< the formats
+  bool of_truth = true;       ///< says how the log is compared with one
+};
+
+bool names_truth(const CheckOptions& o) { return !o.truths.empty() || !o.reading.truth_topic.empty(); }
+
+/// Throws std::invalid_argument for an option that would do nothing.
+void require_use(const fs::path& file, const LogFormat& format, const CheckOptions& o) {
+  constexpr std::string_view kPoses = "bags and trajectories of poses";
+  const LogReadOptions& r = o.reading;
+  const TrajectoryMatching& m = r.matching;
+  const TrajectoryMatching usual{};
+  const bool other_times = m.max_time_difference_s != usual.max_time_difference_s;
+  const bool compared = format.has_poses || format.holds_truth;
+  const FormatOption options[] = {
+      {"--topic", !r.topic.empty(), format.has_topics, "bags", false},
+      {"--truth-topic", !r.truth_topic.empty(), format.holds_truth, "bags and PX4 ULog", false},
+      {"--instance", r.instance.has_value(), format.has_instances, "PX4 ULog and ArduPilot DataFlash", false},
+      {"--chart or --orientation-error", r.chart.has_value(), format.has_poses, kPoses},
+      {"--lever-arm", m.lever_arm.has_value(), format.has_poses, kPoses},
+      {"--time-offset", m.find_time_offset || m.time_offset_s, format.has_poses, kPoses},
+      {"--align", m.alignment != usual.alignment, format.has_poses, kPoses},
+      {"--truth-time", m.truth_time != usual.truth_time, compared,
+       "bags, trajectories of poses and PX4 ULog"},
+      {"--max-time-difference", other_times, compared || format.takes_truth,
+       "bags, trajectories of poses, PX4 ULog and RTKLIB"}};
+  for (const FormatOption& option : options) {
+    if (!option.given) continue;
+    if (!option.taken) {
+      throw std::invalid_argument(fmt::format("{}: {} is read as {}; accepted are {}", option.name,
+                                              file.string(), format.title, option.accepted));
+    }
+    if (option.of_truth && !names_truth(o)) {
+      throw std::invalid_argument(
+          fmt::format("{}: does nothing without a truth, and none is named for {} (--truth, --truth-topic)",
+                      option.name, file.string()));
+    }
+  }
+}
 
 /// "PX4 ULog, …; truth interpolated, …"
 std::string format_text(const CheckOptions& o, const Formats& formats) {
@@ -32,7 +74,7 @@ std::string format_text(const CheckOptions& o, const Formats& formats) {
   bool with_truth = false;
   for (const auto& [file, format] : formats) {
     titles.insert(format->title);
-    with_truth = with_truth || (format->takes_truth && (!o.truths.empty() || !o.reading.truth_topic.empty()));
+    with_truth = with_truth || (format->takes_truth && names_truth(o));
   }
   std::string text = fmt::format("{}", fmt::join(titles, ", "));
   if (with_truth) {
@@ -68,11 +110,7 @@ Formats formats_of(std::span<const fs::path> files, const CheckOptions& o) {
           fmt::format("--truth: {} is read as {}, which holds its truth itself, or has none", file.string(),
                       format.title));
     }
-    if (const TrajectoryMatching& m = o.reading.matching; !format.has_poses && moves_truth(m)) {
-      throw std::invalid_argument(
-          fmt::format("{}: {} is read as {}; accepted are bags and trajectories of poses",
-                      m.lever_arm ? "--lever-arm" : "--time-offset", file.string(), format.title));
-    }
+    require_use(file, format, o);
     formats.emplace(file, &format);
   }
   return formats;

@@ -152,6 +152,8 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
   if (!a.nees.reason.empty() && logs.analysis.evidence.has_truth) {
     table.notes.push_back("NEES: " + a.nees.reason + ".");
   }
+  if (a.nees.count > 0 && a.nees.mean == 0.0)
+    table.notes.emplace_back("Every error is exactly zero: is the truth a copy of the estimate?");
   if (a.word.verdict == Verdict::not_gaussian) {
     table.notes.push_back(
         "not Gaussian: P is right. The verdicts of the rows assume a Gaussian law, which these errors do not "

@@ -1,6 +1,7 @@
 // `credence run --log` and `credence check` as a user types them: the built binary, its documents, its exit
 // codes.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -404,6 +405,73 @@ TEST_F(CheckCommand, ATrajectoryIsShiftedInTimeAndAlongALeverArm) {
     EXPECT_EQ(refused.code, 2) << seconds;
     EXPECT_NE(refused.err.find("accepted are bags and trajectories"), std::string::npos) << refused.err;
   }
+}
+
+TEST_F(CheckCommand, AnOptionThatWouldDoNothingIsRefused) {
+  write("a.csv", "innovation.1,S.1.1\n0.5,1\n-0.5,1\n");
+  for (const std::vector<std::string>& option : {std::vector<std::string>{"--topic", "/x"},
+                                                 {"--truth-topic", "/x"},
+                                                 {"--instance", "1"},
+                                                 {"--chart", "gtsam"},
+                                                 {"--orientation-error", "rpy"},
+                                                 {"--align", "yaw"},
+                                                 {"--truth-time", "nearest"},
+                                                 {"--max-time-difference", "1"}}) {
+    const std::string said = refusal({"check", "a.csv", option[0], option[1]});
+    EXPECT_NE(said.find(option[0]), std::string::npos) << said;
+    EXPECT_NE(said.find("a.csv is read as Credence CSV; accepted are "), std::string::npos) << said;
+  }
+  for (const char* option : {"--junit", "--markdown", "--out"}) {
+    EXPECT_NE(refusal({"check", "a.csv", "--list", option, "out"}).find(option), std::string::npos);
+    EXPECT_FALSE(fs::exists(folder_ / "out"));
+  }
+  write("p.toml", kPlane);
+  ASSERT_EQ(run({"run", "p.toml", "--runs", "1", "--log", "bags", "--log-format", "mcap", "--quiet"}).code,
+            0);
+  for (const std::vector<std::string>& option :
+       {std::vector<std::string>{"--align", "yaw"}, {"--chart", "planar"}, {"--time-offset", "0.1"}}) {
+    const std::string said = refusal({"check", "bags", option[0], option[1]});
+    EXPECT_NE(said.find(option[0]), std::string::npos) << said;
+    EXPECT_NE(said.find("does nothing without a truth"), std::string::npos) << said;
+  }
+}
+
+TEST_F(CheckCommand, NothingIsWrittenOverWhatIsReadOrWrittenBesides) {
+  const std::string log = "innovation.1,S.1.1\n0.5,1\n-0.5,1\n";
+  write("a.csv", log);
+  write("b.json", run({"check", "a.csv", "--format", "json", "--quiet"}).out);
+  fs::create_directories(folder_ / "folder");
+  fs::create_symlink("a.csv", folder_ / "link.csv");
+  EXPECT_EQ(refusal({"check", "a.csv", "--junit", "x", "--markdown", "./x"}),
+            "credence: --markdown ./x: is the file of --junit; name another file\n");
+  EXPECT_EQ(refusal({"check", "a.csv", "--junit", "link.csv"}),
+            "credence: --junit link.csv: is a log that is judged; name another file\n");
+  EXPECT_EQ(refusal({"check", "a.csv", "--baseline", "b.json", "--markdown", "b.json"}),
+            "credence: --markdown b.json: is the file of --baseline; name another file\n");
+  EXPECT_EQ(refusal({"check", "a.csv", "--junit", "folder"}),
+            "credence: check: --junit: folder is a folder (credence help check)\n");
+  EXPECT_EQ(refusal({"check", "a.csv", "--markdown", "nowhere/x"}),
+            "credence: check: --markdown: there is no folder nowhere (credence help check)\n");
+  EXPECT_EQ(read("a.csv"), log);
+  EXPECT_FALSE(fs::exists(folder_ / "x"));
+}
+
+// As of a truth that is the estimate: its bounds were "nan … nan".
+TEST_F(CheckCommand, ErrorsThatAreAllZeroAreNoLaw) {
+  std::string text = "run,step,estimate.x,truth.x,P.1.1\n";
+  for (int run = 0; run < 30; ++run) {
+    for (int step = 1; step <= 5; ++step) text += fmt::format("{0},{1},{1},{1},1\n", run, step);
+  }
+  write("a.csv", text);
+  const Finished f = run({"check", "a.csv"});
+  EXPECT_EQ(f.code, 0);
+  EXPECT_EQ(f.out.find("nan"), std::string::npos) << f.out;
+  EXPECT_NE(f.out.find("Every error is exactly zero: is the truth a copy of the estimate?"),
+            std::string::npos)
+      << f.out;
+  const Json overall = json({"check", "a.csv", "--format", "json", "--quiet"})["nees"]["overall"];
+  EXPECT_LT(overall["lower"], 1.0);
+  EXPECT_GT(overall["upper"], 1.0);
 }
 
 // The filter of the second version takes the process noise for a tenth of what it is.

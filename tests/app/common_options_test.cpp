@@ -1,5 +1,6 @@
 // The options that commands on a scenario share.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -93,6 +94,58 @@ TEST_F(CommonOptionsTest, FiguresAreWhatIsAskedForAndAWrongWordIsRefusedAtOnce) 
             "credence: run: --figures: 'eps' is none of svg, pdf, png, pgf, one-column, two-columns, serif "
             "(credence help run)\n");
   EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
+TEST_F(CommonOptionsTest, AFolderThatCannotBeIsToldOfBeforeAnythingIsDone) {
+  write("file", "kept");
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"run", "a.toml"},
+                                                  {"tune", "a.toml"},
+                                                  {"compare", "a", "b"},
+                                                  {"stability", "a.toml"},
+                                                  {"estimators", "a.toml"},
+                                                  {"claims"},
+                                                  {"timing"},
+                                                  {"selftest"},
+                                                  {"check", "a.csv"},
+                                                  {"report", "a"},
+                                                  {"merge", "a"},
+                                                  {"submit", "a.toml", "--tasks", "1"}}) {
+    for (const auto& [out, why] : {std::pair{"file", "file is no folder"},
+                                   std::pair{"file/sub", "file/sub cannot be made: file is no folder"}}) {
+      std::vector<std::string> arguments = command;
+      arguments.insert(arguments.end(), {"--out", out});
+      EXPECT_EQ(refusal(arguments),
+                fmt::format("credence: {0}: --out: {1} (credence help {0})\n", command.front(), why));
+    }
+  }
+  EXPECT_EQ(refusal({"run", "a.toml", "--log", "file"}),
+            "credence: run: --log: file is no folder (credence help run)\n");
+  EXPECT_EQ(refusal({"tune", "a.toml", "--write", "no/where.toml"}),
+            "credence: tune: --write: there is no folder no (credence help tune)\n");
+  EXPECT_EQ(read("file"), "kept");
+}
+
+TEST_F(CommonOptionsTest, AnOptionThatWouldDoNothingIsRefused) {
+  write("s.toml", kMonobotSweep);
+  const std::vector<std::pair<std::vector<std::string>, std::string>> calls = {
+      {{"run", "a.toml", "--figures", "svg"}, "--figures requires --out"},
+      {{"run", "a.toml", "--log-format", "npz"}, "--log-format requires --log"},
+      {{"run", "a.toml", "--fresh"}, "--fresh: without --out or --log there is nothing to discard"},
+      {{"run", "a.toml", "--only-run", "1", "--fail-on-inconsistent"},
+       "--fail-on-inconsistent excludes --only-run"},
+      {{"sweep", "s.toml", "--shard", "1/2", "--fail-on-inconsistent"}, "a shard has no verdict"},
+      {{"stability", "a.toml", "--loops", "5"}, "a.toml: --loops: only of planar worlds; this one is linear"},
+      {{"stability", "a.toml", "--seed", "5"}, "a.toml: --seed: only of planar worlds; this one is linear"},
+      {{"stability", scenario_file("planar_stability"), "--horizon", "50"},
+       "--horizon: only of linear worlds; this one is planar"},
+      {{"replay", "carpark", "--robot", "2"}, "--robot: only of mrclam"},
+      {{"tune", "carpark", "--robot", "2"}, "--robot: only of mrclam"},
+      {{"estimators", scenario_file("estimator_map"), "--fail-on-inconsistent"},
+       "[sweep]: --fail-on-inconsistent is of one study"}};
+  for (const auto& [arguments, says] : calls) {
+    const std::string said = refusal(arguments);
+    EXPECT_NE(said.find(says), std::string::npos) << said;
+  }
 }
 
 TEST_F(CommonOptionsTest, AnInconsistentFilterIsAFailureWhereThatIsAskedFor) {

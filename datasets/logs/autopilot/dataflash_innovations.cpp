@@ -249,6 +249,7 @@ LogFormat dataflash_format() {
   return {.name = "dataflash",
           .title = "ArduPilot DataFlash",
           .extensions = ".bin .BIN",
+          .has_instances = true,
           .recognises = [](std::string_view beginning,
                            const std::filesystem::path&) { return begins_as_dataflash(beginning); },
           .list = list_messages,

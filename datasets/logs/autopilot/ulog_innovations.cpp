@@ -378,6 +378,8 @@ LogFormat ulog_format() {
   return {.name = "ulog",
           .title = "PX4 ULog",
           .extensions = ".ulg",
+          .holds_truth = true,
+          .has_instances = true,
           .recognises = [](std::string_view beginning,
                            const std::filesystem::path&) { return begins_as_ulog(beginning); },
           .list = list_flight,

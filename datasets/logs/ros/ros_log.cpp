@@ -493,6 +493,8 @@ LogFormat format_of(std::string_view name, std::string_view title, std::string_v
           .extensions = extensions,
           .takes_truth = true,
           .has_poses = true,
+          .has_topics = true,
+          .holds_truth = true,
           .recognises = [begins](std::string_view beginning,
                                  const std::filesystem::path&) { return begins(beginning); },
           .list = [scan](const std::filesystem::path& file) { return list_topics(file, scan); },
