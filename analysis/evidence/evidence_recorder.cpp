@@ -10,7 +10,6 @@
 #include <numeric>
 #include <span>
 
-#include "analysis/evidence/consistency_nees.h"
 #include "analysis/evidence/relative_place.h"
 #include "analysis/evidence/step_series.h"
 #include "analysis/laws/chi_square.h"

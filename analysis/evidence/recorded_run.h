@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "analysis/evidence/consistency.h"
-#include "analysis/evidence/consistency_nees.h"
 #include "analysis/laws/goodness_of_fit.h"
 #include "analysis/laws/whiteness.h"
+#include "core/record/normalised_error.h"
 #include "core/types.h"
 
 /// @file

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/evidence/consistency_nees.h"
 #include "analysis/laws/lateness.h"
 #include "core/record/certain_states.h"
+#include "core/record/normalised_error.h"
 #include "core/record/take_block.h"
 
 namespace credence::internal {

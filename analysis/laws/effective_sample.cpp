@@ -16,7 +16,7 @@
 namespace credence::internal {
 namespace {
 
-// W with W P Wᵀ = I on the range of P, judged in correlation form as in consistency_nees.h; rank × n.
+// W with W P Wᵀ = I on the range of P, judged in correlation form as in normalised_error.h; rank × n.
 Matrix whitening(const Matrix& P) {
   const Vector deviation = P.diagonal().cwiseMax(0.0).cwiseSqrt();
   Vector scale = Vector::Zero(P.rows());

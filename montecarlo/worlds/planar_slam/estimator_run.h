@@ -9,11 +9,11 @@
 
 namespace credence::internal {
 
-/// eᵀ P⁻¹ e over the directions of non-zero variance, for a P that may be singular; reads the lower triangle.
-/// Cheap where P has a Cholesky factor whose pivots are not rounding. dof −1: P is not psd or not finite.
+/// normalised_error of a P of which the lower triangle is read. Cheap where P has a Cholesky factor whose
+/// pivots are not rounding. dof −1: P is not psd or not finite.
 class SingularNees {
  public:
-  NeesValue solve(const VectorRef& error, const MatrixRef& P);
+  NeesValue solve(const VectorRef& error, const MatrixRef& P) { return solve(error, P, Vector()); }
   /// The same without the states that are certain of these estimates (find_certain_states).
   NeesValue solve(const VectorRef& error, const MatrixRef& P, const VectorRef& estimate);
   /// The same, and of dof 0 where the error lies in part where P claims certainty, as a row of a log is
@@ -23,6 +23,7 @@ class SingularNees {
  private:
   NeesSolver solver_;
   std::vector<Index> certain_;
+  bool leaves_range_ = false;  ///< an error of the last solve, where P claims certainty
 };
 
 /// One estimator in one run after the other of a world; what it hears comes from an OdometrySimulation, which

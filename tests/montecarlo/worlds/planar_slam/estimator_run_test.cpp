@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/nan.h"
+#include "core/record/normalised_error.h"
 
 namespace credence::internal {
 namespace {
@@ -35,6 +36,21 @@ TEST(SingularNees, DoesNotJudgeAnErrorWhereCertaintyIsClaimed) {
   known(2, 2) = 0.0;
   EXPECT_EQ(dof(Vector{{1.0, 1.0, 1e-6}}, known), 0);
   EXPECT_EQ(dof(Vector{{1.0, 1.0, 1e-12}}, known), 2) << "rounding";
+}
+
+// A study and the log that it writes have the same dof.
+TEST(SingularNees, HasTheDofOfALog) {
+  SingularNees solver;
+  const Vector e{{1.0, 1.0, 1.0}};
+  for (const double correlation :
+       {0.9, 1.0 - 1e-9, 1.0 - 1e-12, 1.0 - 1e-13, 1.0 - 1e-15, 1.0, 1.0 + 1e-13}) {
+    const NormalisedError of_log = normalised_error(e, correlated(correlation));
+    ASSERT_TRUE(of_log.ok) << correlation - 1.0;
+    const NeesValue nees = solver.solve(e, correlated(correlation));
+    EXPECT_EQ(nees.dof, of_log.dof) << correlation - 1.0;
+    EXPECT_NEAR(nees.value, of_log.value, 1e-12) << correlation - 1.0;
+  }
+  EXPECT_EQ(solver.solve(e, correlated(1.0 - 1e-13)).dof, 3);
 }
 
 // Of an estimate of 9.5 a σ of 1e-18 is rounding, however it is correlated; of one of 0 it is a σ.

@@ -1,7 +1,8 @@
-#include "analysis/evidence/consistency_nees.h"
+#include "core/record/normalised_error.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -14,6 +15,7 @@ namespace credence::internal {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kNegative = 1e-12;  // of an eigenvalue of a P that many steps have rounded
 
 NormalisedError failure(std::string_view reason) {
   NormalisedError result;
@@ -28,8 +30,8 @@ bool whiten_on_range(const Matrix& correlation, const Vector& scaled, bool& leav
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(correlation);
   if (eigen.info() != Eigen::Success) return false;
   const double n = static_cast<double>(correlation.rows());
-  const double tolerance = 4.0 * n * kEpsilon * eigen.eigenvalues().maxCoeff();
-  if (eigen.eigenvalues().minCoeff() < -tolerance) return false;
+  const double largest = eigen.eigenvalues().maxCoeff(), tolerance = 4.0 * n * kEpsilon * largest;
+  if (eigen.eigenvalues().minCoeff() < -std::max(tolerance, kNegative * largest)) return false;
   const Vector along = eigen.eigenvectors().transpose() * scaled;
   const double size = std::max(1.0, scaled.cwiseAbs().maxCoeff());
   std::vector<double> whitened;

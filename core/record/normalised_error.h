@@ -20,9 +20,10 @@ struct NormalisedError {
 /// eᵀ P⁺ e over the range of P, with its dof (theory, section 7, "rank-aware").
 ///
 /// P is judged in correlation form D^{-1/2} P D^{-1/2}, so that units do not matter. A state counts as known
-/// when its variance is 0; further rank is lost when an eigenvalue of the correlation is below n ε. For full
-/// rank `whitened` is L⁻¹ e with P = L Lᵀ, else the components along the eigenvectors. Not ok: P not finite,
-/// not positive semidefinite, or an error that is not finite. Throws std::invalid_argument for sizes that
+/// when its variance is 0; further rank is lost when an eigenvalue of the correlation is below 4 n ε of the
+/// largest. For full rank `whitened` is L⁻¹ e with P = L Lᵀ, else the components along the eigenvectors. Not
+/// ok: P not finite or not positive semidefinite, by an eigenvalue below −10⁻¹² of the largest, which no
+/// rounding of a filter makes; or an error that is not finite. Throws std::invalid_argument for sizes that
 /// differ. Cost n³/6 at full rank. Serves NEES and NIS alike.
 NormalisedError normalised_error(VectorRef error, MatrixRef P);
 
