@@ -53,6 +53,7 @@ bool solve_regular(const RiccatiProblem& problem, RiccatiSolution& solution) {
     // there.
     if (!((P - map.Theta()).norm() <= 0.01 * P.norm())) continue;
     solution.kind = RiccatiKind::stabilising;
+    solution.stays_bounded = true;
     solution.residual = residual.relative;
     solution.growth_exponent = trace_before > 0.0 ? std::log2(P.trace() / map.Theta().trace()) : 0.0;
     solution.steps = std::exp2(map.doublings());
@@ -107,6 +108,8 @@ std::string_view to_string(RiccatiKind kind) {
       return "strong";
     case RiccatiKind::depends_on_initial:
       return "psd depending on P0";
+    case RiccatiKind::oscillating:
+      return "oscillating";
     case RiccatiKind::unbounded:
       return "none";
     case RiccatiKind::undecided:

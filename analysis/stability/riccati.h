@@ -16,11 +16,13 @@ enum class RiccatiKind {
   strong,       ///< the same with eigenvalues on the unit circle (a static state learnt perfectly)
   depends_on_initial,  ///< a psd limit that depends on P0: marginal modes that nothing observes, or a P0 that
                        ///< leaves out unstable ones
+  oscillating,         ///< none, though P stays bounded: it turns for ever with modes on the unit circle that
+                       ///< nothing observes
   unbounded,           ///< none: P grows without bound
   undecided,           ///< the instruments disagree or a computation failed; `reason` says how
 };
 
-/// "stabilising", "strong", "psd depending on P0", "none", "undecided".
+/// "stabilising", "strong", "psd depending on P0", "oscillating", "none", "undecided".
 std::string_view to_string(RiccatiKind kind);
 
 /// What is computed beside the limit.
@@ -37,13 +39,17 @@ struct RiccatiSolution {
   Matrix K;               ///< filter gain P Hᵀ (H P Hᵀ + R)⁻¹, n×m; the predictor's gain is F K
   double residual = 0.0;  ///< ‖one step from P, minus P‖ / ‖P‖, in balanced units (Frobenius)
   double growth_exponent = 0.0;  ///< g of the last doubling computed: 0 bounded, 1 linear (theory, section 3)
-  bool exponential = false;      ///< P grew beyond 1e100
+  bool stays_bounded = false;    ///< by prediction and by measurement
+  bool exponential = false;      ///< P grows along a mode outside the unit circle that nothing observes
   double steps = 0.0;            ///< how many steps were followed, by doubling
   Eigen::VectorXcd closed_loop_eigenvalues;  ///< of F − F K H, by falling modulus
   double spectral_radius = 0.0;              ///< the largest modulus
 
-  /// P has a limit.
-  bool bounded() const { return kind != RiccatiKind::unbounded && kind != RiccatiKind::undecided; }
+  /// P has a limit, which is `P`.
+  bool has_limit() const {
+    using enum RiccatiKind;
+    return kind == stabilising || kind == strong || kind == depends_on_initial;
+  }
 };
 
 /// Solves the filter Riccati equation in predictor form for the limit that P_k has from P0.

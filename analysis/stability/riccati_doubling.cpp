@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/mirror.h"
@@ -262,7 +263,7 @@ RiccatiGrowth riccati_growth(const RiccatiProblem& problem, const Matrix& P0, in
   std::optional<RiccatiMap> other;
   if (guard == GrowthGuard::two_maps) other.emplace(problem, second_centre(problem, P0));
   RiccatiGrowth growth;
-  growth.P = map.after_centre();
+  growth.P = growth.P_before = map.after_centre();
   growth.traces.push_back(growth.P.trace());
   while (map.doublings() < doublings) {
     const bool finite = map.square() && (!other || other->square());
@@ -275,6 +276,7 @@ RiccatiGrowth riccati_growth(const RiccatiProblem& problem, const Matrix& P0, in
       growth.rounded = true;
       break;
     }
+    growth.P_before = std::move(growth.P);
     growth.P = P;
     growth.traces.push_back(P.trace());
   }

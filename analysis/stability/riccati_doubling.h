@@ -88,6 +88,7 @@ struct RiccatiGrowth {
   bool overflowed = false;     ///< the covariance left 1e100, or the range of double
   bool rounded = false;        ///< ended early because rounding began to show
   Matrix P;                    ///< after 2^(traces.size() − 1) steps
+  Matrix P_before;             ///< after half as many
 
   /// The number of steps that P stands for.
   double steps() const;

@@ -18,6 +18,8 @@ constexpr int kMeasuredDoublings = 21;
 constexpr Index kAlwaysGuarded = 64;  // states; above it the guard against rounding is used where it matters
 constexpr double kAgreement = 1e-3;   // of the limit with P after 2^21 steps …
 constexpr double kLearning = 100.0;   // … and over the steps, since static states are learnt as 1/k
+constexpr double kHalved = 0.55;      // of a distance over twice the steps: 0.5 for 1/k, 1 from another limit
+constexpr double kNearLimit = 0.1;    // of the limit, where that is asked
 constexpr double kFixedPointLimit = 1e-8;  // a residual above it is no solution
 
 /// A problem on the range of orthonormal columns that its covariance never leaves.
@@ -125,17 +127,18 @@ bool find_limit(const Restricted& part, const MarginalModes& modes, RiccatiSolut
 void keep_measured(const Restricted& part, const RiccatiGrowth& growth, RiccatiSolution& solution) {
   solution.P = part.basis * growth.P * part.basis.transpose();
   solution.growth_exponent = growth.exponent();
-  solution.exponential = growth.overflowed;
   solution.steps = growth.steps();
 }
 
-/// Compares a limit that no stable closed loop certifies with P after many steps, in units where R = I.
+/// Compares a limit that no stable closed loop certifies with P after many steps, in units where R = I: P is
+/// there, or was twice as far away after half of the steps.
 bool agrees_with_measured(const RiccatiProblem& problem, const Matrix& P0, const Matrix& measured,
-                          RiccatiSolution& solution) {
+                          const Matrix& before, RiccatiSolution& solution) {
   const double start = std::min(1.0, P0.norm());
   const double scale = std::max({measured.norm(), solution.P.norm(), problem.Qt.norm(), start});
   const double difference = (measured - solution.P).norm();
   if (difference <= kAgreement * scale + kLearning / solution.steps) return true;
+  if (difference <= std::min(kHalved * (before - solution.P).norm(), kNearLimit * scale)) return true;
   solution.reason = fmt::format("after {:g} steps P is still {:g} (relative) away from the limit found",
                                 solution.steps, difference / scale);
   return false;
@@ -160,18 +163,30 @@ RiccatiKind kind_of_limit(const RiccatiProblem& problem, const Restricted& part,
   return all.untouched.cols() > 0 ? RiccatiKind::strong : RiccatiKind::stabilising;
 }
 
+/// Whether modes of a part, all on the unit circle, have different eigenvalues: their covariances then turn.
+bool turn(const Restricted& part, const Matrix& modes) {
+  constexpr double kSame = 1e-6;
+  if (modes.cols() == 0) return false;
+  const Eigen::EigenSolver<Matrix> eigen(Matrix(modes.transpose() * part.problem.F * modes), false);
+  return eigen.info() == Eigen::Success &&
+         ((eigen.eigenvalues().array() - eigen.eigenvalues()[0]).abs() > kSame).any();
+}
+
 /// Replaces the measured P by its limit where one is found and confirmed.
 void accept_limit(const RiccatiProblem& problem, const Matrix& P0, const Restricted& part,
-                  const MarginalModes& modes, RiccatiSolution& solution) {
-  const Matrix measured = solution.P;
+                  const MarginalModes& modes, const RiccatiGrowth& growth, RiccatiSolution& solution) {
+  const Matrix measured = solution.P, before = part.basis * growth.P_before * part.basis.transpose();
   bool certified = false;
   if (find_limit(part, modes, solution, certified) && is_fixed_point(problem, solution) &&
-      (certified || agrees_with_measured(problem, P0, measured, solution))) {
+      (certified || agrees_with_measured(problem, P0, measured, before, solution))) {
     solution.kind = kind_of_limit(problem, part, modes);
     if (solution.kind == RiccatiKind::undecided) solution.reason = "the eigenvalues of F did not converge";
   } else {
     solution.P = measured;
     solution.residual = riccati_residual(problem, measured).relative;
+    if (!turn(part, modes.undetectable)) return;
+    solution.kind = RiccatiKind::oscillating;
+    solution.reason.clear();
   }
 }
 
@@ -193,6 +208,7 @@ RiccatiSolution solve_marginal_riccati(const RiccatiProblem& problem, const Matr
   if (part.basis.cols() == 0) {
     solution.P = Matrix::Zero(problem.state_dim(), problem.state_dim());
     solution.kind = kind_of_limit(problem, part, MarginalModes{});
+    solution.stays_bounded = true;
     return solution;
   }
   const MarginalModes modes = marginal_modes(part.problem.F, part.problem.H, part.problem.Qt);
@@ -211,9 +227,11 @@ RiccatiSolution solve_marginal_riccati(const RiccatiProblem& problem, const Matr
   }
   if (growth.grows()) {
     solution.kind = RiccatiKind::unbounded;
+    solution.exponential = modes.unstable_undetectable > 0;
     return solution;
   }
-  accept_limit(problem, P0, part, modes, solution);
+  solution.stays_bounded = true;
+  accept_limit(problem, P0, part, modes, growth, solution);
   return solution;
 }
 

@@ -21,6 +21,19 @@ constexpr Index kChunk = 50;
 /// Increments below this share of the trace are rounding.
 constexpr double kGrowthTolerance = 1e-6;
 
+/// Where P grows without bound without any inflation, the reason.
+std::string cause_of_growth(const LinearModel& model) {
+  const ExactBoundedness exact = exact_boundedness(model.F, model.H, model.G * model.Q * model.G.transpose());
+  switch (exact.reason) {
+    case BoundednessReason::unstable:
+      return "; P grows without bound: an unobservable direction is unstable";
+    case BoundednessReason::unpaired:
+      return "; P grows without bound: noise drives an unobservable direction";
+    default:
+      return {};
+  }
+}
+
 /// Follows the filter; `last` receives the step `steps`.
 LongHorizon follow(LinearModel model, const InflationRule& rule, Index steps, Index horizon,
                    LinearFilterStep& last) {
@@ -34,8 +47,8 @@ LongHorizon follow(LinearModel model, const InflationRule& rule, Index steps, In
         if (done < steps) {
           throw std::invalid_argument(
               fmt::format("the filter fails at step {} of {}: the innovation covariance S is not positive "
-                          "definite",
-                          done + 1, steps));
+                          "definite{}",
+                          done + 1, steps, cause_of_growth(model)));
         }
         return h;
       }
@@ -58,10 +71,14 @@ Matrix other_initial(const Matrix& P0) {
 }
 
 void compare_initial_covariances(StabilityAnalysis& a, const RiccatiProblem& problem, const Matrix& P0) {
-  a.riccati = solve_riccati(problem, P0);
-  a.riccati_other = solve_riccati(problem, other_initial(P0));
+  // A filter predicts before it measures: its first prior.
+  const auto limit_from = [&problem](const Matrix& P) {
+    return solve_riccati(problem, problem.F * P * problem.F.transpose() + problem.Qt);
+  };
+  a.riccati = limit_from(P0);
+  a.riccati_other = limit_from(other_initial(P0));
   a.initial_covariance_effect = kNaN;
-  if (!a.riccati.bounded() || !a.riccati_other.bounded()) return;
+  if (!a.riccati.has_limit() || !a.riccati_other.has_limit()) return;
   const double size = std::max(a.riccati.P.norm(), a.riccati_other.P.norm());
   a.initial_covariance_effect = size > 0.0 ? (a.riccati.P - a.riccati_other.P).norm() / size : 0.0;
   a.depends_on_initial = a.initial_covariance_effect > kInitialEffectTolerance;

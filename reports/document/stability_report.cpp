@@ -66,8 +66,8 @@ std::string_view condition_text(std::string_view reason) {
 }
 
 TableCell riccati_cell(const RiccatiSolution& r) {
-  if (r.kind == RiccatiKind::undecided) return {"undecided", CellTone::caution};
-  return bounded_cell(r.bounded());
+  if (r.kind == RiccatiKind::undecided && !r.stays_bounded) return {"undecided", CellTone::caution};
+  return bounded_cell(r.stays_bounded);
 }
 
 std::string initial_text(const StabilityAnalysis& a) {
@@ -103,11 +103,38 @@ std::string long_run_text(const StabilityAnalysis& a) {
                      number_text(h.growth.per_sample, 4), unit, number_text(h.growth.exponent, 3));
 }
 
+/// What the kind of a solution means.
+std::string_view kind_sentence(RiccatiKind kind) {
+  switch (kind) {
+    case RiccatiKind::stabilising:
+      return "Solution stabilising: P tends to the same limit from every P0, and errors of the start are "
+             "forgotten.";
+    case RiccatiKind::strong:
+      return "Solution strong: P tends to the same limit from every P0, but as 1/k in directions that no "
+             "noise "
+             "touches, which are learnt perfectly.";
+    case RiccatiKind::depends_on_initial:
+      return "Solution psd depending on P0: P tends to a limit that is another one for another P0, since "
+             "there "
+             "are directions that never decay and of which no measurement, or not this P0, tells anything.";
+    case RiccatiKind::oscillating:
+      return "Solution oscillating: P stays bounded and has no limit, since directions that no measurement "
+             "sees "
+             "turn or change sign for ever, each at a rate of its own.";
+    case RiccatiKind::unbounded:
+      return "Solution none: P grows in directions that no measurement sees.";
+    case RiccatiKind::undecided:
+      break;
+  }
+  return "Solution undecided: no limit of P was found that its recursion confirms.";
+}
+
 std::vector<std::string> notes(const StabilityAnalysis& a) {
   std::vector<std::string> all = {fmt::format(
       "K is the filter gain P Hᵀ (H P Hᵀ + R)⁻¹; the predictor's gain is F K. K and ΔP of F − F K H "
       "and Q_t are those of step {}.",
       a.steps)};
+  all.emplace_back(kind_sentence(a.riccati.kind));
   if (a.sequential) {
     all.push_back(
         "A sequential rule inflates within the update: ΔP before it is zero, so that ranks and the verdicts "
@@ -158,7 +185,7 @@ Json noise_condition_json(const StabilityAnalysis& a) {
 
 Json riccati_json(const RiccatiSolution& r) {
   Json j;
-  j["bounded"] = r.bounded();
+  j["bounded"] = r.stays_bounded || r.kind == RiccatiKind::unbounded ? Json(r.stays_bounded) : Json(nullptr);
   j["growth_exponent"] = json_number(r.growth_exponent);
   j["exponential"] = r.exponential;
   j["trace"] = json_number(r.P.trace());
@@ -223,7 +250,7 @@ Panel eigenvalue_panel(const StabilityAnalysis& a) {
     if (role == ColourRole::first) panel.series.back().weight = 2.5;  // both are seen where they coincide
   };
   add("at the last step of the study", ColourRole::first, a.closed_loop_eigenvalues);
-  if (a.riccati.bounded()) add("at the limit", ColourRole::second, a.riccati.closed_loop_eigenvalues);
+  if (a.riccati.has_limit()) add("at the limit", ColourRole::second, a.riccati.closed_loop_eigenvalues);
   return panel;
 }
 
@@ -293,7 +320,7 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
   table.add({"P for constant Q_t, by the Riccati equation", riccati_cell(r),
              fmt::format("solution: {}; trace of the prior {}{}{}; growth exponent {}; residual {}{}",
                          to_string(r.kind), number_text(r.P.trace(), 6), unit_of_trace(a),
-                         r.bounded() ? "" : fmt::format(" after {} steps", number_text(r.steps, 3)),
+                         r.has_limit() ? "" : fmt::format(" after {} steps", number_text(r.steps, 3)),
                          number_text(r.growth_exponent, 3), number_text(r.residual, 2),
                          r.reason.empty() ? "" : "; " + r.reason)});
   table.add({"P for constant Q_t, by the exact condition", bounded_cell(a.predicted_bounded),
@@ -311,7 +338,7 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
          fmt::format("rank ΔP = {} {} rank O = {}{}", a.inflation.rank, a.paper_condition_holds ? "≤" : ">",
                      a.observability.rank, agrees ? "" : "; the exact condition says otherwise")});
   }
-  table.add({"largest gains at the limit", r.bounded() ? "constant" : "no limit", gain_text(r.K)});
+  table.add({"largest gains at the limit", r.has_limit() ? "constant" : "no limit", gain_text(r.K)});
   const bool no_limit = std::isnan(a.initial_covariance_effect);
   table.add({"does the limit depend on P0",
              no_limit               ? "no limit"

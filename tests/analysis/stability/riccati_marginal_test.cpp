@@ -79,14 +79,45 @@ TEST(MarginalRiccati, GrowsOnlyWhereTheNoiseGoes) {
   EXPECT_NEAR(start.dot(solution.P * start), 9.0, 1e-6);
 }
 
+// A chain of three states, an unstable state and a turn, all without noise, and a constant that nobody sees:
+// rounding ends the recursion after some hundred steps, when P, which falls as 1/k, is still 3 % above its
+// limit.
+TEST(MarginalRiccati, ALimitThatIsApproachedSlowlyIsSeenFromWhatIsStillMissing) {
+  RiccatiProblem problem{Matrix::Identity(7, 7), Matrix(2, 7), Matrix::Zero(7, 7),
+                         5.0 * Matrix::Identity(2, 2)};
+  problem.F(0, 1) = problem.F(1, 2) = 1.0;
+  problem.F(3, 3) = 2.0;
+  problem.F.block(4, 4, 2, 2) = Matrix{{0.0, -1.0}, {1.0, 0.0}};
+  problem.H << 1.0, 0.5, 0.2, 1.0, 0.3, -0.4, 0.0, -0.3, 0.8, 0.1, 0.5, 1.0, 0.2, 0.0;
+  const RiccatiSolution solution = solve_riccati(problem, Matrix::Identity(7, 7));
+  EXPECT_EQ(solution.kind, RiccatiKind::depends_on_initial) << solution.reason;
+  EXPECT_LT(solution.steps, 1e4);
+  // (2² − 1) / (hᵀ R⁻¹ h) of the unstable state, and the constant as it was.
+  Matrix limit = Matrix::Zero(7, 7);
+  limit(3, 3) = 12.0;
+  limit(6, 6) = 1.0;
+  EXPECT_LT((solution.P - limit).norm(), 1e-8);
+}
+
 TEST(MarginalRiccati, WhatTurnsForEverHasNoLimit) {
   // A quarter turn that nobody sees exchanges the variances at each step.
   const RiccatiProblem problem{Matrix{{0.0, -1.0}, {1.0, 0.0}}, Matrix::Zero(1, 2), Matrix::Zero(2, 2),
                                Matrix::Identity(1, 1)};
   const RiccatiSolution turning = solve_marginal_riccati(problem, Vector{{1.0, 2.0}}.asDiagonal());
-  EXPECT_EQ(turning.kind, RiccatiKind::undecided);
-  EXPECT_TRUE(turning.reason.starts_with("the limit found is no fixed point")) << turning.reason;
-  EXPECT_FALSE(turning.bounded());
+  EXPECT_EQ(turning.kind, RiccatiKind::oscillating) << turning.reason;
+  EXPECT_EQ(turning.reason, "");
+  EXPECT_TRUE(turning.stays_bounded);
+  EXPECT_FALSE(turning.has_limit());
+  EXPECT_NEAR(turning.P.trace(), 3.0, 1e-9);
+  // So does one through an angle that no number of steps brings back, beside what is measured.
+  RiccatiProblem wandering{Matrix::Zero(3, 3), Matrix{{0.0, 0.0, 1.0}}, Matrix::Zero(3, 3),
+                           Matrix::Identity(1, 1)};
+  wandering.F.topLeftCorner(2, 2) = Matrix{{0.8, -0.6}, {0.6, 0.8}};
+  wandering.F(2, 2) = 0.5;
+  wandering.Qt(2, 2) = 1.0;
+  const RiccatiSolution beside = solve_marginal_riccati(wandering, Vector{{1.0, 2.0, 1.0}}.asDiagonal());
+  EXPECT_EQ(beside.kind, RiccatiKind::oscillating) << beside.reason;
+  EXPECT_TRUE(beside.stays_bounded);
   const RiccatiSolution round = solve_marginal_riccati(problem, Matrix::Identity(2, 2));
   EXPECT_EQ(round.kind, RiccatiKind::depends_on_initial) << round.reason;
   EXPECT_LT((round.P - Matrix::Identity(2, 2)).norm(), 1e-12);

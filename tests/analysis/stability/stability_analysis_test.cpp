@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 namespace credence::internal {
 namespace {
@@ -124,7 +125,7 @@ TEST(StabilityAnalysis, FullDecorrelationGrowsByQPerStep) {
     ASSERT_TRUE(a.noise_condition.has_value());
     EXPECT_FALSE(a.noise_condition->bounded());
     EXPECT_EQ(a.growth_direction, "common translation");
-    EXPECT_FALSE(a.riccati.bounded());
+    EXPECT_FALSE(a.riccati.stays_bounded);
     EXPECT_EQ(a.riccati.kind, RiccatiKind::unbounded);
     EXPECT_NEAR(a.riccati.growth_exponent, 1.0, 0.01);
     EXPECT_EQ(a.long_horizon.growth.verdict, LongRun::growing);
@@ -142,7 +143,7 @@ TEST(StabilityAnalysis, MapDecorrelationIsBounded) {
   EXPECT_TRUE(a.noise_condition->bounded());
   EXPECT_EQ(a.growth_direction, "");
   EXPECT_GT(a.noise_condition->trace_bound(), 0.5 * a.riccati.P.trace());
-  EXPECT_TRUE(a.riccati.bounded());
+  EXPECT_TRUE(a.riccati.stays_bounded);
   EXPECT_LT(a.riccati.residual, 1e-9);
   EXPECT_EQ(a.riccati.kind, RiccatiKind::depends_on_initial);
   EXPECT_TRUE(a.depends_on_initial);
@@ -155,7 +156,7 @@ TEST(StabilityAnalysis, AnchoredIsBoundedAndForgetsItsStart) {
   for (const Inflation inflation : {Inflation::none, Inflation::full, Inflation::map}) {
     const StabilityAnalysis a = analyse(2, 1, inflation);
     EXPECT_TRUE(a.predicted_bounded);
-    EXPECT_TRUE(a.riccati.bounded());
+    EXPECT_TRUE(a.riccati.stays_bounded);
     EXPECT_FALSE(a.depends_on_initial) << a.initial_covariance_effect;
     EXPECT_EQ(a.long_horizon.growth.verdict, LongRun::bounded);
     EXPECT_TRUE(a.unobservable.empty());
@@ -183,8 +184,15 @@ TEST(StabilityAnalysis, ConstantInflationOfTheRankOfOIsUnbounded) {
   EXPECT_EQ(a.inflation.rank, 2);
   EXPECT_TRUE(a.paper_condition_holds);
   EXPECT_FALSE(a.predicted_bounded);
-  EXPECT_FALSE(a.riccati.bounded());
+  EXPECT_FALSE(a.riccati.stays_bounded);
   EXPECT_EQ(a.long_horizon.growth.verdict, LongRun::growing);
+}
+
+// The limit depends on P0, and P0 is what the filter predicts from.
+TEST(StabilityAnalysis, TheLimitIsTheOneThatTheFilterGoesTo) {
+  const StabilityAnalysis a = analyse(1, 0, Inflation::none);
+  EXPECT_EQ(a.riccati.kind, RiccatiKind::depends_on_initial);
+  EXPECT_NEAR(a.riccati.P.trace(), a.long_horizon.trace_prior.back(), 1e-9);
 }
 
 TEST(StabilityAnalysis, RefusesWhatItCannotAnalyse) {
@@ -195,6 +203,16 @@ TEST(StabilityAnalysis, RefusesWhatItCannotAnalyse) {
   LinearModel broken = model;
   broken.Q(0, 0) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(analyse_stability(broken, {}, 10, 20), std::invalid_argument);
+  LinearModel blind = model;
+  blind.F = Vector{{1.0, 3.0}}.asDiagonal();
+  blind.H = Matrix{{1.0, 0.0}};
+  try {
+    analyse_stability(blind, {}, 400, 400);
+    FAIL() << "P is beyond the range of double after 324 steps";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("an unobservable direction is unstable"), std::string::npos)
+        << error.what();
+  }
 }
 
 }  // namespace

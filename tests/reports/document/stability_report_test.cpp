@@ -143,6 +143,33 @@ TEST(StabilityReport, OnTheCircleAPartStays) {
   EXPECT_THAT(table_of(document, "Ranks").rows.at(0).at(1).text, "0");
 }
 
+TEST(StabilityReport, TheKindOfTheSolutionIsExplained) {
+  LinearModel turn;
+  turn.F = Matrix{{0.8, -0.6}, {0.6, 0.8}};
+  turn.G = turn.P0 = Matrix::Identity(2, 2);
+  turn.P0(1, 1) = 2.0;
+  turn.Q = Matrix::Zero(2, 2);
+  turn.H = Matrix::Zero(1, 2);
+  turn.R = Matrix::Identity(1, 1);
+  turn.layout = {.vehicle = 2, .landmark = 1, .landmarks = 0};
+  StabilityAnalysis analysis = analyse_stability(turn, {}, 50, 256, {"x", "y"});
+  EXPECT_EQ(stability_data(analysis)["riccati"]["kind"], "oscillating");
+  EXPECT_EQ(stability_data(analysis)["riccati"]["bounded"], true) << "as predicted_bounded";
+  const auto notes = [](const StabilityAnalysis& a) {
+    return table_of(stability_shown(a), "Stability").notes;
+  };
+  EXPECT_THAT(notes(analysis).at(1),
+              testing::StartsWith("Solution oscillating: P stays bounded and has no limit"));
+  turn.F.setIdentity();
+  EXPECT_THAT(notes(analyse_stability(turn, {}, 50, 256, {"x", "y"})).at(1),
+              testing::StartsWith("Solution psd depending on P0: P tends to a limit that is another one"));
+  EXPECT_THAT(notes(scalar(1.0)).at(1), testing::StartsWith("Solution stabilising"));
+  EXPECT_THAT(notes(half_seen()).at(1), testing::StartsWith("Solution none"));
+  analysis.riccati.kind = RiccatiKind::undecided;
+  analysis.riccati.stays_bounded = false;
+  EXPECT_TRUE(stability_data(analysis)["riccati"]["bounded"].is_null()) << "nobody knows";
+}
+
 TEST(StabilityReport, AFilterThatBreaksDownIsSaidAndNoNumberIsInvented) {
   StabilityAnalysis analysis = scalar(1.0);
   analysis.long_horizon.growth = {};
