@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <limits>
 #include <numeric>
@@ -82,6 +83,9 @@ Matrix full_orthogonal(const Matrix& M) {
 struct Staircase {
   Matrix basis;
   std::vector<double> kept, left_out;
+  double error = std::numeric_limits<double>::epsilon();  ///< of the newest directions: each stair divides by
+                                                          ///< its least singular value
+  bool doubtful = false;                                  ///< something was kept that may be error alone
 };
 
 void append_new_directions(const Matrix& block, double tolerance, Staircase& stairs, Matrix& fresh) {
@@ -97,6 +101,10 @@ void append_new_directions(const Matrix& block, double tolerance, Staircase& sta
     }
   }
   count = std::min(count, block.rows() - stairs.basis.cols());
+  if (count > 0) {
+    stairs.doubtful = stairs.doubtful || stairs.error > 0.1 * tolerance;
+    stairs.error = std::min(1.0, stairs.error / std::min(1.0, values[count - 1]));
+  }
   fresh = svd.U.leftCols(count);
   const Index before = stairs.basis.cols();
   stairs.basis.conservativeResize(Eigen::NoChange, before + count);
@@ -138,13 +146,74 @@ RankDecision decision_of(const Staircase& stairs) {
   return decision;
 }
 
+/// Singular values and vectors of what a left eigenvector w of λ that B does not drive makes zero: w (F − λ
+/// I) and w B, of a pair of complex λ their real forms.
+DenseSvd undriven_at(const Matrix& F, const Matrix& B, std::complex<double> lambda) {
+  const Index n = F.rows(), q = B.cols();
+  const Matrix I = Matrix::Identity(n, n);
+  Matrix conditions(n, n + q);
+  if (lambda.imag() == 0.0) {
+    conditions << F - lambda.real() * I, B;
+  } else {
+    conditions.resize(n, n + 2 * q);
+    conditions << F * F - 2.0 * lambda.real() * F + std::norm(lambda) * I, B, F * B;
+  }
+  return dense_svd(conditions.transpose(), SvdVectors::full_right);
+}
+
+/// The left modes of F that B does not drive, one eigenvalue after the other divided out: their number does
+/// not hang on how far the climb to the last stair is. Orthonormal columns; O(n⁴).
+Matrix undriven_modes(const Matrix& F, const Matrix& B, std::vector<double>& left_out) {
+  constexpr double kZero = 1e-12;
+  const Index n = F.rows();
+  Matrix modes(n, 0), rest = Matrix::Identity(n, n);
+  while (rest.cols() > 0) {
+    const Matrix F_rest = rest.transpose() * F * rest, B_rest = rest.transpose() * B;
+    const Eigen::EigenSolver<Matrix> eigen(F_rest, false);
+    if (eigen.info() != Eigen::Success) break;
+    DenseSvd best;
+    double least = kZero;
+    for (const std::complex<double> lambda : eigen.eigenvalues()) {
+      if (lambda.imag() < 0.0) continue;
+      DenseSvd svd = undriven_at(F_rest, B_rest, lambda);
+      if (svd.s[svd.s.size() - 1] > least) continue;
+      least = svd.s[svd.s.size() - 1];
+      best = std::move(svd);
+    }
+    if (best.s.size() == 0) break;
+    const Index count = (best.s.array() <= kZero).count();
+    left_out.insert(left_out.end(), best.s.end() - count, best.s.end());
+    const Matrix all = (Matrix(n, modes.cols() + count) << modes, rest * best.V.rightCols(count)).finished();
+    const Matrix Q = full_orthogonal(all);
+    modes = Q.leftCols(all.cols());
+    rest = Q.rightCols(n - all.cols());
+  }
+  return modes;
+}
+
+/// Climbs; where errors may have grown to the size of a stair, without the modes that are found to be
+/// undriven one by one.
+Staircase climb_with_care(const Matrix& F, const Matrix& B, double tolerance) {
+  constexpr Index kLargest = 64;  // states; beyond, O(n⁴) is too much
+  Staircase stairs = climb(F, B, tolerance);
+  if (!stairs.doubtful || F.rows() > kLargest) return stairs;
+  std::vector<double> left_out;
+  const Matrix modes = undriven_modes(F, B, left_out);
+  if (modes.cols() == 0) return stairs;
+  const Matrix rest = full_orthogonal(modes).rightCols(F.rows() - modes.cols());
+  stairs = climb(rest.transpose() * F * rest, rest.transpose() * B, tolerance);
+  stairs.basis = (rest * stairs.basis).eval();
+  stairs.left_out.insert(stairs.left_out.end(), left_out.begin(), left_out.end());
+  return stairs;
+}
+
 /// Scale, climb, and take the directions back to the caller's coordinates.
 Controllability staircase_controllability(MatrixRef F, MatrixRef B, double tolerance) {
   const Index n = F.rows();
   const Vector d = bounded_scales(typical_sizes(scaled_to_norm_one(F), unit_columns(B)));
   const Matrix F_scaled = scaled_to_norm_one(d.cwiseInverse().asDiagonal() * F * d.asDiagonal());
   const Matrix B_scaled = unit_columns(d.cwiseInverse().asDiagonal() * B);
-  const Staircase stairs = climb(F_scaled, B_scaled, tolerance);
+  const Staircase stairs = climb_with_care(F_scaled, B_scaled, tolerance);
 
   Controllability result;
   result.decision = decision_of(stairs);

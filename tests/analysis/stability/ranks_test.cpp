@@ -111,6 +111,29 @@ TEST(Controllability, RanksOfBlockTriangularSystemsInAnyCoordinates) {
   }
 }
 
+// One measurement of six states of nearly the same modes: the stairs to the last of them are so small that
+// rounding grows to the size of a stair, and five more states that nobody sees seemed to be seen.
+TEST(Observability, IsNotSeenThroughRoundingAtTheEndOfALongClimb) {
+  std::mt19937_64 generator(18);
+  Matrix modes = Matrix::Zero(11, 11);
+  modes.topLeftCorner(2, 2) = Matrix{{0.7, 1.0}, {0.0, 0.7}};
+  modes(2, 2) = modes(10, 10) = 0.99;
+  modes.block(3, 3, 3, 3) = Matrix{{1.0, 1.0, 0.0}, {0.0, 1.0, 1.0}, {0.0, 0.0, 1.0}};
+  for (const Index i : {6, 8}) modes.block(i, i, 2, 2) = Matrix{{0.8, -0.6}, {0.6, 0.8}};
+  modes.block(6, 8, 2, 2).setIdentity();
+  for (int round = 0; round < 20; ++round) {
+    Matrix H = Matrix::Zero(1, 11);
+    H.leftCols(6) = random_matrix(1, 6, generator);
+    const Matrix T = Matrix::Identity(11, 11) + 0.1 * random_matrix(11, 11, generator);
+    const Matrix back = T.inverse();
+    const ObservabilityAnalysis seen = observability(T * modes * back, H * back);
+    ASSERT_EQ(seen.decision.rank, 6) << round;
+    EXPECT_GT(seen.decision.gap, 1e5) << round;
+    const Matrix unseen = back * seen.unobservable;
+    EXPECT_LT(unseen.topRows(6).norm(), 1e-5 * unseen.norm()) << round;
+  }
+}
+
 TEST(Observability, OfTheMonobot) {
   for (const Index N : {1, 2, 5, 80}) {
     const LinearModel partial = monobot_model(N, 0, 0.1, 0.1, 1.0);
