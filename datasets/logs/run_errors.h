@@ -12,7 +12,7 @@ namespace credence::internal {
 
 /// The errors of one run with what the filter believed of them, for a figure: of its first states.
 struct RunErrors {
-  static constexpr std::size_t kStates = 12;
+  static constexpr std::size_t kStates = 15;  ///< those of an inertial filter
 
   struct State {
     std::string name;

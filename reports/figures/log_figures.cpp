@@ -24,26 +24,27 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
   if (a.judgement.nees.count > 0)
     figure.panels.push_back(verdict_panel("ANEES", "mean NEES", a.judgement.nees, {}));
   if (a.judgement.nis.count > 0)
-    std::ranges::move(nis_panels(a.judgement), std::back_inserter(figure.panels));
+    std::ranges::move(nis_panels(a.judgement, figure.caption), std::back_inserter(figure.panels));
   arrange(figure);
   return figure;
 }
 
 /// Errors of the first run, state by state: of all states of an inertial filter, of a map the first ones.
-Figure errors_figure(const std::string& name, const RunErrors& run) {
-  constexpr std::size_t kMostPanels = 15, kPanelsOfMany = 6;
+Figure errors_figure(const std::string& name, const RunErrors& run, std::size_t states) {
   // A component that the filter does not estimate has no error in any row.
   std::vector<const RunErrors::State*> estimated;
   for (const RunErrors::State& state : run.states) {
     if (!std::ranges::all_of(state.error, [](double e) { return std::isnan(e); }))
       estimated.push_back(&state);
   }
-  const std::size_t shown = estimated.size() <= kMostPanels ? estimated.size() : kPanelsOfMany;
+  const std::size_t shown = estimated.size();
   Figure figure{
       .name = name + "-errors",
       .caption = fmt::format("The first run: errors{} with the ±2σ that the filter claims; a consistent "
                              "filter stays between them at 95 % of the steps.",
-                             estimated.size() > shown ? fmt::format(" of the first {} states", shown) : ""),
+                             states > run.states.size()
+                                 ? fmt::format(" of the first {} of {} states", run.states.size(), states)
+                                 : ""),
       .rows = static_cast<int>(std::max<std::size_t>(1, (shown + 2) / 3)),
       .cols = static_cast<int>(std::clamp<std::size_t>(shown, 1, 3))};
   for (std::size_t i = 0; i < shown; ++i) {
@@ -64,16 +65,21 @@ Figure errors_figure(const std::string& name, const RunErrors& run) {
   return figure;
 }
 
-/// NEES of the blocks over the steps, the pose first.
+/// NEES of the blocks over the steps, the pose first; of many those that fit least first.
 Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
-  constexpr std::size_t kPanels = 6;
-  Figure figure{
-      .name = name + "-blocks",
-      .caption = "NEES of the blocks of states, the pose first: which part of the state, and since when."};
+  Figure figure{.name = name + "-blocks", .caption = "", .panels = {}};
+  std::vector<const ConsistencyVerdict*> verdicts;
   for (const BlockVerdict* block : blocks_in_order(a)) {
-    if (block->verdict.count == 0 || figure.panels.size() == kPanels) continue;
-    figure.panels.push_back(verdict_panel(block->name, "mean NEES", block->verdict, {}));
+    if (block->verdict.count > 0) verdicts.push_back(&block->verdict);
   }
+  const std::size_t all = verdicts.size();
+  if (all > kBlockPanels) verdicts = worst_first(std::move(verdicts), kBlockPanels);
+  for (const ConsistencyVerdict* shown : verdicts) {
+    const auto block = std::ranges::find(a.judgement.blocks, shown, [](const auto& b) { return &b.verdict; });
+    figure.panels.push_back(verdict_panel(block->name, "mean NEES", *shown, {}));
+  }
+  figure.caption = "NEES of the blocks of states: which part of the state, and since when." +
+                   some_of_text(figure.panels.size(), all, "blocks");
   arrange(figure);
   return figure;
 }
@@ -82,7 +88,7 @@ Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
 
 std::vector<Figure> log_figures(const std::string& name, const CheckedLogs& logs) {
   return {log_consistency_figure(name, logs.analysis),
-          errors_figure(name, logs.first_run),
+          errors_figure(name, logs.first_run, logs.analysis.evidence.layout.states.size()),
           sigma_figure(name, logs.calibration, logs.analysis.evidence.layout.states),
           distance_figure(name, logs.calibration),
           stanford_figure(name, logs.calibration),

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include "core/manifold/angle.h"
 #include "core/nan.h"
@@ -226,14 +227,36 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
   return panel;
 }
 
-std::vector<Panel> nis_panels(const Judgement& judgement) {
-  constexpr std::size_t kPanels = 6;
+std::vector<const ConsistencyVerdict*> worst_first(std::vector<const ConsistencyVerdict*> verdicts,
+                                                   std::size_t most) {
+  const auto badness = [](const ConsistencyVerdict* v) {
+    // p-values of many runs may all be 0.
+    const double deviation = std::abs(v->mean / v->expected - 1.0) * std::sqrt(0.5 * v->dof);
+    return is_inconsistent(v->verdict) ? std::pair(v->p_value, -deviation) : std::pair(2.0, 0.0);
+  };
+  std::ranges::stable_sort(verdicts, {}, badness);
+  verdicts.resize(std::min(most, verdicts.size()));
+  return verdicts;
+}
+
+std::string some_of_text(std::size_t shown, std::size_t all, const char* what) {
+  return shown < all ? fmt::format(" Of {} {} {} are shown, inconsistent ones first.", all, what, shown) : "";
+}
+
+std::vector<Panel> nis_panels(const Judgement& judgement, std::string& caption) {
   if (judgement.sensors.size() < 2) return {verdict_panel("NIS", "mean NIS", judgement.nis, {})};
-  std::vector<Panel> panels;
+  std::vector<const ConsistencyVerdict*> verdicts;
   for (const SensorJudgement& sensor : judgement.sensors) {
-    if (sensor.nis.count == 0 || panels.size() == kPanels) continue;
-    panels.push_back(verdict_panel("NIS of " + sensor.name, "mean NIS", sensor.nis, {}));
+    if (sensor.nis.count > 0) verdicts.push_back(&sensor.nis);
   }
+  const std::size_t all = verdicts.size();
+  if (all > kBlockPanels) verdicts = worst_first(std::move(verdicts), kBlockPanels);
+  std::vector<Panel> panels;
+  for (const ConsistencyVerdict* shown : verdicts) {
+    const auto sensor = std::ranges::find(judgement.sensors, shown, [](const auto& s) { return &s.nis; });
+    panels.push_back(verdict_panel("NIS of " + sensor->name, "mean NIS", *shown, {}));
+  }
+  caption += some_of_text(panels.size(), all, "sensors");
   return panels;
 }
 
@@ -282,20 +305,55 @@ Figure planar_run_figure(const std::string& name, const RunTrace& trace, double 
   return figure;
 }
 
-Figure states_run_figure(const std::string& name, const RunTrace& trace) {
-  constexpr Index kPanels = 6;
+namespace {
+
+/// The states of a layout in the order in which they are shown, at most kStatePanels of the first n.
+std::vector<std::size_t> shown_states(const RunLayout& layout, std::size_t n,
+                                      std::span<const BlockVerdict> blocks) {
+  std::vector<std::size_t> shown;
+  const auto show = [&](std::size_t state) {
+    if (state < n && shown.size() < kStatePanels && std::ranges::find(shown, state) == shown.end())
+      shown.push_back(state);
+  };
+  if (n > kStatePanels) {
+    std::vector<const ConsistencyVerdict*> verdicts;
+    for (const BlockVerdict& block : blocks) {
+      if (is_inconsistent(block.verdict.verdict)) verdicts.push_back(&block.verdict);
+    }
+    for (const ConsistencyVerdict* verdict : worst_first(verdicts, kStatePanels)) {
+      const auto block = std::ranges::find(blocks, verdict, [](const auto& b) { return &b.verdict; });
+      const auto states = std::ranges::find(layout.blocks, block->name, &Block::name);
+      // Of a map every landmark has a block of its own.
+      if (states == layout.blocks.end() || states->part == Part::map) continue;
+      for (const Index state : states->states) show(static_cast<std::size_t>(state));
+    }
+  }
+  for (std::size_t state = 0; state < n; ++state) show(state);
+  return shown;
+}
+
+}  // namespace
+
+Figure states_run_figure(const std::string& name, const RunTrace& trace,
+                         std::span<const BlockVerdict> blocks) {
   const FigureData steps = index_axis(static_cast<Index>(trace.steps.size()), 0);
-  const Index n = trace.steps.front().truth.size(), shown = std::min(n, kPanels);
-  const Index columns = shown == 4 ? 2 : std::min<Index>(shown, 3);
-  const std::string which = n > shown ? fmt::format(" of the first {} of {} states", shown, n) : "";
+  const auto n = static_cast<std::size_t>(trace.steps.front().truth.size());
+  const std::vector<std::size_t> states = shown_states(trace.layout, n, blocks);
+  const std::size_t columns = states.size() == 4 ? 2 : std::min<std::size_t>(states.size(), 3);
+  const bool by_block = n > states.size() && states.back() != states.size() - 1;
+  const std::string which =
+      n == states.size() ? ""
+      : by_block ? fmt::format(" of {} of {} states, those of inconsistent blocks first,", states.size(), n)
+                 : fmt::format(" of the first {} of {} states", states.size(), n);
   Figure figure{.name = name + "-run",
                 .caption = fmt::format("Run {}: errors{} with 2σ.", trace.run, which),
-                .rows = static_cast<int>((shown + columns - 1) / columns),
+                .rows = static_cast<int>((states.size() + columns - 1) / columns),
                 .cols = static_cast<int>(columns)};
-  for (Index i = 0; i < shown; ++i) {
-    Panel panel{
-        .title = trace.layout.states[static_cast<std::size_t>(i)], .x_label = "step", .y_label = "error"};
-    add_error(panel, steps, trace, i, "error", ColourRole::estimate, true);
+  for (const std::size_t i : states) {
+    const bool angle = i < trace.layout.angles.size() && trace.layout.angles[i];
+    Panel panel{.title = trace.layout.states[i], .x_label = "step", .y_label = angle ? "error (°)" : "error"};
+    add_error(panel, steps, trace, static_cast<Index>(i), "error", ColourRole::estimate, true,
+              angle ? 1.0 / kRadiansPerDegree : 1.0);
     figure.panels.push_back(std::move(panel));
   }
   return figure;
@@ -314,7 +372,7 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
   }
   figure.panels.push_back(verdict_panel("ANEES", "mean NEES", analysis.nees, exact_nees));
   if (analysis.judgement && analysis.judgement->sensors.size() > 1) {
-    std::ranges::move(nis_panels(*analysis.judgement), std::back_inserter(figure.panels));
+    std::ranges::move(nis_panels(*analysis.judgement, figure.caption), std::back_inserter(figure.panels));
   } else {
     figure.panels.push_back(verdict_panel("NIS", "mean NIS", analysis.nis, exact_nis));
   }
@@ -392,10 +450,12 @@ std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& 
   std::vector<Figure> figures = {consistency_figure(name, analysis)};
   const RunFigure run = world_of(analysis.scenario).figure;
   if (trace) {
+    const auto blocks = analysis.judgement ? std::span<const BlockVerdict>(analysis.judgement->blocks)
+                                           : std::span<const BlockVerdict>();
     figures.push_back(run == RunFigure::line_slam ? monobot_run_figure(name, *trace)
                       : run == RunFigure::plane_slam
                           ? planar_run_figure(name, *trace, analysis.scenario.world.dt)
-                          : states_run_figure(name, *trace));
+                          : states_run_figure(name, *trace, blocks));
   }
   figures.push_back(accuracy_figure(name, analysis));
   return figures;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,20 @@ Figure monobot_run_figure(const std::string& name, const RunTrace& trace);
 /// One run in the plane: true and estimated path, landmarks, and their 2σ ellipses; pose errors with 2σ.
 Figure planar_run_figure(const std::string& name, const RunTrace& trace, double dt_s);
 
-/// One run of a world without a picture of its own: the error of every state with 2σ.
-Figure states_run_figure(const std::string& name, const RunTrace& trace);
+/// Panels of states or blocks that a figure has at most.
+inline constexpr std::size_t kStatePanels = 15, kBlockPanels = 6;
+
+/// One run of a world without a picture of its own: the error of every state with 2σ; of more than
+/// kStatePanels first those of the inconsistent ones among `blocks`, the worst first, then as they stand.
+Figure states_run_figure(const std::string& name, const RunTrace& trace,
+                         std::span<const BlockVerdict> blocks = {});
+
+/// The first `most` of some verdicts: the inconsistent ones, the worst of them first, then as they stand.
+std::vector<const ConsistencyVerdict*> worst_first(std::vector<const ConsistencyVerdict*> verdicts,
+                                                   std::size_t most);
+
+/// " Of 9 blocks 6 are shown, inconsistent ones first." where only some are shown, else empty.
+std::string some_of_text(std::size_t shown, std::size_t all, const char* what);
 
 /// ANEES and mean NIS over the steps, of several sensors each its own, with pointwise and simultaneous bounds
 /// and, for linear models, the exact curves; and the traces of P.
@@ -36,9 +49,9 @@ std::string over_runs_text(std::int64_t runs);
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact);
 
-/// The mean NIS; of several sensors, whose steps and dof may differ, a panel for each of the first six with
-/// data.
-std::vector<Panel> nis_panels(const Judgement& judgement);
+/// The mean NIS; of several sensors, whose steps and dof may differ, a panel for each with data, of more than
+/// kBlockPanels those that fit least, which is added to the caption.
+std::vector<Panel> nis_panels(const Judgement& judgement, std::string& caption);
 
 /// As many rows as the panels take, three in each.
 void arrange(Figure& figure);

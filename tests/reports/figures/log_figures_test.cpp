@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -97,19 +98,22 @@ TEST(LogFigures, ErrorsHaveTwoSigmaAboutThemAndAnglesAreInDegrees) {
   EXPECT_NEAR(figure.panels[1].series.at(1).y[0], 0.5 * 180.0 / std::numbers::pi, 1e-12);
 }
 
-TEST(LogFigures, OfManyStatesTheFirstSixThatAreEstimated) {
+TEST(LogFigures, OfManyStatesThoseThatAreEstimatedAmongTheFirst) {
   CheckedLogs logs;
-  logs.first_run = errors_of(18);
+  logs.analysis.evidence.layout.states.resize(18);
+  logs.first_run = errors_of(8);
   for (const std::size_t i : {1U, 3U}) logs.first_run.states[i].error = {kAbsent, kAbsent, kAbsent};
   logs.first_run.states[4].error[0] = kAbsent;  // not there yet
   const Figure figure = log_figure(logs, "errors");
   EXPECT_THAT(panel_titles(figure), ElementsAre("x0", "x2", "x4", "x5", "x6", "x7"));
   EXPECT_EQ(figure.rows, 2);
   EXPECT_EQ(figure.cols, 3);
-  EXPECT_THAT(figure.caption, HasSubstr("errors of the first 6 states"));
+  EXPECT_THAT(figure.caption, HasSubstr("errors of the first 8 of 18 states"));
+  logs.analysis.evidence.layout.states.resize(15);
   logs.first_run = errors_of(15);  // position, velocity, attitude and two biases
   EXPECT_EQ(log_figure(logs, "errors").panels.size(), 15U);
   EXPECT_EQ(log_figure(logs, "errors").rows, 5);
+  logs.analysis.evidence.layout.states.resize(4);
   logs.first_run = errors_of(4);
   EXPECT_THAT(log_figure(logs, "errors").caption, Not(HasSubstr("of the first")));
   EXPECT_EQ(log_figure(logs, "errors").rows, 2);
@@ -121,6 +125,7 @@ void add_log_block(LogAnalysis& analysis, const std::string& name, Part part, st
   sums.name = name;
   sums.part = part;
   ConsistencyVerdict verdict;
+  verdict.verdict = Verdict::consistent;
   verdict.count = count;
   verdict.steps = {{.mean = 1.0, .expected = 1.0, .lower = 0.5, .upper = 1.5, .count = count}};
   analysis.judgement.blocks.push_back({name, verdict});
@@ -136,7 +141,22 @@ TEST(LogFigures, ThePoseIsTheFirstOfAtMostSixBlocks) {
   for (int i = 0; i < 8; ++i) add_log_block(logs.analysis, "b" + std::to_string(i), Part::other, 5);
   const Figure many = log_figure(logs, "blocks");
   EXPECT_THAT(panel_titles(many), ElementsAre("pose", "bias", "b0", "b1", "b2", "b3"));
+  EXPECT_THAT(many.caption, HasSubstr("Of 10 blocks 6 are shown, inconsistent ones first."));
   EXPECT_EQ(many.rows, 2);
+  const auto judge = [&logs](const char* name, Verdict verdict, double p_value, double mean) {
+    auto& blocks = logs.analysis.judgement.blocks;
+    ConsistencyVerdict& of = std::ranges::find(blocks, name, &BlockVerdict::name)->verdict;
+    of.verdict = verdict;
+    of.p_value = p_value;
+    of.mean = mean;
+    of.expected = 1.0;
+    of.dof = 100.0;
+  };
+  judge("b5", Verdict::optimistic, 0.0, 2.0);
+  judge("b6", Verdict::pessimistic, 1e-3, 0.8);
+  judge("b7", Verdict::optimistic, 0.0, 3.0);
+  judge("pose", Verdict::undecided, 0.02, 1.3);
+  EXPECT_THAT(panel_titles(log_figure(logs, "blocks")), ElementsAre("b7", "b5", "b6", "pose", "bias", "b0"));
   EXPECT_EQ(many.cols, 3);
 }
 

@@ -125,21 +125,53 @@ TEST(StudyFigures, EllipsesTooSmallToBeSeenAreDrawnLarger) {
   EXPECT_NE(find_series(planar_run_figure("p", trace, 1.0).panels[0], "vehicle 2σ"), nullptr);
 }
 
-TEST(StudyFigures, OfManyStatesTheFirstSixAreShownAndCounted) {
+/// A run of blocks "b0", "b1", … of two states each, "b0.x" and "b0.y", …
+RunTrace run_of_blocks(Index blocks) {
   RunTrace trace;
   for (Index k = 0; k < 3; ++k) {
     TraceStep step;
-    step.truth = Vector::Zero(8);
-    step.estimate = step.error = Vector::Constant(8, 0.5);
-    step.P = Matrix::Identity(8, 8);
+    step.truth = Vector::Zero(2 * blocks);
+    step.estimate = step.error = Vector::LinSpaced(2 * blocks, 0.0, static_cast<double>(2 * blocks - 1));
+    step.P = Matrix::Identity(2 * blocks, 2 * blocks);
     trace.steps.push_back(step);
   }
-  for (int i = 0; i < 8; ++i) trace.layout.states.push_back(std::string("x") + std::to_string(i));
-  const Figure figure = states_run_figure("s", trace);
+  for (Index i = 0; i < blocks; ++i) {
+    for (const char* state : {".x", ".y"}) trace.layout.states.push_back("b" + std::to_string(i) + state);
+  }
+  trace.layout.angles.resize(trace.layout.states.size());
+  add_named_blocks(trace.layout);
+  return trace;
+}
+
+TEST(StudyFigures, AllStatesOfAnInertialFilterAreShown) {
+  const Figure figure = states_run_figure("s", run_of_blocks(7));
   EXPECT_NO_THROW(validate(figure));
-  ASSERT_EQ(figure.panels.size(), 6U);
-  EXPECT_EQ(figure.panels[5].title.text, "x5");
-  EXPECT_THAT(figure.caption, testing::HasSubstr("of the first 6 of 8 states"));
+  ASSERT_EQ(figure.panels.size(), 14U);
+  EXPECT_EQ(figure.panels.back().title.text, "b6.y");
+  EXPECT_EQ(figure.rows, 5);
+  EXPECT_EQ(figure.caption, "Run 0: errors with 2σ.");
+}
+
+TEST(StudyFigures, OfManyStatesThoseOfTheWorstBlocksComeFirst) {
+  RunTrace trace = run_of_blocks(10);
+  EXPECT_THAT(states_run_figure("s", trace).caption, testing::HasSubstr("of the first 15 of 20 states"));
+  trace.layout.angles[18] = true;
+  std::vector<BlockVerdict> blocks;
+  for (int i = 0; i < 10; ++i) blocks.push_back({.name = "b" + std::to_string(i), .verdict = {}});
+  blocks[9].verdict = {
+      .verdict = Verdict::optimistic, .p_value = 0.0, .mean = 3.0, .expected = 1.0, .dof = 10.0};
+  blocks[4].verdict = {.verdict = Verdict::mixed, .p_value = 1e-3, .mean = 1.0, .expected = 1.0, .dof = 10.0};
+  const Figure figure = states_run_figure("s", trace, blocks);
+  EXPECT_NO_THROW(validate(figure));
+  std::vector<std::string> titles;
+  for (const Panel& panel : figure.panels) titles.push_back(panel.title.text);
+  titles.resize(6);
+  EXPECT_THAT(titles, ElementsAre("b9.x", "b9.y", "b4.x", "b4.y", "b0.x", "b0.y"));
+  EXPECT_EQ(figure.panels.size(), 15U);
+  EXPECT_THAT(figure.caption, testing::HasSubstr("of 15 of 20 states, those of inconsistent blocks first"));
+  EXPECT_EQ(figure.panels[1].series.at(2).y[0], 19.0);
+  EXPECT_NEAR(figure.panels[0].series.at(2).y[0], 18.0 * 180.0 / std::numbers::pi, 1e-9);
+  EXPECT_EQ(figure.panels[0].y_label.text, "error (°)");
 }
 
 TEST(StudyFigures, AVerdictHasItsStepsInTheirPlaces) {
