@@ -185,19 +185,19 @@ void FilterLogReader::read_state(Step& row) const {
   const auto field = [&](const std::vector<Index>& columns, Index state) {
     return fields_[static_cast<std::size_t>(columns[static_cast<std::size_t>(state)])];
   };
-  const bool of_errors = !header_.error.empty();
   const auto error_of = [&](Index state) {  // NaN: not there
-    return of_errors ? field(header_.error, state)
-                     : field(header_.estimate, state) - field(header_.truth, state);
+    return header_.error[static_cast<std::size_t>(state)] >= 0
+               ? field(header_.error, state)
+               : field(header_.estimate, state) - field(header_.truth, state);
   };
   for (Index i = 0; i < n; ++i) {
     if (!std::isnan(error_of(i))) row.states.push_back(i);
   }
   row.error.resize(std::ssize(row.states));
-  row.estimate.resize(of_errors ? 0 : row.error.size());
+  row.estimate.resize(header_.layout.componentwise ? row.error.size() : 0);
   for (Index i = 0; i < row.error.size(); ++i) {
     const Index state = row.states[static_cast<std::size_t>(i)];
-    if (!of_errors) row.estimate[i] = field(header_.estimate, state);
+    if (header_.layout.componentwise) row.estimate[i] = field(header_.estimate, state);
     row.error[i] = error_of(state);
     if (header_.layout.angles[static_cast<std::size_t>(state)]) row.error[i] = wrap_angle(row.error[i]);
   }
@@ -280,6 +280,7 @@ Vector FilterLogReader::true_position() const {
   Vector place(std::ssize(block->states));
   for (Index i = 0; i < place.size(); ++i) {
     const auto state = static_cast<std::size_t>(block->states[static_cast<std::size_t>(i)]);
+    if (header_.truth[state] < 0) return {};
     place[i] = fields_[static_cast<std::size_t>(header_.truth[state])];
   }
   return place.allFinite() ? place : Vector();

@@ -21,7 +21,12 @@ constexpr const char* kAccepted =
     "nis.DIM, "
     "nonlinear, inflated (docs/formats.md)";
 
-constexpr const char* kOneOfThem = "columns error.NAME beside estimate.NAME or truth.NAME: name one of them";
+std::invalid_argument error_beside(std::string_view state) {
+  return std::invalid_argument(fmt::format(
+      "column error.{0} beside estimate.{0} or truth.{0}: of each state either the error, or estimate "
+      "and truth",
+      state));
+}
 
 /// Columns of the entries of a matrix by (row, column), from 1.
 using Entries = std::map<std::pair<Index, Index>, Index>;
@@ -104,14 +109,17 @@ class HeaderParser {
   FilterLogHeader finish(Index columns) {
     FilterLogHeader& h = header_;
     h.columns = columns;
-    if (!h.error.empty() && !truth_.empty()) throw std::invalid_argument(kOneOfThem);
-    for (const std::string& state : h.layout.states) {
+    h.layout.componentwise = std::ranges::all_of(h.error, [](Index c) { return c < 0; });
+    h.layout.has_truth = !truth_.empty() || !h.layout.componentwise;
+    for (std::size_t i = 0; i < h.layout.states.size(); ++i) {
+      const std::string& state = h.layout.states[i];
       const auto found = truth_.find(state);
-      if (found != truth_.end()) {
-        h.truth.push_back(found->second);
-      } else if (!truth_.empty()) {
+      const bool of_error = h.error[i] >= 0, has_truth = found != truth_.end();
+      if (of_error && has_truth) throw error_beside(state);
+      if (!of_error && !has_truth && h.layout.has_truth) {
         throw std::invalid_argument(fmt::format("column truth.{} is missing", state));
       }
+      if (!truth_.empty()) h.truth.push_back(has_truth ? found->second : -1);
     }
     for (const auto& [state, unused] : truth_) {
       if (!states_.contains(state)) {
@@ -119,8 +127,6 @@ class HeaderParser {
       }
     }
     const Index n = std::ssize(h.layout.states);
-    h.layout.has_truth = !truth_.empty() || !h.error.empty();
-    h.layout.componentwise = h.error.empty();
     if (h.layout.has_truth || !P_.empty()) h.P = symmetric(P_, n, "P");
     for (Sensor& sensor : h.layout.sensors) add_sensor(sensor);
     add_named_blocks(h.layout);
@@ -139,8 +145,8 @@ class HeaderParser {
     if (name == "time") return set(header_.time, column);
     if (name == "nonlinear") return set(header_.nonlinear, column);
     if (name == "inflated") return set(header_.inflated, column);
-    if (name.starts_with("estimate.")) return add_state("estimate", name.substr(9), column, header_.estimate);
-    if (name.starts_with("error.")) return add_state("error", name.substr(6), column, header_.error);
+    if (name.starts_with("estimate.")) return add_state("estimate", name.substr(9), column, -1);
+    if (name.starts_with("error.")) return add_state("error", name.substr(6), -1, column);
     if (name.starts_with("truth.")) {
       return name.size() > 6 && insert(truth_, std::string(name.substr(6)), column);
     }
@@ -163,19 +169,20 @@ class HeaderParser {
     return true;
   }
 
-  /// A state by its estimate or its error, and the columns of that kind.
-  bool add_state(const char* kind, std::string_view name, Index column, std::vector<Index>& columns) {
+  /// A state by the column of its estimate or of its error.
+  bool add_state(const char* kind, std::string_view name, Index estimate, Index error) {
     const bool angle = take_mark(name, ":angle");
     if (name.empty()) return false;
     RunLayout& layout = header_.layout;
-    const bool of_errors = &columns == &header_.error;
-    if (!(of_errors ? header_.estimate : header_.error).empty()) throw std::invalid_argument(kOneOfThem);
     if (!states_.emplace(name).second) {
+      const auto place = std::ranges::find(layout.states, name) - layout.states.begin();
+      if ((header_.error[static_cast<std::size_t>(place)] < 0) != (error < 0)) throw error_beside(name);
       throw std::invalid_argument(fmt::format("column {}.{} is there twice", kind, name));
     }
     layout.states.emplace_back(name);
     layout.angles.push_back(angle);
-    columns.push_back(column);
+    header_.estimate.push_back(estimate);
+    header_.error.push_back(error);
     return true;
   }
 

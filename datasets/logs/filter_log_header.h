@@ -31,8 +31,8 @@ struct FilterLogHeader {
   Index columns = 0;
   Index run = -1, step = -1, time = -1;
   Index nonlinear = -1, inflated = -1;  ///< of which the first row says what RunLayout says
-  std::vector<Index> estimate, truth;   ///< truth is empty without truth
-  std::vector<Index> error;             ///< in their place, of a filter whose P is of another error
+  std::vector<Index> estimate, truth;   ///< of each state; truth is empty where no state has one
+  std::vector<Index> error;             ///< of each state that has it in place of these
   Symmetric P;
   std::vector<Innovation> innovations;  ///< one for each sensor
 };

@@ -175,9 +175,22 @@ TEST(FilterLogHeaderLine, errors_may_stand_for_estimate_and_truth) {
   EXPECT_FALSE(h.layout.componentwise);
   expect_header_error("error.x,error.y", "column P.1.1 is missing");
   expect_header_error("error.x,error.x,P.1.1", "column error.x is there twice");
-  for (const char* beside : {"estimate.y", "truth.x", "estimate.x,truth.x"}) {
-    expect_header_error(std::string("error.x,P.1.1,") + beside, "name one of them");
+  for (const char* beside : {"truth.x", "estimate.x", "estimate.x,truth.x"}) {
+    expect_header_error(std::string("error.x,P.1.1,") + beside, "of each state either the error, or");
   }
+}
+
+// An inertial filter has places by difference, and an attitude that has none.
+TEST(FilterLogHeaderLine, some_states_may_have_errors_and_others_estimates) {
+  const FilterLogHeader h = parse_filter_log_header(
+      "truth.x,estimate.x,error.turn:angle,estimate.y,P.1.1,P.1.2,P.1.3,P.2.2,P.2.3,P.3.3,truth.y");
+  EXPECT_THAT(h.layout.states, ElementsAre("x", "turn", "y"));
+  EXPECT_THAT(h.estimate, ElementsAre(1, -1, 3));
+  EXPECT_THAT(h.truth, ElementsAre(0, -1, 10));
+  EXPECT_THAT(h.error, ElementsAre(-1, 2, -1));
+  EXPECT_TRUE(h.layout.has_truth);
+  EXPECT_FALSE(h.layout.componentwise);
+  expect_header_error("error.x,estimate.y,P.1.1,P.1.2,P.2.2", "column truth.y is missing");
 }
 
 }  // namespace

@@ -323,5 +323,17 @@ TEST_F(FilterLog, MayHoldTheErrorsOfItsFilter) {
   EXPECT_EQ(rows[1].P(0, 0), 9.0);
 }
 
+TEST_F(FilterLog, MayHoldErrorsOfSomeStates) {
+  const auto rows =
+      read("estimate.x,truth.x,error.turn:angle,P.1.1,P.1.2,P.2.2\n2,1.5,6.3,4,1,9\n2,,0.1,,,9\n");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_THAT(rows[0].states, ElementsAre(0, 1));
+  EXPECT_EQ(rows[0].error[0], 0.5);
+  EXPECT_NEAR(rows[0].error[1], 6.3 - 2.0 * std::numbers::pi, 1e-15);
+  EXPECT_EQ(rows[0].P(0, 1), 1.0);
+  EXPECT_EQ(rows[0].estimate.size(), 0);
+  EXPECT_THAT(rows[1].states, ElementsAre(1));
+}
+
 }  // namespace
 }  // namespace credence::internal
