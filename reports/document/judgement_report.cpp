@@ -212,7 +212,10 @@ void add_law_sentences(const Judgement& b, std::vector<std::string>& sentences) 
         fmt::format("Without assuming Gaussian errors: their mean squares {} P{} ({}); the largest deviation "
                     "is in the direction of {}, a factor of {} ({} … {}).",
                     p <= alpha ? "disagree with" : "agree with",
-                    b.law.second_moments.of.empty() ? "" : " of the block " + b.law.second_moments.of,
+                    b.law.second_moments.of.empty()
+                        ? ""
+                        : fmt::format(" of the block {}, the only one looked at in a state of more than {}",
+                                      b.law.second_moments.of, LawSums::kLargestAveraged),
                     p_value_statement(p), b.law.second_moments.worst, number_text(second.worst.mean, 3),
                     number_text(second.worst.lower, 3), number_text(second.worst.upper, 3)));
   }

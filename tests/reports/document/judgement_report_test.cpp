@@ -54,6 +54,20 @@ TEST(StatisticsSentences, FactorsFarFromOneAreWrittenOut) {
               HasSubstr("by 1 % or too large by 1 %; to reveal the 0.49 % by which it looks too small"));
 }
 
+// Of a state of more than twelve the directions of its first block alone are looked at.
+TEST(StatisticsSentences, SayOfWhatTheMeanSquaresAre) {
+  Judgement judgement = without_law();
+  SecondMomentJudgement& second = judgement.law.second_moments;
+  second.test.reason = {};
+  second.test.p_value = {.optimistic = 0.5, .pessimistic = 0.25};
+  second.worst = "x with y";
+  EXPECT_THAT(statistics_sentences(judgement).front(), HasSubstr("their mean squares agree with P (p"));
+  second.of = "pose";
+  EXPECT_THAT(
+      statistics_sentences(judgement).front(),
+      HasSubstr("agree with P of the block pose, the only one looked at in a state of more than 12 (p"));
+}
+
 TEST(StopSentence, SaysThatNoFactorFitsAllStepsInWords) {
   StudyAnalysis analysis;
   analysis.statistics.runs = 64;
