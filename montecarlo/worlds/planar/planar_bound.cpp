@@ -57,18 +57,27 @@ class KnownMap {
   /// P ← (P⁻¹ + J)⁻¹ = P − P_s (I + J P_ss)⁻¹ J P_sᵀ of the states s that J is of: the pose, and the landmark
   /// at an offset unless that is negative.
   void correct(Index offset, const Information& J) {
-    const Index m = offset < 0 ? 3 : 5;
-    Matrix columns(n_, m);
-    columns.leftCols(3) = P_.block(0, 0, n_, 3);
-    if (m == 5) columns.rightCols(2) = P_.block(0, offset, n_, 2);
-    Matrix own(m, m);
-    own.topRows(3) = columns.topRows(3);
-    if (m == 5) own.bottomRows(2) = columns.middleRows(offset, 2);
-    const Matrix of_states = J.topLeftCorner(m, m);
-    const Matrix spread = Matrix::Identity(m, m) + of_states * own;
-    const Matrix lost = Eigen::PartialPivLU<Matrix>(spread).solve(of_states);
-    const Matrix weighted = columns * (0.5 * (lost + lost.transpose()));
-    P_.topLeftCorner(n_, n_).noalias() -= weighted * columns.transpose();
+    if (offset < 0) return correct_states<3>(offset, J.topLeftCorner<3, 3>());
+    correct_states<5>(offset, J);
+  }
+
+  template <int m>
+  void correct_states(Index offset, const Eigen::Matrix<double, m, m>& J) {
+    using Square = Eigen::Matrix<double, m, m>;
+    using Columns = Eigen::Matrix<double, Eigen::Dynamic, m>;
+    Columns columns(n_, m);
+    Square own;
+    columns.template leftCols<3>() = P_.block(0, 0, n_, 3);
+    if constexpr (m == 5) {
+      columns.template rightCols<2>() = P_.block(0, offset, n_, 2);
+      own.template bottomRows<2>() = columns.template middleRows<2>(offset);
+    }
+    own.template topRows<3>() = columns.template topRows<3>();
+    const Square spread = Square::Identity() + J * own;
+    const Square lost = Eigen::PartialPivLU<Square>(spread).solve(J);
+    // Of so few columns a product is cheaper without blocks.
+    const Columns weighted = columns.lazyProduct(Square(0.5 * (lost + lost.transpose())));
+    P_.topLeftCorner(n_, n_) -= weighted.lazyProduct(columns.transpose());
   }
 
   /// A landmark of which nothing was known: the rest of its information tells of the pose.
