@@ -76,12 +76,12 @@ SkewedMoments stretches_of(const Evidence& e, const StudyStatistics& s) {
   return all && !e.law.errors_stand() ? stretch_averages(e.whole_runs.nees) : SkewedMoments{};
 }
 
-/// Of the whole state in these runs; of a few long ones their stretches are compared.
-ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, double confidence) {
+/// Of the whole state in these runs; of a few long ones these averages of their stretches are compared.
+ConsistencyVerdict judge_study(const Evidence& e, const StudyStatistics& s, const SkewedMoments& averages,
+                               double confidence) {
   const StepSeries nees{s.series(Quantity::nees), s.dofs(Quantity::nees)};
-  const RunAverages stretches{
-      .moments = stretches_of(e, s), .first = {}, .least_dof = s.nees_of_runs.least_dof};
-  if (stretches.moments.count == 0) return judge_state(e, nees, confidence, &s.nees_of_runs);
+  if (averages.count == 0) return judge_state(e, nees, confidence, &s.nees_of_runs);
+  const RunAverages stretches{.moments = averages, .first = {}, .least_dof = s.nees_of_runs.least_dof};
   ConsistencyVerdict v = judge_state(e, nees, confidence, &stretches);
   v.method += fmt::format("; of {} runs their {} stretches, longer than ten correlation times each",
                           s.nees_of_runs.moments.count, stretches.moments.count);
@@ -127,9 +127,9 @@ void join_sensors(const std::vector<SensorJudgement>& sensors, ConsistencyVerdic
   v.method += "; the verdict is that of the sensors one by one, Bonferroni over them";
 }
 
-void judge_verdicts(const Evidence& e, const JudgementContext& context, Judgement& j) {
-  const StudyStatistics& s = context.all_runs != nullptr ? *context.all_runs : e.study;
-  j.nees = judge_study(e, s, j.confidence);
+void judge_verdicts(const Evidence& e, const StudyStatistics& s, const SkewedMoments& stretches,
+                    Judgement& j) {
+  j.nees = judge_study(e, s, stretches, j.confidence);
   j.vehicle_nees = judge_vehicle(s, j.confidence);
   const StepSeries nis{s.series(Quantity::nis), s.dofs(Quantity::nis)};
   j.nis = e.sensors.size() == 1 ? judge_sensor_nis(e.sensors[0], j.sensors[0].gate, nis, j.confidence)
@@ -151,7 +151,8 @@ void judge_blocks(const Evidence& e, const JudgementContext& context, Judgement&
   if (j.blocks.empty()) return;
   // Of the same runs as the blocks: all runs of a long study see what the blocks of fewer cannot.
   const bool all = context.all_runs == nullptr;
-  j.responsible = responsible_block(all ? j.nees : judge_study(e, e.study, j.confidence), j.blocks);
+  j.responsible = responsible_block(
+      all ? j.nees : judge_study(e, e.study, stretches_of(e, e.study), j.confidence), j.blocks);
 }
 
 CoverageVerdict judge_region(const CoverageSums::Region& region, double confidence) {
@@ -293,9 +294,8 @@ SettlingRuns settle_averages(const ConsistencyVerdict& v, const MeanInterval& de
 
 /// Of runs whose number of independent steps is not known: the steps alone tell something, and so do the
 /// averages as far as they scatter.
-SettlingRuns settle_unknown(const Evidence& e, const StudyStatistics& s, const Judgement& j) {
+SettlingRuns settle_unknown(const StudyStatistics& s, const SkewedMoments& stretches, const Judgement& j) {
   SettlingRuns result = settle(j.nees, false, kNaN);
-  const SkewedMoments stretches = stretches_of(e, s);
   const SkewedMoments& averages = stretches.count > 0 ? stretches : s.nees_of_runs.moments;
   if (j.nees.verdict != Verdict::consistent || averages.count < kFewestRunsCompared) return result;
   const Moments plain{.count = averages.count, .mean = averages.mean, .m2 = averages.m2};
@@ -728,20 +728,20 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   for (const SensorSums& sensor : e.sensors) {
     j.sensors.push_back(judge_sensor(sensor, e.study.steps.size(), j.confidence));
   }
-  judge_verdicts(e, context, j);
+  const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
+  const SkewedMoments stretches = stretches_of(e, all);
+  judge_verdicts(e, all, stretches, j);
   judge_blocks(e, context, j);
   name_steps(e, context.all_runs == nullptr, j);
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
   }
   judge_ends(e, j);
-  j.law =
-      judge_law(e, context.all_runs != nullptr ? *context.all_runs : e.study, j.confidence, context.margin);
+  j.law = judge_law(e, all, j.confidence, context.margin);
   j.effective_steps = effective_steps_of(e.whole_runs, e.study.steps.size());
   judge_scales(e, j);
-  const StudyStatistics& all = context.all_runs != nullptr ? *context.all_runs : e.study;
-  j.settle_nees =
-      std::isnan(j.effective_steps) ? settle_unknown(e, all, j) : settle(j.nees, false, j.effective_steps);
+  j.settle_nees = std::isnan(j.effective_steps) ? settle_unknown(all, stretches, j)
+                                                : settle(j.nees, false, j.effective_steps);
   j.settle_nis = settle(j.nis, true, j.effective_steps);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, j);
