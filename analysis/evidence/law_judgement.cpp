@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "analysis/laws/equivalence.h"
+#include "analysis/laws/hall_score.h"
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/tail_weight.h"
 
@@ -162,7 +163,7 @@ ScoreJudgement judge_score(const ScoreMoments& score, double confidence) {
     result.reason = "no run with a P of full rank over the whole state";
     return result;
   }
-  result.value = student_interval(score.value, confidence);
+  result.value = hall_interval(score.value, confidence);
   result.expected = score.expected.mean;
   return result;
 }

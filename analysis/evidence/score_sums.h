@@ -2,6 +2,7 @@
 
 #include "core/record/normalised_step.h"
 #include "montecarlo/engine/moments.h"
+#include "montecarlo/engine/skewed_moments.h"
 
 /// @file
 /// Proper scores of the error under the law N(0, P) that the filter claims (proper_scores.h): which of two
@@ -11,7 +12,8 @@ namespace credence::internal {
 
 /// A score over runs beside what it would be on average if P were right.
 struct ScoreMoments {
-  Moments value, expected;
+  SkewedMoments value;
+  Moments expected;
 
   void merge(const ScoreMoments& later) {
     value.merge(later.value);

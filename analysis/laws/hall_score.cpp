@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/nan.h"
+
 namespace credence::internal {
 
 double sample_skewness(const SkewedMoments& moments) {
@@ -28,6 +30,21 @@ double mean_of_hall_score(const SkewedMoments& moments, double z) {
     u = 3.0 / gamma * std::expm1(std::log1p(x) / 3.0);
   }
   return moments.mean - std::sqrt(moments.variance()) * u;
+}
+
+MeanInterval hall_interval(const SkewedMoments& moments, double confidence) {
+  MeanInterval interval =
+      student_interval({.count = moments.count, .mean = moments.mean, .m2 = moments.m2}, confidence);
+  if (!interval.reason.empty() || !(moments.m2 > 0.0)) return interval;
+  if (!std::isfinite(moments.m3)) {
+    interval.lower = interval.upper = kNaN;
+    interval.reason = "the skewness is not finite";
+    return interval;
+  }
+  const double t = student_quantile_two_sided(confidence, static_cast<double>(moments.count - 1));
+  interval.lower = mean_of_hall_score(moments, t);
+  interval.upper = mean_of_hall_score(moments, -t);
+  return interval;
 }
 
 }  // namespace credence::internal

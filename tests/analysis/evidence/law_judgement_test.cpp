@@ -76,6 +76,23 @@ TEST(LawJudgement, NothingSpeaksAgainstAnExactFilter) {
   EXPECT_GT(j.shape.proved_within, 0.1);
 }
 
+// Of ten runs of one step and two states Student's interval misses the score of the true law in 9.8 %, Hall's
+// in 6.2 % (numpy, 200,000 studies).
+TEST(LawJudgement, TheIntervalOfAScoreFollowsItsSkewness) {
+  constexpr int kStudies = 6000;
+  const Matrix I = Matrix::Identity(2, 2);
+  const std::function<double()> draw = gaussian(7);
+  int missed = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    const Evidence e = errors_of(I, I, 10, 1, draw);
+    const ScoreJudgement score = judge_law(e, e.study, 0.95, 0.1).log_score;
+    missed += score.value.lower > score.expected || score.value.upper < score.expected;
+  }
+  constexpr double kRate = 0.062;
+  const double error = std::sqrt(kRate * (1.0 - kRate) / kStudies);
+  EXPECT_NEAR(missed / static_cast<double>(kStudies), kRate, 5.0 * error);
+}
+
 TEST(LawJudgement, SeesAStateTooLargeThatHidesOneTooSmall) {
   // Mean NEES is right: 2 · (1.5 + 0.5)/2.
   const Matrix L = Vector{{std::sqrt(1.5), std::sqrt(0.5)}}.asDiagonal();

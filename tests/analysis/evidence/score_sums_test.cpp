@@ -90,14 +90,17 @@ TEST(ScoreSums, MergeAsIfAddedTogether) {
   }
   first.merge(second);
   EXPECT_TRUE(first.of_position);
-  for (const auto& [merged, together] :
-       {std::pair{first.log.value, all.log.value}, std::pair{first.log.expected, all.log.expected},
-        std::pair{first.energy.value, all.energy.value},
-        std::pair{first.energy.expected, all.energy.expected}}) {
+  const auto same = [](const auto& merged, const auto& together) {
     EXPECT_EQ(merged.count, 7);
+    EXPECT_EQ(together.count, 7);
     EXPECT_NEAR(merged.mean, together.mean, 1e-14);
     EXPECT_NEAR(merged.m2, together.m2, 1e-12);
-  }
+  };
+  same(first.log.value, all.log.value);
+  same(first.log.expected, all.log.expected);
+  same(first.energy.value, all.energy.value);
+  same(first.energy.expected, all.energy.expected);
+  EXPECT_NEAR(first.log.value.m3, all.log.value.m3, 1e-11);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 #include "analysis/laws/student.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
@@ -48,6 +49,35 @@ TEST(HallScore, RemovesTheSkewnessThatStudentsScoreHas) {
   }
   EXPECT_GT(plain / 4000.0, 0.05);
   EXPECT_LE(hall / 4000.0, 0.03 + 5.0 * test::binomial_standard_error(0.03, kStudies));
+}
+
+// Of {0.3, −0.1, −0.2, −4, 0.4, 0.1, −1.1, 0.2} by the roots of Hall's polynomial (scipy 1.10, brentq).
+TEST(HallInterval, ReachesFurtherToTheSideOfTheTail) {
+  SkewedMoments moments;
+  for (const double x : {0.3, -0.1, -0.2, -4.0, 0.4, 0.1, -1.1, 0.2}) moments.add(x);
+  const MeanInterval interval = hall_interval(moments, 0.95);
+  EXPECT_NEAR(interval.mean, -0.55, 1e-14);
+  EXPECT_NEAR(interval.lower, -4.9398904240648625, 1e-8);
+  EXPECT_NEAR(interval.upper, 0.2888439953488463, 1e-8);
+  EXPECT_EQ(interval.count, 8);
+}
+
+TEST(HallInterval, IsStudentsWhereNothingIsSkewedOrNothingKnown) {
+  SkewedMoments moments;
+  EXPECT_EQ(hall_interval(moments, 0.95).reason, "no data");
+  moments.add(2.0);
+  EXPECT_EQ(hall_interval(moments, 0.95).reason, "one value has no variance");
+  moments.add(2.0);
+  EXPECT_EQ(hall_interval(moments, 0.95).lower, 2.0);
+  EXPECT_EQ(hall_interval(moments, 0.95).upper, 2.0);
+  SkewedMoments two;
+  for (const double x : {1.0, 3.0}) two.add(x);
+  EXPECT_NEAR(hall_interval(two, 0.95).lower, 2.0 - student_quantile_two_sided(0.95, 1.0), 1e-12);
+  SkewedMoments large;
+  for (const double x : {0.0, 0.0, 1e120}) large.add(x);
+  EXPECT_FALSE(hall_interval(large, 0.95).reason.empty());
+  EXPECT_TRUE(std::isnan(hall_interval(large, 0.95).lower));
+  EXPECT_THROW(hall_interval(two, 1.0), std::invalid_argument);
 }
 
 }  // namespace
