@@ -312,6 +312,25 @@ SettlingRuns settle_unknown(const StudyStatistics& s, const SkewedMoments& stret
   return result;
 }
 
+/// Leaves one run open, whose average is not tested, and says how many like it would tell.
+void leave_open(const Evidence& e, Judgement& j) {
+  ConsistencyVerdict& v = j.nees;
+  v.verdict = Verdict::consistent;
+  j.settle_nees = settle(v, false, j.effective_steps);
+  v.verdict = Verdict::undecided;
+  const bool stands = j.single->time_average.run_sum.reason.empty();  // a test that was set aside
+  v.reason =
+      stands ? fmt::format(
+                   "in one run an error that stays as it is over all {} rows cannot be told from a wrong P",
+                   e.first_run.size())
+             : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
+                           e.first_run.size(), j.effective_steps);
+  if (j.settle_nees.runs > 0) {
+    v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
+                            j.settle_nees.runs, j.settle_nees.observed_factor);
+  }
+}
+
 /// Adds to the verdict what the course of one run in time says.
 void judge_single_run(const Evidence& e, Judgement& j) {
   const ThinnedSeries series = thinned(e.first_run);
@@ -355,22 +374,9 @@ void judge_single_run(const Evidence& e, Judgement& j) {
     j.single = single;
     return;
   }
-  ConsistencyVerdict assumed = v;
-  if (v.verdict == Verdict::undecided) assumed.verdict = Verdict::consistent;
-  j.settle_nees = settle(assumed, false, j.effective_steps);
-  if (v.verdict == Verdict::undecided) {
-    v.reason =
-        stand ? fmt::format(
-                    "in one run an error that stays as it is over all {} rows cannot be told from a wrong P",
-                    e.first_run.size())
-              : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
-                            e.first_run.size(), j.effective_steps);
-    if (j.settle_nees.runs > 0) {
-      v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
-                              j.settle_nees.runs, j.settle_nees.observed_factor);
-    }
-  }
   j.single = single;
+  if (v.verdict == Verdict::undecided) return leave_open(e, j);
+  j.settle_nees = settle(v, false, j.effective_steps);
 }
 
 NamedTest verdict_test(std::string name, const ConsistencyVerdict& v) {
@@ -746,6 +752,11 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, j);
   j.word = word_of(e, j);
+  if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
+    leave_open(e, j);  // a step that alone rejects is no reason to call it consistent
+    j.word = word_of(e, j);
+  }
+  if (!is_inconsistent(j.word.verdict)) j.responsible = {};
   j.tests = list_tests(e, j);
   j.causes = causes_of(e, j);
   if (context.sensitivity) judge_sensitivity(e, j);

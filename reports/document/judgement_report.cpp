@@ -240,17 +240,16 @@ std::string proof_sentence(const Judgement& j) {
 
 std::vector<std::string> advice_sentences(const Judgement& b) {
   std::vector<std::string> sentences;
-  const bool covariance_right = b.word.verdict == Verdict::not_gaussian;
-  if (covariance_right) {
-    // Which block the tails show in most says nothing.
-  } else if (b.responsible.index >= 0) {
+  // What rejects alone and not beside all others is nothing to mend.
+  const bool wrong = is_inconsistent(b.word.verdict);
+  if (wrong && b.responsible.index >= 0) {
     const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
     sentences.push_back(
         fmt::format("Most of the inconsistency is in the block “{}”, which is {}: mean NEES {} where {} is "
                     "expected.",
                     block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
                     number_text(block.verdict.expected, 4)));
-  } else if (b.responsible.joint_only) {
+  } else if (wrong && b.responsible.joint_only) {
     sentences.push_back(
         "Every block of the state is consistent and the whole is not: the correlations between "
         "blocks are wrong.");
@@ -260,13 +259,14 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
                                     b.word.verdict == Verdict::consistent ? "Noticed" : "Likely cause",
                                     to_string(cause.cause), cause.why));
   }
+  if (!wrong) return sentences;
   const ScaleAdvice& scale = b.scale_covariance;
   if (scale.reason.empty() && b.word.verdict != Verdict::mixed && (scale.lower > 1.0 || scale.upper < 1.0)) {
     const std::string left = left_by_scale(b.nees, b.blocks);
     sentences.push_back(fmt::format("Scaling P by {} would make the mean NEES right{}.", factor_text(scale),
                                     left.empty() ? "" : " but leave " + left));
   }
-  if (is_inconsistent(b.nis.verdict) && !covariance_right && b.scale_innovation.reason.empty()) {
+  if (is_inconsistent(b.nis.verdict) && b.scale_innovation.reason.empty()) {
     std::string sentence =
         fmt::format("Scaling S by {} would make the mean NIS right", factor_text(b.scale_innovation));
     if (b.scale_measurement_noise.reason.empty()) {

@@ -21,6 +21,15 @@ void add_verdict(ReportTable& table, const std::string& what, const ConsistencyV
       {what, verdict_cell(v.verdict), v.mean, v.expected, trusted_text(v), p_value_text(v.p_value), v.count});
 }
 
+/// Whether a row says what the answer, which joins them all, does not.
+bool rejects_alone(const Judgement& a) {
+  if (is_inconsistent(a.word.verdict) || a.word.verdict == Verdict::not_gaussian) return false;
+  const auto block_rejects = [](const BlockVerdict& b) { return is_inconsistent(b.verdict.verdict); };
+  const auto sensor_rejects = [](const SensorJudgement& s) { return is_inconsistent(s.nis.verdict); };
+  return is_inconsistent(a.nees.verdict) || is_inconsistent(a.nis.verdict) ||
+         std::ranges::any_of(a.blocks, block_rejects) || std::ranges::any_of(a.sensors, sensor_rejects);
+}
+
 std::string tests_of(const SensorJudgement& s) {
   const std::string name = s.name.empty() ? "innovation" : s.name;
   const auto p = [](double value, std::string_view reason) {
@@ -147,6 +156,13 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
     table.notes.push_back(
         fmt::format("Gross outliers, beyond the upper {:g} quantile of their law: {} of NEES, {} of NIS.",
                     kGrossOutlier, a.sensitivity->nees_outliers, a.sensitivity->nis_outliers));
+  }
+  if (rejects_alone(a)) {
+    table.notes.push_back(
+        fmt::format("Each row is judged by itself at {0:g} %, so that of several one rejects a right filter "
+                    "more often. The "
+                    "answer joins them all, at {0:g} % together: that row is no evidence.",
+                    100.0 * (1.0 - a.confidence)));
   }
   add_read_notes(table, logs);
   if (!a.nees.reason.empty() && logs.analysis.evidence.has_truth) {

@@ -200,6 +200,20 @@ TEST(Judgement, AShortSingleRunIsUndecidedAndSaysWhatWouldSettleIt) {
   EXPECT_EQ(a.word.verdict, Verdict::undecided);
 }
 
+// A row that alone rejects, and not beside the innovations, is neither consistent nor wrong.
+TEST(Judgement, OneRowIsNotCalledConsistent) {
+  int alone = 0;
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    const Judgement a = judge(logs_of(1, 1, 0.0, 1.0, {}, seed));
+    const bool rejects = a.nees.p_value <= 0.05;
+    alone += rejects && !is_inconsistent(a.word.verdict);
+    EXPECT_NE(a.word.verdict, Verdict::consistent) << seed;
+    if (a.word.verdict == Verdict::undecided) EXPECT_EQ(a.nees.verdict, Verdict::undecided) << seed;
+    if (a.word.verdict == Verdict::undecided) EXPECT_FALSE(a.nees.reason.empty()) << seed;
+  }
+  EXPECT_GT(alone, 0);
+}
+
 TEST(Judgement, ALongSingleRunIsDecided) {
   const Judgement right = judge(logs_of(1, 3000, 0.9, 1.0));
   EXPECT_EQ(right.nees.verdict, Verdict::consistent) << right.nees.reason;

@@ -130,6 +130,11 @@ TEST(AdviceSentences, AFactorThatMayBeOneIsNoAdvice) {
   judgement.word.verdict = Verdict::mixed;
   EXPECT_THAT(advice_sentences(judgement), IsEmpty())
       << "no factor suits what is larger here and smaller there";
+  judgement.word.verdict = Verdict::consistent;
+  judgement.nis.verdict = Verdict::optimistic;
+  judgement.responsible.index = 0;
+  judgement.blocks = {{.name = "pos", .verdict = judgement.nees}};
+  EXPECT_THAT(advice_sentences(judgement), IsEmpty()) << "nothing is to be mended";
 }
 
 TEST(TestsTable, ATestFailsAloneUnlessHolmRejectsItToo) {

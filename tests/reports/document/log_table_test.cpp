@@ -101,6 +101,18 @@ TEST(LogTable, TheAnswerSaysHowFarItReaches) {
   EXPECT_EQ(log_answer(logs), asked + "mixed: optimistic in yaw; pessimistic in x");
 }
 
+TEST(LogTable, ARowThatRejectsBesideAnAnswerThatDoesNotIsExplained) {
+  CheckedLogs logs = logs_with({{"pos", Part::other}});
+  const auto explained = Contains(HasSubstr("Each row is judged by itself at 5 %"));
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
+  logs.analysis.judgement.blocks[0].verdict.verdict = Verdict::optimistic;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, explained);
+  logs.analysis.judgement.word.verdict = Verdict::optimistic;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained));
+  logs.analysis.judgement.word.verdict = Verdict::not_gaussian;
+  EXPECT_THAT(log_verdicts(logs, 9).notes, Not(explained)) << "has a note of its own";
+}
+
 TEST(LogTable, NotesCountWhatWasReadRejectedAndFailed) {
   CheckedLogs logs = logs_with();
   logs.files = 2;
