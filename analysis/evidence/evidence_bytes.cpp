@@ -233,8 +233,8 @@ class Pass {
   }
 
   void one(Held<LawSums>& law) {
-    (*this)(law.averaged, law.second_moments, law.error_means, law.whitened_means, law.whitened,
-            law.nees_tails, law.nis_tails, law.nis_of_runs, law.nees_at, law.nis_at);
+    (*this)(law.averaged, law.second_moments, law.error_means, law.whitened_means, law.stretch_means,
+            law.whitened, law.nees_tails, law.nis_tails, law.nis_of_runs, law.nees_at, law.nis_at);
   }
 
   void one(Held<ScoreSums>& scores) { (*this)(scores.log, scores.energy, scores.of_position); }

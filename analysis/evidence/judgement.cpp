@@ -73,7 +73,7 @@ ConsistencyVerdict judge_state(const Evidence& e, const StepSeries& series, doub
 /// Of a few long runs; empty where only whole ones are compared.
 SkewedMoments stretches_of(const Evidence& e, const StudyStatistics& s) {
   const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
-  return all && !e.law.errors_stand() ? stretch_averages(e.whole_runs.nees) : SkewedMoments{};
+  return all && !e.law.stretches_stand() ? stretch_averages(e.whole_runs.nees) : SkewedMoments{};
 }
 
 /// Of the whole state in these runs; of a few long ones these averages of their stretches are compared.
@@ -319,12 +319,12 @@ void leave_open(const Evidence& e, Judgement& j) {
   j.settle_nees = settle(v, false, j.effective_steps);
   v.verdict = Verdict::undecided;
   const bool stands = j.single->time_average.run_sum.reason.empty();  // a test that was set aside
-  v.reason =
-      stands ? fmt::format(
-                   "in one run an error that stays as it is over all {} rows cannot be told from a wrong P",
-                   e.first_run.size())
-             : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
-                           e.first_run.size(), j.effective_steps);
+  v.reason = stands ? fmt::format("in one run an error that {} cannot be told from a wrong P",
+                                  e.law.errors_stand()
+                                      ? fmt::format("stays as it is over all {} rows", e.first_run.size())
+                                      : fmt::format("lasts for a tenth of the {} rows", e.first_run.size()))
+                    : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
+                                  e.first_run.size(), j.effective_steps);
   if (j.settle_nees.runs > 0) {
     v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
                             j.settle_nees.runs, j.settle_nees.observed_factor);
@@ -344,7 +344,7 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   single.time_average = averages[0];
   single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, 1.0);
   single.sample.correlation_time *= series.rows_per_value;
-  const bool stand = !std::isnan(single.time_average.p_value) && e.law.errors_stand();
+  const bool stand = !std::isnan(single.time_average.p_value) && e.law.stretches_stand();
   if (stand) single.time_average.p_value = kNaN;
   const double p_average = single.time_average.p_value;
   const bool tested = !std::isnan(p_average);

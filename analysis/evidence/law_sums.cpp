@@ -17,6 +17,26 @@ bool takes_vector(VectorMoments& moments, Index dim) {
   return true;
 }
 
+bool stand(const VectorMoments& means, const SecondMoments& second) {
+  if (means.count == 0 || means.mean.size() != second.dim()) return false;
+  const Matrix square =
+      means.scatter / static_cast<double>(means.count) + means.mean * means.mean.transpose();
+  return standing_share(mean_of(second), square) > kStandingErrors;
+}
+
+/// Adds the means of ten equal stretches; of fewer groups of rows none.
+void add_stretches(const RunLaw& run, VectorMoments& means) {
+  constexpr std::size_t kStretches = 10;
+  const std::size_t groups = static_cast<std::size_t>(run.steps / run.rows_of_group) / kStretches;
+  if (groups == 0) return;
+  const auto rows = static_cast<double>(static_cast<Index>(groups) * run.rows_of_group);
+  for (std::size_t i = 0; i < kStretches; ++i) {
+    Vector sum = Vector::Zero(run.outer.rows());
+    for (std::size_t g = i * groups; g < (i + 1) * groups; ++g) sum += run.whitened_sums[g];
+    means.add(sum / rows);
+  }
+}
+
 }  // namespace
 
 bool LawSums::takes(const std::string& of, Index dim) {
@@ -27,6 +47,7 @@ bool LawSums::takes(const std::string& of, Index dim) {
   second_moments = {};
   error_means = {};
   whitened_means = {};
+  stretch_means = {};
   return true;
 }
 
@@ -41,6 +62,7 @@ void LawSums::merge(const LawSums& later) {
     second_moments.merge(later.second_moments);
     error_means.merge(later.error_means);
     whitened_means.merge(later.whitened_means);
+    stretch_means.merge(later.stretch_means);
   }
   for (const auto& [step, moments] : later.whitened) {
     VectorMoments& here = whitened[step];
@@ -53,12 +75,20 @@ void LawSums::merge(const LawSums& later) {
   merge_series(nis_at, later.nis_at);
 }
 
-bool LawSums::errors_stand() const {
-  const VectorMoments& means = whitened_means;
-  if (means.count == 0 || means.mean.size() != second_moments.dim()) return false;
-  const Matrix square =
-      means.scatter / static_cast<double>(means.count) + means.mean * means.mean.transpose();
-  return standing_share(mean_of(second_moments), square) > kStandingErrors;
+bool LawSums::errors_stand() const { return stand(whitened_means, second_moments); }
+
+bool LawSums::stretches_stand() const { return stand(stretch_means, second_moments); }
+
+Vector& RunLaw::group_at_hand() {
+  constexpr std::size_t kMostGroups = 64;
+  if (steps % rows_of_group != 0) return whitened_sums.back();
+  if (whitened_sums.size() == kMostGroups) {
+    for (std::size_t i = 0; i < kMostGroups / 2; ++i)
+      whitened_sums[i] = whitened_sums[2 * i] + whitened_sums[2 * i + 1];
+    whitened_sums.resize(kMostGroups / 2);
+    rows_of_group *= 2;
+  }
+  return whitened_sums.emplace_back(Vector::Zero(outer.rows()));
 }
 
 void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector& variance) {
@@ -66,11 +96,12 @@ void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector
   if (outer.rows() != dim) {
     if (steps > 0) return;  // of fewer states than before: no average of the same thing
     outer = Matrix::Zero(dim, dim);
-    normalised = whitened_sum = Vector::Zero(dim);
+    normalised = Vector::Zero(dim);
   }
+  Vector& sum = group_at_hand();
   for (Index j = 0; j < dim; ++j) {
     normalised[j] += error[j] / std::sqrt(variance[j]);
-    whitened_sum[j] += whitened[j];
+    sum[j] += whitened[j];
     for (Index i = j; i < dim; ++i) outer(i, j) += whitened[i] * whitened[j];
   }
   ++steps;
@@ -80,7 +111,10 @@ void RunLaw::add_to(LawSums& sums, const std::string& averaged) const {
   if (steps > 0 && sums.takes(averaged, outer.rows())) {
     sums.second_moments.add(outer / static_cast<double>(steps));
     sums.error_means.add(normalised / static_cast<double>(steps));
-    sums.whitened_means.add(whitened_sum / static_cast<double>(steps));
+    Vector sum = Vector::Zero(outer.rows());
+    for (const Vector& of_group : whitened_sums) sum += of_group;
+    sums.whitened_means.add(sum / static_cast<double>(steps));
+    add_stretches(*this, sums.stretch_means);
   }
   if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
   if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);

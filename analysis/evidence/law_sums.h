@@ -25,6 +25,7 @@ struct LawSums {
   SecondMoments second_moments{};                    ///< of the whitened errors, averaged over each run
   VectorMoments error_means{};                       ///< of the errors over their σ, averaged over each run
   VectorMoments whitened_means{};                    ///< of the whitened errors, averaged over each run
+  VectorMoments stretch_means{};                     ///< the same of each of ten stretches of each run
   std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …
   SkewedMoments nees_tails{}, nis_tails{};           ///< of each run (tail_weight.h)
   SkewedMoments nis_of_runs{};                       ///< NIS / dof, averaged over each run
@@ -39,19 +40,26 @@ struct LawSums {
   /// Whether an error stays as it is over the runs (standing_share), so that their stretches tell no more
   /// than they do: of what is averaged.
   bool errors_stand() const;
+  /// Whether one stays as it is, or nearly so, over tenths of the runs: these are then not independent,
+  /// however short the correlation time of NEES is, which an error that lasts hardly shows among many that do
+  /// not.
+  bool stretches_stand() const;
 };
 
 /// Of the run at hand.
 struct RunLaw {
-  Matrix outer{};         ///< Σ u uᵀ
-  Vector normalised{};    ///< Σ e_i / √P_ii
-  Vector whitened_sum{};  ///< Σ u_i
+  Matrix outer{};                       ///< Σ u uᵀ
+  Vector normalised{};                  ///< Σ e_i / √P_ii
+  std::vector<Vector> whitened_sums{};  ///< Σ u_i of successive groups of rows, the last one not full
+  Index rows_of_group = 1;
   Index steps = 0;
   RunTails nees_tails{}, nis_tails{};
   double nis = 0.0, nis_dof = 0.0;
 
   /// Of a covariance of full rank.
   void add_error(const Vector& whitened, const Vector& error, const Vector& variance);
+  /// The sum of the group of rows that the next one belongs to; of a long run they are joined by twos.
+  Vector& group_at_hand();
   /// The run ended well; `averaged` is the block of the errors, "" for the state.
   void add_to(LawSums& sums, const std::string& averaged) const;
 };

@@ -37,6 +37,25 @@ TEST(LawSums, AverageTheOuterProductsOfARun) {
   EXPECT_NEAR(sums.error_means.mean[1], 1.5, 1e-15);
 }
 
+// One component that keeps its sign for half a run has no mean over it, and is as large in each tenth of it.
+TEST(LawSums, AnErrorThatLastsForATenthOfARunIsNoErrorOfAllOfIt) {
+  std::vector<Vector> slow, fast;
+  for (int k = 0; k < 640; ++k) {
+    const double sign = k % 2 == 0 ? 1.0 : -1.0;
+    slow.push_back(Vector{{sign, k < 320 ? 1.0 : -1.0}});
+    fast.push_back(Vector{{sign, k % 4 < 2 ? 1.0 : -1.0}});
+  }
+  const LawSums sums = sums_of(slow);
+  ASSERT_EQ(sums.stretch_means.count, 10);
+  EXPECT_NEAR(sums.whitened_means.mean.norm(), 0.0, 1e-12);
+  EXPECT_NEAR(sums.stretch_means.scatter(1, 1), 10.0, 1e-9);
+  EXPECT_NEAR(sums.stretch_means.scatter(0, 0), 0.0, 1e-9);
+  EXPECT_FALSE(sums.errors_stand());
+  EXPECT_TRUE(sums.stretches_stand());
+  EXPECT_FALSE(sums_of(fast).stretches_stand());
+  EXPECT_EQ(sums_of({slow.begin(), slow.begin() + 9}).stretch_means.count, 0);
+}
+
 TEST(LawSums, NormaliseAnErrorByItsOwnDeviation) {
   RunLaw run;
   run.add_error(Vector{{1.0, 1.0}}, Vector{{3.0, -8.0}}, Vector{{9.0, 16.0}});
