@@ -72,6 +72,17 @@ TEST(TuneReport, FreshNoiseIsToldOfThePresentFilterAndOfTheTunedOne) {
   EXPECT_THAT(document.answer.text, StartsWith("The innovations ask for filter.process_scale = "));
 }
 
+TEST(TuneReport, WhereFreshNoiseRefusesTheTunedNoiseItsErrorIsTold) {
+  ScenarioTuning refused = tuned("process_scale = 0.1\n");
+  refused.held_out->after.word.verdict = Verdict::optimistic;
+  const auto notes = [](const Document& document) {
+    return nlohmann::json::parse(document.json())["notes"].dump();
+  };
+  const auto told = HasSubstr("Tuned noise has an error of its own");
+  EXPECT_THAT(notes(document_of_wanderer()), testing::Not(told));
+  EXPECT_THAT(notes(tune_document(std::move(refused))), told);
+}
+
 // The loss of a point of the ridge against the log likelihood of the scenario with its values, played anew.
 TEST(TuneReport, ARidgePointIsAScenarioThatScoresWorseByItsLoss) {
   const ScenarioTuning& t = wanderer();
