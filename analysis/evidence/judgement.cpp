@@ -608,18 +608,23 @@ std::vector<Index> claimed_uncorrelated(const Evidence& e) {
 /// Whether errors that P claims to be uncorrelated are, over all steps of the runs: of A_pq, the average of
 /// u_p u_q over a run, which is half the difference of those along (e_p ± e_q)/√2. These two do not vary
 /// against each other where u_p and u_q are independent, so that their variances add up to one that is no
-/// less; Student's t, Bonferroni over the pairs. None where P claims no such thing, or of a state too large
-/// for A.
+/// less; Student's t, Bonferroni over the pairs. None where P claims no such thing; a reason for a state too
+/// large for A, or too few runs.
 std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e) {
   constexpr std::int64_t kFewestRuns = 10;
   const SecondMoments& second = e.law.second_moments;
-  const bool of_state = e.joint_covariance && e.law.averaged.empty() &&
-                        second.dim() == std::ssize(e.layout.states) && second.runs() >= kFewestRuns;
-  if (!of_state) return std::nullopt;
+  if (!e.joint_covariance || std::ssize(e.layout.states) < 2) return std::nullopt;
+  ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
+  if (std::ssize(e.layout.states) > LawSums::kLargestAveraged) result.reason = "more than 12 states";
+  if (second.runs() < kFewestRuns) result.reason = "fewer than 10 runs";
+  if (!result.reason.empty()) {
+    result.p_value = kNaN;
+    return result;
+  }
+  if (!e.law.averaged.empty() || second.dim() != std::ssize(e.layout.states)) return std::nullopt;
   const std::vector<Index> before = claimed_uncorrelated(e);
   const std::vector<SecondMomentDirection> directions = second_moment_directions(second.dim());
   const auto runs = static_cast<double>(second.runs());
-  ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const auto& [p, q, sign] = directions[i];
     if (sign <= 0 || q >= before[static_cast<std::size_t>(p)]) continue;
@@ -659,6 +664,7 @@ std::vector<CauseFound> causes_of(const Evidence& e, const Judgement& j) {
   }
   findings.narrow_angles = e.narrow_angles;
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
+  findings.mean_at_steps = test_mean_at_steps(e.law.whitened);
   findings.block = j.responsible;
   findings.error_correlation = test_claimed_uncorrelated(e);
   findings.nees_values = e.whole_runs.nees_values;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/nan.h"
+
 namespace credence::internal {
 namespace {
 
@@ -72,6 +74,22 @@ TEST(CauseRules, ASignatureMustHoldForAllFifteen) {
   EXPECT_EQ(causes_of(findings), CauseList{});
   findings.gross_outliers.rest_fits = true;  // the body is off by what outliers leave behind
   EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+}
+
+// χ²(1) and 2.5 times it are 0.218 apart at most (scipy: chi2.cdf(x, 1) − chi2.cdf(x/2.5, 1) at x = 1.527).
+TEST(CauseRules, ABodyThatHasHardlyMovedBesideTheMeanIsThatOfOutliers) {
+  Findings findings = findings_of(2.5, 2.5);
+  findings.far_tail = CoverageCount{.inside = 3960, .total = 4000};
+  findings.fit = GoodnessOfFit{.count = 4000, .kolmogorov = 0.099};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.fit->kolmogorov = 0.11;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
+  // A fifth of what is in excess, 1.5 of 2.5, is 0.12: a manoeuvre correlates more of it.
+  findings.fit->kolmogorov = 0.099;
+  findings.whiteness = correlated_by(0.11);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::outliers});
+  findings.whiteness = correlated_by(0.13);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
 }
 
 // Of many runs the least mean is significant. 0.04² = 0.0016 is no twentieth of an excess of 0.8, 0.25² =
@@ -150,13 +168,15 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
     return std::ranges::count(causes, Cause::late_measurements) == 1;
   };
   EXPECT_TRUE(with(1.5, 1.0, 1.0, 1.2));
-  EXPECT_FALSE(with(1.19, 1.0, 1.0, 1.2));  // too small an excess of NEES
+  EXPECT_TRUE(with(1.1, 1.0, 1.0, 1.2));
+  EXPECT_FALSE(with(0.9, 1.0, 1.0, 1.2));   // errors that are too small
   EXPECT_FALSE(with(1.5, 1.11, 1.0, 1.2));  // innovations of another size
   EXPECT_TRUE(
       with(51.0, 2.4, 1.0, 1.2));  // of another size by little beside errors that are 50 times too large
   EXPECT_FALSE(with(51.0, 2.6, 1.0, 1.2));
   EXPECT_FALSE(with(1.5, 1.0, 0.29, 1.2));
-  EXPECT_FALSE(with(1.5, 1.0, 1.0, 0.79));
+  EXPECT_TRUE(with(1.5, 1.0, 1.0, 0.51));
+  EXPECT_FALSE(with(1.5, 1.0, 1.0, 0.49));
   // It stands for the bias that it makes.
   Findings findings = findings_of(1.5, 1.0);
   findings.lateness = late;
@@ -171,6 +191,48 @@ TEST(CauseRules, ErrorsAlongTheWayAreLateOnlyWhereNothingElseShows) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
   findings.nonlinear = true;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+}
+
+// A delay explains 3/4 of an error that grows along the way, as of a wrong scale.
+TEST(CauseRules, AnErrorThatGrowsAlongTheWayIsNotLate) {
+  Findings findings = findings_of(1.0, 1.0);
+  findings.lateness = LatenessTest{.runs = 100, .steps = 1.0, .p_value = 1e-6, .explained = 0.75};
+  const auto with_excess = [&](double before, double after) {
+    std::vector<double> means(40, 1.0 + before);
+    std::fill_n(means.begin() + 20, 20, 1.0 + after);
+    findings.nees = verdict_of_means(means, false);
+    return causes_of(findings) == CauseList{Cause::late_measurements};
+  };
+  EXPECT_TRUE(with_excess(1.0, 1.7));
+  EXPECT_FALSE(with_excess(1.0, 1.8));
+  findings.lateness->explained = 0.81;
+  EXPECT_TRUE(with_excess(1.0, 1.8));
+}
+
+// A mean of the errors at single steps that all runs share, though it turns with the vehicle, is no
+// linearisation.
+TEST(CauseRules, AMeanAtSingleStepsThatIsMostOfWhatIsWrongIsABias) {
+  Findings findings = findings_of(2.0, 1.0);
+  findings.nonlinear = true;
+  findings.mean_at_steps = {.explained = 0.51, .p_value = 1e-6};
+  ASSERT_EQ(causes_of(findings), CauseList{Cause::bias});
+  findings.lateness = LatenessTest{.reason = "fewer than ten runs"};
+  EXPECT_NE(find_causes(findings)[0].why.find("a delay, which could not be tested, looks the same"),
+            std::string::npos);
+  findings.mean_at_steps.explained = 0.49;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.mean_at_steps = {.explained = 0.9, .p_value = 0.004};  // 0.05/15 = 0.0033
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  // Errors that are too small all in all have no bias, whatever their start has.
+  findings.mean_at_steps = {.explained = 0.9, .p_value = 1e-6};
+  findings.nees = verdict_of_means(start_and_rest(2, 3.0, 0.6), false);
+  findings.nees.verdict = Verdict::mixed;  // as of more runs
+  EXPECT_NE(causes_of(findings)[0], Cause::bias);
+  findings.nees = verdict_of_means(std::vector<double>(40, 2.0), false);
+  // Not of a filter that starts too sure of itself.
+  findings.nis = verdict_of_means(start_and_rest(6, 3.0, 1.0), true);
+  findings.mean_at_steps = {.explained = 0.9, .p_value = 1e-6};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::bias});
 }
 
 // Linearisation gives innovations a mean, too: a bias of a nonlinear filter is most of what NIS has in
@@ -371,13 +433,18 @@ TEST(CauseRules, ErrorsThatGrowBetweenInnovationsMayBeOfQ) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
 }
 
-// A hundredth of NIS is nothing beside errors that are ten times too large.
+// A hundredth of NIS is nothing beside errors that are ten times too large; but a Q that innovations hardly
+// show makes as much.
 TEST(CauseRules, LinearisationMayMoveNisByLittle) {
   Findings findings = findings_of(10.0, 1.0);
   findings.nonlinear = true;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
   findings.nis.mean = 1.02;
   findings.nis.verdict = Verdict::optimistic;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_or_linearisation});
+  findings.nis.verdict = Verdict::pessimistic;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::linearisation});
+  findings.nis.verdict = Verdict::optimistic;
   findings.nees = verdict_of_means(std::vector<double>(40, 1.15), false);
   findings.nees.verdict = Verdict::optimistic;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::covariance_scale});
@@ -481,6 +548,43 @@ TEST(CauseRules, AFirstInnovationThatIsMostlyOfRTellsRIfItLasts) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
   findings.measurement_noise_share = 0.9;
   EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+}
+
+// S = ρ R + (1 − ρ) H P Hᵀ: 1.28 of it, ρ = 0.85, may as well be a P that is wrong by 2.9, and lags tell Q.
+// Less than ρ of it no P makes.
+TEST(CauseRules, AFirstInnovationThatPCanMakeIsNotOfR) {
+  Findings findings = findings_of(1.5, 1.28);
+  findings.nis = verdict_of_means(std::vector<double>(40, 1.7), true);
+  findings.whiteness = correlated_by(0.1);
+  findings.measurement_noise_share = 0.85;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.measurement_noise_share = 0.95;  // by 15
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+  findings = findings_of(0.5, 0.6);
+  findings.whiteness = correlated_by(-0.1);
+  findings.measurement_noise_share = 0.85;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_large});
+}
+
+// Where q = r nothing is correlated, and both are named.
+TEST(CauseRules, WhiteInnovationsOfTheWrongSizeAreOfQOrR) {
+  Findings findings = findings_of(2.5, 2.5);
+  findings.whiteness = correlated_by(0.0);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_or_measurement_noise});
+  findings.measurement_noise_share = 0.81;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
+}
+
+TEST(CauseRules, WhatIsLeftSaysWhichTestItLacks) {
+  Findings findings = findings_of(2.0, 1.0);
+  EXPECT_EQ(find_causes(findings)[0].why.find("not tested"), std::string::npos);
+  findings.error_correlation = ErrorCorrelationTest{.p_value = kNaN, .reason = "more than 12 states"};
+  for (const bool nonlinear : {false, true}) {
+    findings.nonlinear = nonlinear;
+    EXPECT_NE(
+        find_causes(findings)[0].why.find("lacks cross-covariances was not tested: more than 12 states"),
+        std::string::npos);
+  }
 }
 
 // NIS forgets P0 even where NEES, of what is hardly observed, has not yet.

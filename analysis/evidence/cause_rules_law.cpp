@@ -1,0 +1,161 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <cmath>
+
+#include "analysis/evidence/cause_rules.h"
+#include "analysis/evidence/cause_signature.h"
+#include "analysis/evidence/evidence.h"
+#include "analysis/laws/chi_square.h"
+#include "analysis/laws/tail_weight.h"
+
+namespace credence::internal {
+namespace {
+
+// Of the distribution functions of NIS and its law: a factor 1.15 on the scale makes 0.05, and of 2 dof three
+// times as many values beyond the 99.99 % quantile, far from the ten times that outliers are taken for.
+constexpr double kSmallDistance = 0.05;
+
+// The largest distance between the distribution functions of χ²(dof) and of `scale` times it: where their
+// densities meet.
+double distance_of_scale(double scale, double dof) {
+  const double x = dof * scale * std::log(scale) / (scale - 1.0);
+  return chi_square_survival(x / scale, dof) - chi_square_survival(x, dof);
+}
+
+// A covariance that is wrong by a factor moves the whole law of NIS; of outliers, and of the innovations
+// after one that the gain has followed, less than half of that.
+bool body_fits(const Findings& findings) {
+  if (!findings.fit || findings.gross_outliers.rest_fits) return true;
+  const ConsistencyVerdict& nis = findings.nis;
+  const double scale = nis.mean / nis.expected;
+  const double by_scale = scale > 1.0 ? distance_of_scale(scale, nis.expected) : 0.0;
+  return findings.fit->kolmogorov < std::max(kSmallDistance, 0.5 * by_scale);
+}
+
+// An outlier that the gain has followed turns the next innovations back. What comes for some steps, as a
+// manoeuvre does, correlates what it adds to the mean square, by half or more; a vehicle that outliers have
+// thrown off its course by far less.
+bool stays_for_steps(const Findings& findings) {
+  constexpr double kOfManoeuvre = 0.2;
+  const double excess = excess_of(findings.nis);
+  return lag_1_outside(findings) > kOfManoeuvre * std::max(0.0, excess) / (1.0 + excess);
+}
+
+// P(X ≥ count) of a binomial law.
+double binomial_upper_tail(std::int64_t count, std::int64_t trials, double probability) {
+  if (count <= 0) return 1.0;
+  const boost::math::binomial law(static_cast<double>(trials), probability);
+  return cdf(complement(law, static_cast<double>(count - 1)));
+}
+
+// Outliers come at any time: those that gather in the first fifth, or all come there with a first innovation
+// that is wrong, where the excess of NIS goes with them and the second half has no more than chance makes,
+// are the start.
+bool outliers_are_the_start(const Findings& findings) {
+  const auto& [all, early, early_share, late, rest_fits] = findings.gross_outliers;
+  const ConsistencyVerdict& nis = findings.nis;
+  const double level = cause_level(findings);
+  const bool gather =
+      (early == all && starts_wrong(nis, level)) || binomial_upper_tail(early, all, early_share) <= level;
+  return gather && !stays(excess_of_steps(nis, 0, first_fifth(nis)), nis) &&
+         binomial_upper_tail(late.total - late.inside, late.total, kGrossOutlier) > level;
+}
+
+bool is_too_large_a_covariance(const ConsistencyVerdict& verdict) {
+  return verdict.verdict == Verdict::pessimistic ||
+         (verdict.verdict == Verdict::mixed && excess_of_second_half(verdict) < 0.0);
+}
+
+// Where NEES is wrong and the innovations are not, P may be right and the errors beside it be of another
+// kind.
+std::string_view where_innovations_fit(const Findings& findings) {
+  if (!is_inconsistent(findings.nees.verdict) || findings.nis.verdict != Verdict::consistent) return "";
+  return "; the innovations fit, so look at P where no sensor measures, and whether errors and P have the "
+         "same axes, order and units";
+}
+
+}  // namespace
+
+Causes find_unwrapped_angle(const Findings& findings) {
+  if (findings.unwrapped_innovations == 0) return {};
+  return {{Cause::unwrapped_angle,
+           fmt::format("{} innovations of an angle lie beyond half a turn; once wrapped, none can",
+                       findings.unwrapped_innovations)}};
+}
+
+Causes find_wide_angle(const Findings& findings) {
+  constexpr double kFewest = 0.01;  // of all steps
+  const CoverageCount& angles = findings.narrow_angles;
+  const double wide = static_cast<double>(angles.total - angles.inside);
+  if (!is_inconsistent(findings.nees.verdict) || !(wide > kFewest * static_cast<double>(angles.total)))
+    return {};
+  return {{Cause::wide_angle,
+           fmt::format("{:.3g} % of the angles have a standard deviation beyond 60°, where an error "
+                       "that is wrapped follows no Gaussian law",
+                       100.0 * wide / static_cast<double>(angles.total))}};
+}
+
+Causes find_outliers(const Findings& findings) {
+  if (!findings.far_tail || findings.far_tail->total == 0 || outliers_are_the_start(findings)) return {};
+  const CoverageCount& tail = *findings.far_tail;
+  const double outside = static_cast<double>(tail.total - tail.inside);
+  const double expected = (1.0 - findings.far_tail_probability) * static_cast<double>(tail.total);
+  const bool many = far_tail_p_value(tail, findings.far_tail_probability) <= cause_level(findings);
+  if (!many || !body_fits(findings) || stays_for_steps(findings)) return {};
+  return {{Cause::outliers, fmt::format("{} of {} values lie beyond the {:.4g} quantile, {:.2g} expected",
+                                        outside, tail.total, findings.far_tail_probability, expected)}};
+}
+
+Causes find_heavy_tails(const Findings& findings) {
+  if (!findings.heavy_tail_p_value || !(*findings.heavy_tail_p_value <= cause_level(findings))) return {};
+  return {{Cause::heavy_tails,
+           fmt::format("the tails are too heavy (p = {:.2g}) while every mean square, which needs "
+                       "no Gaussian law, agrees with P",
+                       *findings.heavy_tail_p_value)}};
+}
+
+Causes find_gate(const Findings& findings) {
+  if (!findings.gate) return {};
+  return {{Cause::gated_innovations,
+           fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and the rest follow the "
+                       "law truncated there (p = {:.2g})",
+                       findings.gate->nis, findings.gate->expected, findings.gate->p_value)}};
+}
+
+Causes find_wrong_dof(const Findings& findings) {
+  const Moments& values = findings.nees_values;
+  if (!is_inconsistent(findings.nees.verdict) || values.count < 100 || !(values.m2 > 0.0)) return {};
+  const double ratio = values.variance() / (2.0 * values.mean);
+  const double of_scale = values.mean / findings.nees.expected;
+  const double off_dof = std::abs(std::log(ratio));
+  const double off_scale = std::abs(std::log(ratio / of_scale));
+  // Innovations that are wrong too are no matter of counting.
+  if (off_dof > 0.5 * off_scale || is_inconsistent(findings.nis.verdict)) return {};
+  return {{Cause::wrong_dof,
+           fmt::format("NEES has mean {:.3g} and variance {:.3g}, as with {:.3g} degrees of freedom "
+                       "instead of {:.3g}",
+                       values.mean, values.variance(), values.mean, findings.nees.expected)}};
+}
+
+Causes find_inflation(const Findings& findings) {
+  if (!findings.inflated ||
+      !(is_too_large_a_covariance(findings.nees) || is_too_large_a_covariance(findings.nis)))
+    return {};
+  return {{Cause::inflation, fmt::format("it makes P larger than the errors: mean NEES {:.4g} of {:.4g}, "
+                                         "mean NIS {:.4g} of {:.4g}",
+                                         findings.nees.mean, findings.nees.expected, findings.nis.mean,
+                                         findings.nis.expected)}};
+}
+
+Causes find_scale(const Findings& findings) {
+  const bool nees = is_inconsistent(findings.nees.verdict);
+  if (!nees && !is_inconsistent(findings.nis.verdict)) return {};
+  const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
+  return {{Cause::covariance_scale,
+           fmt::format("mean {} {:.3g} of {:.3g}{}{}", nees ? "NEES" : "NIS", verdict.mean, verdict.expected,
+                       where_innovations_fit(findings), nees ? untested_correlation(findings) : "")}};
+}
+
+}  // namespace credence::internal
