@@ -18,6 +18,9 @@
 
 namespace credence::internal {
 
+struct Evidence;
+struct Judgement;
+
 /// A gate that the innovations had to pass: none lies beyond, and those within follow the law cut off there.
 struct GateFound {
   double nis = 0.0;       ///< the largest there is
@@ -73,5 +76,8 @@ struct Findings {
   std::vector<SensorPair> sensor_pairs = {};      ///< that are correlated at one step
   std::optional<double> heavy_tail_p_value = {};  ///< only where nothing speaks against the second moments
 };
+
+/// What the evidence and the judgement, but for its causes, have found.
+Findings findings_of(const Evidence& evidence, const Judgement& judged);
 
 }  // namespace credence::internal
