@@ -93,8 +93,8 @@ void leave_open(const Evidence& e, Judgement& j) {
                                   e.law.errors_stand()
                                       ? fmt::format("stays as it is over all {} rows", e.first_run.size())
                                       : fmt::format("lasts for a tenth of the {} rows", e.first_run.size()))
-                    : fmt::format("one run of {} rows is worth {:.3g} independent ones, too few to decide",
-                                  e.first_run.size(), j.effective_steps);
+                    : fmt::format("one run of {} row{} is worth {:.3g} independent ones, too few to decide",
+                                  e.first_run.size(), e.first_run.size() == 1 ? "" : "s", j.effective_steps);
   if (j.settle_nees.runs > 0) {
     v.reason += fmt::format("; about {} runs like it would tell whether the factor {:.3g} seen is real",
                             j.settle_nees.runs, j.settle_nees.observed_factor);

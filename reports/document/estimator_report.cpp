@@ -79,9 +79,9 @@ const EstimatorRow& yardstick(const EstimatorStudy& study) {
 }
 
 Json nees_interval_json(const MeanInterval& interval) {
-  return {{"mean", interval.count == 0 ? Json(nullptr) : json_number(interval.mean)},
-          {"lower", json_number(interval.lower)},
-          {"upper", json_number(interval.upper)}};
+  const auto number = [&](double x) { return interval.count == 0 ? Json(nullptr) : json_number(x); };
+  return {
+      {"mean", number(interval.mean)}, {"lower", number(interval.lower)}, {"upper", number(interval.upper)}};
 }
 
 Json blocks_json(const EstimatorRow& row,
@@ -124,7 +124,9 @@ Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
   const auto of_state = [&](const MeanInterval& r) -> const MeanInterval& {
     return study.has_vehicle ? none : r;
   };
-  const auto ends = [](const MeanInterval& r) { return Json{json_number(r.lower), json_number(r.upper)}; };
+  const auto ends = [](const MeanInterval& r) {
+    return r.count == 0 ? Json{nullptr, nullptr} : Json{json_number(r.lower), json_number(r.upper)};
+  };
   json["rmse"] = accuracy_json(study, rmse(row.heading_rmse_rad), rmse(position_rmse));
   json["rmse"]["heading_interval_rad"] = ends(row.heading_rmse_rad);
   json["rmse"]["position_interval_m"] = ends(of_vehicle(position_rmse));

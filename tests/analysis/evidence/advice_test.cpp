@@ -278,7 +278,7 @@ TEST(Causes, OutliersGateBiasAndCrossCovariance) {
   white.whiteness->band = {0.01};
   EXPECT_TRUE(names(find_causes(white), Cause::measurement_noise_too_small));
   white.measurement_noise_share = 0.5;
-  EXPECT_TRUE(names(find_causes(white), Cause::covariance_scale));
+  EXPECT_TRUE(names(find_causes(white), Cause::process_or_measurement_noise));
 }
 
 TEST(Causes, ASmallAutocorrelationOfItsOwnTellsQFromR) {

@@ -47,6 +47,8 @@ TEST(EstimatorDocument, OfALinearWorldSpeaksOfTheState) {
   }
   EXPECT_GT(row["efficiency"]["state"]["mean"], 0.0);
   EXPECT_TRUE(row["efficiency"]["position"]["mean"].is_null());
+  EXPECT_TRUE(row["efficiency"]["position"]["lower"].is_null());
+  EXPECT_EQ(row["rmse"]["position_interval_m"].dump(), "[null,null]");
 }
 
 TEST(EstimatorDocument, WhereNoRunEndsWellNothingIsGood) {
