@@ -9,8 +9,8 @@
 /// NEES asks whether P is right; a score asks which of two filters is better, and rewards a P that is right
 /// and small: a proper score is best on average for the law the errors really have (T. Gneiting, A. E.
 /// Raftery, "Strictly proper scoring rules, prediction, and estimation", J. Am. Stat. Assoc. 102, 2007).
-/// Average both numbers over steps and runs; the runs are the units of any interval (hall_score.h), as steps are
-/// correlated.
+/// Average both numbers over steps and runs; the runs are the units of any interval (hall_score.h), as steps
+/// are correlated.
 
 namespace credence::internal {
 
