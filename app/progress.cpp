@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <initializer_list>
 
@@ -76,14 +77,15 @@ void ProgressDisplay::show(const StudyProgress& p) {
   }
   const auto total = static_cast<double>(p.runs_total);
   const double reached = std::min(total, static_cast<double>(done) + p.runs_in_hand), share = reached / total;
-  std::string numbers =
-      fmt::format("{} of {} {}, {} {}/s", done, p.runs_total, unit_, rate_text(rate), unit_);
+  const auto percent = static_cast<int>(100.0 * share);
+  std::string numbers = fmt::format("{} of {} {}, {} {}/s", static_cast<std::int64_t>(reached), p.runs_total,
+                                    unit_, rate_text(rate), unit_);
   if (begun > 0.0) numbers += fmt::format(", {} left", duration_text((total - reached) / rate));
   if (terminal_) {
     put({fmt::format("{} {} {}", what_, bar(share), numbers), fmt::format("{} {}", what_, numbers), numbers,
-         fmt::format("{:.0f} %", 100.0 * share)});
+         fmt::format("{} %", percent)});
   } else {
-    put({fmt::format("{}: {:.0f} %, {}", what_, 100.0 * share, numbers)});
+    put({fmt::format("{}: {} %, {}", what_, percent, numbers)});
   }
 }
 

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <filesystem>
+#include <regex>
 #include <string>
 
 #include "tests/app/small_studies.h"
@@ -54,6 +56,20 @@ TEST_F(Progress, IsABarOnATerminalALineInALogAndNothingForTheQuiet) {
   EXPECT_EQ(read("log/err").find('\x1b'), std::string::npos);
   EXPECT_EQ(read("log/err").find('\r'), std::string::npos);
   EXPECT_EQ(read("quiet/err"), "\ncredence: ending with what is done; once more ends at once\n");
+}
+
+TEST_F(Progress, CountsTheRunsInHand) {
+  std::filesystem::create_directory(folder_ / "log");
+  const pid_t child =
+      start_program({"sh", "-c",
+                     "exec " + credence_binary().string() +
+                         " run planar_loop --runs 40 --steps 40000 --threads 1 > log/out 2> log/err"});
+  // All 40 are of one chunk, of which none is done before all are.
+  const std::regex some(" %, [1-9][0-9]* of 40 runs, ");
+  wait_for([&] { return std::regex_search(read("log/err"), some); });
+  kill(child, SIGINT);
+  EXPECT_EQ(finish(child).code, 130);
+  EXPECT_TRUE(std::regex_search(read("log/err"), some)) << read("log/err");
 }
 
 }  // namespace
