@@ -135,6 +135,7 @@ void require_own_outputs(const CheckArguments& o, const std::vector<fs::path>& f
     return fs::weakly_canonical(fs::absolute(file, error), error);
   };
   std::vector<std::pair<std::string, fs::path>> taken;
+  taken.reserve(files.size() + o.how.truths.size() + 3);
   for (const fs::path& file : files) taken.emplace_back("a log that is judged", file);
   for (const std::string& truth : o.how.truths) taken.emplace_back("a truth", truth);
   if (!o.baseline.empty()) taken.emplace_back("the file of --baseline", o.baseline);
