@@ -62,13 +62,8 @@ std::vector<Claim> carpark_claims(const std::optional<CarparkLog>& log, const Cl
 
 /// Of the paper's worlds; what is begun when it is interrupted is dropped.
 std::vector<Claim> measured_claims(const ClaimsOptions& options) {
-  ProgressDisplay display("claims", options.quiet, "steps of filters");
-  StudyProgress progress;
   const StopScope stop(&catch_interrupt());
-  const PulseScope pulse([&](std::int64_t steps) {
-    progress.runs_done += steps;
-    display.show(progress);
-  });
+  const StepDisplay display("claims", options.quiet, "steps of filters");
   std::vector<Claim> claims = monobot_claims();
   append(claims, planar_claims());
   return claims;

@@ -23,7 +23,10 @@ std::vector<std::filesystem::path> data_set_folders(const std::vector<std::strin
   return folders;
 }
 
-std::filesystem::path carpark_folder(const std::vector<std::string>& directories) {
+std::filesystem::path carpark_folder(const std::vector<std::string>& directories,
+                                     const std::vector<int>& robots) {
+  if (!robots.empty())
+    throw std::invalid_argument("--robot: only of mrclam; a single car drove in the car park");
   const std::vector<std::filesystem::path> folders = data_set_folders(directories, "carpark");
   if (folders.size() > 1) {
     throw std::invalid_argument("--data: the car park was driven once, name one folder");

@@ -15,8 +15,10 @@ std::filesystem::path data_set_folder(const std::string& directory, const char* 
 std::vector<std::filesystem::path> data_set_folders(const std::vector<std::string>& directories,
                                                     const char* name);
 
-/// That of the car park, of which there is one.
-std::filesystem::path carpark_folder(const std::vector<std::string>& directories);
+/// That of the car park, of which there is one. Throws std::invalid_argument where robots are named beside
+/// it.
+std::filesystem::path carpark_folder(const std::vector<std::string>& directories,
+                                     const std::vector<int>& robots = {});
 
 /// Settings of a replay with those of --set. Throws std::invalid_argument that names the key.
 ReplaySettings with_overrides(ReplaySettings settings, const std::vector<std::string>& overrides);

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <initializer_list>
 #include <string>
+#include <utility>
 
+#include "core/stop_point.h"
 #include "montecarlo/engine/engine.h"
 
 namespace credence::internal {
@@ -31,6 +34,21 @@ class ProgressDisplay {
   bool quiet_, terminal_;
   bool shown_ = false;
   Clock::time_point begin_ = Clock::now(), last_ = begin_;
+};
+
+/// Shows how many stop points this thread has passed while it lives, of work whose length is not known.
+class StepDisplay {
+ public:
+  StepDisplay(const std::string& what, bool quiet, std::string unit)
+      : display_(what, quiet, std::move(unit)), pulse_([this](std::int64_t steps) {
+          progress_.runs_done += steps;
+          display_.show(progress_);
+        }) {}
+
+ private:
+  ProgressDisplay display_;
+  StudyProgress progress_;
+  PulseScope pulse_;
 };
 
 }  // namespace credence::internal

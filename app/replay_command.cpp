@@ -26,13 +26,13 @@ namespace fs = std::filesystem;
 struct ReplayOptions : CommonOptions {
   std::string dataset;
   std::vector<std::string> data;
-  std::vector<int> robots{1};
-  bool robots_given = false, variants = false;
+  std::vector<int> robots;  ///< empty: the first
+  bool variants = false;
 };
 
 ReportedReplay replay_carpark_run(const ReplayOptions& options) {
   const ReplaySettings settings = with_overrides(carpark_settings(), options.settings);
-  return {replay_carpark(read_carpark(carpark_folder(options.data)), settings), {}};
+  return {replay_carpark(read_carpark(carpark_folder(options.data, options.robots)), settings), {}};
 }
 
 /// One robot, and once more with Jacobians at the truth unless that is what was asked for.
@@ -55,7 +55,7 @@ std::vector<ReportedReplay> replay_all(const ReplayOptions& options) {
   std::vector<ReportedReplay> replays;
   const std::vector<fs::path> folders = data_set_folders(options.data, "mrclam7");
   for (const fs::path& folder : folders) {
-    for (const int robot : options.robots) {
+    for (const int robot : options.robots.empty() ? std::vector{1} : options.robots) {
       replays.push_back(replay_robot(options, folder, robot));
       if (folders.size() > 1) replays.back().result.run += " of " + folder.filename().string();
     }
@@ -67,7 +67,7 @@ std::vector<ReportedReplay> replay_all(const ReplayOptions& options) {
 int study_variants(const ReplayOptions& options) {
   if (options.dataset != "carpark") throw std::invalid_argument("--variants: only of the car park");
   const ReplaySettings settings = with_overrides(carpark_settings(), options.settings);
-  const CarparkLog log = read_carpark(carpark_folder(options.data));
+  const CarparkLog log = read_carpark(carpark_folder(options.data, options.robots));
   CarparkStudyOptions study_options;
   CarparkStudy study;
   {
@@ -85,8 +85,6 @@ int study_variants(const ReplayOptions& options) {
 }
 
 int replay(const ReplayOptions& options) {
-  if (options.robots_given && options.dataset == "carpark")
-    throw std::invalid_argument("--robot: only of mrclam; a single car drove in the car park");
   if (options.variants) return study_variants(options);
   const std::vector<ReportedReplay> replays = replay_all(options);
   tell(replay_document(replays, judge_replays(replays)), options);
@@ -109,10 +107,9 @@ void add_replay_command(CLI::App& app) {
       ->type_name("DIR")
       ->allow_extra_args(false)
       ->envname("CREDENCE_DATA");
-  command->add_option("--robot", options->robots, "mrclam: which robots' logs, e.g. 1,3")
+  command->add_option("--robot", options->robots, "mrclam: which robots' logs, e.g. 1,3 (default 1)")
       ->delimiter(',')
-      ->check(CLI::Range(1, 5))
-      ->capture_default_str();
+      ->check(CLI::Range(1, 5));
   add_setting_option(*command, *options);
   command->add_flag("--variants", options->variants,
                     "carpark: Figures 5 to 8, all their variants, independence of P0 and the long horizon");
@@ -123,10 +120,7 @@ void add_replay_command(CLI::App& app) {
       "credence replay carpark --data DIR --variants --out out/carpark",
       "credence replay mrclam --data DIR --robot 1,3 --out out/robots"};
   command->footer(examples(kExamples));
-  command->callback([options, command] {
-    options->robots_given = command->get_option("--robot")->count() > 0;
-    throw ExitStatus{replay(*options)};
-  });
+  command->callback([options] { throw ExitStatus{replay(*options)}; });
 }
 
 }  // namespace credence::internal

@@ -18,7 +18,6 @@
 #include "app/scenario_files.h"
 #include "app/tell.h"
 #include "core/parallel_tasks.h"
-#include "core/stop_point.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/planar_stability_report.h"
@@ -123,20 +122,11 @@ Document stability_of(const SweepPlan& plan, const StabilityOptions& options) {
   return planar_stability_document(scenario, analyse_planar_stability(scenario, options.loops));
 }
 
-/// How many steps were followed: a sweep shows its points instead.
-Document watched_stability(const SweepPlan& plan, const StabilityOptions& options) {
-  ProgressDisplay display(plan.name, options.quiet, "steps");
-  StudyProgress progress;
-  const PulseScope pulse([&](std::int64_t steps) {
-    progress.runs_done += steps;
-    if (plan.axes.empty()) display.show(progress);
-  });
-  return stability_of(plan, options);
-}
-
 int stability(const StabilityOptions& options) {
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
-  tell(naming_file(options.scenario, [&] { return watched_stability(plan, options); }), options);
+  const bool shows_points = !plan.axes.empty();
+  const StepDisplay display(plan.name, options.quiet || shows_points, "steps");
+  tell(naming_file(options.scenario, [&] { return stability_of(plan, options); }), options);
   return kDone;
 }
 

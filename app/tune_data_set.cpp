@@ -20,7 +20,7 @@ constexpr double kReplayConfidence = 0.95;
 std::vector<ReplayedLog> replayed_logs(const TuneOptions& options) {
   std::vector<ReplayedLog> logs;
   if (options.inputs.front() == "carpark") {
-    logs.push_back(replayed_log(read_carpark(carpark_folder(options.data)),
+    logs.push_back(replayed_log(read_carpark(carpark_folder(options.data, options.robots)),
                                 with_overrides(carpark_settings(), options.settings)));
     return logs;
   }
@@ -50,8 +50,6 @@ int tune_data_set(const TuneOptions& options) {
     throw std::invalid_argument(
         "a data set is no scenario: --write, --runs, --steps and --seed have no meaning for it");
   }
-  if (options.inputs.front() == "carpark" && !options.robots.empty())
-    throw std::invalid_argument("--robot: only of mrclam; a single car drove in the car park");
   const std::atomic<bool>& stop = catch_interrupt();
   const std::vector<ReplayedLog> logs = replayed_logs(options);
   if (logs.empty()) throw std::invalid_argument("--data: there is no robot's log in it");

@@ -188,7 +188,7 @@ void raise(PyObject* type, std::string_view message) {
   PyErr_SetObject(type, text.ptr());
 }
 
-/// Comes before pybind11's own translators; what it does not catch goes on to them.
+/// What it does not catch goes on to pybind11's own translators.
 void translate_messages(std::exception_ptr error) {
   const auto type = [](const char* name) { return py::module_::import("credence._credence").attr(name); };
   try {
@@ -237,10 +237,10 @@ py::array_t<double> normals_of_four_steps(const NoiseSource& source, std::int64_
 
 PYBIND11_MODULE(_credence, m) {
   m.doc() = "The compiled half of the module credence.";
-  py::register_exception<OutputError>(m, "OutputError", PyExc_OSError);
-  py::register_exception<StoreError>(m, "StoreError", PyExc_OSError);
-  py::register_exception<ScenarioError>(m, "ScenarioError", PyExc_ValueError);
-  py::register_exception<DataError>(m, "DataError", PyExc_ValueError);
+  py::exception<OutputError>(m, "OutputError", PyExc_OSError);
+  py::exception<StoreError>(m, "StoreError", PyExc_OSError);
+  py::exception<ScenarioError>(m, "ScenarioError", PyExc_ValueError);
+  py::exception<DataError>(m, "DataError", PyExc_ValueError);
   py::register_exception_translator(&translate_messages);
 
   py::class_<Told>(m, "Told")

@@ -161,9 +161,9 @@ DenseSvd undriven_at(const Matrix& F, const Matrix& B, std::complex<double> lamb
   return dense_svd(conditions.transpose(), SvdVectors::full_right);
 }
 
-/// The left modes of F that B does not drive, one eigenvalue after the other divided out: their number does
-/// not hang on how far the climb to the last stair is. Orthonormal columns; O(n⁴).
-Matrix undriven_modes(const Matrix& F, const Matrix& B, std::vector<double>& left_out) {
+/// What is left without the left modes of F that B does not drive, one eigenvalue after the other divided
+/// out: their number does not hang on how far the climb to the last stair is. Orthonormal columns; O(n⁴).
+Matrix without_undriven_modes(const Matrix& F, const Matrix& B, std::vector<double>& left_out) {
   constexpr double kZero = 1e-12;
   const Index n = F.rows();
   Matrix modes(n, 0), rest = Matrix::Identity(n, n);
@@ -188,7 +188,7 @@ Matrix undriven_modes(const Matrix& F, const Matrix& B, std::vector<double>& lef
     modes = Q.leftCols(all.cols());
     rest = Q.rightCols(n - all.cols());
   }
-  return modes;
+  return rest;
 }
 
 /// Climbs; where errors may have grown to the size of a stair, without the modes that are found to be
@@ -198,9 +198,8 @@ Staircase climb_with_care(const Matrix& F, const Matrix& B, double tolerance) {
   Staircase stairs = climb(F, B, tolerance);
   if (!stairs.doubtful || F.rows() > kLargest) return stairs;
   std::vector<double> left_out;
-  const Matrix modes = undriven_modes(F, B, left_out);
-  if (modes.cols() == 0) return stairs;
-  const Matrix rest = full_orthogonal(modes).rightCols(F.rows() - modes.cols());
+  const Matrix rest = without_undriven_modes(F, B, left_out);
+  if (rest.cols() == F.rows()) return stairs;
   stairs = climb(rest.transpose() * F * rest, rest.transpose() * B, tolerance);
   stairs.basis = (rest * stairs.basis).eval();
   stairs.left_out.insert(stairs.left_out.end(), left_out.begin(), left_out.end());

@@ -78,10 +78,15 @@ const EstimatorRow& yardstick(const EstimatorStudy& study) {
   return ideal == study.rows.end() ? study.rows.front() : *ideal;
 }
 
+/// A number of an interval; null where nothing was counted.
+Json number_of(const MeanInterval& interval, double MeanInterval::*number) {
+  return interval.count == 0 ? Json(nullptr) : json_number(interval.*number);
+}
+
 Json nees_interval_json(const MeanInterval& interval) {
-  const auto number = [&](double x) { return interval.count == 0 ? Json(nullptr) : json_number(x); };
-  return {
-      {"mean", number(interval.mean)}, {"lower", number(interval.lower)}, {"upper", number(interval.upper)}};
+  return {{"mean", number_of(interval, &MeanInterval::mean)},
+          {"lower", number_of(interval, &MeanInterval::lower)},
+          {"upper", number_of(interval, &MeanInterval::upper)}};
 }
 
 Json blocks_json(const EstimatorRow& row,
@@ -125,7 +130,7 @@ Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
     return study.has_vehicle ? none : r;
   };
   const auto ends = [](const MeanInterval& r) {
-    return r.count == 0 ? Json{nullptr, nullptr} : Json{json_number(r.lower), json_number(r.upper)};
+    return Json{number_of(r, &MeanInterval::lower), number_of(r, &MeanInterval::upper)};
   };
   json["rmse"] = accuracy_json(study, rmse(row.heading_rmse_rad), rmse(position_rmse));
   json["rmse"]["heading_interval_rad"] = ends(row.heading_rmse_rad);

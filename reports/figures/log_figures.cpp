@@ -67,19 +67,11 @@ Figure errors_figure(const std::string& name, const RunErrors& run, std::size_t 
 
 /// NEES of the blocks over the steps, the pose first; of many those that fit least first.
 Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
-  Figure figure{.name = name + "-blocks", .caption = "", .panels = {}};
-  std::vector<const ConsistencyVerdict*> verdicts;
-  for (const BlockVerdict* block : blocks_in_order(a)) {
-    if (block->verdict.count > 0) verdicts.push_back(&block->verdict);
-  }
-  const std::size_t all = verdicts.size();
-  if (all > kBlockPanels) verdicts = worst_first(std::move(verdicts), kBlockPanels);
-  for (const ConsistencyVerdict* shown : verdicts) {
-    const auto block = std::ranges::find(a.judgement.blocks, shown, [](const auto& b) { return &b.verdict; });
-    figure.panels.push_back(verdict_panel(block->name, "mean NEES", *shown, {}));
-  }
-  figure.caption = "NEES of the blocks of states: which part of the state, and since when." +
-                   some_of_text(figure.panels.size(), all, "blocks");
+  Figure figure{.name = name + "-blocks",
+                .caption = "NEES of the blocks of states: which part of the state, and since when."};
+  std::vector<TitledVerdict> verdicts;
+  for (const BlockVerdict* block : blocks_in_order(a)) verdicts.push_back({block->name, &block->verdict});
+  figure.panels = verdict_panels(std::move(verdicts), "mean NEES", "blocks", figure.caption);
   arrange(figure);
   return figure;
 }

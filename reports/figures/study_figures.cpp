@@ -227,37 +227,40 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
   return panel;
 }
 
-std::vector<const ConsistencyVerdict*> worst_first(std::vector<const ConsistencyVerdict*> verdicts,
-                                                   std::size_t most) {
-  const auto badness = [](const ConsistencyVerdict* v) {
+namespace {
+
+/// The inconsistent ones, the worst of them first, then the others as they stand.
+void sort_worst_first(std::vector<TitledVerdict>& verdicts) {
+  const auto badness = [](const TitledVerdict& titled) {
+    const ConsistencyVerdict& v = *titled.verdict;
     // p-values of many runs may all be 0.
-    const double deviation = std::abs(v->mean / v->expected - 1.0) * std::sqrt(0.5 * v->dof);
-    return is_inconsistent(v->verdict) ? std::pair(v->p_value, -deviation) : std::pair(2.0, 0.0);
+    const double deviation = std::abs(v.mean / v.expected - 1.0) * std::sqrt(0.5 * v.dof);
+    return is_inconsistent(v.verdict) ? std::pair(v.p_value, -deviation) : std::pair(2.0, 0.0);
   };
   std::ranges::stable_sort(verdicts, {}, badness);
-  verdicts.resize(std::min(most, verdicts.size()));
-  return verdicts;
 }
 
-std::string some_of_text(std::size_t shown, std::size_t all, const char* what) {
-  return shown < all ? fmt::format(" Of {} {} {} are shown, inconsistent ones first.", all, what, shown) : "";
+}  // namespace
+
+std::vector<Panel> verdict_panels(std::vector<TitledVerdict> verdicts, const char* y_label, const char* what,
+                                  std::string& caption) {
+  std::erase_if(verdicts, [](const TitledVerdict& v) { return v.verdict->count == 0; });
+  if (const std::size_t all = verdicts.size(); all > kBlockPanels) {
+    sort_worst_first(verdicts);
+    verdicts.resize(kBlockPanels);
+    caption += fmt::format(" Of {} {} {} are shown, inconsistent ones first.", all, what, kBlockPanels);
+  }
+  std::vector<Panel> panels;
+  for (const TitledVerdict& v : verdicts) panels.push_back(verdict_panel(v.title, y_label, *v.verdict, {}));
+  return panels;
 }
 
 std::vector<Panel> nis_panels(const Judgement& judgement, std::string& caption) {
   if (judgement.sensors.size() < 2) return {verdict_panel("NIS", "mean NIS", judgement.nis, {})};
-  std::vector<const ConsistencyVerdict*> verdicts;
-  for (const SensorJudgement& sensor : judgement.sensors) {
-    if (sensor.nis.count > 0) verdicts.push_back(&sensor.nis);
-  }
-  const std::size_t all = verdicts.size();
-  if (all > kBlockPanels) verdicts = worst_first(std::move(verdicts), kBlockPanels);
-  std::vector<Panel> panels;
-  for (const ConsistencyVerdict* shown : verdicts) {
-    const auto sensor = std::ranges::find(judgement.sensors, shown, [](const auto& s) { return &s.nis; });
-    panels.push_back(verdict_panel("NIS of " + sensor->name, "mean NIS", *shown, {}));
-  }
-  caption += some_of_text(panels.size(), all, "sensors");
-  return panels;
+  std::vector<TitledVerdict> verdicts;
+  for (const SensorJudgement& sensor : judgement.sensors)
+    verdicts.push_back({"NIS of " + sensor.name, &sensor.nis});
+  return verdict_panels(std::move(verdicts), "mean NIS", "sensors", caption);
 }
 
 void arrange(Figure& figure) {
@@ -316,13 +319,13 @@ std::vector<std::size_t> shown_states(const RunLayout& layout, std::size_t n,
       shown.push_back(state);
   };
   if (n > kStatePanels) {
-    std::vector<const ConsistencyVerdict*> verdicts;
+    std::vector<TitledVerdict> verdicts;
     for (const BlockVerdict& block : blocks) {
-      if (is_inconsistent(block.verdict.verdict)) verdicts.push_back(&block.verdict);
+      if (is_inconsistent(block.verdict.verdict)) verdicts.push_back({block.name, &block.verdict});
     }
-    for (const ConsistencyVerdict* verdict : worst_first(verdicts, kStatePanels)) {
-      const auto block = std::ranges::find(blocks, verdict, [](const auto& b) { return &b.verdict; });
-      const auto states = std::ranges::find(layout.blocks, block->name, &Block::name);
+    sort_worst_first(verdicts);
+    for (const TitledVerdict& block : verdicts) {
+      const auto states = std::ranges::find(layout.blocks, block.title, &Block::name);
       // Of a map every landmark has a block of its own.
       if (states == layout.blocks.end() || states->part == Part::map) continue;
       for (const Index state : states->states) show(static_cast<std::size_t>(state));

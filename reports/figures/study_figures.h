@@ -30,13 +30,6 @@ inline constexpr std::size_t kStatePanels = 15, kBlockPanels = 6;
 Figure states_run_figure(const std::string& name, const RunTrace& trace,
                          std::span<const BlockVerdict> blocks = {});
 
-/// The first `most` of some verdicts: the inconsistent ones, the worst of them first, then as they stand.
-std::vector<const ConsistencyVerdict*> worst_first(std::vector<const ConsistencyVerdict*> verdicts,
-                                                   std::size_t most);
-
-/// " Of 9 blocks 6 are shown, inconsistent ones first." where only some are shown, else empty.
-std::string some_of_text(std::size_t shown, std::size_t all, const char* what);
-
 /// ANEES and mean NIS over the steps, of several sensors each its own, with pointwise and simultaneous bounds
 /// and, for linear models, the exact curves; and the traces of P.
 Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis);
@@ -48,6 +41,17 @@ std::string over_runs_text(std::int64_t runs);
 /// half of the steps have data they alone are shown.
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact);
+
+/// A verdict that lives elsewhere, with the title of its panel.
+struct TitledVerdict {
+  std::string title;
+  const ConsistencyVerdict* verdict = nullptr;
+};
+
+/// A panel for each verdict with data; of more than kBlockPanels those that fit least, which is added to the
+/// caption, where they are called `what`.
+std::vector<Panel> verdict_panels(std::vector<TitledVerdict> verdicts, const char* y_label, const char* what,
+                                  std::string& caption);
 
 /// The mean NIS; of several sensors, whose steps and dof may differ, a panel for each with data, of more than
 /// kBlockPanels those that fit least, which is added to the caption.
