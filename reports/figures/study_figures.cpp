@@ -251,6 +251,7 @@ std::vector<Panel> verdict_panels(std::vector<TitledVerdict> verdicts, const cha
     caption += fmt::format(" Of {} {} {} are shown, inconsistent ones first.", all, what, kBlockPanels);
   }
   std::vector<Panel> panels;
+  panels.reserve(verdicts.size());
   for (const TitledVerdict& v : verdicts) panels.push_back(verdict_panel(v.title, y_label, *v.verdict, {}));
   return panels;
 }
@@ -258,6 +259,7 @@ std::vector<Panel> verdict_panels(std::vector<TitledVerdict> verdicts, const cha
 std::vector<Panel> nis_panels(const Judgement& judgement, std::string& caption) {
   if (judgement.sensors.size() < 2) return {verdict_panel("NIS", "mean NIS", judgement.nis, {})};
   std::vector<TitledVerdict> verdicts;
+  verdicts.reserve(judgement.sensors.size());
   for (const SensorJudgement& sensor : judgement.sensors)
     verdicts.push_back({"NIS of " + sensor.name, &sensor.nis});
   return verdict_panels(std::move(verdicts), "mean NIS", "sensors", caption);
