@@ -107,9 +107,10 @@ void add_replay_command(CLI::App& app) {
       ->type_name("DIR")
       ->allow_extra_args(false)
       ->envname("CREDENCE_DATA");
-  command->add_option("--robot", options->robots, "mrclam: which robots' logs, e.g. 1,3 (default 1)")
+  command->add_option("--robot", options->robots, "mrclam: which robots' logs, e.g. 1,3")
       ->delimiter(',')
-      ->check(CLI::Range(1, 5));
+      ->check(CLI::Range(1, 5))
+      ->default_str("1");
   add_setting_option(*command, *options);
   command->add_flag("--variants", options->variants,
                     "carpark: Figures 5 to 8, all their variants, independence of P0 and the long horizon");
