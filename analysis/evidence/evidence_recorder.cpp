@@ -38,6 +38,7 @@ constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
 
 /// A whole state is compared over the runs up to this dimension.
 constexpr Index kLargestState = 60;
+static_assert(is_whitened(LawSums::kLargestAveraged, 3, 100), "every step of what is averaged is whitened");
 
 /// Φ⁻¹(u) of a probability, finite at 0 and 1.
 double normal_score(double u) {

@@ -102,7 +102,7 @@ class BlockMapEkfSlam : public internal::SlamPhases<Model> {
 
  private:
   using Scalar = typename internal::BlockMapState<kPose, kLandmark>::Scalar;
-  using Phases::table_, Phases::Q_, Phases::R_, Phases::rows_, Phases::nu_, Phases::S_;
+  using Phases::table_, Phases::Q_, Phases::R_, Phases::motion_, Phases::rows_, Phases::nu_, Phases::S_;
   using typename Phases::MeasurementVector;
   using typename Phases::Row;
 
@@ -172,7 +172,8 @@ template <class Model>
 void BlockMapEkfSlam<Model>::predict(const ControlVector& u) {
   const auto motion = this->model_.move(map_.pose(), u);
   map_.set_pose(motion.pose);
-  map_.predict(motion.F, motion.G * Q_ * motion.G.transpose());
+  motion_ = {motion.F, motion.G * Q_ * motion.G.transpose()};
+  map_.predict(motion_.F, motion_.noise);
 }
 
 template <class Model>

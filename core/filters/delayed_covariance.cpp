@@ -106,10 +106,16 @@ void DelayedCovariance::append(const MatrixRef& cross, const MatrixRef& own) {
 
 const Matrix& DelayedCovariance::whole() const {
   if (is_whole_) return P_;
-  pass();
-  put_vehicle();
+  lower();
   mirror_lower(P_);
   is_whole_ = true;
+  return P_;
+}
+
+const Matrix& DelayedCovariance::lower() const {
+  if (is_whole_) return P_;
+  pass();
+  put_vehicle();
   return P_;
 }
 

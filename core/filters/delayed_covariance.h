@@ -28,6 +28,7 @@ class DelayedCovariance {
   Index size() const { return P_.rows(); }  ///< n
   /// The vehicle's columns, n×vehicle, the block of the vehicle whole.
   auto vehicle_columns() { return columns_.topRows(size()); }
+  auto vehicle_columns() const { return columns_.topRows(size()); }
   /// To be called after vehicle_columns() were changed.
   void vehicle_changed();
 
@@ -46,6 +47,8 @@ class DelayedCovariance {
 
   /// P, n×n, symmetric to the last bit unless change() left it otherwise.
   const Matrix& whole() const;
+  /// P, n×n, of which the lower triangle counts: what whole() costs but for the mirror.
+  const Matrix& lower() const;
 
   /// Has `change(P)` change P as a whole, and returns what that returns.
   template <class Change>

@@ -101,6 +101,14 @@ class EkfSlam : public internal::SlamPhases<Model> {
 
   const Vector& state() const { return x_; }
   const Matrix& covariance() const { return P_.whole(); }
+  /// P, of which the lower triangle counts; cheaper.
+  const Matrix& lower_covariance() const { return P_.lower(); }
+  PoseMatrix pose_covariance() const { return P_.vehicle_columns().template topRows<kPose>(); }
+  double trace() const { return P_.trace(); }  ///< tr P
+  /// Whether it adds anything to P but the noise of the motion.
+  bool inflates() const { return rule_.inflation != Inflation::none || rule_.constant.size() > 0; }
+  /// ln det S of the last update, which must have measured something.
+  double innovation_log_determinant() const { return factor_.log_determinant(); }
   /// P with the inflation that the next update will begin with, n×n.
   Matrix inflated_prior() const {
     Matrix P = covariance();
@@ -117,7 +125,7 @@ class EkfSlam : public internal::SlamPhases<Model> {
   Index joseph_updates() const { return joseph_updates_; }  ///< since the reset
 
  private:
-  using Phases::table_, Phases::Q_, Phases::R_, Phases::rows_, Phases::nu_, Phases::S_;
+  using Phases::table_, Phases::Q_, Phases::R_, Phases::motion_, Phases::rows_, Phases::nu_, Phases::S_;
   using typename Phases::Row;
 
   /// The landmarks of the state are `ids`.
@@ -220,7 +228,8 @@ void EkfSlam<Model>::predict(const ControlVector& u) {
   x_.template head<kPose>() = motion.pose;
   auto P = P_.vehicle_columns();
   const PoseMatrix P_rr = P.template topRows<kPose>();
-  const PoseMatrix predicted = motion.F * P_rr * motion.F.transpose() + motion.G * Q_ * motion.G.transpose();
+  motion_ = {motion.F, motion.G * Q_ * motion.G.transpose()};
+  const PoseMatrix predicted = motion.F * P_rr * motion.F.transpose() + motion_.noise;
   auto moved =
       columns_.resize(internal::whole_panels(P.rows()), kPose);  // P_fr Fᵀ, and above it what is not used
   const double* from[kPose];

@@ -62,13 +62,24 @@ class SlamPhases {
   VectorRef innovation() const { return nu_.vector(); }            ///< ν of the last update
   MatrixRef innovation_covariance() const { return S_.matrix(); }  ///< its S
 
- protected:
+  struct MotionPart {  ///< of a predict: F, and G Q Gᵀ
+    PoseMatrix F, noise;
+  };
   struct Row {          ///< Jacobian of one measurement: the vehicle's columns and those of its landmark
     Index offset = -1;  ///< of the landmark in the state, −1: an anchor
     Eigen::Matrix<double, kMeasurement, kPose> H_r;
     Eigen::Matrix<double, kMeasurement, kLandmark> H_l;
   };
+  struct Placed {  ///< a new landmark: J_r, and J_z R J_zᵀ
+    Eigen::Matrix<double, kLandmark, kPose> J_r;
+    LandmarkMatrix noise;
+  };
+  const MotionPart& motion() const { return motion_; }        ///< of the last predict
+  std::span<const Row> rows() const { return rows_; }         ///< of the last update
+  std::span<const Placed> placed() const { return placed_; }  ///< by the last update, at the end of the state
+  const MeasurementMatrix& measurement_noise() const { return R_; }  ///< R of one measurement
 
+ protected:
   SlamPhases(Model model, const ControlMatrix& Q, const MeasurementMatrix& R,
              std::span<const Anchor<Model>> anchors)
       : model_(std::move(model)), Q_(Q), R_(R), table_(anchors) {}
@@ -79,6 +90,7 @@ class SlamPhases {
   void linearise(std::span<const Observation<Model>> observations, const PoseVector& pose,
                  PositionOf position_of) {
     rows_.clear();
+    placed_.clear();
     auto nu = nu_.resize(kMeasurement * static_cast<Index>(observations.size()));
     for (const Observation<Model>& o : observations) {
       const LandmarkVector* anchor = table_.anchor(o.landmark);
@@ -102,8 +114,9 @@ class SlamPhases {
     for (const Observation<Model>& o : observations) {
       if (table_.is_known(o.landmark)) continue;
       const auto placed = model_.place(pose, o.z);
-      const LandmarkMatrix own =
-          placed.J_r * P_rr * placed.J_r.transpose() + placed.J_z * R_ * placed.J_z.transpose();
+      const LandmarkMatrix noise = placed.J_z * R_ * placed.J_z.transpose();
+      const LandmarkMatrix own = placed.J_r * P_rr * placed.J_r.transpose() + noise;
+      placed_.push_back({placed.J_r, noise});
       table_.append(o.landmark);
       append(placed.position, placed.J_r, own);
       ++count;
@@ -115,8 +128,10 @@ class SlamPhases {
   ControlMatrix Q_;
   MeasurementMatrix R_;
   LandmarkTable<Model> table_;
-  // Of the last update; kept to be read and so that a step allocates nothing.
+  // Of the last step; kept to be read and so that a step allocates nothing.
+  MotionPart motion_;
   std::vector<Row> rows_;
+  std::vector<Placed> placed_;
   MatrixBuffer nu_, S_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -50,15 +51,23 @@ Index landmark_in_turn(std::int64_t step, Index count, Known known) {
   return -1;
 }
 
+/// Whether a state of n numbers is whitened at this step of a run: up to twelve always, more at the powers of
+/// two, at every sixteenth step and at the last.
+constexpr bool is_whitened(Index n, std::int64_t step, std::int64_t last) {
+  return n <= 12 || step % 16 == 0 || step == last || std::has_single_bit(static_cast<std::uint64_t>(step));
+}
+
 /// One step of one run.
 struct NormalisedStep {
-  std::int64_t step = 0;          ///< from 1
-  std::vector<Index> states{};    ///< as Step::states
-  Vector error{}, variance{};     ///< of these states
-  Vector estimate{};              ///< x̂ of these states, in coordinates; empty: not known
-  MovingPart moving{};            ///< of a map in the plane the pose and one landmark
-  NormalisedVector whole{};       ///< the state; its dof is the sum over blocks without a joint covariance
-  double log_determinant = kNaN;  ///< of P of full rank
+  std::int64_t step = 0;        ///< from 1
+  std::vector<Index> states{};  ///< as Step::states
+  Vector error{}, variance{};   ///< of these states
+  Vector estimate{};            ///< x̂ of these states, in coordinates; empty: not known
+  MovingPart moving{};          ///< of a map in the plane the pose and one landmark
+  /// The state; its dof is the sum over blocks without a joint covariance. It need not be whitened at other
+  /// steps than those of is_whitened.
+  NormalisedVector whole{};
+  double log_determinant = kNaN;                    ///< of P of full rank
   std::vector<NormalisedSquare> blocks{};           ///< of the layout
   Vector first_whitened{};                          ///< of the layout's first block
   BlockError first{}, position{};                   ///< of the first block, and of that of the position

@@ -14,12 +14,8 @@
 namespace credence::internal {
 namespace {
 
-constexpr unsigned kAllLanes = 0xff;
-constexpr Index kMostBelow = 4;  ///< rows below L: the error, and three to normalise the map with
-
-bool has(unsigned lanes, int lane) { return ((lanes >> lane) & 1u) != 0; }
-std::uint8_t with(unsigned lanes, int lane) { return static_cast<std::uint8_t>(lanes | (1u << lane)); }
-std::uint8_t without(unsigned lanes, int lane) { return static_cast<std::uint8_t>(lanes & ~(1u << lane)); }
+constexpr Index kMostBelow = 4;           ///< rows below L: the error, and three to normalise the map with
+constexpr double kMostDifference = 1e-8;  ///< of two ways to the same NEES, as a part of n + eᵀ P⁻¹ e
 
 }  // namespace
 
@@ -59,7 +55,11 @@ PlanarLanes::PlanarLanes(const PlanarWorld& world, const Eigen::Matrix2d& Q,
       diagonal_(at(padded_)),
       L_(at(padded_ * (padded_ + kMostBelow))),
       columns_(8 * world.landmarks.size()),
-      landmark_nees_(at(padded_ / 2)) {
+      landmark_nees_(at(padded_ / 2)),
+      nees_along_run_(states_, std::ssize(world.landmarks), set),
+      predicted_(3),
+      prior_(3) {
+  initialised_.reserve(world.landmarks.size() * kLanes);
   of_measured_.reserve(world.landmarks.size());
   for (Index a = 0; a < world.anchors; ++a) {
     const std::size_t number = at(world.states() + a);
@@ -80,6 +80,8 @@ void PlanarLanes::reset(int lane, const Pose& pose, const Eigen::Matrix3d& P) {
   for (Index l = 0; l < world_.states(); ++l) known_[at(l)] = without(known_[at(l)], lane);
   steps_[static_cast<std::size_t>(lane)] = {};
   measured_ = 0;
+  nees_along_run_.reset(lane, P);
+  lost_ = without(lost_, lane);
 }
 
 PlanarLanesData PlanarLanes::kernel_data() {
@@ -113,6 +115,8 @@ void PlanarLanes::predict(const Control& u) {
     }
   }
   kernel_.predict(kernel_data(), data(F_), data(GQG_));
+  if (!inflate_map_) nees_along_run_.move(data(F_), data(GQG_));
+  std::copy_n(x_.begin(), 3, predicted_.begin());
 }
 
 /// Sorts what the lanes see by landmark: a column for each that some lane sees and knows.
@@ -179,7 +183,11 @@ void PlanarLanes::drop_failed_lanes() {
 }
 
 void PlanarLanes::update(const std::array<Observations, kLanes>& seen) {
-  if (inflate_map_) kernel_.decorrelate(kernel_data());
+  if (inflate_map_) {
+    kernel_.decorrelate(kernel_data());
+    nees_along_run_.start(kernel_data());
+  }
+  initialised_.clear();
   for (int lane = 0; lane < kLanes; ++lane) {
     UpdateResult& result = steps_[static_cast<std::size_t>(lane)].update;
     result = {};
@@ -223,8 +231,9 @@ void PlanarLanes::initialise(int lane, Index landmark, const RangeBearing& z) {
     const Eigen::Vector2d P_lj = placed.J_r * P_rj;
     for (Index c = 0; c < 2; ++c) covariance_at(l + c, j)[lane] = P_lj[c];
   }
-  const Eigen::Matrix2d own = placed.J_r * P_rr * placed.J_r.transpose() +
-                              placed.J_z * variance_.asDiagonal() * placed.J_z.transpose();
+  const Eigen::Matrix2d noise = placed.J_z * variance_.asDiagonal() * placed.J_z.transpose();
+  const Eigen::Matrix2d own = placed.J_r * P_rr * placed.J_r.transpose() + noise;
+  initialised_.push_back({lane, l, placed.J_r, noise});
   covariance_at(l, l)[lane] = own(0, 0);
   covariance_at(l + 1, l)[lane] = 0.5 * (own(0, 1) + own(1, 0));
   covariance_at(l + 1, l + 1)[lane] = own(1, 1);
@@ -249,7 +258,45 @@ void PlanarLanes::compute_errors(const std::array<Pose, kLanes>& truth) {
   }
 }
 
-void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise) {
+/// `error_` being that of the state now.
+void PlanarLanes::follow_nees(const std::array<Pose, kLanes>& truth, bool logarithms) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Pose& pose = truth[static_cast<std::size_t>(lane)];
+    for (Index i = 0; i < 3; ++i) prior_[at(i)][lane] = predicted_[at(i)][lane] - pose[i];
+    prior_[2][lane] = wrap_angle(prior_[2][lane]);
+  }
+  nees_along_run_.correct(kernel_data(), prior_, logarithms);
+  for (const auto& [lane, state, J_r, noise] : initialised_) {
+    nees_along_run_.append(lane, state, J_r, noise, error_);
+  }
+  nees_along_run_.judge(kernel_data(), error_);
+}
+
+void PlanarLanes::factor_covariance(bool normalise) {
+  const PlanarLanesNees nees{.padded = padded_,
+                             .P = data(P_),
+                             .diagonal = data(diagonal_),
+                             .error = data(whitened_error_),
+                             .below = normalise ? kMostBelow : 1,
+                             .L = data(L_),
+                             .nees = nees_.of,
+                             .vehicle_nees = vehicle_nees_.of,
+                             .check = check_.of,
+                             .map_nees = map_nees_.of,
+                             .doubt = doubt_.of};
+  kernel_.nees(nees);
+  if (normalise) kernel_.normalise(nees);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (!nees_along_run_.has_value(lane)) continue;
+    const double value = nees_along_run_.nees(lane), n = static_cast<double>(states_);
+    const bool same = std::abs(value - nees_[lane]) <= kMostDifference * (n + value);
+    const bool sound =
+        check_[lane] == 0.0 && (!normalise || doubt_[lane] * NeesSolver::least_pivot(states_) < 1.0);
+    if (!same || !sound) nees_along_run_.distrust(lane);
+  }
+}
+
+void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, bool factor) {
   compute_errors(truth);
   Lanes trace, largest, map_error, finite, dof, landmarks;
   for (Index i = 0; i < padded_; ++i) {
@@ -269,33 +316,27 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise) {
   for (Index l = 0; l < world_.states(); ++l) {
     for (int lane = 0; lane < kLanes; ++lane) landmarks[lane] += has(known_[at(l)], lane) ? 1.0 : 0.0;
   }
-  const PlanarLanesNees nees{.padded = padded_,
-                             .P = data(P_),
-                             .diagonal = data(diagonal_),
-                             .error = data(whitened_error_),
-                             .below = normalise ? kMostBelow : 1,
-                             .L = data(L_),
-                             .nees = nees_.of,
-                             .vehicle_nees = vehicle_nees_.of,
-                             .check = check_.of,
-                             .map_nees = map_nees_.of,
-                             .landmark_nees = data(landmark_nees_),
-                             .doubt = doubt_.of};
-  kernel_.nees(nees);
+  follow_nees(truth, normalise);
+  factored_ = factor || !nees_along_run_.all_have_values(static_cast<LaneSet>(~lost_));
+  if (factored_) factor_covariance(normalise);
   if (normalise) {
-    kernel_.normalise(nees);
     kernel_.share_noise(kernel_data());
+    kernel_.landmark_nees(kernel_data(), data(error_), data(landmark_nees_));
   }
   for (int lane = 0; lane < kLanes; ++lane) {
     PlanarStep& s = steps_[static_cast<std::size_t>(lane)];
     // An update that failed says nothing of how large the error is.
     const bool diverged = !(finite[lane] == 0.0) || (s.update.ok && !(largest[lane] < kDivergedError_m));
-    const bool indefinite = !s.update.ok || !(check_[lane] == 0.0);
+    const bool followed = nees_along_run_.has_value(lane);
+    const bool indefinite = !s.update.ok || !(followed || check_[lane] == 0.0);
     s.outcome = diverged ? Outcome::diverged : indefinite ? Outcome::not_positive_definite : Outcome::ok;
-    if (s.outcome != Outcome::ok) continue;
-    s.nees = nees_[lane];
+    if (s.outcome != Outcome::ok) {
+      lost_ = with(lost_, lane);
+      continue;
+    }
+    s.nees = followed ? nees_along_run_.nees(lane) : nees_[lane];
     s.nees_dof = static_cast<Index>(dof[lane]);
-    s.vehicle_nees = vehicle_nees_[lane];
+    s.vehicle_nees = followed ? nees_along_run_.vehicle_nees(lane) : vehicle_nees_[lane];
     s.traces.all = trace[lane];
     s.traces.position = covariance_at(0, 0)[lane] + covariance_at(1, 1)[lane];
     s.traces.landmarks = s.traces.all - s.traces.position - covariance_at(2, 2)[lane];
@@ -309,14 +350,15 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise) {
 bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
   const PlanarStep& s = step(lane);
   const Index n = 3 + 2 * s.landmarks;
-  const bool full_rank = s.nees_dof == n && doubt_[lane] * NeesSolver::least_pivot(n) < 1.0;
+  const bool followed = nees_along_run_.has_value(lane);
+  const bool full_rank = s.nees_dof == n && (followed || doubt_[lane] * NeesSolver::least_pivot(n) < 1.0);
   const bool update = s.update.dof == 0 || doubt_of_S_[lane] * NeesSolver::least_pivot(s.update.dof) < 1.0;
   if (!full_rank || !update || !std::isfinite(s.nees) || !std::isfinite(s.update.nis)) return false;
   told.states.resize(at(n));
   told.estimate.resize(n);
   told.error.resize(n);
   told.variance.resize(n);
-  told.whole.whitened.resize(n);
+  told.whole.whitened.resize(factored_ ? n : 0);
   const Lanes* whitened = &L_[at(padded_)];  // every padded_ + kMostBelow
   for (Index place = 0, i = 0; place < states_; ++place) {
     if (place > 2 && !has(known_[at((place - 3) / 2)], lane)) continue;
@@ -324,13 +366,14 @@ bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
     told.estimate[i] = x_[at(place)][lane];
     told.error[i] = error_[at(place)][lane];
     told.variance[i] = covariance_at(place, place)[lane];
-    told.whole.whitened[i] = whitened[place * (padded_ + kMostBelow)][lane];
+    if (factored_) told.whole.whitened[i] = whitened[place * (padded_ + kMostBelow)][lane];
     ++i;
   }
   told.whole.value = s.nees;
   told.whole.dof = n;
   const Index pivots = kLanes * (padded_ + kMostBelow + 1);
-  told.log_determinant = -2.0 * log_of_product(&L_[0].of[lane], padded_, pivots);
+  told.log_determinant = followed ? nees_along_run_.log_determinant(lane)
+                                  : -2.0 * log_of_product(&L_[0].of[lane], padded_, pivots);
   normalise_blocks(lane, told);
   take_moving(lane, told);
   told.innovations.resize(1);
@@ -341,8 +384,10 @@ bool PlanarLanes::normalised(int lane, NormalisedStep& told) const {
 /// The pose, its parts, the single landmarks, and the map.
 void PlanarLanes::normalise_blocks(int lane, NormalisedStep& told) const {
   const PlanarStep& s = step(lane);
-  const Vector& u = told.whole.whitened;
-  told.first_whitened = u.head<3>();
+  const bool followed = nees_along_run_.has_value(lane);
+  const Eigen::Vector3d u =
+      followed ? nees_along_run_.vehicle_whitened(lane) : Eigen::Vector3d(told.whole.whitened.head<3>());
+  told.first_whitened = u;
   told.first.error = told.error.head<3>();
   told.first.P.resize(3, 3);
   for (Index i = 0; i < 3; ++i) {
@@ -360,8 +405,8 @@ void PlanarLanes::normalise_blocks(int lane, NormalisedStep& told) const {
     told.blocks.push_back(known ? NormalisedSquare{landmark_nees_[at(l)][lane], 2} : NormalisedSquare{});
   }
   if (world_.states() == 0) return;
-  told.blocks.push_back(s.landmarks > 0 ? NormalisedSquare{map_nees_[lane], 2 * s.landmarks}
-                                        : NormalisedSquare{});
+  const double map_nees = followed ? nees_along_run_.map_nees(lane) : map_nees_[lane];
+  told.blocks.push_back(s.landmarks > 0 ? NormalisedSquare{map_nees, 2 * s.landmarks} : NormalisedSquare{});
 }
 
 /// The pose and one landmark; where all landmarks are anchors, the position.

@@ -8,6 +8,7 @@
 #include "core/filters/ekf_slam.h"
 #include "core/record/normalised_step.h"
 #include "montecarlo/lanes/planar_lanes_kernel.h"
+#include "montecarlo/lanes/planar_nees_lanes.h"
 #include "montecarlo/worlds/planar/planar_step.h"
 #include "montecarlo/worlds/planar/planar_world.h"
 
@@ -43,8 +44,9 @@ class PlanarLanes {
   void update(const std::array<Observations, kLanes>& seen);
 
   /// Errors and statistics of all lanes after the update, given the true poses; on request also what
-  /// `normalised` tells.
-  void judge(const std::array<Pose, kLanes>& truth, bool normalise = false);
+  /// `normalised` tells, and L⁻¹ e of the whole state with a check of its NEES, by a factor of P = L Lᵀ.
+  /// Where a lane that counts has no NEES along its run (PlanarNeesLanes), P is factored all the same.
+  void judge(const std::array<Pose, kLanes>& truth, bool normalise = false, bool factor = true);
   /// The errors and the innovation of a lane whose outcome is ok, its blocks those of planar_layout. False,
   /// and nothing told, where P or S is singular or so near it that rounding has eaten a pivot.
   bool normalised(int lane, NormalisedStep& told) const;
@@ -59,16 +61,8 @@ class PlanarLanes {
   Matrix gain(int lane) const;
 
  private:
-  /// One number of every run.
-  struct alignas(64) Lanes {
-    double of[kLanes] = {};
-    double& operator[](int lane) { return of[lane]; }
-    double operator[](int lane) const { return of[lane]; }
-  };
-  using Numbers = std::vector<Lanes>;
-  using LaneSet = std::uint8_t;  ///< bit i: lane i
+  using Numbers = LaneNumbers;
 
-  static double* data(Numbers& numbers) { return numbers.empty() ? nullptr : numbers.data()->of; }
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   Lanes& covariance_at(Index i, Index j) {
     return i >= j ? P_[at(j * padded_ + i)] : P_[at(i * padded_ + j)];
@@ -87,6 +81,8 @@ class PlanarLanes {
   void take_moving(int lane, NormalisedStep& told) const;
   void normalise_innovation(int lane, NormalisedInnovation& told) const;
   void compute_errors(const std::array<Pose, kLanes>& truth);
+  void follow_nees(const std::array<Pose, kLanes>& truth, bool logarithms);
+  void factor_covariance(bool normalise);
   std::vector<Index> states_of(int lane) const;
   std::vector<Index> columns_of(int lane) const;
   Matrix update_root(int lane) const;
@@ -106,6 +102,13 @@ class PlanarLanes {
   Numbers z_;                     ///< 2 a landmark
   Numbers anchors_;               ///< 2 an anchor
   std::vector<Index> of_measured_;
+  struct Initialised {
+    int lane;
+    Index state;
+    Eigen::Matrix<double, 2, 3> J_r;
+    Eigen::Matrix2d noise;  ///< J_z R J_zᵀ
+  };
+  std::vector<Initialised> initialised_;  ///< by the last update
   std::vector<std::int64_t> offset_;
   std::vector<const double*> place_;
   Numbers difference_, direction_, H_, R_, nu_, A_, F_, GQG_;
@@ -113,6 +116,10 @@ class PlanarLanes {
   Numbers error_, whitened_error_, diagonal_, L_;
   Numbers columns_, landmark_nees_;
   Lanes share_, doubt_of_S_, nees_, vehicle_nees_, map_nees_, doubt_;
+  PlanarNeesLanes nees_along_run_;
+  Numbers predicted_, prior_;  ///< 3: the predicted pose, and its error
+  LaneSet lost_ = 0;           ///< lanes that have failed
+  bool factored_ = false;      ///< P, by the last judge
   std::array<PlanarStep, kLanes> steps_;
 };
 

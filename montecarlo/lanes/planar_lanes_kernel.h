@@ -51,11 +51,10 @@ struct PlanarLanesNees {
   std::int64_t below;      ///< rows of L under the triangle: 1, or 4 for `normalise`
   double* L;               ///< (padded + below) × padded: L with the inverse of its diagonal, (L⁻¹ e)ᵀ
   double* nees;
-  double* vehicle_nees;   ///< of the first three states
-  double* check;          ///< as above
-  double* map_nees;       ///< of the other states
-  double* landmark_nees;  ///< (n − 3)/2: of each landmark
-  double* doubt;          ///< the largest P_ii/L_ii²
+  double* vehicle_nees;  ///< of the first three states
+  double* check;         ///< as above
+  double* map_nees;      ///< of the other states
+  double* doubt;         ///< the largest P_ii/L_ii²
 };
 
 /// The functions of one instruction set.
@@ -76,6 +75,8 @@ struct PlanarLanesKernel {
   void (*nees)(const PlanarLanesNees&);
   /// The rest, of an L with the four rows below.
   void (*normalise)(const PlanarLanesNees&);
+  /// Of each landmark by its own block, (n − 3)/2; not a number where it is not known.
+  void (*landmark_nees)(const PlanarLanesData&, const double* error, double* nees);
 };
 
 /// The kernel of one instruction set; throws std::invalid_argument if this machine does not support it.

@@ -6,28 +6,7 @@ namespace credence::internal {
 namespace {
 
 #include "core/simd/lane_pack.inc"
-using Pack = LanePack;
-
-// Every element of every matrix is one sum, taken in the order of its index with fused multiply-adds: the
-// same bits at every width.
-
-using D = Pack::D;
-
-/// A matrix of lanes by columns, from the first lane of a pack on.
-struct LaneMatrix {
-  double* data;
-  std::int64_t rows;
-
-  double* at(std::int64_t i, std::int64_t j) const { return data + (j * rows + i) * kPlanarLanes; }
-  D load(std::int64_t i, std::int64_t j) const { return Pack::load(at(i, j)); }
-  D diagonal(std::int64_t i) const { return load(i, i); }
-  void store(std::int64_t i, std::int64_t j, D value) const { Pack::store(at(i, j), value); }
-  /// Of a symmetric matrix of which the lower triangle is there.
-  D symmetric(std::int64_t i, std::int64_t j) const { return i >= j ? load(i, j) : load(j, i); }
-};
-
-inline D load_lanes(const double* p, std::int64_t i) { return Pack::load(p + i * kPlanarLanes); }
-inline void store_lanes(double* p, std::int64_t i, D value) { Pack::store(p + i * kPlanarLanes, value); }
+#include "montecarlo/lanes/planar_lane_matrix.inc"
 
 /// 1/√pivot; what is neither positive nor finite spoils `check`.
 inline D inverse_root(D pivot, D& check) {
@@ -137,12 +116,6 @@ inline D factor(const Source& source, const Below& below, const LaneMatrix& A, s
   return check;
 }
 
-/// Calls f(lane) for the first lane of every pack.
-template <typename F>
-inline void for_packs(F f) {
-  for (int lane = 0; lane < kPlanarLanes; lane += Pack::kLanes) f(lane);
-}
-
 void predict_lanes(const PlanarLanesData& d, const double* F_lanes, const double* Q_lanes) {
   for_packs([&](int lane) {
     const LaneMatrix P{d.P + lane, d.padded};
@@ -234,26 +207,6 @@ void linearise_lanes(const PlanarLanesData& d) {
       for (int i = 0; i < 10; ++i) store_lanes(H, i, rows[i]);
     }
   });
-}
-
-/// The two rows of H of one landmark.
-struct Jacobian {
-  D r[2][3], l[2][2];
-};
-
-inline Jacobian load_jacobian(const double* H) {
-  Jacobian J;
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 3; ++j) J.r[i][j] = load_lanes(H, 3 * i + j);
-    for (int j = 0; j < 2; ++j) J.l[i][j] = load_lanes(H, 6 + 2 * i + j);
-  }
-  return J;
-}
-
-/// Row i of J applied to a state's five numbers, the last two of which an anchor does not have.
-inline D apply(const Jacobian& J, int i, const D (&v)[5], bool anchor) {
-  const D vehicle = Pack::fma(J.r[i][2], v[2], Pack::fma(J.r[i][1], v[1], Pack::mul(J.r[i][0], v[0])));
-  return anchor ? vehicle : Pack::fma(J.l[i][1], v[4], Pack::fma(J.l[i][0], v[3], vehicle));
 }
 
 void innovate_lanes(const PlanarLanesData& d) {
@@ -450,7 +403,7 @@ inline D least_squares(D squares, const D (&J)[3][3], const D (&y)[3]) {
 
 void normalise_lanes(const PlanarLanesNees& d) {
   for_packs([&](int lane) {
-    const LaneMatrix L{d.L + lane, d.padded + d.below}, P{const_cast<double*>(d.P) + lane, d.padded};
+    const LaneMatrix L{d.L + lane, d.padded + d.below};
     const D zero = Pack::broadcast(0.0);
     D J[3][3], y[3], doubt = zero;
     for (int r = 0; r < 3; ++r) {
@@ -469,21 +422,25 @@ void normalise_lanes(const PlanarLanesNees& d) {
     }
     Pack::store(d.doubt + lane, doubt);
     Pack::store(d.map_nees + lane, least_squares(load_lanes(d.nees + lane, 0), J, y));
-    for (std::int64_t i = 3, l = 0; i + 1 < d.padded; i += 2, ++l) {
-      const D e = load_lanes(d.error + lane, i),
-              inverse = Pack::div(Pack::broadcast(1.0), load_lanes(d.diagonal + lane, i));
+  });
+}
+
+void landmark_nees_lanes(const PlanarLanesData& d, const double* error, double* nees) {
+  for_packs([&](int lane) {
+    const LaneMatrix P{d.P + lane, d.padded};
+    for (std::int64_t i = 3, l = 0; i + 1 < d.states; i += 2, ++l) {
+      const D e = load_lanes(error + lane, i), inverse = Pack::div(Pack::broadcast(1.0), P.load(i, i));
       const D ratio = Pack::mul(P.load(i + 1, i), inverse);
-      const D rest = Pack::fnma(ratio, P.load(i + 1, i), load_lanes(d.diagonal + lane, i + 1));
-      const D v = Pack::fnma(ratio, e, load_lanes(d.error + lane, i + 1));
-      store_lanes(d.landmark_nees + lane, l,
-                  Pack::fma(Pack::mul(e, e), inverse, Pack::div(Pack::mul(v, v), rest)));
+      const D rest = Pack::fnma(ratio, P.load(i + 1, i), P.load(i + 1, i + 1));
+      const D v = Pack::fnma(ratio, e, load_lanes(error + lane, i + 1));
+      store_lanes(nees + lane, l, Pack::fma(Pack::mul(e, e), inverse, Pack::div(Pack::mul(v, v), rest)));
     }
   });
 }
 
 constexpr PlanarLanesKernel kPlanarLanesKernel{&predict_lanes,  &decorrelate_lanes, &linearise_lanes,
                                                &innovate_lanes, &correct_lanes,     &share_noise_lanes,
-                                               &nees_lanes,     &normalise_lanes};
+                                               &nees_lanes,     &normalise_lanes,   &landmark_nees_lanes};
 
 }  // namespace
 

@@ -98,9 +98,11 @@ NeesValue pose_nees(const Vector& error, const Matrix& P, NeesSolver& solver) {
   return {value, 3};
 }
 
-PlanarTraces planar_traces(const Matrix& P) {
-  PlanarTraces traces{.all = P.trace(), .position = P(0, 0) + P(1, 1)};
-  traces.landmarks = traces.all - traces.position - P(2, 2);
+PlanarTraces planar_traces(const Matrix& P) { return planar_traces(P.trace(), P.topLeftCorner<3, 3>()); }
+
+PlanarTraces planar_traces(double trace, const Eigen::Matrix3d& pose) {
+  PlanarTraces traces{.all = trace, .position = pose(0, 0) + pose(1, 1)};
+  traces.landmarks = traces.all - traces.position - pose(2, 2);
   return traces;
 }
 

@@ -81,6 +81,8 @@ struct PlanarTraces {
 
 /// Of the covariance of [x; y; heading; map].
 PlanarTraces planar_traces(const Matrix& P);
+/// Of its trace and the block of the pose.
+PlanarTraces planar_traces(double trace, const Eigen::Matrix3d& pose);
 
 /// P as a matrix, for who looks at a single run.
 inline const Matrix& dense_covariance(const Matrix& P) { return P; }

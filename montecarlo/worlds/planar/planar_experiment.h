@@ -9,6 +9,7 @@
 #include "montecarlo/engine/run_loop.h"
 #include "montecarlo/engine/shown_experiment.h"
 #include "montecarlo/worlds/planar/arrow_statistics.h"
+#include "montecarlo/worlds/planar/nees_follower.h"
 #include "montecarlo/worlds/planar/planar_normaliser.h"
 #include "montecarlo/worlds/planar/planar_simulation.h"
 #include "montecarlo/worlds/planar/planar_step.h"
@@ -73,10 +74,12 @@ class PlanarExperiment final : public internal::ShownExperiment {
         : e_(experiment),
           filter_(filter),
           simulation_(e_.world_, e_.noise_, e_.source_),
-          normaliser_(e_.world_, e_.layout().sensors.front().variances) {}
+          normaliser_(e_.world_, e_.layout().sensors.front().variances),
+          follower_(filter) {}
 
     void start(std::int64_t run) {
       filter_.reset(simulation_.start(run), e_.noise_.initial_covariance());
+      if constexpr (kFollowed) follower_.start(e_.noise_.initial_covariance());
       step_ = {};
     }
 
@@ -85,15 +88,24 @@ class PlanarExperiment final : public internal::ShownExperiment {
       const auto at = static_cast<std::size_t>(k);
       simulation_.move(at);
       filter_.predict(e_.world_.controls[at - 1]);
+      Pose prior = Pose::Zero();
+      if constexpr (kFollowed) prior = follower_.prior(simulation_.pose());
       step_.update = filter_.update(simulation_.observe(at));
       if (!filter_.state().allFinite()) return Outcome::diverged;
       if (!step_.update.ok) return Outcome::not_positive_definite;
-      const Outcome outcome = error_.compute(simulation_.pose(), e_.world_.landmarks, filter_.state(),
-                                             filter_.covariance(), filter_.landmarks());
-      if (outcome == Outcome::ok) {
-        error_.put_into(step_);
+      if (!error_.set_error(simulation_.pose(), e_.world_.landmarks, filter_.state(), filter_.landmarks())) {
+        return Outcome::diverged;
+      }
+      Outcome outcome = Outcome::ok;
+      if constexpr (kFollowed) {
+        follower_.step(prior, error_.error);
+        outcome = set_nees(k);
+        step_.traces = planar_traces(filter_.trace(), filter_.pose_covariance());
+      } else {
+        outcome = error_.solve(filter_.covariance());
         step_.traces = planar_traces(filter_.covariance());
       }
+      if (outcome == Outcome::ok) error_.put_into(step_);
       return outcome;
     }
 
@@ -105,12 +117,9 @@ class PlanarExperiment final : public internal::ShownExperiment {
     /// What the last step was.
     void show(ChunkObserver& observer, Index k) {
       told_.step = k;
-      const Matrix& P = solved_covariance();
       const VectorRef nu = filter_.innovation();
-      if (normaliser_.normalise_state(filter_.state(), error_.error, P, solver(), filter_.landmarks(),
-                                      told_) &&
-          normaliser_.normalise_innovation(nu.head(step_.update.dof > 0 ? nu.size() : 0),
-                                           filter_.innovation_covariance(), told_)) {
+      if (normalise_state() && normaliser_.normalise_innovation(nu.head(step_.update.dof > 0 ? nu.size() : 0),
+                                                                filter_.innovation_covariance(), told_)) {
         observer.add(told_, 0);
       } else {
         observer.add(internal::shown_at(k, Outcome::ok, trace_step()), 0);
@@ -136,14 +145,38 @@ class PlanarExperiment final : public internal::ShownExperiment {
     Matrix gain() const { return filter_.gain(); }
 
    private:
+    static constexpr bool kFollowed = std::is_same_v<F, EkfSlam<PlanarModel>>;
     static constexpr bool kDense =
         std::is_same_v<std::remove_cvref_t<decltype(std::declval<F>().covariance())>, Matrix>;
 
+    /// By a factor of P where one is wanted, and where the follower has no value.
+    Outcome set_nees(Index k) {
+      factored_ = !follower_.has_value() ||
+                  internal::is_whitened(error_.error.size(), k, std::ssize(e_.world_.controls));
+      if (!factored_) return error_.take(follower_.nees(), filter_.pose_covariance());
+      const Outcome outcome = error_.solve(filter_.lower_covariance());
+      if (outcome == Outcome::ok) follower_.check({error_.nees, error_.dof}, error_.solver());
+      return outcome;
+    }
+
     NeesSolver& solver() { return kDense ? error_.solver() : dense_solver_; }
 
-    /// P as a matrix that solver() has factored.
+    bool normalise_state() {
+      if constexpr (kFollowed) {
+        if (!factored_) {
+          return normaliser_.normalise_state(filter_.state(), error_.error, filter_.lower_covariance(),
+                                             follower_.joint(), filter_.landmarks(), told_);
+        }
+      }
+      return normaliser_.normalise_state(filter_.state(), error_.error, solved_covariance(), solver(),
+                                         filter_.landmarks(), told_);
+    }
+
+    /// P as a matrix that solver() has factored, and whose lower triangle counts.
     const Matrix& solved_covariance() {
-      if constexpr (kDense) {
+      if constexpr (kFollowed) {
+        return filter_.lower_covariance();
+      } else if constexpr (kDense) {
         return filter_.covariance();
       } else {
         dense_P_ = dense_covariance(filter_.covariance());
@@ -159,6 +192,9 @@ class PlanarExperiment final : public internal::ShownExperiment {
     internal::StateError error_;
     internal::PlanarNormaliser normaliser_;
     internal::NormalisedStep told_;
+    [[no_unique_address]] std::conditional_t<kFollowed, internal::NeesFollower, internal::NoFollower>
+        follower_;
+    bool factored_ = true;     ///< P, by the last step
     NeesSolver dense_solver_;  ///< of a P that is not dense
     Matrix dense_P_;
   };

@@ -43,7 +43,9 @@ class PlanarLanesExperiment::Batch {
     }
     lanes_.predict(e_.world_.controls[k - 1]);
     lanes_.update(seen);
-    lanes_.judge(truth, normalise);
+    const auto step = static_cast<std::int64_t>(k);
+    const bool whitened = is_whitened(3 + 2 * e_.world_.states(), step, std::ssize(e_.world_.controls));
+    lanes_.judge(truth, normalise, whitened);
   }
 
   /// Adds what the last step was in every run, and ends those that failed. False when none is left.

@@ -20,25 +20,46 @@ double pair_nees(const Vector& error, const Matrix& P, Index i) {
 bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& error, const Matrix& P,
                                        const NeesSolver& factor, std::span<const int> landmarks,
                                        NormalisedStep& told) const {
-  const Index n = error.size();
-  if (!factor.well_conditioned(P) || !std::isfinite(factor.whitened().squaredNorm())) return false;
+  const Vector& u = factor.whitened();
+  const double nees = u.squaredNorm();
+  if (!factor.well_conditioned(P) || !std::isfinite(nees)) return false;
+  const JointNormalised joint{.whole = {nees, u.size()},
+                              .log_determinant = factor.log_determinant(),
+                              .map_nees = landmarks.empty() ? 0.0 : factor.without_lead(),
+                              .whitened = &u};
+  return normalise_state(estimate, error, P, joint, landmarks, told);
+}
+
+bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& error, const Matrix& P,
+                                       const JointNormalised& joint, std::span<const int> landmarks,
+                                       NormalisedStep& told) const {
+  const Eigen::Matrix3d P_rr = P.topLeftCorner<3, 3>().selfadjointView<Eigen::Lower>();
+  const Eigen::LLT<Eigen::Matrix3d> root(P_rr);
+  if (root.info() != Eigen::Success) return false;
+  const Eigen::Vector3d u = joint.whitened != nullptr
+                                ? Eigen::Vector3d(joint.whitened->head<3>())
+                                : Eigen::Vector3d(root.matrixL().solve(error.head<3>()));
   slam_states({.vehicle = 3, .landmark = 2, .landmarks = world_.states()}, landmarks, told.states);
   told.estimate = estimate;
   told.error = error;
   told.variance = P.diagonal();
-  const Vector& u = told.whole.whitened = factor.whitened();
-  told.whole.value = u.squaredNorm();
-  told.whole.dof = n;
-  told.log_determinant = factor.log_determinant();
-  told.first_whitened = u.head<3>();
+  if (joint.whitened != nullptr) {
+    told.whole.whitened = *joint.whitened;
+  } else {
+    told.whole.whitened.resize(0);
+  }
+  told.whole.value = joint.whole.value;
+  told.whole.dof = joint.whole.dof;
+  told.log_determinant = joint.log_determinant;
+  told.first_whitened = u;
   told.first.error = error.head<3>();
-  told.first.P = P.topLeftCorner<3, 3>();
+  told.first.P = P_rr;
   told.position.error = error.head<2>();
-  told.position.P = P.topLeftCorner<2, 2>();
+  told.position.P = P_rr.topLeftCorner<2, 2>();
 
   const Index singles = std::min(world_.states(), kSingleLandmarks);
   told.blocks.assign(static_cast<std::size_t>(3 + singles + (world_.states() > 0 ? 1 : 0)), {});
-  told.blocks[0] = {u.head<3>().squaredNorm(), 3};
+  told.blocks[0] = {u.squaredNorm(), 3};
   told.blocks[1] = {u.head<2>().squaredNorm(), 2};
   const double heading = error[2] / std::sqrt(P(2, 2));
   told.blocks[2] = {heading * heading, 1};
@@ -47,7 +68,7 @@ bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& err
     told.blocks[3 + static_cast<std::size_t>(landmarks[i])] = {
         pair_nees(error, P, 3 + 2 * static_cast<Index>(i)), 2};
   }
-  if (!landmarks.empty()) told.blocks.back() = {factor.without_lead(), n - 3};
+  if (!landmarks.empty()) told.blocks.back() = {joint.map_nees, joint.whole.dof - 3};
 
   const auto place_of = [&](Index landmark) {
     return std::ranges::find(landmarks, static_cast<int>(landmark));
@@ -60,7 +81,14 @@ bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& err
   const Index i = 3 + 2 * static_cast<Index>(place_of(chosen) - landmarks.begin());
   told.moving.places = {0, 1, 2, i, i + 1};
   told.moving.error = error(told.moving.places);
-  told.moving.P = P(told.moving.places, told.moving.places);
+  told.moving.P.resize(5, 5);
+  for (Index a = 0; a < 5; ++a) {
+    for (Index b = 0; b < 5; ++b) {
+      const auto [column, row] = std::minmax(told.moving.places[static_cast<std::size_t>(a)],
+                                             told.moving.places[static_cast<std::size_t>(b)]);
+      told.moving.P(a, b) = P(row, column);
+    }
+  }
   return true;
 }
 

@@ -23,8 +23,20 @@ struct StateError {
   template <PlanarCovariance Covariance>
   Outcome compute(const Pose& pose, std::span<const Point> landmarks, const Vector& x, const Covariance& P,
                   std::span<const int> order) {
-    if (!set_error(pose, landmarks, x, order)) return Outcome::diverged;
+    return set_error(pose, landmarks, x, order) ? solve(P) : Outcome::diverged;
+  }
+
+  /// The error alone; false for one above 1e4 m.
+  bool set_error(const Pose& pose, std::span<const Point> landmarks, const Vector& x,
+                 std::span<const int> order);
+  /// NEES of the error by a factor of P.
+  template <PlanarCovariance Covariance>
+  Outcome solve(const Covariance& P) {
     return set_nees(joint_nees(error, P, solver_), pose_nees(error, P, pose_solver_));
+  }
+  /// NEES that is known of the whole state, and that of the pose.
+  Outcome take(const NeesValue& whole, const Eigen::Matrix3d& pose_covariance) {
+    return set_nees(whole, pose_nees(error, pose_covariance, pose_solver_));
   }
 
   /// Of `error` and a dense P; what else it shall solve for is told to it beforehand.
@@ -34,8 +46,6 @@ struct StateError {
   void put_into(PlanarStep& step) const;
 
  private:
-  bool set_error(const Pose& pose, std::span<const Point> landmarks, const Vector& x,
-                 std::span<const int> order);
   Outcome set_nees(const NeesValue& whole, const NeesValue& vehicle);
 
   NeesSolver solver_, pose_solver_;  ///< two, so that neither changes its size

@@ -27,7 +27,7 @@ struct KnownPartOfMap {
     std::normal_distribution<double> normal;
     Matrix A(n, n + 1);
     for (double& a : A.reshaped()) a = normal(bits);
-    P = A * A.transpose();
+    P = Matrix(A * A.transpose()).selfadjointView<Eigen::Lower>();
     estimate.resize(n);
     error.resize(n);
     for (double& x : estimate) x = 10.0 * normal(bits);
