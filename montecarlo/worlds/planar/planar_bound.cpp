@@ -3,8 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 
+#include "core/filters/delayed_covariance.h"
 #include "core/linear_algebra/decompositions.h"
+#include "core/linear_algebra/matrix_buffer.h"
 #include "core/manifold/rotation.h"
 #include "core/nan.h"
 #include "core/stop_point.h"
@@ -16,72 +20,115 @@ namespace {
 
 /// Of a pose and a landmark.
 using Information = Eigen::Matrix<double, 5, 5>;
+/// Measurements of variance one of a pose and a landmark: their Hᵀ H is the information.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 5, Eigen::RowMajor, 5, 5>;
+
+/// As many rows as the information has ranks.
+Rows rows_of(const Information& J) {
+  constexpr double kNothing = 1e-14;  // rounding
+  const Eigen::SelfAdjointEigenSolver<Information> modes(J);
+  const auto& strengths = modes.eigenvalues();
+  Rows H(5, 5);
+  Index rank = 0;
+  for (int i = 0; i < 5; ++i) {
+    if (strengths[i] <= kNothing * strengths[4]) continue;
+    H.row(rank++) = std::sqrt(strengths[i]) * modes.eigenvectors().col(i).transpose();
+  }
+  return H.topRows(rank);
+}
+
+/// What was learned of a landmark; of an anchor, which is no state, the pose's part counts.
+struct Lesson {
+  Index landmark = 0;  ///< anchors have the numbers beyond the landmarks
+  Rows H;
+};
 
 /// P of a pose and those landmarks of which something is known.
 class KnownMap {
  public:
-  KnownMap(Index landmarks, const Eigen::Matrix3d& P0)
-      : offset_(static_cast<std::size_t>(landmarks), -1),
-        P_(Matrix::Zero(3 + 2 * landmarks, 3 + 2 * landmarks)) {
-    P_.topLeftCorner<3, 3>() = P0;
+  KnownMap(Index landmarks, const Eigen::Matrix3d& P0) : offset_(static_cast<std::size_t>(landmarks), -1) {
+    P_.set(P0);
   }
 
   void move(const Motion& motion, const Eigen::Matrix2d& Q) {
-    const Eigen::Matrix3d pose = motion.F * P_.topLeftCorner<3, 3>() * motion.F.transpose();
-    P_.topLeftCorner<3, 3>() = pose + motion.G * Q * motion.G.transpose();
-    const Matrix rows = motion.F * P_.block(0, 3, 3, n_ - 3);
-    P_.block(0, 3, 3, n_ - 3) = rows;
-    P_.block(3, 0, n_ - 3, 3) = rows.transpose();
+    auto columns = P_.vehicle_columns();
+    const Eigen::Matrix3d pose = motion.F * columns.topRows<3>() * motion.F.transpose();
+    columns.topRows<3>() = pose + motion.G * Q * motion.G.transpose();
+    auto cross = columns.bottomRows(columns.rows() - 3);
+    for (Index i = 0; i < cross.rows(); ++i) cross.row(i) = (cross.row(i) * motion.F.transpose()).eval();
+    P_.vehicle_changed();
   }
 
-  /// Of an anchor, which is no state, with a number beyond the landmarks, the pose's part alone.
-  void learn(Index landmark, const Information& information) {
-    const auto number = static_cast<std::size_t>(landmark);
-    if (number >= offset_.size()) return correct(-1, information);
-    if (offset_[number] < 0) return start(number, information);
-    correct(offset_[number], information);
+  /// A step's lessons: those of what is known together, then what begins.
+  void learn(std::span<const Lesson> lessons) {
+    rows_.clear();
+    for (const Lesson& lesson : lessons) {
+      if (!begins(lesson)) add_rows(offset_of(lesson.landmark), lesson.H);
+    }
+    correct();
+    for (const Lesson& lesson : lessons) {
+      if (begins(lesson)) start(lesson);
+    }
   }
 
   /// Of the layout's states; NaN where nothing is known.
   Vector variances() const {
-    Vector all = Vector::Constant(P_.rows(), kNaN);
-    all.head<3>() = P_.diagonal().head<3>();
+    Vector all = Vector::Constant(3 + 2 * std::ssize(offset_), kNaN);
+    all.head<3>() = P_.variances().head<3>();
     for (std::size_t i = 0; i < offset_.size(); ++i) {
       if (offset_[i] < 0) continue;
-      all.segment<2>(3 + 2 * static_cast<Index>(i)) = P_.diagonal().segment<2>(offset_[i]);
+      all.segment<2>(3 + 2 * static_cast<Index>(i)) = P_.variances().segment<2>(offset_[i]);
     }
     return all;
   }
 
  private:
-  /// P ← (P⁻¹ + J)⁻¹ = P − P_s (I + J P_ss)⁻¹ J P_sᵀ of the states s that J is of: the pose, and the landmark
-  /// at an offset unless that is negative.
-  void correct(Index offset, const Information& J) {
-    if (offset < 0) return correct_states<3>(offset, J.topLeftCorner<3, 3>());
-    correct_states<5>(offset, J);
+  /// A measurement of variance one: of the pose, and of the landmark at an offset unless that is negative.
+  struct Row {
+    Index offset;
+    Eigen::Matrix<double, 1, 5, Eigen::RowMajor> h;
+  };
+
+  bool is_anchor(Index landmark) const { return landmark >= std::ssize(offset_); }
+  Index offset_of(Index landmark) const {
+    return is_anchor(landmark) ? -1 : offset_[static_cast<std::size_t>(landmark)];
+  }
+  bool begins(const Lesson& lesson) const {
+    return !is_anchor(lesson.landmark) && offset_of(lesson.landmark) < 0;
   }
 
-  template <int m>
-  void correct_states(Index offset, const Eigen::Matrix<double, m, m>& J) {
-    using Square = Eigen::Matrix<double, m, m>;
-    using Columns = Eigen::Matrix<double, Eigen::Dynamic, m>;
-    Columns columns(n_, m);
-    Square own;
-    columns.template leftCols<3>() = P_.block(0, 0, n_, 3);
-    if constexpr (m == 5) {
-      columns.template rightCols<2>() = P_.block(0, offset, n_, 2);
-      own.template bottomRows<2>() = columns.template middleRows<2>(offset);
+  void add_rows(Index offset, const Rows& H) {
+    for (Index i = 0; i < H.rows(); ++i) rows_.push_back({offset, H.row(i)});
+  }
+
+  /// P ← P − P Hᵀ (H P Hᵀ + I)⁻¹ H P with the rows H.
+  void correct() {
+    if (rows_.empty()) return;
+    const Index n = P_.size(), m = std::ssize(rows_);
+    const auto pose = P_.vehicle_columns();
+    auto landmark = columns_.resize(whole_panels(n), 2);
+    auto PHt = PHt_.resize(whole_panels(n), m);
+    const double* from[5] = {pose.col(0).data(), pose.col(1).data(), pose.col(2).data(),
+                             landmark.col(0).data(), landmark.col(1).data()};
+    for (Index i = 0, before = -1; i < m; ++i) {
+      const auto& [offset, h] = rows_[static_cast<std::size_t>(i)];
+      if (offset >= 0 && offset != before) P_.copy_columns(offset, 2, landmark);
+      if (offset >= 0) before = offset;
+      factor_.combine({from, static_cast<std::size_t>(offset < 0 ? 3 : 5)}, h.data(), n, PHt.col(i).data());
     }
-    own.template topRows<3>() = columns.template topRows<3>();
-    const Square spread = Square::Identity() + J * own;
-    const Square lost = Eigen::PartialPivLU<Square>(spread).solve(J);
-    // Of so few columns a product is cheaper without blocks.
-    const Columns weighted = columns.lazyProduct(Square(0.5 * (lost + lost.transpose())));
-    P_.topLeftCorner(n_, n_) -= weighted.lazyProduct(columns.transpose());
+    Matrix S = Matrix::Identity(m, m);
+    for (Index i = 0; i < m; ++i) {
+      const auto& [offset, h] = rows_[static_cast<std::size_t>(i)];
+      S.row(i) += h.head<3>() * PHt.topRows<3>();
+      if (offset >= 0) S.row(i) += h.tail<2>() * PHt.middleRows<2>(offset);
+    }
+    factor_.compute(S, PHt.topRows(n), Vector::Zero(m));
+    P_.downdate(factor_);
   }
 
   /// A landmark of which nothing was known: the rest of its information tells of the pose.
-  void start(std::size_t number, const Information& J) {
+  void start(const Lesson& lesson) {
+    const Information J = lesson.H.transpose() * lesson.H;
     const Eigen::Matrix2d own = J.bottomRightCorner<2, 2>();
     constexpr double kSingular = 1e-12;
     if (!(own.determinant() > kSingular * own(0, 0) * own(1, 1))) return;
@@ -92,32 +139,34 @@ class KnownMap {
     if (rest.trace() > kSingular * J.topLeftCorner<3, 3>().trace()) {
       Information of_pose = Information::Zero();
       of_pose.topLeftCorner<3, 3>() = 0.5 * (rest + rest.transpose());
-      correct(-1, of_pose);
+      rows_.clear();
+      add_rows(-1, rows_of(of_pose));
+      correct();
     }
-    const Matrix rows = C * P_.block(0, 0, 3, n_);
-    P_.block(n_, 0, 2, n_) = rows;
-    P_.block(0, n_, n_, 2) = rows.transpose();
-    P_.block<2, 2>(n_, n_) = D + rows.leftCols<3>() * C.transpose();
-    offset_[number] = n_;
-    n_ += 2;
+    const Index n = P_.size();
+    const Matrix cross = C * P_.vehicle_columns().transpose();
+    P_.append(cross, D + cross.leftCols<3>() * C.transpose());
+    offset_[static_cast<std::size_t>(lesson.landmark)] = n;
   }
 
   std::vector<Index> offset_;  ///< by number; −1: unknown
-  Index n_ = 3;
-  Matrix P_;
+  DelayedCovariance P_{3};
+  PanelCholesky factor_;
+  std::vector<Row> rows_;
+  MatrixBuffer columns_, PHt_;
 };
 
-/// Hᵀ R⁻¹ H of one observation of a landmark at `rho` in the axes of the vehicle, by the error of a pose with
-/// this heading and that of the landmark.
-Information told(double heading, const Point& rho, const RangeBearing& std) {
+/// One observation of a landmark at `rho` in the axes of the vehicle, by the error of a pose with this
+/// heading and that of the landmark.
+Rows told(double heading, const Point& rho, const RangeBearing& std) {
   const auto predicted = predict_range_bearing(Pose(0.0, 0.0, heading), rotation(heading) * rho);
-  Eigen::Matrix<double, 2, 5> H;
+  Rows H(2, 5);
   H << predicted.H_r, predicted.H_l;
-  return H.transpose() * std.cwiseAbs2().cwiseInverse().asDiagonal() * H;
+  return std.cwiseInverse().asDiagonal() * H;
 }
 
-/// Multiplications that two seconds are enough for.
-constexpr double kMostWork = 4e9;
+/// n² a step and landmark: for more, some seconds are not enough; up to the second, all truths are looked at.
+constexpr double kMostWork = 4e10, kWorkOfAllTruths = 4e9;
 
 }  // namespace
 
@@ -138,12 +187,13 @@ PosteriorBound planar_bound(const Scenario& scenario) {
                                             PlanarSimulation(world, noise, source));
   for (std::size_t i = 0; i < simulations.size(); ++i) simulations[i].start(static_cast<std::int64_t>(i));
   // What Jacobians at the truth claim differs little from truth to truth: a mean over fewer of them.
-  const auto claims = static_cast<std::size_t>(std::clamp(kMostWork / work, 1.0, 16.0));
+  const auto claims = static_cast<std::size_t>(std::clamp(kWorkOfAllTruths / work, 1.0, 16.0));
   std::vector<KnownMap> at_truth(claims, KnownMap(landmarks, noise.initial_covariance()));
   KnownMap bound(landmarks, noise.initial_covariance());
   BoundRecorder recorder(planar_layout(world), kBoundRuns);
   Pose nominal = world.start;
   std::vector<Information> information(world.landmarks.size());
+  std::vector<Lesson> lessons;
   for (std::size_t k = 1; k <= world.controls.size(); ++k) {
     stop_point();
     for (Information& of_landmark : information) of_landmark.setZero();
@@ -160,13 +210,20 @@ PosteriorBound planar_bound(const Scenario& scenario) {
       for (const auto& observation : simulation.observe(k)) {
         const auto number = static_cast<std::size_t>(observation.landmark);
         const Point rho = to_vehicle * Point(world.landmarks[number] - pose.head<2>());
-        information[number] += told(nominal[2], rho, noise.measurement_std) / static_cast<double>(kBoundRuns);
-        if (i < claims) at_truth[i].learn(observation.landmark, told(pose[2], rho, noise.measurement_std));
+        const Rows H = told(nominal[2], rho, noise.measurement_std);
+        information[number] += H.transpose() * H / static_cast<double>(kBoundRuns);
+        if (i < claims) {
+          lessons.push_back({observation.landmark, told(pose[2], rho, noise.measurement_std)});
+        }
       }
+      if (i < claims) at_truth[i].learn(lessons);
+      lessons.clear();
     }
     for (std::size_t i = 0; i < information.size(); ++i) {
-      if (!information[i].isZero(0.0)) bound.learn(static_cast<Index>(i), information[i]);
+      if (!information[i].isZero(0.0)) lessons.push_back({static_cast<Index>(i), rows_of(information[i])});
     }
+    bound.learn(lessons);
+    lessons.clear();
     Vector claimed = Vector::Zero(3 + 2 * landmarks);
     for (const KnownMap& map : at_truth) claimed += map.variances() / static_cast<double>(claims);
     recorder.add(bound.variances(), claimed);
