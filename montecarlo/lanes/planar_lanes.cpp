@@ -272,7 +272,16 @@ void PlanarLanes::follow_nees(const std::array<Pose, kLanes>& truth, bool logari
   nees_along_run_.judge(kernel_data(), error_);
 }
 
+/// Of the states whose variance is not zero.
 void PlanarLanes::factor_covariance(bool normalise) {
+  for (Index i = 0; i < padded_; ++i) {
+    const Lanes& variance = covariance_at(i, i);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const bool counts = variance[lane] != 0.0;
+      diagonal_[at(i)][lane] = counts ? variance[lane] : 1.0;
+      whitened_error_[at(i)][lane] = counts ? error_[at(i)][lane] : 0.0;
+    }
+  }
   const PlanarLanesNees nees{.padded = padded_,
                              .P = data(P_),
                              .diagonal = data(diagonal_),
@@ -298,21 +307,7 @@ void PlanarLanes::factor_covariance(bool normalise) {
 
 void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, bool factor) {
   compute_errors(truth);
-  Lanes trace, largest, map_error, finite, dof, landmarks;
-  for (Index i = 0; i < padded_; ++i) {
-    const Lanes& variance = covariance_at(i, i);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const double e = error_[at(i)][lane], p = variance[lane];
-      const bool counts = p != 0.0;
-      trace[lane] += p;
-      dof[lane] += counts ? 1.0 : 0.0;
-      diagonal_[at(i)][lane] = counts ? p : 1.0;
-      whitened_error_[at(i)][lane] = counts ? e : 0.0;
-      largest[lane] = std::abs(e) > largest[lane] ? std::abs(e) : largest[lane];
-      finite[lane] += 0.0 * e;
-      if (i > 2) map_error[lane] += e * e;
-    }
-  }
+  Lanes landmarks;
   for (Index l = 0; l < world_.states(); ++l) {
     for (int lane = 0; lane < kLanes; ++lane) landmarks[lane] += has(known_[at(l)], lane) ? 1.0 : 0.0;
   }
@@ -326,7 +321,8 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, b
   for (int lane = 0; lane < kLanes; ++lane) {
     PlanarStep& s = steps_[static_cast<std::size_t>(lane)];
     // An update that failed says nothing of how large the error is.
-    const bool diverged = !(finite[lane] == 0.0) || (s.update.ok && !(largest[lane] < kDivergedError_m));
+    const double largest = nees_along_run_.largest_error(lane);
+    const bool diverged = std::isnan(largest) || (s.update.ok && !(largest < kDivergedError_m));
     const bool followed = nees_along_run_.has_value(lane);
     const bool indefinite = !s.update.ok || !(followed || check_[lane] == 0.0);
     s.outcome = diverged ? Outcome::diverged : indefinite ? Outcome::not_positive_definite : Outcome::ok;
@@ -335,14 +331,14 @@ void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, b
       continue;
     }
     s.nees = followed ? nees_along_run_.nees(lane) : nees_[lane];
-    s.nees_dof = static_cast<Index>(dof[lane]);
+    s.nees_dof = nees_along_run_.dof(lane);
     s.vehicle_nees = followed ? nees_along_run_.vehicle_nees(lane) : vehicle_nees_[lane];
-    s.traces.all = trace[lane];
+    s.traces.all = nees_along_run_.trace(lane);
     s.traces.position = covariance_at(0, 0)[lane] + covariance_at(1, 1)[lane];
     s.traces.landmarks = s.traces.all - s.traces.position - covariance_at(2, 2)[lane];
     s.position_error_squared = error_[0][lane] * error_[0][lane] + error_[1][lane] * error_[1][lane];
     s.heading_error_squared = error_[2][lane] * error_[2][lane];
-    s.map_error_squared = map_error[lane];
+    s.map_error_squared = nees_along_run_.map_error(lane);
     s.landmarks = static_cast<Index>(landmarks[lane]);
   }
 }

@@ -21,8 +21,14 @@ struct PlanarNeesData {
 
   double* nees;
   double* map_nees;
-  double* inverse_root;   ///< 1/√det Σ
-  double* doubt;          ///< the largest P_ii/L_ii² of the pose, Σ = L Lᵀ; not a number without a factor
+  double* inverse_root;  ///< 1/√det Σ
+  double* doubt;         ///< the largest P_ii/L_ii² of the pose, Σ = L Lᵀ; not a number without a factor
+  double* trace;         ///< tr P
+  double* dof;           ///< how many variances are not zero
+  double* map_error;     ///< e_fᵀ e_f
+  double* largest;       ///< |e_i|
+  double* finite;        ///< 0, or not a number where an error is none or infinite
+
   double* vehicle_nees;   ///< of the pose by its own block of P
   double* vehicle_white;  ///< 3: L⁻¹ e of that
 };

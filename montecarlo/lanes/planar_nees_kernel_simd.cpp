@@ -214,13 +214,26 @@ void judge_lanes(const PlanarNeesData& d, const PlanarLanesData& filter) {
     const LaneMatrix P{filter.P + lane, filter.padded};
     const D zero = Pack::broadcast(0.0);
     const Triple error = load_triple(d.error + lane);
+    const D one = Pack::broadcast(1.0);
     Triple q = error, inverse;
-    D map = zero;
-    for (std::int64_t i = 3; i < d.states; ++i) {
-      const D e = load_lanes(d.error + lane, i);
+    D map = zero, trace = zero, dof = zero, map_error = zero, largest = zero, finite = zero;
+    for (std::int64_t i = 0; i < d.states; ++i) {
+      const D e = load_lanes(d.error + lane, i), p = P.load(i, i);
+      trace = Pack::add(trace, p);
+      dof = Pack::add(
+          dof, Pack::select(Pack::both(Pack::less_equal(zero, p), Pack::less_equal(p, zero)), zero, one));
+      largest = Pack::max(largest, Pack::max(e, Pack::sub(zero, e)));
+      finite = Pack::fma(zero, e, finite);
+      if (i < 3) continue;
+      map_error = Pack::add(map_error, Pack::mul(e, e));
       add(q, e, load_triple(row_of(d, lane, i)));
       map = Pack::fma(e, load_lanes(d.w + lane, i), map);
     }
+    Pack::store(d.trace + lane, trace);
+    Pack::store(d.dof + lane, dof);
+    Pack::store(d.map_error + lane, map_error);
+    Pack::store(d.largest + lane, largest);
+    Pack::store(d.finite + lane, finite);
     const Triple u = whiten(load_symmetric(d.Sigma + lane), q, inverse);
     D doubt = zero;
     for (int r = 0; r < 3; ++r) {

@@ -60,6 +60,11 @@ PlanarNeesData PlanarNeesLanes::kernel_data(const LaneNumbers& error) {
           .map_nees = map_nees_.of,
           .inverse_root = inverse_root_.of,
           .doubt = doubt_.of,
+          .trace = trace_.of,
+          .dof = dof_.of,
+          .map_error = squared_map_error_.of,
+          .largest = largest_.of,
+          .finite = finite_.of,
           .vehicle_nees = vehicle_nees_.of,
           .vehicle_white = data(vehicle_white_)};
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/models/range_bearing.h"
+#include "core/nan.h"
 #include "montecarlo/lanes/lane_numbers.h"
 #include "montecarlo/lanes/planar_nees_kernel.h"
 
@@ -44,13 +45,21 @@ class PlanarNeesLanes {
   Eigen::Vector3d vehicle_whitened(int lane) const;
   double log_determinant(int lane) const;
 
+  // Of the last judge() as well, whether there is a value or not.
+  double trace(int lane) const { return trace_[lane]; }                  ///< tr P
+  Index dof(int lane) const { return static_cast<Index>(dof_[lane]); }   ///< variances that are not zero
+  double map_error(int lane) const { return squared_map_error_[lane]; }  ///< e_fᵀ e_f
+  /// The largest |e_i|; not a number where an error is none.
+  double largest_error(int lane) const { return finite_[lane] == 0.0 ? largest_[lane] : kNaN; }
+
  private:
   PlanarNeesData kernel_data(const LaneNumbers& error);
 
   const PlanarNeesKernel& kernel_;
   Index states_;
   LaneNumbers Sigma_, A_, w_, map_error_, tells_, scalars_, determinants_, vehicle_white_;
-  Lanes nees_, map_nees_, vehicle_nees_, doubt_, inverse_root_, map_log_determinant_;
+  Lanes nees_, map_nees_, vehicle_nees_, doubt_, inverse_root_, map_log_determinant_, trace_, dof_,
+      squared_map_error_, largest_, finite_;
   const Lanes* prior_ = nullptr;
   LaneSet trusted_ = 0, valued_ = 0;
 };
