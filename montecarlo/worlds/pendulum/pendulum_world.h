@@ -1,5 +1,6 @@
 #pragma once
 
+#include "montecarlo/scenario/scenario.h"
 #include "montecarlo/worlds/plugged/model_plug.h"
 
 namespace credence::internal {
