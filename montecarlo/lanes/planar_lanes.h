@@ -51,6 +51,8 @@ class PlanarLanes {
   /// and nothing told, where P or S is singular or so near it that rounding has eaten a pivot.
   bool normalised(int lane, NormalisedStep& told) const;
   const PlanarStep& step(int lane) const { return steps_[static_cast<std::size_t>(lane)]; }
+  /// Whether its NEES is that along its run, and not by a factor of P.
+  bool follows(int lane) const { return nees_along_run_.has_value(lane); }
 
   /// One lane as a matrix filter would say it; landmarks by number, those that are known.
   std::vector<int> landmarks(int lane) const;

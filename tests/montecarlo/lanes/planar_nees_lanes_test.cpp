@@ -17,13 +17,16 @@ namespace {
 /// Lanes of one world in which all landmarks are seen, judged with a factor of P at chosen steps.
 class JudgedLanes {
  public:
-  explicit JudgedLanes(Index landmarks) : scenario_(default_scenario("planar")) {
+  explicit JudgedLanes(Index landmarks, bool inflate_map = false, Index anchors = 0)
+      : scenario_(default_scenario("planar")) {
     scenario_.world.landmarks = landmarks;
+    scenario_.world.anchors = anchors;
+    if (anchors > 0) scenario_.world.observability = Observability::full;
     scenario_.study.steps = 40;
     world_ = make_planar_world(scenario_);
     const PlanarNoise noise = PlanarNoise::of(scenario_);
     lanes_.emplace(world_, Eigen::Matrix2d(noise.control_std.cwiseAbs2().asDiagonal()),
-                   RangeBearing(noise.measurement_std.cwiseAbs2()));
+                   RangeBearing(noise.measurement_std.cwiseAbs2()), inflate_map);
     for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
       simulations_.emplace_back(world_, noise, noise_source(scenario_));
       lanes_->reset(lane, simulations_.back().start(lane), noise.initial_covariance());
@@ -65,18 +68,28 @@ class JudgedLanes {
   std::vector<PlanarSimulation> simulations_;
 };
 
-TEST(PlanarNeesLanes, are_those_of_a_factor_of_P_with_a_check_and_without) {
-  for (const bool factor : {false, true}) {
-    JudgedLanes judged(12);
-    for (std::size_t k = 1; k <= 40; ++k) {
-      judged.step(k, factor);
-      for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
-        const double expected = judged.by_factor(lane);
-        EXPECT_NEAR(judged.lanes().step(lane).nees, expected, 1e-9 * (1.0 + expected)) << k << ' ' << lane;
-      }
+void expect_by_factor(JudgedLanes judged, bool check) {
+  for (std::size_t k = 1; k <= 40; ++k) {
+    judged.step(k, check);
+    for (int lane = 0; lane < PlanarLanes::kLanes; ++lane) {
+      const double expected = judged.by_factor(lane);
+      EXPECT_NEAR(judged.lanes().step(lane).nees, expected, 1e-9 * (1.0 + expected)) << k << ' ' << lane;
+      EXPECT_TRUE(judged.lanes().follows(lane)) << k << ' ' << lane;
     }
   }
 }
+
+TEST(PlanarNeesLanes, are_those_of_a_factor_of_P_with_a_check_and_without) {
+  expect_by_factor(JudgedLanes(12), false);
+  expect_by_factor(JudgedLanes(12), true);
+}
+
+TEST(PlanarNeesLanes, of_an_inflated_map_too) {
+  expect_by_factor(JudgedLanes(12, true), false);
+  expect_by_factor(JudgedLanes(12, true), true);
+}
+
+TEST(PlanarNeesLanes, beside_anchors) { expect_by_factor(JudgedLanes(5, false, 2), true); }
 
 TEST(PlanarNeesLanes, a_check_changes_no_bit) {
   JudgedLanes with(8), without(8);
