@@ -13,14 +13,24 @@ constexpr std::int64_t kBlock = kPanelRows * kPanelRows;
 
 /// Columns that are kept in registers side by side.
 constexpr int kTile = Pack::kTile;
+/// Panels whose rows are kept there together, where there are registers: what is broadcast serves all of
+/// them.
+constexpr int kTogether = Pack::kParts == 1 ? 2 : 1;
 
-/// sum[j] −= Σ_k a(:, k) b(j, k) over the first `columns` columns of two panels.
-__attribute__((always_inline)) inline void take_products(Pack::D (&sum)[kTile], const double* a,
-                                                         const double* b, std::int64_t columns) {
+/// sum[i][j] −= Σ_k a_i(:, k) b(j, k) over the first `columns` columns of panels, a_i that many doubles
+/// behind a.
+template <int kPanels>
+__attribute__((always_inline)) inline void take_products(Pack::D (&sum)[kPanels][kTile], const double* a,
+                                                         std::int64_t panel_stride, const double* b,
+                                                         std::int64_t columns) {
   for (std::int64_t k = 0; k < columns; ++k, a += kPanelRows, b += kPanelRows) {
-    const Pack::D x = Pack::load(a);
+    Pack::D x[kPanels];
+    for (int i = 0; i < kPanels; ++i) x[i] = Pack::load(a + i * panel_stride);
 #pragma GCC unroll 8
-    for (int j = 0; j < kTile; ++j) sum[j] = Pack::fnma(x, Pack::broadcast(b[j]), sum[j]);
+    for (int j = 0; j < kTile; ++j) {
+      const Pack::D factor = Pack::broadcast(b[j]);
+      for (int i = 0; i < kPanels; ++i) sum[i][j] = Pack::fnma(x[i], factor, sum[i][j]);
+    }
   }
 }
 
@@ -78,12 +88,12 @@ bool factor(const PanelTrapezoid& trapezoid) {
       const double* diagonal = t.data + panel_offset(q, t.triangle);
       double* block = rows + kBlock * q;
       for (int c = 0; c < kPanelRows && q > 0; c += kTile) {
-        Pack::D sum[kTile];
+        Pack::D sum[1][kTile];
 #pragma GCC unroll 8
-        for (int j = 0; j < kTile; ++j) sum[j] = Pack::load(block + kPanelRows * (c + j));
-        take_products(sum, rows, diagonal + c, kPanelRows * q);
+        for (int j = 0; j < kTile; ++j) sum[0][j] = Pack::load(block + kPanelRows * (c + j));
+        take_products(sum, rows, 0, diagonal + c, kPanelRows * q);
 #pragma GCC unroll 8
-        for (int j = 0; j < kTile; ++j) Pack::store(block + kPanelRows * (c + j), sum[j]);
+        for (int j = 0; j < kTile; ++j) Pack::store(block + kPanelRows * (c + j), sum[0][j]);
       }
       double* inverse = t.inverse + kPanelRows * q;
       if (q < p) {
@@ -96,16 +106,22 @@ bool factor(const PanelTrapezoid& trapezoid) {
   return true;
 }
 
-/// The rows of panel p in the columns of panel q.
+/// The rows of kPanels panels from p on in the columns of panel q.
+template <int kPanels>
 inline void downdate_block(const PanelDowndate& d, std::int64_t p, std::int64_t q) {
   double* tile = d.P + kPanelRows * (q * d.stride + p);
+  const auto place = [&](int i, int c) { return tile + c * d.stride + kPanelRows * i; };
   for (int first = 0; first < kPanelRows; first += kTile, tile += kTile * d.stride) {
-    Pack::D sum[kTile];
+    Pack::D sum[kPanels][kTile];
 #pragma GCC unroll 8
-    for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(tile + c * d.stride);
-    take_products(sum, d.W + p * d.panel_stride, d.W + q * d.panel_stride + first, d.columns);
+    for (int c = 0; c < kTile; ++c) {
+      for (int i = 0; i < kPanels; ++i) sum[i][c] = Pack::load(place(i, c));
+    }
+    take_products(sum, d.W + p * d.panel_stride, d.panel_stride, d.W + q * d.panel_stride + first, d.columns);
 #pragma GCC unroll 8
-    for (int c = 0; c < kTile; ++c) Pack::store(tile + c * d.stride, sum[c]);
+    for (int c = 0; c < kTile; ++c) {
+      for (int i = 0; i < kPanels; ++i) Pack::store(place(i, c), sum[i][c]);
+    }
   }
 }
 
@@ -120,10 +136,10 @@ inline void downdate_edge(const PanelDowndate& d, std::int64_t p, std::int64_t q
     for (std::int64_t c = 0; c < width; ++c) {
       for (std::int64_t r = 0; r < height; ++r) edge[c][r] = tile[c * d.stride + r];
     }
-    Pack::D sum[kTile];
-    for (int c = 0; c < kTile; ++c) sum[c] = Pack::load(edge[c]);
-    take_products(sum, d.W + p * d.panel_stride, d.W + q * d.panel_stride + first, d.columns);
-    for (int c = 0; c < kTile; ++c) Pack::store(edge[c], sum[c]);
+    Pack::D sum[1][kTile];
+    for (int c = 0; c < kTile; ++c) sum[0][c] = Pack::load(edge[c]);
+    take_products(sum, d.W + p * d.panel_stride, 0, d.W + q * d.panel_stride + first, d.columns);
+    for (int c = 0; c < kTile; ++c) Pack::store(edge[c], sum[0][c]);
     for (std::int64_t c = 0; c < width; ++c) {
       for (std::int64_t r = 0; r < height; ++r) tile[c * d.stride + r] = edge[c][r];
     }
@@ -138,24 +154,38 @@ void downdate(const PanelDowndate& downdate) {
     const bool goes_on = d.stride == d.rows && q > 0 && next < d.rows;
     const std::int64_t end = next > d.rows ? q : goes_on ? panels_of(d.rows) : d.rows / kPanelRows;
     std::int64_t p = q;
-    for (; p < end; ++p) downdate_block(d, p, q);
+    for (; p + kTogether <= end; p += kTogether) downdate_block<kTogether>(d, p, q);
+    for (; p < end; ++p) downdate_block<1>(d, p, q);
     for (; kPanelRows * p < d.rows; ++p) downdate_edge(d, p, q);
   }
+}
+
+/// Calls rows<kPanels>(row) for all panels, two at a time where they last: one's sums hide the latency of the
+/// other's.
+template <class Rows>
+inline void for_panels(std::int64_t end, Rows rows) {
+  constexpr int kMany = 2;
+  std::int64_t row = 0;
+  for (; row + kMany * kPanelRows <= end; row += kMany * kPanelRows) rows.template operator()<kMany>(row);
+  for (; row < end; row += kPanelRows) rows.template operator()<1>(row);
 }
 
 /// y −= Σ_k W's column k times `factor` of it and k.
 template <class Factor>
 inline void subtract_products(const PanelProduct& product, Factor factor) {
   const PanelProduct d = product;
-  for (std::int64_t p = 0; kPanelRows * p < d.rows; ++p) {
-    const double* W = d.W + p * d.panel_stride;
-    Pack::D sum = Pack::load(d.y + kPanelRows * p);
+  for_panels(d.rows, [&]<int kPanels>(std::int64_t row) {
+    const double* W = d.W + row / kPanelRows * d.panel_stride;
+    Pack::D sum[kPanels];
+    for (int i = 0; i < kPanels; ++i) sum[i] = Pack::load(d.y + row + kPanelRows * i);
     for (std::int64_t k = 0; k < d.columns; ++k) {
-      const Pack::D x = Pack::load(W + kPanelRows * k);
-      sum = Pack::fnma(x, factor(x, k), sum);
+      for (int i = 0; i < kPanels; ++i) {
+        const Pack::D x = Pack::load(W + i * d.panel_stride + kPanelRows * k);
+        sum[i] = Pack::fnma(x, factor(x, k), sum[i]);
+      }
     }
-    Pack::store(d.y + kPanelRows * p, sum);
-  }
+    for (int i = 0; i < kPanels; ++i) Pack::store(d.y + row + kPanelRows * i, sum[i]);
+  });
 }
 
 void subtract(const PanelProduct& product, std::int64_t row) {
@@ -170,13 +200,17 @@ void subtract_squares(const PanelProduct& product) {
 
 void combine(const PanelCombination& combination, double* y) {
   const PanelCombination d = combination;
-  for (std::int64_t i = 0; i < d.rows; i += kPanelRows) {
-    Pack::D sum = Pack::broadcast(0.0);
+  for_panels(d.rows, [&]<int kPanels>(std::int64_t row) {
+    Pack::D sum[kPanels];
+    for (int i = 0; i < kPanels; ++i) sum[i] = Pack::broadcast(0.0);
     for (std::int64_t c = 0; c < d.count; ++c) {
-      sum = Pack::add(sum, Pack::mul(Pack::broadcast(d.factors[c]), Pack::load(d.columns[c] + i)));
+      const Pack::D factor = Pack::broadcast(d.factors[c]);
+      const double* column = d.columns[c] + row;
+      for (int i = 0; i < kPanels; ++i)
+        sum[i] = Pack::add(sum[i], Pack::mul(factor, Pack::load(column + kPanelRows * i)));
     }
-    Pack::store(y + i, sum);
-  }
+    for (int i = 0; i < kPanels; ++i) Pack::store(y + row + kPanelRows * i, sum[i]);
+  });
 }
 
 void sums(const PanelSums& sums) {
