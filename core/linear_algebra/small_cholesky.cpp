@@ -10,36 +10,69 @@ namespace {
 
 using Sums = std::array<double, static_cast<std::size_t>(SmallCholesky::kMost)>;
 
-/// y_i ← y_i − Σ_j L_ij factor(j), i in first … end − 1 and j in begin … stop − 1; the sum of each,
-/// ascending, before it is taken from y.
-template <class Factor>
-inline void take_products(const double* L, Index n, Index first, Index end, Index begin, Index stop,
-                          Factor factor, const double* y, double* result) {
-  Sums sums;
-  double* sum = sums.data();
-  std::fill(sum + first, sum + end, 0.0);
+/// y_i ← y_i − Σ_j L_ij factor(j), i in 0 … kRows − 1 and j in begin … stop − 1; the sum of each, ascending,
+/// before it is taken from y, in a register.
+template <Index kRows, class Factor>
+[[gnu::always_inline]] inline void take_products(const double* L, Index n, Index begin, Index stop,
+                                                 Factor factor, const double* y, double* result) {
+  double sums[kRows] = {};
   for (Index j = begin; j < stop; ++j) {
     const double* column = L + j * n;
     const double by = factor(j);
-    for (Index i = first; i < end; ++i) sum[i] += column[i] * by;
+    for (Index i = 0; i < kRows; ++i) sums[i] += column[i] * by;
   }
-  for (Index i = first; i < end; ++i) result[i] = y[i] - sum[i];
+  for (Index i = 0; i < kRows; ++i) result[i] = y[i] - sums[i];
 }
 
-/// Unrolled where n is a constant.
-[[gnu::always_inline]] inline bool factor_lower(Index n, const double* P, Index stride, double* L) {
+/// The same for i in first … end − 1.
+template <class Factor>
+[[gnu::always_inline]] inline void take_products(const double* L, Index n, Index first, Index end,
+                                                 Index begin, Index stop, Factor factor, const double* y,
+                                                 double* result) {
+  Index i = first;
+  const auto take = [&]<Index kRows>() {
+    for (; i + kRows <= end; i += kRows)
+      take_products<kRows>(L + i, n, begin, stop, factor, y + i, result + i);
+  };
+  take.template operator()<8>();
+  take.template operator()<2>();
+  take.template operator()<1>();
+}
+
+/// L with P = L Lᵀ; false as compute() says.
+inline bool factor_lower(Index n, const double* P, Index stride, double* L) {
   for (Index k = 0; k < n; ++k) {
-    const double* from = P + k * stride;
     double* column = L + k * n;
-    double squares = 0.0;
-    for (Index j = 0; j < k; ++j) squares += L[j * n + k] * L[j * n + k];
-    const double pivot = from[k] - squares;
+    take_products(
+        L, n, k, n, 0, k, [&](Index j) { return L[j * n + k]; }, P + k * stride, column);
+    const double pivot = column[k];
     if (!(pivot > 0.0 && pivot <= std::numeric_limits<double>::max())) return false;
     const double root = std::sqrt(pivot);
     column[k] = root;
-    take_products(
-        L, n, k + 1, n, 0, k, [&](Index j) { return L[j * n + k]; }, from, column);
     for (Index i = k + 1; i < n; ++i) column[i] /= root;
+  }
+  return true;
+}
+
+/// The same of so few rows that all of L stays in registers.
+template <Index n>
+inline bool factor_lower(const double* P, Index stride, double* L) {
+  double l[n][n];
+#pragma GCC unroll 3
+  for (Index k = 0; k < n; ++k) {
+#pragma GCC unroll 3
+    for (Index i = k; i < n; ++i) {
+      double sum = 0.0;
+#pragma GCC unroll 3
+      for (Index j = 0; j < k; ++j) sum += l[j][i] * l[j][k];
+      l[k][i] = P[k * stride + i] - sum;
+    }
+    if (!(l[k][k] > 0.0 && l[k][k] <= std::numeric_limits<double>::max())) return false;
+    l[k][k] = std::sqrt(l[k][k]);
+#pragma GCC unroll 3
+    for (Index i = k + 1; i < n; ++i) l[k][i] /= l[k][k];
+#pragma GCC unroll 3
+    for (Index i = k; i < n; ++i) L[k * n + i] = l[k][i];
   }
   return true;
 }
@@ -65,14 +98,14 @@ inline void take_products(const double* L, Index n, Index first, Index end, Inde
 
 bool SmallCholesky::compute(const MatrixRef& P) {
   const Index n = P.rows(), stride = P.outerStride();
-  L_.resize(n, n);
+  if (L_.rows() != n) L_.resize(n, n);
   switch (n) {
     case 1:
-      return factor_lower(1, P.data(), stride, L_.data());
+      return factor_lower<1>(P.data(), stride, L_.data());
     case 2:
-      return factor_lower(2, P.data(), stride, L_.data());
+      return factor_lower<2>(P.data(), stride, L_.data());
     case 3:
-      return factor_lower(3, P.data(), stride, L_.data());
+      return factor_lower<3>(P.data(), stride, L_.data());
     default:
       return factor_lower(n, P.data(), stride, L_.data());
   }
