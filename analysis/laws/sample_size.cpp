@@ -26,9 +26,20 @@ void require_design(const VerdictDesign& design) {
   require_fraction("confidence", design.confidence);
 }
 
-// P(factor · χ²(dof) leaves the interval).
-double leaves(double factor, double dof, double lower, double upper) {
-  return chi_square_cdf(lower / factor, dof) + chi_square_survival(upper / factor, dof);
+// An interval of χ²(dof).
+struct ChiSquareInterval {
+  double dof, lower, upper;
+
+  // P(factor · χ²(dof) leaves it).
+  double power(double factor) const {
+    return chi_square_cdf(lower / factor, dof) + chi_square_survival(upper / factor, dof);
+  }
+};
+
+// That which χ²(dof) leaves with probability `level`.
+ChiSquareInterval central_interval(double dof, double level) {
+  require_fraction("level", level);
+  return {dof, chi_square_quantile(0.5 * level, dof), chi_square_upper_quantile(0.5 * level, dof)};
 }
 
 // Averages of whole runs, judged as judge_nees does. A study of averages times a factor rejects the mean 1
@@ -68,31 +79,22 @@ class ComparedRuns {
   std::vector<double> optimistic_from_, pessimistic_to_;
 };
 
-double power_of_sum(const VerdictDesign& design, double factor, double runs, double level) {
+ChiSquareInterval interval_of_sum(const VerdictDesign& design, double runs, double level) {
   const double step_dof = runs * design.dof_per_step;
-  if (design.white) return chi_square_power(factor, step_dof * design.steps, level);
+  if (design.white) return central_interval(step_dof * design.steps, level);
   const double effective = std::min(design.steps, design.effective_steps);
-  if (runs >= static_cast<double>(kFewestRunsCompared)) {
-    return chi_square_power(factor, effective * step_dof, level);
-  }
+  if (runs >= static_cast<double>(kFewestRunsCompared)) return central_interval(effective * step_dof, level);
   // The acceptance interval of the mean over steps is that of one step, by expected shortfall.
   const double lower = chi_square_lower_tail_mean(0.5 * level, step_dof);
   const double upper = chi_square_upper_tail_mean(0.5 * level, step_dof);
-  return leaves(factor, effective * step_dof, effective * lower, effective * upper);
-}
-
-double power_of_steps(const VerdictDesign& design, double factor, double runs, double level) {
-  const double one = chi_square_power(factor, runs * design.dof_per_step, level / design.steps);
-  return design.white ? -std::expm1(design.steps * std::log1p(-std::min(one, 1.0))) : one;
+  return {effective * step_dof, effective * lower, effective * upper};
 }
 
 }  // namespace
 
 double chi_square_power(double factor, double dof, double level) {
   require_positive("factor", factor);
-  require_fraction("level", level);
-  return leaves(factor, dof, chi_square_quantile(0.5 * level, dof),
-                chi_square_upper_quantile(0.5 * level, dof));
+  return central_interval(dof, level).power(factor);
 }
 
 namespace {
@@ -100,26 +102,33 @@ namespace {
 // The power of a verdict over so many runs, for any factor.
 class VerdictPower {
  public:
-  VerdictPower(const VerdictDesign& design, double runs) : design_(design), runs_(runs) {
+  VerdictPower(const VerdictDesign& design, double runs) : design_(design) {
     require_design(design);
     require_positive("runs", runs);
+    const double alpha = 1.0 - design.confidence, step_dof = runs * design.dof_per_step;
+    if (design.steps <= 1.0) {
+      sum_ = central_interval(step_dof, alpha);
+      return;
+    }
+    step_ = central_interval(step_dof, 0.5 * alpha / design.steps);
     const bool few = runs < static_cast<double>(kFewestRunsCompared);
-    if (design.white || design.steps <= 1.0 || few || runs > ComparedRuns::kMostRuns) return;
-    if (design.simulated_studies > 0) compared_.emplace(design, static_cast<std::int64_t>(runs));
+    if (!design.white && !few && runs <= ComparedRuns::kMostRuns && design.simulated_studies > 0) {
+      compared_.emplace(design, static_cast<std::int64_t>(runs));
+    } else {
+      sum_ = interval_of_sum(design, runs, 0.5 * alpha);
+    }
   }
 
   double operator()(double factor) const {
     require_positive("factor", factor);
-    const double alpha = 1.0 - design_.confidence;
-    if (design_.steps <= 1.0) return chi_square_power(factor, runs_ * design_.dof_per_step, alpha);
-    const double sum =
-        compared_ ? compared_->power(factor) : power_of_sum(design_, factor, runs_, 0.5 * alpha);
-    return std::max(sum, power_of_steps(design_, factor, runs_, 0.5 * alpha));
+    if (design_.steps <= 1.0) return sum_.power(factor);
+    const double sum = compared_ ? compared_->power(factor) : sum_.power(factor), one = step_.power(factor);
+    return std::max(sum, design_.white ? -std::expm1(design_.steps * std::log1p(-std::min(one, 1.0))) : one);
   }
 
  private:
   VerdictDesign design_;
-  double runs_;
+  ChiSquareInterval sum_{}, step_{};
   std::optional<ComparedRuns> compared_;
 };
 
