@@ -301,8 +301,8 @@ void EvidenceRecorder::add_lateness(OpenRun& run, const NormalisedStep& step) co
       const Eigen::Vector2d error = place.r - truth.r, motion = (place.r - relative_place(then).r) / steps;
       const Eigen::Matrix2d P = place.J * step.moving.P * place.J.transpose();
       run.lateness.add(error, motion, P);
-    } else {
-      Vector motion(std::ssize(places));  // of a step
+    } else if (std::ssize(places) <= RunLateness::kLargest) {
+      Eigen::Matrix<double, Eigen::Dynamic, 1, 0, RunLateness::kLargest, 1> motion(std::ssize(places));
       for (Index i = 0; i < motion.size(); ++i) {
         const Index at = places[static_cast<std::size_t>(i)];
         const Index state = step.states[static_cast<std::size_t>(at)];

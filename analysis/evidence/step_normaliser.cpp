@@ -51,8 +51,10 @@ void StepNormaliser::take_moving(const Step& step, const RunLayout& layout, cons
                                  NormalisedStep& normalised) {
   MovingPart& moving = normalised.moving;
   moving.places.clear();
-  normalised.estimate.resize(0);
-  if (step.states.empty() || !layout.componentwise || step.estimate.size() != step.error.size()) return;
+  if (step.states.empty() || !layout.componentwise || step.estimate.size() != step.error.size()) {
+    normalised.estimate.resize(0);
+    return;
+  }
   normalised.estimate = step.estimate;
   const auto position = position_block(layout);
   if (has_planar_map(layout)) {

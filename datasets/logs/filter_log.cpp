@@ -241,7 +241,7 @@ void FilterLogReader::read_noise(std::size_t sensor, std::string_view& problem) 
 
 void FilterLogReader::read_innovations(Step& row) {
   row.innovations.resize(header_.innovations.size());
-  std::vector<Index> kept;
+  std::vector<Index>& kept = kept_;
   for (std::size_t s = 0; s < header_.innovations.size(); ++s) {
     const FilterLogHeader::Innovation& columns = header_.innovations[s];
     if (const Sensor& sensor = header_.layout.sensors[s]; sensor.nis_alone) {
@@ -283,7 +283,8 @@ Vector FilterLogReader::true_position() const {
     if (header_.truth[state] < 0) return {};
     place[i] = fields_[static_cast<std::size_t>(header_.truth[state])];
   }
-  return place.allFinite() ? place : Vector();
+  if (!place.allFinite()) return {};
+  return place;
 }
 
 bool FilterLogReader::next(Step& row) {

@@ -62,6 +62,7 @@ class FilterLogReader {
   LineReader lines_;
   FilterLogHeader header_;
   std::vector<double> fields_;      // NaN for a blank
+  std::vector<Index> kept_;         // components of an innovation that are there
   std::vector<Matrix> noise_;       // R of each sensor as last said, empty before
   std::vector<std::string> names_;  // of the columns, for messages
   std::set<double> runs_;

@@ -24,7 +24,9 @@ ReadingFit impossible() {
 /// NEES of some components over the rows, a component.
 class PartNees {
  public:
-  explicit PartNees(std::vector<Index> components, std::size_t rows) : components_(std::move(components)) {
+  /// `whole`: these are all components, in their order.
+  PartNees(std::vector<Index> components, std::size_t rows, bool whole = false)
+      : components_(std::move(components)), whole_(whole) {
     normalised.reserve(rows);
     sum_ = Vector::Zero(std::ssize(components_));
     outer_ = Matrix::Zero(sum_.size(), sum_.size());
@@ -36,13 +38,13 @@ class PartNees {
 
   /// False where P has no Cholesky factor.
   bool add(const Vector& error, const Matrix& P) {
+    if (whole_) {
+      e_ = error;
+      return factor_.compute(P) && add_error();
+    }
+    if (components_.size() == 1) return add_single(error[components_[0]], P(components_[0], components_[0]));
     take_block(error, P, components_, e_, P_);
-    if (!factor_.compute(P_)) return false;
-    factor_.solve_lower(e_);
-    normalised.push_back(e_.squaredNorm() / dof());
-    sum_ += e_;
-    outer_.noalias() += e_ * e_.transpose();
-    return true;
+    return factor_.compute(P_) && add_error();
   }
 
   /// Of the last row.
@@ -82,7 +84,26 @@ class PartNees {
   }
 
  private:
+  /// e_, of the covariance that factor_ is of.
+  bool add_error() {
+    factor_.solve_lower(e_);
+    normalised.push_back(e_.squaredNorm() / dof());
+    sum_ += e_;
+    for (Index j = 0; j < e_.size(); ++j) outer_.col(j) += e_[j] * e_;
+    return true;
+  }
+  /// The same of one component, with the same bits.
+  bool add_single(double error, double variance) {
+    if (!(variance > 0.0)) return false;
+    const double u = error / std::sqrt(variance);
+    normalised.push_back(u * u);
+    sum_[0] += u;
+    outer_(0, 0) += u * u;
+    return true;
+  }
+
   std::vector<Index> components_;
+  bool whole_;
   SmallCholesky factor_;
   Vector e_, sum_;
   Matrix P_, outer_;
@@ -95,7 +116,7 @@ ReadingFit test_reading(std::size_t rows, Index dim, const std::vector<std::vect
   std::vector<PartNees> series;
   std::vector<Index> all(static_cast<std::size_t>(dim));
   std::iota(all.begin(), all.end(), 0);
-  series.emplace_back(all, rows);
+  series.emplace_back(all, rows, true);
   for (const std::vector<Index>& part : parts) series.emplace_back(part, rows);
   for (const Index c : all) series.emplace_back(std::vector<Index>{c}, rows);
   const double tests = 2.0 * static_cast<double>(series.size());

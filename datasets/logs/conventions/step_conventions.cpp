@@ -65,7 +65,10 @@ void StepConventions::add(const Step& step) {
   ForwardingSink::add(step);
   const std::size_t n = layout_.states.size();
   if (!step.problem.empty() || n == 0 || n > kMostStates || step.states.size() != n) return;
-  if (keep_thinned(rows_, stride_, seen_)) rows_.push_back({step.error, step.P});
+  if (keep_thinned(rows_, stride_, seen_)) {
+    Matrix& row = rows_.emplace_back(step.error.size(), step.error.size() + 1);
+    row << step.P, step.error;
+  }
 }
 
 void StepConventions::finish() {
@@ -73,9 +76,9 @@ void StepConventions::finish() {
   const auto n = static_cast<Index>(layout_.states.size());
   const auto rows_changed_by = [&](const std::function<void(Matrix&)>& change) -> ReadingRow {
     return [&](std::size_t i, Vector& error, Matrix& P) {
-      if (rows_[i].error.size() != n) return false;
-      error = rows_[i].error;
-      P = rows_[i].P;
+      if (rows_[i].rows() != n) return false;
+      error = rows_[i].col(n);
+      P = rows_[i].leftCols(n);
       change(P);
       return true;
     };

@@ -25,13 +25,8 @@ class StepConventions final : public ForwardingSink {
   void finish();
 
  private:
-  struct Row {
-    Vector error;
-    Matrix P;
-  };
-
   RunLayout layout_;
-  std::vector<Row> rows_;
+  std::vector<Matrix> rows_;  ///< P, and the error as a last column
   std::size_t stride_ = 1, seen_ = 0;
 };
 
