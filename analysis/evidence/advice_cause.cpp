@@ -14,6 +14,7 @@ struct CauseRule {
 // In the order in which they are asked: what no covariance mends, what stands beside other causes, then what
 // each takes for granted that those before it were not.
 constexpr CauseRule kRules[] = {
+    {find_runs_that_are_lost, false},
     {find_unwrapped_angle, false},
     {find_wide_angle, false},
     {find_outliers, false},
@@ -42,6 +43,8 @@ constexpr CauseRule kRules[] = {
 
 std::string_view to_string(Cause cause) {
   switch (cause) {
+    case Cause::lost_runs:
+      return "a filter that loses its way in a few runs";
     case Cause::unwrapped_angle:
       return "an angle that is not wrapped";
     case Cause::wide_angle:

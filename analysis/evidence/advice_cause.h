@@ -10,6 +10,7 @@ namespace credence::internal {
 
 /// What a wrong filter most likely has wrong.
 enum class Cause {
+  lost_runs,                            ///< a few runs are wrong, and the others are not
   unwrapped_angle,                      ///< an innovation of an angle beyond half a turn
   wide_angle,                           ///< an angle so uncertain that its wrapped error is not Gaussian
   outliers,                             ///< a few innovations or errors beyond any law: a wrong match

@@ -7,11 +7,27 @@
 
 #include "analysis/evidence/judgement_tests.h"
 #include "analysis/evidence/series_verdicts.h"
+#include "analysis/laws/chi_square.h"
 #include "analysis/laws/second_moments.h"
 #include "analysis/laws/student.h"
 
 namespace credence::internal {
 namespace {
+
+/// NIS of one dimension that ends where the law of χ², scaled to its mean, has many values left. No factor on
+/// S does that, at a probability of 2e-9, but a gate does, whatever the scale.
+std::optional<Findings::CutOff> cut_off_of(const SensorSums& sums, const SensorJudgement& s) {
+  constexpr double kFewest = 20.0;
+  if (sums.by_dimension.size() != 1 || s.nis.verdict != Verdict::pessimistic) return std::nullopt;
+  const auto& [dim, values] = *sums.by_dimension.begin();
+  const auto dof = static_cast<double>(dim);
+  const double scale = values.value.mean / dof;
+  if (!(scale > 0.0)) return std::nullopt;
+  const double expected =
+      static_cast<double>(values.value.count) * chi_square_survival(sums.largest_nis / scale, dof);
+  if (!(expected >= kFewest)) return std::nullopt;
+  return Findings::CutOff{sums.largest_nis, expected};
+}
 
 /// What speaks of one sensor.
 void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const Judgement& j, Findings& f) {
@@ -21,6 +37,7 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   f.not_white = f.not_white || not_white;
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
   if (s.gate) f.gate = s.gate;
+  if (!s.gate) f.cut_off = cut_off_of(sums, s);
   if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
   f.fit = s.fit;
   f.far_tail = sums.far_tail;
@@ -167,6 +184,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
   if (speaks(j, kErrorMean)) findings.error_mean = {j.law.error_mean.test, j.law.error_mean.largest};
   findings.mean_at_steps = test_mean_at_steps(e.law.whitened);
   findings.block = j.responsible;
+  findings.lost = j.lost;
   findings.error_correlation = test_claimed_uncorrelated(e);
   findings.nees_values = e.whole_runs.nees_values;
   findings.nees_before_innovations = nees_before_innovations(e);
@@ -179,7 +197,7 @@ Findings findings_of(const Evidence& e, const Judgement& j) {
     findings.sensor_pairs.push_back({pair.first, pair.second, pair.correlation});
   }
   const GaussianityJudgement& g = j.law.gaussianity;
-  if (speaks(j, kHeavyTails) && g.right_but_heavy_tailed(1.0 - j.confidence)) {
+  if (j.lost.runs.empty() && speaks(j, kHeavyTails) && g.right_but_heavy_tailed(1.0 - j.confidence)) {
     findings.heavy_tail_p_value = g.tail_p_value;
   }
   return findings;

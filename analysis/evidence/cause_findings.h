@@ -7,6 +7,7 @@
 
 #include "analysis/evidence/advice.h"
 #include "analysis/evidence/consistency.h"
+#include "analysis/evidence/lost_runs.h"
 #include "analysis/laws/block_correlation.h"
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/error_correlation.h"
@@ -45,6 +46,13 @@ struct Findings {
   std::optional<LatenessTest> lateness = {};
   std::optional<GoodnessOfFit> fit = {};  ///< NIS against the plain law
   std::optional<GateFound> gate = {};
+  struct CutOff {
+    double nis = 0.0;  ///< the largest there is
+    double expected =
+        0.0;  ///< values beyond it by the law of this mean, which a covariance wrong by a factor has
+  };
+  std::optional<CutOff> cut_off =
+      {};  ///< where these are too many to be missing by chance, and no gate was found
   /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
   std::optional<CoverageCount> far_tail = {};
   double far_tail_probability = 0.9999;
@@ -57,6 +65,7 @@ struct Findings {
   };
   GrossOutliers gross_outliers = {};
   std::optional<ResponsibleBlock> block = {};
+  LostRuns lost = {};  ///< runs that alone are wrong
   /// Of errors that P claims to be uncorrelated, over all steps of the runs.
   std::optional<ErrorCorrelationTest> error_correlation = {};
   std::int64_t unwrapped_innovations = 0;  ///< of an angle, outside [−π, π]: impossible once wrapped

@@ -14,6 +14,11 @@ namespace credence::internal {
 /// What a rule finds: none, or the cause with what goes beside it.
 using Causes = std::vector<CauseFound>;
 
+// Runs (cause_rules_law.cpp).
+
+/// Runs of a joint P. Names lost_runs by the test of lost_runs.h, where the word is inconsistent.
+Causes find_runs_that_are_lost(const Findings& findings);
+
 // Angles and laws: what no covariance mends, and what is no fault of the covariance (cause_rules_law.cpp).
 
 /// Innovations that are angles. Names unwrapped_angle where one lies beyond half a turn: no test, since none
@@ -29,7 +34,8 @@ Causes find_wide_angle(const Findings& findings);
 Causes find_outliers(const Findings& findings);
 /// Runs whose mean squares agree with P. Names heavy_tails by their test, if no outliers do.
 Causes find_heavy_tails(const Findings& findings);
-/// NIS of one dimension. Names gated_innovations by an empty end of the law, and a fit of the rest.
+/// NIS of one dimension. Names gated_innovations by an empty end of the law, and a fit of the rest; or, of
+/// NIS that is too small, by an end that even a law scaled to its mean has not.
 Causes find_gate(const Findings& findings);
 /// Names wrong_dof where NEES alone is inconsistent and its variance is nearer twice its mean, as of χ², than
 /// twice its mean squared over n, as of a factor, by twice on a logarithmic scale. At least 100 values.

@@ -7,6 +7,7 @@
 #include "analysis/evidence/cause_rules.h"
 #include "analysis/evidence/cause_signature.h"
 #include "analysis/evidence/evidence.h"
+#include "analysis/evidence/lost_runs.h"
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/tail_weight.h"
 
@@ -78,6 +79,27 @@ std::string_view where_innovations_fit(const Findings& findings) {
 
 }  // namespace
 
+Causes find_runs_that_are_lost(const Findings& findings) {
+  const LostRuns& lost = findings.lost;
+  if (lost.runs.empty()) return {};
+  std::string why;
+  for (const LostRun& run : lost.runs) {
+    if (&run == lost.runs.data() + 3) {
+      why += ", …";
+      break;
+    }
+    why += fmt::format(
+        "{}run {} (the first is 0) has a mean NEES of {:.3g} times its dof, beyond chance from "
+        "its row {} on",
+        why.empty() ? "" : ", ", run.run, run.factor, run.row);
+  }
+  return {
+      {Cause::lost_runs, fmt::format("{}; that of the other {} is {:.3g} times. Look at {} before anything "
+                                     "else: no factor on P mends it",
+                                     why, lost.others, lost.factor_of_others,
+                                     lost.runs.size() == 1 ? "that run" : "those runs")}};
+}
+
 Causes find_unwrapped_angle(const Findings& findings) {
   if (findings.unwrapped_innovations == 0) return {};
   return {{Cause::unwrapped_angle,
@@ -117,6 +139,14 @@ Causes find_heavy_tails(const Findings& findings) {
 }
 
 Causes find_gate(const Findings& findings) {
+  if (findings.cut_off) {
+    return {{Cause::gated_innovations,
+             fmt::format(
+                 "no NIS lies beyond {:.4g}, where {:.3g} are expected of any S that is wrong by a factor: "
+                 "what a gate lets through tells nothing of R, and what it keeps out makes P too small; "
+                 "log the rejected innovations too, and open the gate",
+                 findings.cut_off->nis, findings.cut_off->expected)}};
+  }
   if (!findings.gate) return {};
   return {{Cause::gated_innovations,
            fmt::format("no NIS lies beyond {:.4g} where {:.3g} are expected, and the rest follow the "
@@ -155,7 +185,8 @@ Causes find_scale(const Findings& findings) {
   const ConsistencyVerdict& verdict = nees ? findings.nees : findings.nis;
   return {{Cause::covariance_scale,
            fmt::format("mean {} {:.3g} of {:.3g}{}{}", nees ? "NEES" : "NIS", verdict.mean, verdict.expected,
-                       where_innovations_fit(findings), nees ? untested_correlation(findings) : "")}};
+                       nees ? where_innovations_fit(findings) : where_errors_fit(findings),
+                       nees ? untested_correlation(findings) : "")}};
 }
 
 }  // namespace credence::internal

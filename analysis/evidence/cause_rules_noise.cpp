@@ -46,7 +46,8 @@ Causes noise_of(const Findings& findings, const InnovationShape& shape, bool hig
   const double most = std::abs(shape.lag_1) + shape.lag_1_band;
   const bool so_white = most < kLeastByProcessNoise * std::abs(std::log1p(shape.excess));
   // Innovations as white as this while R is not most of S are those of a Q and an R that are both wrong.
-  if (!so_white || !(share > kMostly)) return {{Cause::process_or_measurement_noise, why}};
+  if (!so_white || !(share > kMostly))
+    return {{Cause::process_or_measurement_noise, why + std::string(where_errors_fit(findings))}};
   return {{high ? Cause::measurement_noise_too_small : Cause::measurement_noise_too_large,
            fmt::format("{}, and R makes up {:.2g} of S", why, share)}};
 }

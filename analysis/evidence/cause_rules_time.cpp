@@ -71,9 +71,9 @@ Causes bias_of(const Findings& findings) {
   const bool too_large = is_inconsistent(findings.nees.verdict) && excess_of(findings.nees) > 0.0;
   if (too_large && clear(at_steps.p_value) && at_steps.explained > kMost) {
     return {
-        {Cause::bias, fmt::format("the errors of all runs have a mean, which makes {:.2g} of the excess of "
+        {Cause::bias, fmt::format("the errors of all runs have a mean, which makes {:.0f} % of the excess of "
                                   "NEES (p = {:.2g}){}",
-                                  std::min(1.0, at_steps.explained), at_steps.p_value, beside)}};
+                                  100.0 * std::min(1.0, at_steps.explained), at_steps.p_value, beside)}};
   }
   return {};
 }
@@ -114,10 +114,10 @@ Causes find_late_measurements(const Findings& findings) {
   const InnovationShape shape = innovation_shape(findings);
   const double small = std::max(kSmall, kLittleBesideErrors * excess);
   if (!(std::abs(shape.excess) < small && std::abs(shape.lag_1) < small)) return {};
-  return {
-      {Cause::late_measurements, fmt::format("the errors point back along the path by about {:.2g} steps (p "
-                                             "= {:.2g}), which explains {:.2g} of the excess of NEES",
-                                             test.steps, test.p_value, std::min(1.0, test.explained))}};
+  return {{Cause::late_measurements,
+           fmt::format("the errors point back along the path by about {:.2g} steps (p "
+                       "= {:.2g}), which explains {:.0f} % of the excess of NEES",
+                       test.steps, test.p_value, 100.0 * std::min(1.0, test.explained))}};
 }
 
 Causes find_bias(const Findings& findings) {

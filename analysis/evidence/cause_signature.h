@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 #include "analysis/evidence/cause_findings.h"
 
@@ -74,6 +75,9 @@ struct InnovationShape {
 /// believes in the correlation at every lag is (q − r) times one matrix, so that lags that fade slowly are
 /// added up; the largest of |Σ_{h ≤ L} z_h|/√L, L = 1, 5, 20, at cause_level, Bonferroni over the three.
 InnovationShape innovation_shape(const Findings& findings);
+
+/// Where NIS is wrong and NEES is right, what else may be: the filter may have another S than was written.
+std::string_view where_errors_fit(const Findings& findings);
 
 /// The lag-1 autocorrelation if it lies outside its band, else 0.
 double lag_1_outside(const Findings& findings);

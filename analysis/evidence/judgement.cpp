@@ -204,6 +204,16 @@ void name_steps(const Evidence& e, bool of_state, Judgement& j) {
   if (j.vehicle_nees) j.vehicle_nees->step_stride = e.step_stride;
 }
 
+/// By their numbers among all runs, of which the evidence has those that ended well.
+LostRuns lost_runs_of(const Evidence& e) {
+  if (!e.has_truth || !e.joint_covariance || e.whole_runs.nees.empty()) return {};
+  LostRuns lost = find_lost_runs(e.whole_runs.nees, static_cast<double>(e.study.nees_of_runs.least_dof));
+  for (LostRun& run : lost.runs) {
+    for (const RunFailure& failure : e.study.failures) run.run += failure.run <= run.run ? 1 : 0;
+  }
+  return lost;
+}
+
 /// NEES, NIS of each sensor, the blocks, and the directions of P.
 Word word_of(const Evidence& e, const Judgement& j) {
   constexpr double kDirections = 0.1;
@@ -225,7 +235,11 @@ Word word_of(const Evidence& e, const Judgement& j) {
     parts.push_back({"the direction of " + second.worst, &directions, kDirections, true});
   }
   Word word = join_verdicts(parts, j.confidence);
-  if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
+  if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
+    word.of_lost_runs = true;
+    word.says = fmt::format("{} in {} alone", to_string(word.verdict), names_of(j.lost));
+    if (j.lost.runs.size() == 1) word.says += fmt::format(", from its row {} on", j.lost.runs.front().row);
+  } else if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
     word.verdict = Verdict::not_gaussian;
     word.says = "the covariance is right, the errors are not Gaussian (heavy tails)";
   }
@@ -258,12 +272,17 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   j.settle_nis = settle(j.nis, true, j.effective_steps);
   if (e.study.runs == 1 && (context.all_runs == nullptr || context.all_runs->runs == 1))
     judge_single_run(e, j);
+  j.lost = lost_runs_of(e);
   j.word = word_of(e, j);
   if (j.single && std::isnan(j.single->time_average.p_value) && j.word.verdict == Verdict::consistent) {
     leave_open(e, j);  // a step that alone rejects is no reason to call it consistent
     j.word = word_of(e, j);
   }
-  if (!is_inconsistent(j.word.verdict)) j.responsible = {};
+  if (!is_inconsistent(j.word.verdict)) {
+    j.responsible = {};
+    j.lost = {};
+  }
+  if (!j.lost.runs.empty()) j.scale_covariance = j.scale_innovation = no_scale("a few runs alone are wrong");
   j.tests = list_tests(e, j);
   j.causes = find_causes(findings_of(e, j));
   if (context.sensitivity) judge_sensitivity(e, j);

@@ -12,6 +12,7 @@
 #include "analysis/evidence/consistency.h"
 #include "analysis/evidence/evidence.h"
 #include "analysis/evidence/law_judgement.h"
+#include "analysis/evidence/lost_runs.h"
 #include "analysis/evidence/word.h"
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/credibility.h"
@@ -84,6 +85,7 @@ struct Judgement {
   Word word;                                       ///< over NEES, NIS, the blocks and directions
   std::vector<BlockVerdict> blocks;                ///< empty if the whole state is one block
   ResponsibleBlock responsible;
+  LostRuns lost;  ///< runs that alone are wrong; empty where the word is not inconsistent
   std::vector<SensorJudgement> sensors;
   std::array<CoverageVerdict, CoverageSums::kSigmas.size()> coverage;
   CredibilityIndex credibility;              ///< of the pose, or the first block, at the last step
@@ -117,7 +119,8 @@ struct JudgementContext {
 /// would settle it. Covariances between blocks unknown: the sum of their NEES is tested by a bound for every
 /// dependence; so is the sum of the NIS of several sensors, of which the word takes each alone.
 ///
-/// Where only tests that need a Gaussian law reject, and the tails are heavy, the word is `not_gaussian`.
+/// Where only tests that need a Gaussian law reject, and the tails are heavy, the word is `not_gaussian`; not
+/// where a few runs are lost, or mean squares are known too poorly to say that P is right.
 Judgement judge(const Evidence& evidence, const JudgementContext& context = {});
 
 /// The verdict on the NEES of the pose; none where the study has no pose.

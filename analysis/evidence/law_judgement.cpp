@@ -112,6 +112,11 @@ GaussianityJudgement judge_gaussianity(const Evidence& e, const StudyStatistics&
   g.tail_p_value = tails.adjusted();
   if (e.study.runs < kFewestRuns) return g;
 
+  for (const SkewedMoments& runs : {all.nees_of_runs.moments, e.law.nis_of_runs}) {
+    if (runs.count == 0) continue;
+    const double error = std::sqrt(runs.variance() / static_cast<double>(runs.count)) / runs.mean;
+    g.relative_error = std::max(g.relative_error, error);
+  }
   SmallestPValue moments;
   moments.add(two_sided(all.nees_of_runs.moments));
   moments.add(two_sided(e.law.nis_of_runs));

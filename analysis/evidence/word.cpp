@@ -88,6 +88,7 @@ Word join_verdicts(std::span<const WordPart> parts, double confidence) {
   Word word{.verdict = verdict,
             .p_value = joint.p_value,
             .says = says_of(parts, joint, alpha),
+            .of_lost_runs = false,
             .of_S_alone = is_inconsistent(verdict),
             .joined = {}};
   bool undecided = std::isnan(joint.p_value);

@@ -137,6 +137,13 @@ void add_law(const LawJudgement& law, Json& j) {
   j["sensor_pairs"] = std::move(pairs);
 }
 
+Json lost_runs_json(const LostRuns& lost) {
+  Json j = Json::array();
+  for (const LostRun& run : lost.runs)
+    j.push_back({{"run", run.run}, {"row", run.row}, {"factor", json_number(run.factor)}});
+  return j;
+}
+
 Json settle_json(const SettlingRuns& settle) {
   Json j = {{"observed_factor", json_number(settle.observed_factor)},
             {"runs", settle.runs == 0 ? Json(nullptr) : Json(settle.runs)},
@@ -169,6 +176,7 @@ Json judgement_json(const Judgement& b) {
   for (const CauseFound& cause : b.causes)
     causes.push_back({{"cause", to_string(cause.cause)}, {"why", cause.why}});
   j["causes"] = std::move(causes);
+  j["lost_runs"] = lost_runs_json(b.lost);
   j["scale"] = {{"covariance", scale_json(b.scale_covariance)},
                 {"innovation", scale_json(b.scale_innovation)},
                 {"measurement_noise", scale_json(b.scale_measurement_noise)}};

@@ -655,5 +655,21 @@ TEST(CauseRules, AWrongStartAndAWrongNoiseAreBothNamed) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::initial_covariance});
 }
 
+TEST(CauseRules, ACutOffThatNoFactorMakesIsAGateAndNoWrongR) {
+  Findings findings = findings_of(1.0, 0.5);
+  ASSERT_EQ(causes_of(findings).size(), 1U);
+  EXPECT_NE(causes_of(findings)[0], Cause::gated_innovations);
+  findings.cut_off = Findings::CutOff{.nis = 3.0, .expected = 150.0};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::gated_innovations});
+}
+
+TEST(CauseRules, WhereNeesFitsAnotherSMayHaveBeenWritten) {
+  const auto why = [](double nees, double nis) { return find_causes(findings_of(nees, nis)).at(0).why; };
+  EXPECT_NE(why(1.0, 2.0).find("NEES fits, so look whether ν and S are those that the filter uses"),
+            std::string::npos)
+      << why(1.0, 2.0);
+  EXPECT_EQ(why(2.0, 2.0).find("NEES fits"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace credence::internal

@@ -521,5 +521,47 @@ TEST(Judgement, ATestThatWasMadeSaysNumbers) {
   }
 }
 
+// Such a mean agrees with any P, which is no evidence that P is right.
+TEST(Judgement, OneRunThatDivergesIsNamedAndPIsNotCalledRight) {
+  const Judgement j = judge(logs_of(20, 100, 0.5, 1.0, [](Step& row, int run) {
+    if (run == 7 && row.step > 50) row.error[2] += 40.0;
+  }));
+  EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
+  EXPECT_NE(j.word.says.find("in run 7 of 20 alone, from its row 51 on"), std::string::npos) << j.word.says;
+  ASSERT_FALSE(j.causes.empty());
+  EXPECT_EQ(j.causes.front().cause, Cause::lost_runs);
+  EXPECT_NE(j.causes.front().why.find("that of the other 19 is"), std::string::npos) << j.causes.front().why;
+  for (const CauseFound& cause : j.causes) EXPECT_NE(cause.cause, Cause::heavy_tails);
+  EXPECT_FALSE(j.scale_covariance.reason.empty()) << "no factor on P mends it";
+}
+
+TEST(Judgement, ALostRunHasItsNumberAmongTheFailedOnes) {
+  EvidenceRecorder sums;
+  sums.begin_file("synthetic.csv", plane_layout());
+  for (int run = 0; run < 20; ++run) {
+    WhiteFilter filter(static_cast<unsigned>(run) + 1);
+    sums.begin_run();
+    for (std::int64_t k = 1; k <= 100; ++k) {
+      Step row = filter.next(k);
+      if (run == 7) row.error[2] += 40.0;
+      sums.add(row);
+    }
+    if (run == 3) sums.end_run(Outcome::diverged, 100);
+  }
+  const Judgement j = judge(sums.take());
+  ASSERT_EQ(j.lost.runs.size(), 1U);
+  EXPECT_EQ(j.lost.runs[0].run, 7);
+}
+
+// A run of 20 that is 9 σ off makes a mean that is not known well, but no run is beyond ten times the others.
+TEST(Judgement, AMeanThatFewRunsDecideDoesNotMakePRight) {
+  const Judgement j = judge(logs_of(20, 100, 0.99, 1.0, [](Step& row, int run) {
+    if (run % 7 == 0 && row.step > 70) row.error *= 6.0;
+  }));
+  EXPECT_GT(j.law.gaussianity.relative_error, 0.25);
+  EXPECT_FALSE(j.law.gaussianity.right_but_heavy_tailed(0.05));
+  EXPECT_EQ(j.word.verdict, Verdict::optimistic) << j.word.says;
+}
+
 }  // namespace
 }  // namespace credence::internal

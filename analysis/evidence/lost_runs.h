@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+/// @file
+/// Runs in which a filter lost its way while it held it in the others: whoever finds one run of twenty
+/// diverged wants to look at that run, and not to scale P.
+
+namespace credence::internal {
+
+/// A run whose errors left P behind.
+struct LostRun {
+  std::int64_t run = 0;  ///< its place among the runs looked at, from 0
+  std::int64_t row = 0;  ///< the first with a NEES that no consistent filter has, from 1
+  double factor = 0.0;   ///< its mean NEES over the expected one
+};
+
+/// All of them, and the rest.
+struct LostRuns {
+  std::vector<LostRun> runs;  ///< in their order; empty: none
+  std::int64_t others = 0;
+  double factor_of_others = 1.0;  ///< the mean of their NEES over the expected one
+};
+
+/// The runs that are lost, of at least five of which no more than a quarter are. `nees`: of each run NEES
+/// over its dof at every row, each of at least `least_dof`.
+///
+/// Lost is a run with ten rows or more beyond the χ² quantile that one row of a thousand studies exceeds, if
+/// the filter is consistent, however its rows depend on each other (Bonferroni over the rows of all runs, at
+/// 1e-3), and a mean NEES more than ten times the median one. None are named where the mean NEES of the
+/// others is wrong by a factor of two or more: then something is wrong with the filter in every run.
+LostRuns find_lost_runs(std::span<const std::vector<double>> nees, double least_dof);
+
+/// "run 7 of 20", "runs 3, 7 of 20": by their numbers, from 0.
+std::string names_of(const LostRuns& lost);
+
+}  // namespace credence::internal
