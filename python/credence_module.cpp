@@ -17,6 +17,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/version.h"
 #include "datasets/arrays/array_evidence.h"
 #include "datasets/arrays/array_mistakes.h"
 #include "datasets/data_error.h"
@@ -320,6 +321,8 @@ PYBIND11_MODULE(_credence, m) {
       .def("normals", &normals)
       .def("normals_of_four_steps", &normals_of_four_steps);
 
+  m.attr("version") = std::string(version());
+  m.attr("commit") = std::string(commit());
   m.def("check_logs",
         [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
            const std::string& align, const std::optional<std::variant<double, std::string>>& time_offset) {

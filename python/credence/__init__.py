@@ -5,6 +5,7 @@ Python. Each returns a ``Result``: its verdict, the tests and the causes behind 
 noise that the innovations of a scenario ask for, ``tune_filter`` that of a filter written in Python.
 """
 
+from . import _credence
 from ._check import check
 from ._credence import DataError, OutputError, ScenarioError, StoreError
 from ._logs import check_logs
@@ -14,6 +15,9 @@ from ._run import Sweep, load, noise_group, run, sweep
 from ._study import study
 from ._tune import Parameter, Tuning, tune
 from ._tune_filter import FilterTuning, tune_filter
+
+__version__ = _credence.version
+__commit__ = _credence.commit  # of the source that was built; "+" behind it: with changes; "": not known
 
 __all__ = [
     "Block",

@@ -23,6 +23,7 @@ class Verdict(str, enum.Enum):
     optimistic = "optimistic"  # errors are larger than it says: do not trust it
     pessimistic = "pessimistic"  # errors are smaller than it says
     mixed = "mixed"  # larger here, smaller there: do not trust it
+    not_gaussian = "not Gaussian"  # it is right, the errors have heavier tails than a Gaussian law
     undecided = "undecided"  # there is not enough data
 
     __str__ = str.__str__

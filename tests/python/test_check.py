@@ -42,6 +42,31 @@ def test_a_right_filter_is_consistent():
     assert result.mean_nees.shape == (40,) and result.nees_bounds.shape == (40, 2)
 
 
+def test_heavy_tails_are_a_verdict():
+    random = np.random.default_rng(1)
+    scale = np.where(random.random((200, 20, 1)) < 0.05, 5.0, 1.0) / np.sqrt(0.95 + 0.05 * 25.0)
+    error = scale * random.normal(size=(200, 20, 2))
+    result = credence.check(error, np.eye(2), names=["x", "y"])
+    assert result.verdict is credence.Verdict.not_gaussian == "not Gaussian"
+    assert "the covariance is right" in result.says
+
+
+def test_one_run_that_diverges_is_named():
+    error, P, innovation, S = play()
+    error = error.copy()
+    error[7, 30:] += 60.0 * np.sqrt(P[7, 30:].diagonal(axis1=-2, axis2=-1))
+    result = credence.check(error, P, innovation, S, names=["x", "v"])
+    assert result.verdict == "optimistic"
+    assert f"in run 7 of {len(error)} alone, from its row 31 on" in result.says
+    assert result.causes[0].name == "a filter that loses its way in a few runs"
+    assert [run["run"] for run in result.to_dict()["battery"]["lost_runs"]] == [7]
+
+
+def test_the_version_can_be_cited():
+    assert credence.__version__.count(".") == 2
+    assert isinstance(credence.__commit__, str)
+
+
 def test_wrong_filters_are_named():
     optimistic = credence.check(*play(believed_Q=0.2 * Q, runs=500))
     assert optimistic.verdict == "optimistic"
