@@ -21,6 +21,11 @@ configure_package_config_file(cmake/CredenceConfig.cmake.in CredenceConfig.cmake
 write_basic_package_version_file(CredenceConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/CredenceConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/CredenceConfigVersion.cmake
         DESTINATION ${package_dir} COMPONENT development)
+# Of these names for find_package(credence).
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/CredenceConfig.cmake DESTINATION ${package_dir}
+        RENAME credence-config.cmake COMPONENT development)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/CredenceConfigVersion.cmake DESTINATION ${package_dir}
+        RENAME credence-config-version.cmake COMPONENT development)
 
 install(TARGETS credence COMPONENT runtime)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/credence RENAME copyright

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "montecarlo/worlds/plugged/batch_experiment.h"
@@ -49,10 +51,16 @@ JudgedFilter judge_experiment(const Experiment& experiment, const JudgeOptions& 
 /// the plug itself (plug_problems).
 template <class World, class MakeFilter>
 JudgedFilter judge_filter(World world, MakeFilter make_filter, const JudgeOptions& options = {}) {
-  const PluggedExperiment<World, MakeFilter> experiment(std::move(world), std::move(make_filter),
-                                                        options.plug());
-  if (options.check_plug) internal::require_sound(experiment.problems());
-  return judge_experiment(experiment, options, [&](std::int64_t run) { return experiment.said(run); });
+  using Filter = std::invoke_result_t<const MakeFilter&>;
+  internal::require_plug<World, Filter>();
+  if constexpr (PluggedWorld<World> && PluggedFilter<Filter, World>) {
+    const PluggedExperiment<World, MakeFilter> experiment(std::move(world), std::move(make_filter),
+                                                          options.plug());
+    if (options.check_plug) internal::require_sound(experiment.problems());
+    return judge_experiment(experiment, options, [&](std::int64_t run) { return experiment.said(run); });
+  } else {
+    throw std::invalid_argument("no world and filter that fit");  // refused by the compiler above
+  }
 }
 
 /// The same for a filter that brings lanes (BatchFilter): `make_batch()` gives one of kLanes runs.

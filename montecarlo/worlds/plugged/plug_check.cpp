@@ -64,7 +64,8 @@ void check_step(const RunLayout& layout, const TraceStep& step, const std::strin
                 Problems& problems) {
   check_covariance("P", step.P, where, problems);
   for (Index i = 0; i < step.error.size(); ++i) {
-    const auto state = static_cast<std::size_t>(i);
+    const auto at = static_cast<std::size_t>(i);
+    const std::size_t state = step.states.empty() ? at : static_cast<std::size_t>(step.states[at]);
     if (!layout.angles[state] || std::abs(step.error[i]) <= kHalfTurn) continue;
     problems.add("angle", fmt::format("the error of the angle '{}' is {} rad {}: minus() does not wrap it",
                                       layout.states[state], step.error[i], where));
@@ -89,14 +90,38 @@ bool same(const Step& a, const Step& b) {
   const auto same_innovation = [](const Innovation& x, const Innovation& y) {
     return x.nu == y.nu && x.S == y.S;
   };
-  return a.error == b.error && a.P == b.P &&
+  return a.states == b.states && a.error == b.error && a.P == b.P &&
          std::ranges::equal(a.innovations, b.innovations, same_innovation);
 }
 
 }  // namespace
 
+void require_size(Index estimate, Index expected) {
+  if (estimate == expected) return;
+  throw std::invalid_argument(fmt::format(
+      "an estimate of {} states where {} are expected: a filter whose states change in number has "
+      "states(), their numbers in the layout of the world",
+      estimate, expected));
+}
+
+void require_states(const RunLayout& layout, const std::vector<Index>& states) {
+  std::vector<bool> seen(layout.states.size(), false);
+  for (const Index state : states) {
+    if (state < 0 || state >= std::ssize(seen)) {
+      throw std::invalid_argument(
+          fmt::format("states(): {} is none of the {} states of the layout, which count "
+                      "from 0",
+                      state, seen.size()));
+    }
+    if (seen[static_cast<std::size_t>(state)])
+      throw std::invalid_argument(fmt::format("states(): {} is there twice", state));
+    seen[static_cast<std::size_t>(state)] = true;
+  }
+}
+
 void require_fit(const RunLayout& layout, const TraceStep& step) {
-  const Index n = std::ssize(layout.states);
+  const bool all = step.states.empty() && step.error.size() > 0;
+  const Index n = all ? std::ssize(layout.states) : std::ssize(step.states);
   if (step.error.size() != n || step.P.rows() != n || step.P.cols() != n) {
     throw std::invalid_argument(
         fmt::format("an error of dimension {} and P of {}x{} do not fit a state of {}", step.error.size(),
@@ -117,16 +142,21 @@ void require_fit(const RunLayout& layout, const TraceStep& step) {
   }
 }
 
-std::vector<std::string> plug_problems(const Experiment& experiment) {
+std::vector<std::string> plug_problems(const Experiment& experiment,
+                                       const std::function<std::string(std::int64_t run)>& said) {
   Problems problems;
   std::vector<TraceStep> first;
+  std::int64_t thrown_at_once = 0;
   for (std::int64_t run = 0; run < kRunsLookedAt; ++run) {
     experiment.visit(run, [&](const TraceStep& step) {
+      thrown_at_once += step.outcome == Outcome::threw && step.step <= 1 ? 1 : 0;
       if (step.outcome != Outcome::ok) return;
       if (run == 0) first.push_back(step);
       check_step(experiment.layout(), step, fmt::format("in run {} at step {}", run, step.step), problems);
     });
   }
+  if (thrown_at_once == kRunsLookedAt && said)
+    problems.add("throws", fmt::format("every run fails at the first step, run 0 with: {}", said(0)));
   std::size_t i = 0;
   experiment.visit(0, [&](const TraceStep& step) {
     if (step.outcome != Outcome::ok) return;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,9 +16,17 @@ namespace credence::internal {
 /// the dimensions of the layout.
 void require_fit(const RunLayout& layout, const TraceStep& step);
 
+/// Throws std::invalid_argument where an estimate has not as many states as it should.
+void require_size(Index estimate, Index expected);
+
+/// Throws std::invalid_argument for a state that the layout has not, or that is there twice.
+void require_states(const RunLayout& layout, const std::vector<Index>& states);
+
 /// Plays the first runs and tells, in sentences: a run that is not the same twice; a P or S that is not
-/// symmetric, or not positive definite; an error or innovation of an angle beyond half a turn.
-std::vector<std::string> plug_problems(const Experiment& experiment);
+/// symmetric, or not positive definite; an error or innovation of an angle beyond half a turn; a filter that
+/// throws at once in every one of them, with what was `said`.
+std::vector<std::string> plug_problems(const Experiment& experiment,
+                                       const std::function<std::string(std::int64_t run)>& said = {});
 
 /// Adds a sentence unless minus(plus(x, d), x), which is `back`, is d.
 void report_plus(const Vector& d, const Vector& back, std::vector<std::string>& problems);

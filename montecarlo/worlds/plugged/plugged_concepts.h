@@ -141,7 +141,9 @@ concept PluggedWorld = requires(const World& world, const internal::StateOf<Worl
 ///
 /// update may return a bool: false where S is not positive definite, which ends the run. An exception
 /// ends the run too; both are counted and named. It may have innovations(), one Innovation for each
-/// sensor (empty where it is silent), or innovation() and innovation_covariance(), for NIS.
+/// sensor (empty where it is silent), or innovation() and innovation_covariance(), for NIS. One whose number
+/// of states changes, as landmarks appear, has states(): the numbers, in the world's layout, of those that it
+/// has; its error and covariance() are of these, in this order.
 template <class Filter, class World>
 concept PluggedFilter = requires(Filter& filter, const Filter& shown, const World& world,
                                  const internal::StateOf<World>& x, std::int64_t k, NoiseDraw& noise) {
@@ -160,6 +162,77 @@ concept PluggedFilter = requires(Filter& filter, const Filter& shown, const Worl
 }  // namespace credence
 
 namespace credence::internal {
+
+/// Says in a sentence what a world or a filter lacks, where a concept says only that it is not satisfied.
+template <class World, class Filter>
+constexpr void require_plug() {
+  constexpr bool kPrior = requires(const World& world) {
+    { world.prior().covariance } -> std::convertible_to<Matrix>;
+    world.prior().mean;
+  };
+  static_assert(kPrior, "the world needs prior() const, which gives {mean, covariance}");
+  if constexpr (kPrior) {
+    using State = StateOf<World>;
+    constexpr bool kInitial = requires(const World& world, NoiseDraw& noise) {
+      { world.initial(noise) } -> std::convertible_to<State>;
+    };
+    static_assert(kInitial,
+                  "the world needs initial(noise) const, which gives the truth at the start, of the type of "
+                  "prior().mean");
+    constexpr bool kStep = requires(const World& world, const State& x, std::int64_t k, NoiseDraw& noise) {
+      { world.step(x, k, noise) } -> std::convertible_to<State>;
+    };
+    static_assert(kStep, "the world needs step(x, k, noise) const, which gives the truth at step k");
+    constexpr bool kMeasure = requires(const World& world, const State& x, std::int64_t k, NoiseDraw& noise) {
+      world.measure(x, k, noise);
+    };
+    static_assert(kMeasure,
+                  "the world needs measure(x, k, noise) const, which gives what the filter is given");
+    constexpr bool kMinus = requires(const World& world, const State& x) {
+      { state_minus(world, x, x) } -> std::convertible_to<Vector>;
+    };
+    static_assert(kMinus,
+                  "the world needs minus(estimate, truth) const, which gives the error as a Vector, unless "
+                  "states are vectors");
+    constexpr bool kReset = requires(Filter & filter, const World& world) {
+      filter.reset(world.prior().mean, world.prior().covariance);
+    };
+    static_assert(kReset, "the filter needs reset(mean, P), which takes what the world's prior() gives");
+    constexpr bool kState = requires(const Filter& filter) { static_cast<const State&>(filter.state()); };
+    static_assert(kState, "the filter needs state() const, of the type of the world's prior().mean");
+    constexpr bool kCovariance = requires(const Filter& filter) {
+      { filter.covariance() } -> std::convertible_to<Matrix>;
+    };
+    static_assert(kCovariance, "the filter needs covariance() const, which gives a Matrix");
+    if constexpr (kMeasure) {
+      constexpr bool kUpdate =
+          requires(Filter & filter, const World& world, const State& x, std::int64_t k, NoiseDraw& noise) {
+        filter.update(plugged::value_of(world.measure(x, k, noise)));
+      };
+      static_assert(kUpdate, "the filter needs update(z), which takes what the world's measure() gives");
+    }
+    constexpr bool kPredict =
+        requires(Filter & filter, const World& world, const State& x, std::int64_t k, NoiseDraw& noise) {
+      plugged::predict(filter, world, plugged::input_of(world, x, k, noise), 1.0);
+    };
+    static_assert(kPredict,
+                  "the filter needs predict(): with the world's input() if it has one, and behind that the "
+                  "time of a step if the world has dt()");
+  }
+}
+
+/// Whether the filter says which states of the layout it has, as its number of states changes.
+template <class Filter>
+concept HasStates = requires(const Filter& filter) {
+  { *filter.states().begin() } -> std::convertible_to<Index>;
+};
+
+/// Whether it shows innovations at all.
+template <class Filter>
+inline constexpr bool kShowsInnovations = requires(const Filter& filter) {
+  filter.innovations();
+}
+|| requires(const Filter& filter) { filter.innovation(); };
 
 /// The innovations that a filter shows after an update; none if it shows none.
 template <class Filter>

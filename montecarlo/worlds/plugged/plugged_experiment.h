@@ -34,22 +34,33 @@ Vector vector_of(const Measurement& z) {
   }
 }
 
-/// Puts what a filter shows after a step beside the truth; `diverged` where it is not finite.
+/// Puts what a filter shows after a step beside the truth; `diverged` where it is not finite. `chosen`: it
+/// has the states of the layout that are in `shown`, in their order, and not all of them.
 template <class World>
 Outcome show(const World& world, const RunLayout& layout, const StateOf<World>& truth,
-             const StateOf<World>& estimate, Matrix P, std::vector<Innovation> innovations,
-             TraceStep& shown) {
-  shown.error = state_minus(world, estimate, truth);
+             const StateOf<World>& estimate, Matrix P, std::vector<Innovation> innovations, TraceStep& shown,
+             bool chosen = false) {
+  constexpr bool kVector = std::is_convertible_v<const StateOf<World>&, Vector>;
+  if constexpr (
+      kVector && !requires { Vector(world.minus(estimate, truth)); } &&
+      !requires { Vector(minus(estimate, truth)); }) {
+    const Vector all = truth, x = estimate;
+    require_size(x.size(), chosen ? std::ssize(shown.states) : all.size());
+    shown.error = chosen ? Vector(x - all(shown.states)) : Vector(x - all);
+  } else {
+    shown.error = state_minus(world, estimate, truth);
+  }
   shown.P = std::move(P);
   shown.innovations = std::move(innovations);
-  if constexpr (std::is_convertible_v<const StateOf<World>&, Vector>) {
+  if constexpr (kVector) {
     shown.truth = truth;
+    if (chosen) shown.truth = Vector(shown.truth(shown.states));
     shown.estimate = estimate;
   } else if constexpr (requires { Vector(world.coordinates(truth)); }) {
     shown.truth = world.coordinates(truth);
     shown.estimate = shown.truth + shown.error;
   }
-  if (shown.states.empty()) {
+  if (!chosen && shown.states.empty()) {
     for (Index i = 0; i < std::ssize(layout.states); ++i) shown.states.push_back(i);
   }
   require_fit(layout, shown);
@@ -112,7 +123,8 @@ class PluggedExperiment final : public internal::VisitedExperiment {
 
   /// What is wrong with the plug, as far as a few runs show; empty if nothing.
   std::vector<std::string> problems() const {
-    std::vector<std::string> found = internal::plug_problems(*this);
+    std::vector<std::string> found =
+        internal::plug_problems(*this, [this](std::int64_t run) { return said(run); });
     if constexpr (requires(const World& w, const State& x, const Vector& d) { w.plus(x, d); }) {
       check_plus(found);
     }
@@ -219,9 +231,14 @@ class PluggedExperiment final : public internal::VisitedExperiment {
 
     Outcome show(bool measured) {
       std::vector<Innovation> innovations(e_.layout().sensors.size());
+      if constexpr (internal::HasStates<Filter>) {
+        const auto& states = std::as_const(filter_).states();
+        shown_.states.assign(states.begin(), states.end());
+        internal::require_states(e_.layout(), shown_.states);
+      }
       if (measured) innovations = internal::innovations_of(filter_);
       return internal::plugged::show(e_.world_, e_.layout(), truth_, filter_.state(), filter_.covariance(),
-                                     std::move(innovations), shown_);
+                                     std::move(innovations), shown_, internal::HasStates<Filter>);
     }
 
     const PluggedExperiment& e_;
@@ -236,8 +253,12 @@ class PluggedExperiment final : public internal::VisitedExperiment {
   /// That of the world, or else with plain names and the innovations of the first update of run 0.
   static RunLayout layout_of(const World& world, const MakeFilter& make_filter, const NoiseSource& source) {
     if constexpr (requires { RunLayout(world.layout()); }) {
-      return world.layout();
+      RunLayout layout = world.layout();
+      if (!internal::kShowsInnovations<Filter>) layout.sensors.clear();  // nothing will be heard of them
+      return layout;
     } else {
+      static_assert(!internal::HasStates<Filter>,
+                    "a filter with states() needs a world with layout(), which says what all of them are");
       const auto prior = world.prior();
       std::vector<std::string> names;
       const Index n = internal::state_minus(world, prior.mean, prior.mean).size();

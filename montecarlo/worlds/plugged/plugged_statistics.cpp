@@ -60,18 +60,34 @@ void normalise_step(TraceStep& step) {
 
 namespace {
 
+/// Where the states of a block stand in a step; empty where one of them is not there.
+std::vector<Index> places_of(const Block& block, const TraceStep& step, const RunLayout& layout) {
+  const bool all = step.states.size() == layout.states.size() && std::ranges::is_sorted(step.states);
+  if (all) return block.states;
+  std::vector<Index> places;
+  for (const Index state : block.states) {
+    const auto found = std::ranges::find(step.states, state);
+    if (found == step.states.end()) return {};
+    places.push_back(found - step.states.begin());
+  }
+  return places;
+}
+
 /// What the parts of the layout say of a vehicle: its place, heading and pose.
 void add_parts(const RunLayout& layout, const TraceStep& step, NeesSolver& solver, StepStatistics& s,
                RunSum& vehicle) {
   for (const Block& block : layout.blocks) {
-    const auto squared_error = [&] { return step.error(block.states).squaredNorm(); };
+    if (block.part != Part::position && block.part != Part::heading && block.part != Part::pose) continue;
+    const std::vector<Index> places = places_of(block, step, layout);
+    if (places.empty()) continue;
+    const auto squared_error = [&] { return step.error(places).squaredNorm(); };
     if (block.part == Part::position) {
-      s[Quantity::trace_vehicle].add(step.P.diagonal()(block.states).sum());
+      s[Quantity::trace_vehicle].add(step.P.diagonal()(places).sum());
       s[Quantity::position_error_squared].add(squared_error());
     } else if (block.part == Part::heading) {
       s[Quantity::heading_error_squared].add(squared_error());
     } else if (block.part == Part::pose) {
-      const NeesValue nees = solver.solve(step.error(block.states), step.P(block.states, block.states));
+      const NeesValue nees = solver.solve(step.error(places), step.P(places, places));
       if (nees.dof <= 0) continue;
       s[Quantity::vehicle_nees].add(nees.value);
       vehicle.add(nees.value, nees.dof);

@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "analysis/evidence/advice_cause.h"
 #include "tests/temporary_folder.h"
@@ -114,6 +117,111 @@ TEST(JudgeFilter, RefusesAPlugThatIsWrong) {
   wrong.H = [](const Vector&) { return Matrix(Matrix::Identity(2, 2)); };
   EXPECT_THROW(judge_model(radar(), wrong, kOptions), std::invalid_argument);
   EXPECT_THROW(judge_model(radar(), radar(), {.runs = 0}), std::invalid_argument);
+}
+
+/// A robot on a line, which measures the distance of what is near: landmarks appear one after the other.
+struct Corridor {
+  using Seen = std::vector<std::pair<Index, double>>;
+
+  Prior<Vector> prior() const { return {Vector::Zero(1), Matrix::Constant(1, 1, 1e-4)}; }
+  Vector initial(NoiseDraw& noise) const { return Vector{{0.01 * noise.normal(), 3.0, 13.0, 8.0}}; }
+  Vector step(const Vector& x, Index, NoiseDraw& noise) const {
+    return x + Vector{{0.5 + 0.1 * noise.normal(), 0.0, 0.0, 0.0}};
+  }
+  Seen measure(const Vector& x, Index, NoiseDraw& noise) const {
+    Seen seen;
+    for (Index i = 1; i < x.size(); ++i) {
+      const double error = 0.2 * noise.normal();
+      if (std::abs(x[i] - x[0]) < 4.0) seen.emplace_back(i, x[i] - x[0] + error);
+    }
+    return seen;
+  }
+  RunLayout layout() const {
+    RunLayout layout{.states = {"robot.x", "landmark1.x", "landmark2.x", "landmark3.x"},
+                     .angles = std::vector<bool>(4),
+                     .sensors = {{.name = "range", .dim = 3, .piece = 1}}};
+    add_named_blocks(layout);
+    return layout;
+  }
+};
+
+/// Exact: all is linear, and a landmark starts from its first measurement.
+class GrowingFilter {
+ public:
+  explicit GrowingFilter(double R = 0.04) : R_(R) {}
+  void reset(const Vector& mean, const Matrix& P) {
+    x_ = mean;
+    P_ = P;
+    states_ = {0};
+  }
+  void predict() {
+    x_[0] += 0.5;
+    P_(0, 0) += 0.01;
+  }
+  void update(const Corridor::Seen& seen) {
+    for (const auto& [landmark, distance] : seen) {
+      const Index n = x_.size();
+      const auto at = std::ranges::find(states_, landmark);
+      if (at == states_.end()) {
+        Matrix grown(n + 1, n + 1);
+        grown << P_, P_.col(0), P_.row(0), P_(0, 0) + R_;
+        P_ = grown;
+        x_.conservativeResize(n + 1);
+        x_[n] = x_[0] + distance;
+        states_.push_back(landmark);
+        continue;
+      }
+      Vector H = Vector::Zero(n);
+      H[0] = -1.0;
+      H[at - states_.begin()] = 1.0;
+      const Vector K = P_ * H / (H.dot(P_ * H) + R_);
+      P_ -= K * K.transpose() * (H.dot(P_ * H) + R_);
+      x_ += K * (distance - H.dot(x_));
+    }
+  }
+  const Vector& state() const { return x_; }
+  const Matrix& covariance() const { return P_; }
+  const std::vector<Index>& states() const { return states_; }
+
+ private:
+  double R_;
+  Vector x_;
+  Matrix P_;
+  std::vector<Index> states_;
+};
+
+TEST(JudgeFilter, StatesMayAppear) {
+  const JudgeOptions options{.runs = 400, .steps = 30, .seed = 3};
+  const JudgedFilter right = judge_filter(
+      Corridor(), [] { return GrowingFilter(); }, options);
+  EXPECT_EQ(right.verdict(), Verdict::consistent) << right.text();
+  EXPECT_THAT(right.text(), HasSubstr("NEES of landmark3"));
+  const auto json = nlohmann::json::parse(right.json());
+  EXPECT_LT(double{json["nees"]["dof"]}, 0.8 * 400 * 30 * 4) << "of each landmark since it has been seen";
+  const JudgedFilter wrong = judge_filter(
+      Corridor(), [] { return GrowingFilter(0.02); }, options);
+  EXPECT_EQ(wrong.verdict(), Verdict::optimistic) << wrong.text();
+}
+
+TEST(JudgeFilter, AnEstimateOfOtherStatesThanItSaysIsRefused) {
+  struct Silent : GrowingFilter {
+    const std::vector<Index>& states() const = delete;
+  };
+  struct Wrong : GrowingFilter {
+    std::vector<Index> states() const { return {7}; }
+  };
+  const auto said = [](const auto& make_filter) {
+    try {
+      judge_filter(Corridor(), make_filter, {.runs = 10, .steps = 5});
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  EXPECT_THAT(
+      said([] { return Silent(); }),
+      HasSubstr("every run fails at the first step, run 0 with: an estimate of 1 states where 4 are"));
+  EXPECT_THAT(said([] { return Wrong(); }), HasSubstr("states(): 7 is none of the 4 states"));
 }
 
 std::string refusal(const FunctionModel& model, const JudgeOptions& options) {
