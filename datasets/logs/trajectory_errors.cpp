@@ -202,11 +202,21 @@ bool TruthComparison::compare(const PoseEstimate& estimate, const UncertainPose&
 
 DataError no_truth(const std::filesystem::path& estimate, double first_s, double last_s,
                    const Trajectory& truth, const TrajectoryMatching& matching) {
-  return {estimate, "",
-          fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
-                      "{:.3f} to {:.3f} s, tolerance {} s",
-                      truth.file.string(), first_s, last_s, truth.time_s.front(), truth.time_s.back(),
-                      matching.max_time_difference_s)};
+  const double from = truth.time_s.front(), to = truth.time_s.back();
+  const double apart =
+      truth.time_s.size() > 1 ? (to - from) / static_cast<double>(truth.time_s.size() - 1) : 0.0;
+  std::string sparse;
+  if (apart > matching.max_time_difference_s && first_s < to && last_s > from) {
+    sparse = fmt::format(
+        "; the rows of the truth are {:.2g} s apart: --max-time-difference {:.2g} takes what lies "
+        "between two of them",
+        apart, 0.75 * apart);
+  }
+  return {
+      estimate, "",
+      fmt::format("no row has a truth at its time in {}: estimates from {:.3f} to {:.3f} s, truth from "
+                  "{:.3f} to {:.3f} s, tolerance {} s{}",
+                  truth.file.string(), first_s, last_s, from, to, matching.max_time_difference_s, sparse)};
 }
 
 TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory& truth,

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <tuple>
 #include <utility>
 
 #include "analysis/evidence/step_series.h"
@@ -79,6 +82,12 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
   for (const auto& [reason, rows] : s.rejected) {
     table.notes.push_back(fmt::format("REJECTED: {} rows, {} (first: {}).", rows.count, reason, rows.first));
   }
+  if (s.rejected.contains("a zero variance has a covariance")) {
+    table.notes.emplace_back(
+        "Small variances of P or S are 0 there: were they written with a fixed number of decimals, as by "
+        "%.4f? "
+        "Nine significant digits, %.9g, are enough.");
+  }
   for (const RunFailure& f : s.study.failures) {
     const auto said = logs.failures_said.find(f.run);
     table.notes.push_back(fmt::format("FAILED: run {}, {} at step {}{}.", f.run, to_string(f.outcome), f.step,
@@ -98,6 +107,22 @@ int rank_of(const Evidence& evidence, const std::string& block) {
          : found->part == Part::position ? 1
          : found->part == Part::heading  ? 2
                                          : 3;
+}
+
+/// The blocks that a short table has, in their order: the pose and its parts, then the inconsistent ones
+/// before the others, and of these the ones that are wrong by the largest factor.
+std::vector<const BlockVerdict*> worst_of(const Evidence& evidence, std::vector<const BlockVerdict*> blocks,
+                                          std::size_t most) {
+  const auto matters = [&evidence](const BlockVerdict* b) {
+    const double factor = std::abs(std::log(b->verdict.mean / b->verdict.expected));
+    return std::tuple(-rank_of(evidence, b->name), is_inconsistent(b->verdict.verdict),
+                      std::isnan(factor) ? 0.0 : factor);
+  };
+  std::vector<const BlockVerdict*> worst = blocks;
+  std::ranges::stable_sort(worst, std::ranges::greater(), matters);
+  worst.resize(std::min(most, worst.size()));
+  std::erase_if(blocks, [&](const BlockVerdict* b) { return std::ranges::find(worst, b) == worst.end(); });
+  return blocks;
 }
 
 }  // namespace
@@ -140,8 +165,8 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
   add_verdict(table, "NEES", a.nees);
   add_verdict(table, "NIS", a.nis);
   const std::vector<const BlockVerdict*> blocks = blocks_in_order(logs.analysis);
-  for (std::size_t i = 0; i < std::min(blocks.size(), most_blocks); ++i) {
-    add_verdict(table, "NEES of " + blocks[i]->name, blocks[i]->verdict);
+  for (const BlockVerdict* block : worst_of(logs.analysis.evidence, blocks, most_blocks)) {
+    add_verdict(table, "NEES of " + block->name, block->verdict);
   }
   if (blocks.size() > most_blocks) {
     table.notes.push_back(

@@ -14,6 +14,7 @@
 #include "datasets/logs/conventions/angle_units.h"
 #include "datasets/logs/conventions/step_conventions.h"
 #include "datasets/logs/symmetry.h"
+#include "montecarlo/worlds/plugged/plugged_concepts.h"
 
 namespace credence::internal {
 namespace {
@@ -351,6 +352,30 @@ Index observation_dim(ArrayFile& file, const ArrayPair& sensor) {
                               shape_text(file.arrays()[*array]), dim));
 }
 
+/// The texts of the array of names; none where there is no such array.
+std::vector<std::string> state_names(ArrayFile& file, std::uint64_t states) {
+  std::vector<std::string> names;
+  const auto array = find_array(file, kStateNames);
+  if (!array || file.arrays()[*array].dims.empty()) return names;
+  const ArrayShape& shape = file.arrays()[*array];
+  if (shape.dims.size() != 2 || shape.dims[0] != states) {
+    const std::uint64_t given = shape.dims.size() == 2 ? shape.dims[0] : 0;
+    throw DataError(
+        file.path(), "",
+        fmt::format("{}: {} names for {} states; accepted is one for each", shape.name, given, states));
+  }
+  std::vector<double> letters;
+  file.read(*array, 0, shape.dims[0] * shape.dims[1], letters);
+  for (auto at = letters.begin(); at != letters.end(); at += static_cast<std::ptrdiff_t>(shape.dims[1])) {
+    std::string name;
+    for (auto letter = at; letter != at + static_cast<std::ptrdiff_t>(shape.dims[1]) && *letter > 0.0;
+         ++letter)
+      name += *letter < 128.0 ? static_cast<char>(*letter) : '?';
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
 RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
   constexpr std::uint64_t kMostBlocks = 30;
   RunLayout layout;
@@ -358,9 +383,21 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
   layout.nonlinear = flag(file, kNonlinear);
   layout.inflated = flag(file, kInflated);
   const std::uint64_t n = roles.state() ? roles.state()->dim : 0;
-  for (std::uint64_t i = 0; i < n; ++i) layout.states.push_back(fmt::format("x{}", i + 1));
-  layout.angles.assign(layout.states.size(), false);
-  if (n <= kMostBlocks) add_named_blocks(layout);
+  if (const std::vector<std::string> names = state_names(file, n); !names.empty()) {
+    try {
+      RunLayout named = model_layout(names, {});
+      layout.states = std::move(named.states);
+      layout.angles = std::move(named.angles);
+      layout.blocks = std::move(named.blocks);
+      layout.landmark_dim = named.landmark_dim;
+    } catch (const std::invalid_argument& error) {
+      throw DataError(file.path(), "", fmt::format("{}: {}", kStateNames, error.what()));
+    }
+  } else {
+    for (std::uint64_t i = 0; i < n; ++i) layout.states.push_back(fmt::format("x{}", i + 1));
+    layout.angles.assign(layout.states.size(), false);
+    if (n <= kMostBlocks) add_named_blocks(layout);
+  }
   for (const ArrayPair& sensor : roles.sensors()) {
     const auto dim = static_cast<Index>(sensor.dim);
     layout.sensors.push_back({.name = sensor.name, .dim = dim, .piece = observation_dim(file, sensor)});

@@ -16,6 +16,7 @@
 namespace credence::internal {
 namespace {
 
+constexpr std::string_view kText = "text";
 constexpr std::uint64_t kLargestInMemory = std::uint64_t{1} << 30;
 
 /// A member of the zip file that holds one array.
@@ -172,7 +173,7 @@ class NpzFile final : public ArrayFile {
   void open(NpyMember& member) {
     const std::string name =
         member.name.ends_with(".npy") ? member.name.substr(0, member.name.size() - 4) : member.name;
-    if (!is_log_array(name)) {
+    if (!is_log_array(name) && name != kStateNames) {
       arrays_.push_back({.name = name, .type = "not read", .dims = {}});
       return;
     }
@@ -199,6 +200,7 @@ class NpzFile final : public ArrayFile {
             ? header(member, file_.cursor(member.begin, std::min(member.size, kMostHeader), "an array"))
             : header(member, ByteCursor(member.held, origin, 0));
     shape.name = name;
+    if (name == kStateNames && shape.type != kText) shape = {.name = name, .type = "not read", .dims = {}};
     if (member.fortran_order && member.held.empty()) hold(member);
     arrays_.push_back(std::move(shape));
   }
@@ -258,10 +260,20 @@ class NpzFile final : public ArrayFile {
     const auto names = [&](std::string_view start) { return member.name.starts_with(start); };
     const bool said = names("observation") || names("R") || names("nonlinear") || names("inflated");
     member.integers = said && type.size() > 4 && type[2] == 'i';
+    // Texts of numpy are code points of four bytes, as many as the longest has: one more dimension.
+    const bool is_names = member.name == fmt::format("{}.npy", kStateNames);
+    std::uint64_t letters = 0;
+    if (is_names && type.size() > 4 && (type[1] == '<' || type[1] == '>') && type[2] == 'U')
+      std::from_chars(type.data() + 3, type.data() + type.size(), letters);
     const char kind = member.integers ? 'i' : 'f';
     const bool of_number =
         type.size() > 4 && (type[1] == '<' || type[1] == '>') && type[2] == kind && type[4] == '\'';
-    if (said && type.starts_with("'|b1'")) {
+    if (letters > 0) {
+      member.integers = true;
+      member.number_size = 4;
+    } else if (is_names) {
+      return {.name = "", .type = "", .dims = {}};
+    } else if (said && type.starts_with("'|b1'")) {
       member.number_size = 1;
     } else if (of_number && type[3] == '8') {
       member.number_size = 8;
@@ -273,12 +285,17 @@ class NpzFile final : public ArrayFile {
     }
     member.order = type[1] == '>' ? std::endian::big : std::endian::little;
     member.fortran_order = order.starts_with("True");
-    ArrayShape shape{.name = "",
-                     .type = member.number_size == 1 ? "bool"
-                                                     : fmt::format("{}{}", member.integers ? "int" : "float",
-                                                                   8 * member.number_size),
-                     .dims = {}};
+    ArrayShape shape{
+        .name = "",
+        .type = letters > 0 ? std::string(kText)
+                : member.number_size == 1
+                    ? "bool"
+                    : fmt::format("{}{}", member.integers ? "int" : "float", 8 * member.number_size),
+        .dims = {}};
     std::uint64_t bytes = member.number_size;
+    if (letters > member.size / bytes)
+      start.fail(fmt::format("{}: a shape beyond its {} bytes: corrupted", member.name, member.size));
+    if (letters > 0) bytes *= letters;
     for (std::string_view rest = header_value(text, "shape"); !rest.empty() && rest.front() != ')';) {
       const std::size_t digit = rest.find_first_of("0123456789)");
       if (digit == std::string_view::npos) start.fail(fmt::format("{}: no shape: corrupted", member.name));
@@ -297,6 +314,7 @@ class NpzFile final : public ArrayFile {
       start.fail(fmt::format("{}: {} bytes of numbers where its shape needs {}: corrupted", member.name,
                              member.size - std::min(member.size, member.header), bytes));
     }
+    if (letters > 0) shape.dims.push_back(letters);
     return shape;
   }
 

@@ -123,6 +123,28 @@ std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
       text, declared_.name, least_carried, most_carried);
 }
 
+std::string ConventionCheck::likely_mistake(const ReadingFit& declared, const TruthLookup& truth_at) const {
+  constexpr double kFarOff = 100.0, kNear = 4.0, kDim = 6.0;
+  if (std::isfinite(declared.nees) && declared.nees < kFarOff * kDim) return "";
+  std::optional<PoseReading> best;
+  ReadingFit best_fit;
+  for (PoseReading& reading : mistaken_readings(declared_, spacing(), truth_at)) {
+    const ReadingFit found = fit(reading);
+    if (!(found.nees > kDim / kNear && found.nees < kDim * kNear)) continue;
+    if (best && found.log_likelihood <= best_fit.log_likelihood) continue;
+    best = std::move(reading);
+    best_fit = found;
+  }
+  if (!best) return "";
+  return fmt::format(
+      "The covariance does not fit as it is read (chart {}, {}). It nearly would if {} (mean NEES {:.4g}; "
+      "{}), though "
+      "errors are correlated for too long to test that. Whether it is so, the log cannot say: look at the "
+      "program "
+      "that wrote it.",
+      declared_.name, misfit_text(declared, 6), best->cause, best_fit.nees, best->repair);
+}
+
 std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthComparison& truth) const {
   constexpr std::size_t kMostNamed = 3;
   // A reading so much less likely than the best is no rival: 3 in the logarithm over all samples.
@@ -141,7 +163,7 @@ std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthCom
     const auto found = fitting_reading(samples_.size(), 6, kPoseParts, rows_of(reading));
     if (found) fitting.push_back({std::move(reading), *found});
   }
-  if (fitting.empty()) return "";
+  if (fitting.empty()) return likely_mistake(declared, truth_at);
   std::ranges::stable_sort(fitting, std::greater(), [](const Fitting& f) { return f.fit.log_likelihood; });
   const double best = fitting.front().fit.log_likelihood;
   std::erase_if(fitting, [&](const Fitting& f) {

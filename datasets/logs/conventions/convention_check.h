@@ -32,6 +32,9 @@ class ConventionCheck {
   ChartFindings charts() const;
   std::string charts_text(const ChartFindings& findings) const;
   std::string mistakes(const ReadingFit& declared, const TruthComparison& truth) const;
+  /// Where no reading passes the tests, perhaps as they cannot be made: of a NEES that is a hundred times too
+  /// large the likeliest reading in which it is right within a factor of 4.
+  std::string likely_mistake(const ReadingFit& declared, const TruthLookup& truth_at) const;
   /// What fit_reading asks for; it refers to the reading.
   ReadingRow rows_of(const PoseReading& reading) const;
   ReadingFit fit(const PoseReading& reading) const;

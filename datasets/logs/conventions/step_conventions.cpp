@@ -1,12 +1,16 @@
 #include "datasets/logs/conventions/step_conventions.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <numeric>
 #include <optional>
+#include <utility>
 
 #include "core/manifold/angle.h"
 #include "datasets/logs/conventions/reading_fit.h"
@@ -53,7 +57,108 @@ std::vector<StepReading> step_readings(const RunLayout& layout) {
   return list;
 }
 
+/// Parts of the state that a program may write in another order: its blocks, one behind the other, and
+/// without names three states each.
+std::vector<std::vector<Index>> parts_in_order(const RunLayout& layout) {
+  constexpr std::size_t kMostParts = 6, kOfVectors = 3;
+  const std::size_t n = layout.states.size();
+  std::vector<std::vector<Index>> parts;
+  for (const Block& block : layout.blocks) {
+    const Index next = parts.empty() ? 0 : parts.back().back() + 1;
+    if (block.states.empty() || block.states.front() != next ||
+        block.states.back() != next + std::ssize(block.states) - 1)
+      break;
+    parts.push_back(block.states);
+  }
+  const bool all = !parts.empty() && parts.back().back() + 1 == std::ssize(layout.states);
+  if (!all || parts.size() == n) {
+    parts.clear();
+    if (n % kOfVectors != 0) return {};
+    for (std::size_t i = 0; i < n; ++i) {
+      if (i % kOfVectors == 0) parts.emplace_back();
+      parts.back().push_back(static_cast<Index>(i));
+    }
+  }
+  return parts.size() > 1 && parts.size() <= kMostParts ? parts : std::vector<std::vector<Index>>{};
+}
+
+/// "1 3 2" where the parts have no names, else these.
+std::string order_text(const RunLayout& layout, const std::vector<std::size_t>& order,
+                       const std::vector<std::vector<Index>>& parts) {
+  std::vector<std::string> names;
+  for (const std::size_t part : order) {
+    const std::vector<Index>& states = parts[part];
+    const auto block = std::ranges::find(layout.blocks, states, &Block::states);
+    names.push_back(block != layout.blocks.end()
+                        ? block->name
+                        : fmt::format("{} to {}", layout.states[static_cast<std::size_t>(states.front())],
+                                      layout.states[static_cast<std::size_t>(states.back())]));
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 }  // namespace
+
+/// Where the parts of P stand in the likeliest order, by the variances alone, if errors far off are right
+/// within a factor of 4 then, in every state and together. No test: what is so far off and comes so near
+/// needs none.
+std::string StepConventions::other_order() const {
+  constexpr double kFarOff = 10.0, kNear = 4.0;
+  const auto n = static_cast<Index>(layout_.states.size());
+  const std::vector<std::vector<Index>> parts = parts_in_order(layout_);
+  if (parts.empty()) return {};
+  Matrix ratio = Matrix::Zero(n, n);  // mean e_i²/P_jj
+  Vector logarithm = Vector::Zero(n);
+  double rows = 0.0;
+  for (const Matrix& row : rows_) {
+    const Vector variance = row.diagonal();
+    if (row.rows() != n || !(variance.minCoeff() > 0.0)) continue;
+    ratio += row.col(n).cwiseAbs2() * variance.cwiseInverse().transpose();
+    logarithm += variance.array().log().matrix();
+    rows += 1.0;
+  }
+  if (rows < static_cast<double>(kFewestForReading)) return {};
+  ratio /= rows;
+  logarithm /= rows;
+  const auto near = [](double value) { return value > 1.0 / kNear && value < kNear; };
+  const Vector as_written = ratio.diagonal();
+  if (as_written.maxCoeff() < kFarOff && as_written.minCoeff() > 1.0 / kFarOff) return {};
+  std::vector<std::size_t> order(parts.size()), best;
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  double least = std::numeric_limits<double>::infinity();
+  do {
+    // P is written in the order of the parts `order`: place[i] is where the variance of state i stands.
+    double cost = 0.0;
+    bool all_near = true;
+    Index at = 0;
+    for (const std::size_t part : order) {
+      for (const Index i : parts[part]) {
+        cost += ratio(i, at) + logarithm[at];
+        all_near = all_near && near(ratio(i, at));
+        ++at;
+      }
+    }
+    if (!all_near || cost >= least) continue;
+    least = cost;
+    best = order;
+  } while (std::ranges::next_permutation(order).found);
+  if (best.empty()) return {};
+  std::vector<Index> place(static_cast<std::size_t>(n));
+  Index at = 0;
+  for (const std::size_t part : best)
+    for (const Index i : parts[part]) place[static_cast<std::size_t>(i)] = at++;
+  double nees = 0.0;
+  for (const Matrix& row : rows_) {
+    const Eigen::LLT<Matrix> factor(Matrix(row(place, place)));
+    if (factor.info() != Eigen::Success) return {};
+    nees += factor.matrixL().solve(row.col(n)).squaredNorm() / static_cast<double>(rows_.size());
+  }
+  if (!near(nees / static_cast<double>(n))) return {};
+  return fmt::format(
+      "P is perhaps written in another order than the states: with its rows in the order {} the mean NEES is "
+      "{:.4g} of {}, and every state fits within a factor of {:g}.",
+      order_text(layout_, best, parts), nees, n, kNear);
+}
 
 void StepConventions::begin_run(const RunLayout& layout) {
   layout_ = layout;
@@ -61,7 +166,7 @@ void StepConventions::begin_run(const RunLayout& layout) {
 }
 
 void StepConventions::add(const Step& step) {
-  constexpr std::size_t kMostStates = 12;
+  constexpr std::size_t kMostStates = 24;
   ForwardingSink::add(step);
   const std::size_t n = layout_.states.size();
   if (!step.problem.empty() || n == 0 || n > kMostStates || step.states.size() != n) return;
@@ -93,7 +198,10 @@ void StepConventions::finish() {
     best = found;
     cause = reading.cause;
   }
-  if (!best) return unexplained();
+  if (!best) {
+    if (std::string order = other_order(); !order.empty()) return hint(std::move(order));
+    return unexplained();
+  }
   hint(
       fmt::format("The covariance does not fit as it is read ({}). It would fit if {} (mean NEES {:.4g}). "
                   "Whether it is so, the log cannot say: look at the program that wrote it.",

@@ -10,10 +10,10 @@ namespace credence::internal {
 
 /// Hands everything on, and looks whether errors that do not fit their covariance would fit with a mistake of
 /// units undone: standard deviations for variances, an information matrix, degrees among radians in one angle
-/// or in all of them.
+/// or in all of them; else whether P is written in another order than the states, part by part.
 ///
 /// For logs of any states; poses are looked at by ConventionCheck. Keeps at most 4096 of the steps at which
-/// all states are there, evenly spread; looks at nothing with more than 12 states.
+/// all states are there, evenly spread; looks at nothing with more than 24 states.
 class StepConventions final : public ForwardingSink {
  public:
   using ForwardingSink::ForwardingSink;
@@ -25,6 +25,8 @@ class StepConventions final : public ForwardingSink {
   void finish();
 
  private:
+  std::string other_order() const;
+
   RunLayout layout_;
   std::vector<Matrix> rows_;  ///< P, and the error as a last column
   std::size_t stride_ = 1, seen_ = 0;

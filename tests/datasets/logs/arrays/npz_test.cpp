@@ -49,7 +49,9 @@ std::string npy_bytes(const Npy& array) {
     }
   }
   for (const double value : stored) {
-    if (array.type.ends_with("i8")) {
+    if (array.type.find('U') != std::string::npos) {
+      out.add(static_cast<std::uint32_t>(value));
+    } else if (array.type.ends_with("i8")) {
       out.add(static_cast<std::int64_t>(value));
     } else if (array.type.ends_with('4')) {
       out.add(static_cast<float>(value));
@@ -183,6 +185,48 @@ TEST(Npz, NanIsSilence) {
   EXPECT_EQ(sink.runs[0].steps[0].P, Matrix::Constant(1, 1, 2.0));
   EXPECT_EQ(sink.runs[0].steps[1].states.size(), 2U);
   EXPECT_EQ(sink.runs[0].steps[2].innovations[0].nu.size(), 0);
+}
+
+/// As numpy.array(texts), of the texts' longest length.
+Npy names_of_states(const std::vector<std::string>& texts) {
+  std::size_t longest = 1;
+  for (const std::string& text : texts) longest = std::max(longest, text.size());
+  Npy array{"names", {texts.size()}, {}, fmt::format("<U{}", longest)};
+  for (std::string text : texts) {
+    text.resize(longest, '\0');
+    array.values.insert(array.values.end(), text.begin(), text.end());
+  }
+  return array;
+}
+
+TEST(Npz, StatesHaveTheNamesOfTheArrayOfNames) {
+  for (const bool packed : {false, true}) {
+    auto log = arrays();
+    log.push_back(names_of_states({"position.x", "attitude.yaw:angle"}));
+    const RecordedSink sink = read(written_npz(log, packed));
+    expect_the_runs(sink, "named");
+    const RunLayout& layout = sink.runs[0].layout;
+    EXPECT_EQ(layout.states, (std::vector<std::string>{"position.x", "attitude.yaw"}));
+    EXPECT_EQ(layout.angles, (std::vector<bool>{false, true}));
+    ASSERT_EQ(layout.blocks.size(), 2U);
+    EXPECT_EQ(layout.blocks[1].name, "attitude");
+  }
+}
+
+TEST(Npz, NamesMustBeOneForEachState) {
+  const auto problem = [](const Npy& names) {
+    auto log = arrays();
+    log.push_back(names);
+    try {
+      read(written_npz(log));
+    } catch (const DataError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(problem(names_of_states({"x"})), HasSubstr("names: 1 names for 2 states"));
+  EXPECT_THAT(problem(names_of_states({"x", "x"})), HasSubstr("'x' is there twice"));
+  EXPECT_EQ(problem({"names", {2}, {1, 2}, "<i8"}), "none") << "numbers of that name are something else";
 }
 
 TEST(Npz, OneRunNeedsNoDimensionOfRunsAndSensorsHaveNames) {

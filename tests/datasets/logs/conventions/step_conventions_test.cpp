@@ -1,5 +1,6 @@
 #include "datasets/logs/conventions/step_conventions.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <Eigen/LU>
@@ -126,6 +127,61 @@ TEST(StepConventions, OfManyFilesAHintThatChanceExplainsIsLeftOut) {
   EXPECT_EQ(hints_of(12).size(), 1U);
   // A filter whose P is too small may look so in a few files: most of them misfit and no mistake explains it.
   EXPECT_THAT(hints_of(12, 0.3), IsEmpty());
+}
+
+/// An inertial filter of position, velocity and attitude, whose errors stay for long; P is then written as
+/// `write` does.
+std::string said_of_inertial(std::uint64_t seed, bool named, const std::function<void(Step&)>& write) {
+  testing::RecordedSink judged;
+  RunLayout layout;
+  for (const char* block : {"position", "velocity", "attitude"}) {
+    for (const char* axis : {"x", "y", "z"})
+      layout.states.push_back(named ? fmt::format("{}.{}", block, axis)
+                                    : fmt::format("x{}", layout.states.size() + 1));
+  }
+  layout.angles.assign(9, false);
+  add_named_blocks(layout);
+  StepConventions sink(judged);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  Vector sigma(9);
+  sigma << 0.5, 0.4, 1.0, 0.1, 0.12, 0.08, 0.01, 0.012, 0.03;
+  Matrix L = sigma.asDiagonal();
+  for (Index i = 3; i < 9; ++i) L(i, i - 3) = 0.5 * sigma[i];
+  Step step;
+  for (Index i = 0; i < 9; ++i) step.states.push_back(i);
+  for (int run = 0; run < 10; ++run) {
+    sink.begin_run(layout);
+    Vector white = Vector::NullaryExpr(9, [&] { return normal(random); });
+    for (int k = 0; k < 60; ++k) {
+      const Vector fresh = Vector::NullaryExpr(9, [&] { return normal(random); });
+      white = 0.98 * white + std::sqrt(1.0 - 0.98 * 0.98) * fresh;
+      step.step = k + 1;
+      step.error = L * white;
+      step.P = L * L.transpose();
+      write(step);
+      sink.add(step);
+    }
+  }
+  sink.finish();
+  return judged.said();
+}
+
+TEST(StepConventions, APWrittenInAnotherOrderIsPerhapsNamed) {
+  const std::vector<Index> order = {6, 7, 8, 3, 4, 5, 0, 1, 2};
+  const auto turned = [&](Step& s) { s.P = Matrix(s.P(order, order)); };
+  EXPECT_THAT(said_of_inertial(1, true, turned),
+              HasSubstr("with its rows in the order attitude, velocity, position the mean NEES is"));
+  EXPECT_THAT(said_of_inertial(1, false, turned),
+              HasSubstr("with its rows in the order x7 to x9, x4 to x6, x1 to x3 the mean NEES is"));
+}
+
+TEST(StepConventions, NoOrderIsNamedOfAFilterThatIsWrongOtherwise) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    EXPECT_THAT(said_of_inertial(seed, true, [](Step&) {}), IsEmpty()) << seed;
+    EXPECT_THAT(said_of_inertial(seed, true, [](Step& s) { s.P *= 0.05; }), IsEmpty()) << seed;
+    EXPECT_THAT(said_of_inertial(seed, true, [](Step& s) { s.error.head<3>() *= 20.0; }), IsEmpty()) << seed;
+  }
 }
 
 }  // namespace
