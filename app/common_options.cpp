@@ -79,7 +79,7 @@ void add_output_options(CLI::App& command, CommonOptions& options) {
 
 void add_print_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--format", options.format, "what is printed on stdout")
-      ->check(CLI::IsMember({"text", "json"}))
+      ->check(CLI::IsMember({"text", "json", "latex"}))
       ->capture_default_str();
   command.add_flag("--quiet", options.quiet, "no progress on stderr");
 }

@@ -9,12 +9,15 @@
 #include "app/say.h"
 #include "app/terminal_text.h"
 #include "app/this_command.h"
+#include "reports/render/latex_page.h"
 #include "reports/render/write_document.h"
 
 namespace credence::internal {
 
 void print(const Document& document, const CommonOptions& options) {
-  fmt::print("{}", options.format == "json" ? document.json() + "\n" : terminal_text(document));
+  fmt::print("{}", options.format == "json"    ? document.json() + "\n"
+                   : options.format == "latex" ? latex_page(document)
+                                               : terminal_text(document));
   std::fflush(stdout);  // a page may take long; a full disk is told of at the end (main)
 }
 

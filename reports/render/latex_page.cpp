@@ -1,0 +1,123 @@
+#include "reports/render/latex_page.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cctype>
+#include <utility>
+#include <variant>
+
+#include "reports/render/utf8_text.h"
+
+namespace credence::internal {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 31> kTexts = {{
+    {"\\", "\\textbackslash{}"},
+    {"{", "\\{"},
+    {"}", "\\}"},
+    {"&", "\\&"},
+    {"%", "\\%"},
+    {"$", "\\$"},
+    {"#", "\\#"},
+    {"_", "\\_"},
+    {"~", "\\textasciitilde{}"},
+    {"^", "\\textasciicircum{}"},
+    {"<", "$<$"},
+    {">", "$>$"},
+    {"−", "$-$"},
+    {"–", "--"},
+    {"—", "---"},
+    {"…", "\\dots{}"},
+    {"×", "$\\times$"},
+    {"±", "$\\pm$"},
+    {"°", "\\textdegree{}"},
+    {"²", "\\textsuperscript{2}"},
+    {"µ", "\\textmu{}"},
+    {"√", "$\\surd$"},
+    {"χ", "$\\chi$"},
+    {"σ", "$\\sigma$"},
+    {"ν", "$\\nu$"},
+    {"Δ", "$\\Delta$"},
+    {"Φ", "$\\Phi$"},
+    {"⁻¹", "\\textsuperscript{$-$1}"},
+    {"ᵀ", "\\textsuperscript{T}"},
+    {"“", "``"},
+    {"”", "''"},
+}};
+
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+/// "e−5" or "e5" behind a digit, as numbers of reports have it: what it is in LaTeX, and moves `text` behind
+/// it.
+std::string power_of_ten(std::string_view& text) {
+  constexpr std::string_view kMinus = "−";
+  std::string_view rest = text.substr(1);
+  const bool negative = rest.starts_with(kMinus);
+  if (negative) rest.remove_prefix(kMinus.size());
+  std::size_t digits = 0;
+  while (digits < rest.size() && is_digit(rest[digits])) ++digits;
+  if (digits == 0) return {};
+  std::string power = fmt::format("$\\times10^{{{}{}}}$", negative ? "-" : "", rest.substr(0, digits));
+  text = rest.substr(digits);
+  return power;
+}
+
+void add_table(const ReportTable& table, std::string& text) {
+  std::string columns, titles;
+  for (const TableColumn& column : table.columns) {
+    columns += column.align == ColumnAlign::words ? 'l' : 'r';
+    titles += (titles.empty() ? "" : " & ") + escape_latex(column.title);
+  }
+  text += fmt::format(
+      "\\begin{{table}}\n  \\centering\n  \\caption{{{}}}\n  \\begin{{tabular}}{{{}}}\n    \\toprule\n    {} "
+      "\\\\\n"
+      "    \\midrule\n",
+      escape_latex(table.title), columns, titles);
+  for (const std::vector<TableCell>& row : table.rows) {
+    std::string cells;
+    for (std::size_t i = 0; i < row.size(); ++i) cells += (i == 0 ? "" : " & ") + escape_latex(row[i].text);
+    text += fmt::format("    {} \\\\\n", cells);
+  }
+  text += "    \\bottomrule\n  \\end{tabular}\n\\end{table}\n";
+  for (const std::string& note : table.notes) text += "% " + printable_line(note) + "\n";
+}
+
+}  // namespace
+
+std::string escape_latex(std::string_view text) {
+  const std::string line = printable_line(text);
+  std::string out;
+  for (std::string_view rest = line; !rest.empty();) {
+    if (rest.front() == 'e' && !out.empty() && is_digit(out.back())) {
+      if (const std::string power = power_of_ten(rest); !power.empty()) {
+        out += power;
+        continue;
+      }
+    }
+    bool found = false;
+    for (const auto& [letter, latex] : kTexts) {
+      if (!rest.starts_with(letter)) continue;
+      out += latex;
+      rest.remove_prefix(letter.size());
+      found = true;
+      break;
+    }
+    if (found) continue;
+    out += rest.front();
+    rest.remove_prefix(1);
+  }
+  return out;
+}
+
+std::string latex_page(const Document& document) {
+  std::string text = "% \\usepackage{booktabs}\n";
+  for (const auto& each : document.brief) {
+    if (const auto* line = std::get_if<std::string>(&each); line != nullptr && !line->empty())
+      text += "% " + printable_line(*line) + "\n";
+    if (const auto* table = std::get_if<ReportTable>(&each)) add_table(*table, text);
+  }
+  return text;
+}
+
+}  // namespace credence::internal
