@@ -287,9 +287,9 @@ ReportTable estimator_bound_table(const EstimatorStudy& study) {
 }
 
 ReportAnswer estimator_answer(const EstimatorStudy& study) {
-  std::vector<std::string> consistent, optimistic, unknown;
+  std::vector<std::string> consistent, optimistic, unknown, in_the_map;
   for (const EstimatorRow& row : study.rows) {
-    const MeanInterval& pose = nees_of(row, EstimatorBlock::pose);
+    const MeanInterval &pose = nees_of(row, EstimatorBlock::pose), &map = nees_of(row, EstimatorBlock::map);
     if (row.runs == 0 || std::isnan(pose.lower)) {
       unknown.push_back(row.name);
     } else if (pose.lower > 1.0) {
@@ -297,6 +297,8 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
           fmt::format("{} ({} times the squared error that P claims)", row.name, number_text(pose.mean, 3)));
     } else {
       consistent.push_back(row.name);
+      if (map.lower > 1.0)
+        in_the_map.push_back(fmt::format("{} ({} times)", row.name, number_text(map.mean, 3)));
     }
   }
   if (std::ranges::all_of(study.rows, [](const EstimatorRow& row) { return row.runs == 0; })) {
@@ -312,10 +314,14 @@ ReportAnswer estimator_answer(const EstimatorStudy& study) {
   } else if (unknown.empty()) {
     sentences.emplace_back("None is not");
   }
+  if (!in_the_map.empty()) {
+    sentences.push_back(
+        fmt::format("Of these the map is optimistic all the same: {}", fmt::join(in_the_map, ", ")));
+  }
   if (!unknown.empty()) {
     sentences.push_back(fmt::format("Nothing can be said of {}", fmt::join(unknown, ", ")));
   }
-  const bool good = optimistic.empty() && unknown.empty();
+  const bool good = optimistic.empty() && unknown.empty() && in_the_map.empty();
   return {good ? CellTone::good : CellTone::caution, fmt::format("{}", fmt::join(sentences, ". "))};
 }
 

@@ -100,6 +100,14 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
   EXPECT_EQ(answer_of({good, none}).text,
             "No evidence that the pose of any is optimistic: fej. Nothing can be said of ukf");
   EXPECT_EQ(answer_of({good, none}).tone, CellTone::caution);
+  EstimatorRow of_map = good;
+  of_map.nees[static_cast<std::size_t>(EstimatorBlock::map)] = {
+      .mean = 1.35, .lower = 1.16, .upper = 1.63, .count = 20};
+  EXPECT_EQ(
+      answer_of({of_map}).text,
+      "No evidence that the pose of any is optimistic: fej. Of these the map is optimistic all the same: fej "
+      "(1.35 times)");
+  EXPECT_EQ(answer_of({of_map}).tone, CellTone::caution);
   EXPECT_EQ(answer_of({none}).text, "No run of any estimator finished");
   EXPECT_EQ(answer_of({none}).tone, CellTone::alarm);
 }
