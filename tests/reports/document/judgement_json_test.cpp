@@ -25,14 +25,16 @@ TEST(JudgementJson, WhatIsNotThereIsNullOrEmpty) {
   EXPECT_TRUE(j["rmse"]["heading_rad"]["value"].is_null());
   EXPECT_EQ(j["rmse"]["heading_rad"]["reason"], "not a part of this state");
   EXPECT_TRUE(j["shape"]["p_value"].is_null());
-  for (const char* list : {"tests", "blocks", "causes", "autocorrelation", "accuracy", "sensor_pairs"}) {
+  for (const char* list :
+       {"tests", "blocks", "causes", "lost_runs", "autocorrelation", "accuracy", "sensor_pairs"}) {
     EXPECT_EQ(j[list], Json::array()) << list;
   }
   EXPECT_FALSE(j["scale"]["covariance"].contains("reason"));
-  EXPECT_THAT(keys_of(j), ElementsAre("runs", "tests", "blocks", "responsible_block", "joint_only", "causes",
-                                      "scale", "settle", "coverage", "autocorrelation", "credibility", "rmse",
-                                      "accuracy", "second_moments", "shape", "gaussianity", "equivalence",
-                                      "scores", "sensor_pairs", "effective_steps", "null_reason"))
+  EXPECT_THAT(keys_of(j),
+              ElementsAre("runs", "tests", "blocks", "responsible_block", "joint_only", "causes", "lost_runs",
+                          "scale", "settle", "coverage", "autocorrelation", "credibility", "rmse", "accuracy",
+                          "second_moments", "shape", "gaussianity", "equivalence", "scores", "sensor_pairs",
+                          "effective_steps", "null_reason"))
       << "the order of docs/formats.md";
 }
 
@@ -48,6 +50,7 @@ TEST(JudgementJson, NamesTheResponsibleBlockAndItsCauses) {
   judgement.blocks[0].verdict.reason = "no data";
   judgement.responsible.index = 1;
   judgement.causes = {{Cause::bias, "the innovations have a mean"}};
+  judgement.lost = {.runs = {{.run = 7, .row = 51, .factor = 30.5}}, .others = 19};
   const Json j = judgement_json(judgement);
   EXPECT_EQ(j["runs"], 12);
   EXPECT_EQ(j["responsible_block"], "heading");
@@ -57,6 +60,9 @@ TEST(JudgementJson, NamesTheResponsibleBlockAndItsCauses) {
   EXPECT_EQ(j["blocks"][0]["reason"], "no data");
   EXPECT_EQ(j["causes"][0]["why"], "the innovations have a mean");
   EXPECT_EQ(j["causes"][0]["cause"], to_string(Cause::bias));
+  EXPECT_EQ(j["lost_runs"][0]["run"], 7);
+  EXPECT_EQ(j["lost_runs"][0]["row"], 51);
+  EXPECT_EQ(j["lost_runs"][0]["factor"], 30.5);
 }
 
 // Mean squared errors become roots; the efficiency is bound over mean squared error, 1/4 in [1/16, 1].
