@@ -79,10 +79,8 @@ std::string distance_sentence(const Calibration& c) {
                      p_value_statement(least->adjusted), least->from_m, least->to_m, c.distance.size());
 }
 
-Json calibration_interval_json(const MeanInterval& i) {
-  Json j = {{"value", json_number(i.mean)}, {"lower", json_number(i.lower)}, {"upper", json_number(i.upper)}};
-  if (!i.reason.empty()) j["reason"] = i.reason;
-  return j;
+Json interval_json(const MeanInterval& interval) {
+  return with_reason(json_interval(interval), interval.reason);
 }
 
 Json distance_json(std::span<const DistanceBin> bins) {
@@ -91,18 +89,18 @@ Json distance_json(std::span<const DistanceBin> bins) {
     all.push_back({{"from_m", bin.from_m},
                    {"to_m", bin.to_m},
                    {"rows", bin.rows},
-                   {"nees_over_dof", calibration_interval_json(bin.nees)},
-                   {"p_value", json_number(bin.p_value)},
-                   {"adjusted_p_value", json_number(bin.adjusted)},
-                   {"position_error_m", json_number(bin.error_m)},
-                   {"position_sigma_m", json_number(bin.sigma_m)}});
+                   {"nees_over_dof", interval_json(bin.nees)},
+                   {"p_value", bin.p_value},
+                   {"adjusted_p_value", bin.adjusted},
+                   {"position_error_m", bin.error_m},
+                   {"position_sigma_m", bin.sigma_m}});
   }
   return all;
 }
 
 Json held_out_json(const HeldOutNees& held_out) {
-  Json j = calibration_interval_json(held_out.nees);
-  j["p_value"] = json_number(held_out.p_value);
+  Json j = interval_json(held_out.nees);
+  j["p_value"] = held_out.p_value;
   return j;
 }
 
@@ -290,15 +288,15 @@ Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<
     bins.push_back({{"state", state_name(states, bin.state)},
                     {"sigma_from", bin.lower},
                     {"sigma_to", bin.upper},
-                    {"claimed_rms", json_number(bin.claimed)},
-                    {"rmse", json_number(bin.rmse)},
+                    {"claimed_rms", bin.claimed},
+                    {"rmse", bin.rmse},
                     {"rows", bin.rows},
-                    {"factor", calibration_interval_json(bin.factor)},
-                    {"p_value", json_number(bin.p_value)},
-                    {"adjusted_p_value", json_number(bin.adjusted)}});
+                    {"factor", interval_json(bin.factor)},
+                    {"p_value", bin.p_value},
+                    {"adjusted_p_value", bin.adjusted}});
   }
   Json parts = Json::object();
-  for (const PartFactor& part : c.parts) parts[part.name] = calibration_interval_json(part.factor);
+  for (const PartFactor& part : c.parts) parts[part.name] = interval_json(part.factor);
   Json protection = Json::array();
   for (const ProtectionLevel& level : c.protection) {
     if (level.rows == 0) continue;
@@ -306,21 +304,20 @@ Json calibration_json(const Calibration& c, const UnitFactors& units, std::span<
                           {"k_sigma", level.k},
                           {"rows", level.rows},
                           {"beyond", level.beyond},
-                          {"effective_rows", json_number(level.effective_rows)},
-                          {"risk_upper_limit", json_number(level.upper_limit)},
-                          {"effective_rows_needed", json_number(level.needed_rows)}});
+                          {"effective_rows", level.effective_rows},
+                          {"risk_upper_limit", level.upper_limit},
+                          {"effective_rows_needed", level.needed_rows}});
   }
   Json factors = Json::object();
-  for (std::size_t a = 0; a < units.parts.size(); ++a)
-    factors[units.parts[a]] = json_numbers(units.factors[a]);
-  return {{"units", c.units.empty() ? Json(nullptr) : Json(c.units)},
-          {"factor", calibration_interval_json(c.whole.factor)},
+  for (std::size_t a = 0; a < units.parts.size(); ++a) factors[units.parts[a]] = units.factors[a];
+  return {{"units", text_or_null(c.units)},
+          {"factor", interval_json(c.whole.factor)},
           {"part_factors", std::move(parts)},
           {"held_out_nees_over_dof",
            {{"with_factor", held_out_json(c.with_factor)},
             {"with_part_factors", c.parts.empty() ? Json(nullptr) : held_out_json(c.with_part_factors)}}},
           {"conformal",
-           {{"factor", json_number(c.conformal.factor)},
+           {{"factor", c.conformal.factor},
             {"runs", c.conformal.runs},
             {"held_out", c.conformal.held_out},
             {"covered", c.conformal.covered}}},

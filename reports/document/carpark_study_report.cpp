@@ -229,23 +229,23 @@ std::string carpark_study_json(const CarparkStudy& study) {
     row["observations"] = r.observations;
     row["rejected"] = r.rejected;
     row["not_converged"] = r.not_converged;
-    row["nis"] = json_number(r.nis.mean());
-    row["gps_nees"] = json_number(r.vehicle_nees.mean());
-    row["landmark_rms"] = json_number(r.landmark_rms);
-    row["landmark_rms_aligned"] = json_number(r.landmark_rms_aligned);
-    row["covariance"] = {{"vehicle_max", json_number(r.covariance.vehicle_max)},
-                         {"vehicle_final", json_number(r.covariance.vehicle_final)},
-                         {"landmarks_max", json_number(r.covariance.landmarks_max)},
-                         {"landmarks_final", json_number(r.covariance.landmarks_final)}};
+    row["nis"] = r.nis.mean();
+    row["gps_nees"] = r.vehicle_nees.mean();
+    row["landmark_rms"] = r.landmark_rms;
+    row["landmark_rms_aligned"] = r.landmark_rms_aligned;
+    row["covariance"] = {{"vehicle_max", r.covariance.vehicle_max},
+                         {"vehicle_final", r.covariance.vehicle_final},
+                         {"landmarks_max", r.covariance.landmarks_max},
+                         {"landmarks_final", r.covariance.landmarks_final}};
     runs.push_back(std::move(row));
   }
   for (const CarparkHorizonRun& run : study.horizon) {
     Json row = variant_json(run.variant), landmarks = Json::array();
-    for (const LongHorizonLoop& loop : run.result.loops) landmarks.push_back(json_number(loop.landmarks));
+    for (const LongHorizonLoop& loop : run.result.loops) landmarks.push_back(loop.landmarks);
     row["landmarks"] = std::move(landmarks);
-    row["fitted_exponent"] = json_number(run.result.fitted_exponent());
-    row["growth_per_loop"] = json_number(run.result.growth_per_loop());
-    row["increment_ratio"] = json_number(run.result.increment_ratio());
+    row["fitted_exponent"] = run.result.fitted_exponent();
+    row["growth_per_loop"] = run.result.growth_per_loop();
+    row["increment_ratio"] = run.result.increment_ratio();
     row["growth"] = growth_words(run.result);
     row["updates"] = run.result.steps;
     row["not_converged"] = run.result.not_converged;

@@ -88,7 +88,7 @@ std::string claims_json(const std::vector<Claim>& claims) {
                     {"source", c.source},
                     {"statement", c.statement},
                     {"measured", c.measured},
-                    {"long_run", c.long_run.empty() ? Json(nullptr) : Json(c.long_run)},
+                    {"long_run", text_or_null(c.long_run)},
                     {"verdict", to_string(c.verdict)}});
   }
   return text_of_json({{"schema", kSchema},

@@ -5,15 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <stdexcept>
 #include <utility>
 
+#include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/calibration_report.h"
+#include "reports/document/judgement_json.h"
 #include "reports/document/log_gate.h"
-#include "reports/document/verdict_json.h"
 #include "reports/document/verdict_text.h"
 #include "reports/render/interval_text.h"
 #include "reports/render/json_numbers.h"
@@ -22,29 +22,27 @@
 namespace credence::internal {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
 ComparedMean mean_of(const ConsistencyVerdict& v) {
-  return v.count == 0 ? ComparedMean{kUnknown, kUnknown} : ComparedMean{v.mean, v.expected};
+  return v.count == 0 ? ComparedMean{kNaN, kNaN} : ComparedMean{v.mean, v.expected};
 }
 
 /// The mean at every step over what it should be; NaN where a step has no data.
 std::vector<double> ratios_of(const ConsistencyVerdict& v) {
   std::vector<double> ratios;
   ratios.reserve(v.steps.size());
-  for (const StepTest& s : v.steps) ratios.push_back(s.total_dof > 0.0 ? s.mean / s.expected : kUnknown);
+  for (const StepTest& s : v.steps) ratios.push_back(s.total_dof > 0.0 ? s.mean / s.expected : kNaN);
   return ratios;
 }
 
 /// The number under a key, NaN where there is none.
 double number(const Json& j, const char* key) {
   const auto found = j.find(key);
-  return found != j.end() && found->is_number() ? found->get<double>() : kUnknown;
+  return found != j.end() && found->is_number() ? found->get<double>() : kNaN;
 }
 
 ComparedMean mean_of(const Json& document, const char* key) {
   const auto found = document.find(key);
-  if (found == document.end() || !found->is_object()) return {kUnknown, kUnknown};
+  if (found == document.end() || !found->is_object()) return {kNaN, kNaN};
   return {number(*found, "mean"), number(*found, "expected")};
 }
 
@@ -83,13 +81,7 @@ CellTone tone_of(const std::string& verdict) {
   return CellTone::plain;
 }
 
-Json compared_interval_json(const MeanInterval& i) {
-  return {{"value", json_number(i.mean)}, {"lower", json_number(i.lower)}, {"upper", json_number(i.upper)}};
-}
-
-Json mean_json(const ComparedMean& m) {
-  return {{"mean", json_number(m.mean)}, {"expected", json_number(m.expected)}};
-}
+Json mean_json(const ComparedMean& m) { return {{"mean", m.mean}, {"expected", m.expected}}; }
 
 /// Of logs against the first: none of the first itself.
 std::vector<FactorChange> changes_against(const ComparedStudy& first, const ComparedStudy& study,
@@ -152,7 +144,7 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
     Json j = {{"name", s.name},
               {"runs", s.runs},
               {"verdict", s.verdict},
-              {"factor", compared_interval_json(s.factor)},
+              {"factor", json_interval(s.factor)},
               {"nees", mean_json(s.nees)},
               {"vehicle_nees", s.pose ? mean_json(*s.pose) : Json(nullptr)},
               {"nis", mean_json(s.nis)},
@@ -162,7 +154,7 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
       j["changes"].push_back(change_json(change));
     if (&s != studies.data()) {
       if (const auto d = paired_difference(s, studies.front(), confidence))
-        j["paired_difference"] = compared_interval_json(*d);
+        j["paired_difference"] = json_interval(*d);
     }
     all.push_back(std::move(j));
   }

@@ -190,7 +190,7 @@ std::string estimator_map_json(const EstimatorMap& map) {
   json["estimators"] = Json::array();
   for (std::size_t e = 0; e < map.names.size(); ++e) {
     json["estimators"].push_back(
-        {{"estimator", map.names[e]}, {"seconds_per_step", json_number(map.seconds_per_step[e])}});
+        {{"estimator", map.names[e]}, {"seconds_per_step", map.seconds_per_step[e]}});
   }
   json["left_out"] = left_out_json(map.left_out);
   json["points"] = Json::array();

@@ -11,7 +11,7 @@
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/posterior_bound.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/verdict_json.h"
+#include "reports/document/judgement_json.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/estimator_figures.h"
 #include "reports/render/interval_text.h"
@@ -80,7 +80,7 @@ const EstimatorRow& yardstick(const EstimatorStudy& study) {
 
 /// A number of an interval; null where nothing was counted.
 Json number_of(const MeanInterval& interval, double MeanInterval::*number) {
-  return interval.count == 0 ? Json(nullptr) : json_number(interval.*number);
+  return interval.count == 0 ? Json(nullptr) : Json(interval.*number);
 }
 
 Json nees_interval_json(const MeanInterval& interval) {
@@ -95,8 +95,7 @@ Json blocks_json(const EstimatorRow& row,
   for (const auto& [name, block] : blocks) {
     json[name] = nees_interval_json(nees_of(row, block));
     const Band& band = row.bands[static_cast<std::size_t>(block)];
-    json[name]["quantiles"] =
-        nees_of(row, block).count > 0 ? json_numbers({band.begin(), band.end()}) : Json(nullptr);
+    json[name]["quantiles"] = nees_of(row, block).count > 0 ? Json(band) : Json(nullptr);
   }
   return json;
 }
@@ -110,9 +109,9 @@ std::string_view squared_error(const EstimatorStudy& study) {
 /// A number of headings and metres, or of the state in the units of its own.
 Json accuracy_json(const EstimatorStudy& study, double heading_rad, double position) {
   const bool vehicle = study.has_vehicle;
-  return {{"heading_rad", vehicle ? json_number(heading_rad) : Json(nullptr)},
-          {"position_m", vehicle ? json_number(position) : Json(nullptr)},
-          {"state", vehicle ? Json(nullptr) : json_number(position)}};
+  return {{"heading_rad", vehicle ? Json(heading_rad) : Json(nullptr)},
+          {"position_m", vehicle ? Json(position) : Json(nullptr)},
+          {"state", vehicle ? Json(nullptr) : Json(position)}};
 }
 
 Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
@@ -141,20 +140,15 @@ Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
                         {"state", nees_interval_json(of_state(efficiency))}};
   json["claimed_rmse"] = accuracy_json(study, row.claimed_heading_rad, row.claimed_position_m);
   json["unobservable"] = row.unobservable;
-  json["rank_gap"] = json_number(row.rank_gap);
-  json["seconds_per_step"] = json_number(row.profile.seconds_per_step);
+  json["rank_gap"] = row.rank_gap;
+  json["seconds_per_step"] = row.profile.seconds_per_step;
   json["runs"] = row.runs + std::ssize(row.failures);
   json["failed"] = row.failures.size();
   json["failures"] = Json::array();
-  for (const RunFailure& failure : row.failures) {
-    json["failures"].push_back(
-        {{"run", failure.run}, {"step", failure.step}, {"outcome", to_string(failure.outcome)}});
-  }
+  for (const RunFailure& failure : row.failures) json["failures"].push_back(failure_json(failure));
   json["not_converged"] = not_converged_json(row.not_converged);
-  json["pose_nees_over_time"] = json_numbers(row.pose_nees);
-  Json bands = Json::array();
-  for (const Band& band : row.pose_bands) bands.push_back(json_numbers({band.begin(), band.end()}));
-  json["pose_nees_quantiles_over_time"] = std::move(bands);
+  json["pose_nees_over_time"] = row.pose_nees;
+  json["pose_nees_quantiles_over_time"] = row.pose_bands;
   return json;
 }
 
@@ -164,11 +158,11 @@ Json paired_json(const EstimatorStudy& study, const PairedDifference& paired) {
           {"of", !paired.of_position ? "nees.pose"
                  : study.has_vehicle ? "position_error_squared_m2"
                                      : "state_error_squared"},
-          {"difference", paired.difference.count == 0 ? Json(nullptr) : json_number(paired.difference.mean)},
-          {"lower", json_number(paired.difference.lower)},
-          {"upper", json_number(paired.difference.upper)},
-          {"p_value", json_number(paired.p_value)},
-          {"gain", json_number(paired.gain)},
+          {"difference", paired.difference.count == 0 ? Json(nullptr) : Json(paired.difference.mean)},
+          {"lower", paired.difference.lower},
+          {"upper", paired.difference.upper},
+          {"p_value", paired.p_value},
+          {"gain", paired.gain},
           {"runs", paired.difference.count}};
 }
 
@@ -382,10 +376,10 @@ std::string estimator_json(const EstimatorStudy& study) {
   json["confidence"] = study.scenario.study.confidence;
   json["complete"] = study.complete;
   json["map_every_steps"] = study.map_stride;
-  json["quantile_levels"] = json_numbers({kBandLevels.begin(), kBandLevels.end()});
+  json["quantile_levels"] = kBandLevels;
   json["bound"] =
       accuracy_json(study, std::sqrt(study.bound.heading_squared), std::sqrt(study.bound.position_squared));
-  json["window_ends"] = json_numbers(study.window_ends);
+  json["window_ends"] = study.window_ends;
   json["rows"] = Json::array();
   for (const EstimatorRow& row : study.rows) json["rows"].push_back(row_json(study, row));
   json["left_out"] = left_out_json(study.left_out);

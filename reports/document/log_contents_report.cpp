@@ -40,7 +40,7 @@ std::string contents_json(std::span<const ListedLog> logs) {
       topics.push_back({{"name", topic.name},
                         {"type", topic.type},
                         {"messages", topic.count},
-                        {"rate_hz", json_number(topic.rate_hz)},
+                        {"rate_hz", topic.rate_hz},
                         {"covariance", topic.covariance},
                         {"use", topic.use}});
     }

@@ -96,12 +96,8 @@ std::string gate_sentence(const LogGate& gate) {
 }
 
 Json change_json(const FactorChange& change) {
-  return {{"part", change.part},
-          {"ratio", json_number(change.ratio.mean)},
-          {"lower", json_number(change.ratio.lower)},
-          {"upper", json_number(change.ratio.upper)},
-          {"p_value", json_number(change.p_value)},
-          {"adjusted_p_value", json_number(change.adjusted)}};
+  return {{"part", change.part},         {"ratio", change.ratio.mean}, {"lower", change.ratio.lower},
+          {"upper", change.ratio.upper}, {"p_value", change.p_value},  {"adjusted_p_value", change.adjusted}};
 }
 
 Json gate_json(const LogGate& gate) {

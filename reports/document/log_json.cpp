@@ -1,34 +1,26 @@
 #include "reports/document/log_json.h"
 
-#include <cmath>
-
 #include "reports/document/calibration_report.h"
 #include "reports/document/judgement_json.h"
 #include "reports/document/log_gate.h"
-#include "reports/document/verdict_json.h"
 
 namespace credence::internal {
 namespace {
 
-Json with_reason(Json j, std::string_view reason) {
-  if (!reason.empty()) j["reason"] = reason;
-  return j;
-}
-
 Json whiteness_json(const WhitenessTest& w) {
-  return with_reason({{"p_value", json_number(w.p_value)},
+  return with_reason({{"p_value", w.p_value},
                       {"white", w.reason.empty() ? Json(w.white) : Json(nullptr)},
-                      {"statistic", json_number(w.statistic)},
-                      {"dof", json_number(w.dof)},
-                      {"autocorrelation", json_numbers(w.autocorrelation)},
-                      {"band", json_numbers(w.band)},
+                      {"statistic", w.statistic},
+                      {"dof", w.dof},
+                      {"autocorrelation", w.autocorrelation},
+                      {"band", w.band},
                       {"values", w.values}},
                      w.reason);
 }
 
 Json fit_json(const GoodnessOfFit& fit) {
-  return with_reason({{"kolmogorov_p_value", json_number(fit.kolmogorov_p_value)},
-                      {"anderson_p_value", json_number(fit.anderson_p_value)},
+  return with_reason({{"kolmogorov_p_value", fit.kolmogorov_p_value},
+                      {"anderson_p_value", fit.anderson_p_value},
                       {"values", fit.count}},
                      fit.reason);
 }
@@ -36,8 +28,7 @@ Json fit_json(const GoodnessOfFit& fit) {
 Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
   Json dimensions = Json::array();
   for (const auto& [dimension, of] : sums.by_dimension) {
-    dimensions.push_back(
-        {{"dimension", dimension}, {"mean", json_number(of.value.mean)}, {"count", of.value.count}});
+    dimensions.push_back({{"dimension", dimension}, {"mean", of.value.mean}, {"count", of.value.count}});
   }
   return {{"name", s.name},
           {"nis", verdict_json(s.nis)},
@@ -45,23 +36,22 @@ Json sensor_json(const SensorJudgement& s, const SensorSums& sums) {
           {"of_sum", s.of_sum},
           {"fit", fit_json(s.fit)},
           {"whiteness", whiteness_json(s.whiteness)},
-          {"innovation_mean", with_reason({{"p_value", json_number(s.mean.p_value)}}, s.mean.reason)}};
+          {"innovation_mean", with_reason({{"p_value", s.mean.p_value}}, s.mean.reason)}};
 }
 
 Json single_run_json(const SingleRunJudgement& s, const SettlingRuns& settle) {
-  return {
-      {"correlation_time_rows", json_number(s.sample.correlation_time)},
-      {"effective_rows", json_number(s.sample.size)},
-      {"p_value", json_number(s.time_average.p_value)},
-      {"reason", s.time_average.run_sum.reason.empty() ? Json(nullptr) : Json(s.time_average.run_sum.reason)},
-      {"runs_to_settle", settle.runs}};
+  return {{"correlation_time_rows", s.sample.correlation_time},
+          {"effective_rows", s.sample.size},
+          {"p_value", s.time_average.p_value},
+          {"reason", text_or_null(s.time_average.run_sum.reason)},
+          {"runs_to_settle", settle.runs}};
 }
 
 Json log_outcomes_json(const CheckedLogs& logs) {
   const StudyStatistics& s = logs.analysis.evidence.study;
   Json j = outcome_counts_json(s), failures = Json::array();
   for (const RunFailure& f : s.failures) {
-    Json failure = {{"run", f.run}, {"step", f.step}, {"outcome", to_string(f.outcome)}};
+    Json failure = failure_json(f);
     if (const auto said = logs.failures_said.find(f.run); said != logs.failures_said.end()) {
       failure["says"] = said->second;
     }
@@ -78,9 +68,9 @@ Json poses_json(const std::vector<LogPoses>& logs) {
     Json charts = Json::array();
     for (const ChartNees& nees : log.charts.charts) {
       charts.push_back({{"chart", nees.chart},
-                        {"mean_nees_if_written_so", json_number(nees.as_written)},
-                        {"p_value", json_number(nees.p_value)},
-                        {"mean_nees_carried_over", json_number(nees.carried)}});
+                        {"mean_nees_if_written_so", nees.as_written},
+                        {"p_value", nees.p_value},
+                        {"mean_nees_carried_over", nees.carried}});
     }
     Json j = {{"file", log.file.string()},
               {"chart", log.charts.declared},
@@ -88,9 +78,9 @@ Json poses_json(const std::vector<LogPoses>& logs) {
               {"charts", std::move(charts)},
               {"time_offset", nullptr}};
     if (const auto& offset = log.time_offset) {
-      j["time_offset"] = with_reason({{"seconds", json_number(offset->value_s)},
-                                      {"lower", json_number(offset->lower_s)},
-                                      {"upper", json_number(offset->upper_s)},
+      j["time_offset"] = with_reason({{"seconds", offset->value_s},
+                                      {"lower", offset->lower_s},
+                                      {"upper", offset->upper_s},
                                       {"confidence", offset->confidence},
                                       {"estimated", offset->estimated},
                                       {"used", offset->reason.empty()},
@@ -143,8 +133,7 @@ std::string log_json(const CheckedLogs& logs) {
   Json blocks = Json::object();
   for (const BlockVerdict& block : a.blocks) blocks[block.name] = verdict_json(block.verdict);
   j["blocks"] = std::move(blocks);
-  const auto responsible = static_cast<std::size_t>(a.responsible.index);
-  j["responsible_block"] = a.responsible.index < 0 ? Json(nullptr) : Json(a.blocks[responsible].name);
+  j["responsible_block"] = responsible_block_json(a);
   Json sensors = Json::array();
   for (std::size_t i = 0; i < a.sensors.size(); ++i) {
     sensors.push_back(sensor_json(a.sensors[i], s.sensors[i]));
@@ -160,13 +149,9 @@ std::string log_json(const CheckedLogs& logs) {
                         {"nees", verdict_json(a.sensitivity->nees)},
                         {"nis", verdict_json(a.sensitivity->nis)}};
   }
-  j["covariance"] = {{"trace_prior", nullptr},
-                     {"trace", json_numbers(logged.covariance.trace)},
-                     {"vehicle", json_numbers(logged.covariance.vehicle)},
-                     {"landmarks", json_numbers(logged.covariance.landmarks)}};
-  j["rmse"] = {{"position_m", json_numbers(logged.errors.position_m)},
-               {"heading_rad", json_numbers(logged.errors.heading_rad)},
-               {"landmark_m", json_numbers(logged.errors.landmark_m)}};
+  j["covariance"] = covariance_json(logged.covariance);
+  j["covariance"]["trace_prior"] = nullptr;
+  j["rmse"] = errors_json(logged.errors);
   j["battery"] = judgement_json(a);
   j["outcomes"] = log_outcomes_json(logs);
   j["null_reason"] = "null: no row contributes to this number, or a log cannot know it";

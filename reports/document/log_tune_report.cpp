@@ -22,11 +22,11 @@ bool identified(const InnovationTuning& t) { return t.scale.reason.empty(); }
 
 Json sensor_scale_json(const InnovationTuning& t) {
   Json j{{"name", scale_name(t)},
-         {"value", identified(t) ? json_number(t.scale.scale) : Json(nullptr)},
-         {"lower", json_number(t.scale.lower)},
-         {"upper", json_number(t.scale.upper)},
+         {"value", identified(t) ? Json(t.scale.scale) : Json(nullptr)},
+         {"lower", t.scale.lower},
+         {"upper", t.scale.upper},
          {"identifiable", identified(t)},
-         {"steps_for_10_percent", json_number(t.steps_for_10_percent)},
+         {"steps_for_10_percent", t.steps_for_10_percent},
          {"before", 1.0}};
   if (!identified(t)) j["null_reason"] = t.scale.reason;
   return j;
@@ -38,16 +38,16 @@ Json tuned_sensor_json(const InnovationTuning& t) {
   j["values"] = t.values;
   j["left_out"] = t.left_out;
   j["dof"] = t.dof;
-  j["lag_one_correlation"] = json_number(t.lag_one);
-  j["lag_one_band"] = json_number(t.band);
-  j["whiteness_p_value"] = json_number(t.whiteness_p_value);
+  j["lag_one_correlation"] = t.lag_one;
+  j["lag_one_band"] = t.band;
+  j["whiteness_p_value"] = t.whiteness_p_value;
   j["gain"] = to_string(t.gain);
-  j["comes_first"] = t.comes_first.empty() ? Json(nullptr) : Json(t.comes_first);
-  j["log_score"] = {{"before", json_number(t.score_before)},
-                    {"after", json_number(t.score_after)},
-                    {"likelihood_ratio_p_value", json_number(t.likelihood_ratio_p_value)}};
+  j["comes_first"] = text_or_null(t.comes_first);
+  j["log_score"] = {{"before", t.score_before},
+                    {"after", t.score_after},
+                    {"likelihood_ratio_p_value", t.likelihood_ratio_p_value}};
   j["held_out"] = {{"verdict", to_string(t.left_out_parts.verdict)},
-                   {"nis", {{"mean", json_number(t.left_out_parts.mean_nis)}, {"expected", t.dof}}},
+                   {"nis", {{"mean", t.left_out_parts.mean_nis}, {"expected", t.dof}}},
                    {"runs", t.left_out_parts.parts},
                    {"parts_are", t.left_out_parts.of_runs ? "runs" : "stretches"},
                    {"rejected", t.left_out_parts.rejected}};

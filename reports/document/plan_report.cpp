@@ -19,10 +19,9 @@ Json verdict_plan_json(const VerdictPlan& plan) {
     json["detect"].push_back({{"factor", detection.factor},
                               {"runs", detection.needed.runs},
                               {"power", detection.needed.power},
-                              {"seconds", json_number(detection.seconds)}});
+                              {"seconds", detection.seconds}});
   }
-  json["detectable"] = {{"below", json_number(plan.detectable.below)},
-                        {"above", json_number(plan.detectable.above)}};
+  json["detectable"] = {{"below", plan.detectable.below}, {"above", plan.detectable.above}};
   return json;
 }
 
@@ -34,13 +33,13 @@ Json study_plan_json(const StudyPlan& plan) {
   json["nis"] = verdict_plan_json(plan.nis);
   json["precision"] = {{"relative", plan.question.precision},
                        {"runs", plan.runs_for_precision},
-                       {"seconds", json_number(plan.pilot.seconds_for(plan.runs_for_precision))}};
+                       {"seconds", plan.pilot.seconds_for(plan.runs_for_precision)}};
   json["runs"] = plan.runs_for_all;
-  json["seconds"] = json_number(plan.pilot.seconds_for(plan.runs_for_all));
+  json["seconds"] = plan.pilot.seconds_for(plan.runs_for_all);
   json["pilot"] = {{"runs", plan.pilot.runs},
-                   {"seconds", json_number(plan.pilot.seconds)},
+                   {"seconds", plan.pilot.seconds},
                    {"threads", plan.pilot.threads},
-                   {"seconds_per_run", json_number(plan.pilot.seconds_per_run)}};
+                   {"seconds_per_run", plan.pilot.seconds_per_run}};
   return json;
 }
 
@@ -88,11 +87,11 @@ constexpr std::int64_t kManyCores = 10'000;
 
 Json cost_json(const JobCost& cost) {
   return {{"chunks", cost.chunks},
-          {"chunk_core_seconds", json_number(cost.chunk_seconds)},
-          {"core_seconds", json_number(cost.core_seconds())},
-          {"disk_bytes", json_number(cost.disk_bytes)},
-          {"memory_bytes", json_number(cost.memory_bytes)},
-          {"seconds_on_10000_cores", json_number(cost.seconds_on(kManyCores))}};
+          {"chunk_core_seconds", cost.chunk_seconds},
+          {"core_seconds", cost.core_seconds()},
+          {"disk_bytes", cost.disk_bytes},
+          {"memory_bytes", cost.memory_bytes},
+          {"seconds_on_10000_cores", cost.seconds_on(kManyCores)}};
 }
 
 std::string cost_note(const JobCost& cost) {
@@ -119,9 +118,9 @@ std::string plan_json(const SweepPlan& sweep, const std::vector<StudyPlan>& plan
   j["sweep"] = {{"configurations", cost.configurations},
                 {"planned", cost.planned},
                 {"runs", cost.runs},
-                {"seconds", json_number(cost.seconds)},
+                {"seconds", cost.seconds},
                 {"runs_in_scenario", cost.scenario_runs},
-                {"seconds_in_scenario", json_number(cost.scenario_seconds)}};
+                {"seconds_in_scenario", cost.scenario_seconds}};
   j["configurations"] = Json::array();
   for (const StudyPlan& plan : plans) j["configurations"].push_back(study_plan_json(plan));
   return text_of_json(j);

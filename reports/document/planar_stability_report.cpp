@@ -59,9 +59,9 @@ Json followed_json(const PlanarFollowed& f) {
   j["jacobians_at"] = to_string(f.at);
   j["solution"] = to_string(f.solution);
   j["verdict"] = to_string(f.growth.verdict);
-  j["growth_exponent"] = json_number(f.growth.exponent);
-  j["growth_per_loop"] = json_number(f.growth.per_sample);
-  j["trace"] = json_numbers(f.traces);
+  j["growth_exponent"] = f.growth.exponent;
+  j["growth_per_loop"] = f.growth.per_sample;
+  j["trace"] = f.traces;
   j["inflation_rank"] = f.inflation_rank;
   j["steps_above_duality_gap"] = f.not_converged;
   if (f.exact.has_value()) {
@@ -74,11 +74,11 @@ Json followed_json(const PlanarFollowed& f) {
     j["prediction_reason"] = "a sequential rule inflates within the update";
   }
   if (f.at == Linearisation::truth) {
-    j["initial_covariance_effect"] = json_number(f.initial_effect);
+    j["initial_covariance_effect"] = f.initial_effect;
   } else {
-    j["pose_nees_ratio"] = json_number(f.pose_nees);
+    j["pose_nees_ratio"] = f.pose_nees;
   }
-  j["spectral_radius_of_a_loop"] = json_number(f.spectral_radius);
+  j["spectral_radius_of_a_loop"] = f.spectral_radius;
   return j;
 }
 
@@ -217,10 +217,10 @@ std::string planar_stability_json(const Scenario& scenario, const PlanarStabilit
                        {"observability_at_estimate", ranks_json(a.estimate)}};
   j["unobservable"] = a.truth.unobservable;
   j["closed_loop_eigenvalues"] = eigenvalues_json(own.closed_loop_eigenvalues);
-  j["spectral_radius"] = json_number(own.spectral_radius);
+  j["spectral_radius"] = own.spectral_radius;
   j["riccati"] = {{"bounded", own.growth.verdict == LongRun::bounded},
-                  {"growth_exponent", json_number(own.growth.exponent)},
-                  {"trace", own.traces.empty() ? Json(nullptr) : json_number(own.traces.back())},
+                  {"growth_exponent", own.growth.exponent},
+                  {"trace", own.traces.empty() ? Json(nullptr) : Json(own.traces.back())},
                   {"residual", nullptr},
                   {"kind", nullptr},
                   {"null_reason", "the model varies along the path: there is no constant solution"}};

@@ -230,7 +230,7 @@ Json rank_map_json(std::span<const RankMapCell> cells, double confidence) {
                       {"exact_errs", s.exact_errs},
                       {"paper_errs", s.paper_errs},
                       {"errors_outside", s.errors_outside},
-                      {"largest_nees_ratio", json_number(s.largest_nees_ratio)}});
+                      {"largest_nees_ratio", s.largest_nees_ratio}});
   }
   for (const RankMapCell& c : cells) {
     list.push_back({{"observability", to_string(c.observability)},
@@ -239,12 +239,12 @@ Json rank_map_json(std::span<const RankMapCell> cells, double confidence) {
                     {"inflation_rank", c.inflation_rank},
                     {"observability_rank", c.observability_rank},
                     {"measured_bounded", c.bounded},
-                    {"growth_exponent", json_number(c.growth_exponent)},
-                    {"growth_per_step", json_number(c.growth_per_step)},
+                    {"growth_exponent", c.growth_exponent},
+                    {"growth_per_step", c.growth_per_step},
                     {"predicted_bounded", c.predicted},
                     {"paper_condition_holds", c.paper},
-                    {"nees_ratio", json_number(c.nees_ratio)},
-                    {"error_growth", json_number(c.error_growth)}});
+                    {"nees_ratio", c.nees_ratio},
+                    {"error_growth", c.error_growth}});
   }
   return {{"groups", groups}, {"cells", list}};
 }

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "core/nan.h"
-#include "reports/document/verdict_json.h"
+#include "reports/document/judgement_json.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/replay_figures.h"
 #include "reports/render/json_numbers.h"
@@ -218,12 +218,10 @@ ReportTable judgement_table(std::span<const ReportedReplay> replays, const Repla
 // ---- JSON
 
 Json mean_json(const ReplayMean& mean) {
-  return {{"mean", mean.count > 0 ? json_number(mean.mean()) : Json(nullptr)},
-          {"expected", json_number(mean.expected)},
+  return {{"mean", mean.count > 0 ? Json(mean.mean()) : Json(nullptr)},
+          {"expected", mean.expected},
           {"count", mean.count}};
 }
-
-Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(std::string(text)); }
 
 Json counts_json(const ReplayResult& r) {
   return {{"observations", r.observations},
@@ -249,10 +247,10 @@ void add_errors(Json& j, const ReplayResult& r) {
   j["nis"] = mean_json(r.nis);
   j[pose ? "pose_nees" : "gps_nees"] = mean_json(r.vehicle_nees);
   j["landmark_nees"] = mean_json(r.landmark_nees);
-  j["vehicle_rmse"] = json_number(r.vehicle_rmse);
-  if (pose) j["heading_rmse_deg"] = json_number(r.heading_rmse_deg);
-  j["landmark_rms"] = json_number(r.landmark_rms);
-  j["landmark_rms_aligned"] = json_number(r.landmark_rms_aligned);
+  j["vehicle_rmse"] = r.vehicle_rmse;
+  if (pose) j["heading_rmse_deg"] = r.heading_rmse_deg;
+  j["landmark_rms"] = r.landmark_rms;
+  j["landmark_rms_aligned"] = r.landmark_rms_aligned;
 }
 
 Json run_json(const ReportedReplay& replay) {
@@ -262,13 +260,13 @@ Json run_json(const ReportedReplay& replay) {
   j["dataset"] = r.dataset;
   if (!r.run.empty()) j["run"] = r.run;
   j["settings"] = std::move(settings);
-  j["duration_s"] = json_number(r.duration_s);
+  j["duration_s"] = r.duration_s;
   j.update(counts_json(r));
   add_errors(j, r);
-  j["covariance"] = {{"vehicle_max", json_number(r.covariance.vehicle_max)},
-                     {"vehicle_final", json_number(r.covariance.vehicle_final)},
-                     {"landmarks_max", json_number(r.covariance.landmarks_max)},
-                     {"landmarks_final", json_number(r.covariance.landmarks_final)}};
+  j["covariance"] = {{"vehicle_max", r.covariance.vehicle_max},
+                     {"vehicle_final", r.covariance.vehicle_final},
+                     {"landmarks_max", r.covariance.landmarks_max},
+                     {"landmarks_final", r.covariance.landmarks_final}};
   if (replay.ideal) {
     Json ideal;
     ideal["rejected"] = replay.ideal->rejected;
@@ -281,39 +279,38 @@ Json run_json(const ReportedReplay& replay) {
 Json innovations_json(const InnovationTests& t) {
   Json j;
   j["nis"] = verdict_json(t.nis);
-  j["goodness_of_fit"] = {{"kolmogorov", json_number(t.fit.kolmogorov)},
-                          {"kolmogorov_p_value", json_number(t.fit.kolmogorov_p_value)},
-                          {"anderson", json_number(t.fit.anderson)},
-                          {"anderson_p_value", json_number(t.fit.anderson_p_value)},
+  j["goodness_of_fit"] = {{"kolmogorov", t.fit.kolmogorov},
+                          {"kolmogorov_p_value", t.fit.kolmogorov_p_value},
+                          {"anderson", t.fit.anderson},
+                          {"anderson_p_value", t.fit.anderson_p_value},
                           {"reason", text_or_null(t.fit.reason)}};
-  j["whiteness"] = {{"autocorrelation", json_numbers(t.whiteness.autocorrelation)},
-                    {"band", json_numbers(t.whiteness.band)},
-                    {"p_value", json_number(t.whiteness.p_value)},
+  j["whiteness"] = {{"autocorrelation", t.whiteness.autocorrelation},
+                    {"band", t.whiteness.band},
+                    {"p_value", t.whiteness.p_value},
                     {"white", t.whiteness.white},
                     {"reason", text_or_null(t.whiteness.reason)}};
-  j["mean"] = {{"value", json_numbers({t.mean.data(), t.mean.data() + t.mean.size()})},
-               {"p_value", json_number(t.mean_p_value)},
-               {"reason", text_or_null(t.mean_reason)}};
-  j["noise_scale"] = {{"value", json_number(t.noise_scale.scale)},
-                      {"lower", json_number(t.noise_scale.lower)},
-                      {"upper", json_number(t.noise_scale.upper)},
+  j["mean"] = {
+      {"value", json_vector(t.mean)}, {"p_value", t.mean_p_value}, {"reason", text_or_null(t.mean_reason)}};
+  j["noise_scale"] = {{"value", t.noise_scale.scale},
+                      {"lower", t.noise_scale.lower},
+                      {"upper", t.noise_scale.upper},
                       {"stretches", t.noise_scale.stretches},
                       {"reason", text_or_null(t.noise_scale.reason)}};
-  j["adjusted_p_value"] = json_numbers(t.adjusted_p_value);
+  j["adjusted_p_value"] = t.adjusted_p_value;
   return j;
 }
 
 Json error_json(const NormalisedError& error, double p_value) {
-  return {{"nees", error.ok ? json_number(error.value) : Json(nullptr)},
+  return {{"nees", error.ok ? Json(error.value) : Json(nullptr)},
           {"dof", error.dof},
-          {"p_value", json_number(p_value)},
+          {"p_value", p_value},
           {"reason", text_or_null(error.reason)}};
 }
 
-Json judgement_json(const ReplayJudgement& judgement) {
+Json replay_judgement_json(const ReplayJudgement& judgement) {
   Json j, maps = Json::array();
   j["nees"] = verdict_json(judgement.nees.verdict);
-  j["nees"]["run_means"] = json_numbers(judgement.nees.run_mean);
+  j["nees"]["run_means"] = judgement.nees.run_mean;
   j["innovations"] = innovations_json(judgement.innovations);
   for (const MapConsistency& map : judgement.maps)
     maps.push_back({{"placed", error_json(map.placed, map.placed_p_value)},
@@ -333,7 +330,7 @@ std::string replay_json(std::span<const ReportedReplay> replays, const ReplayJud
     j["runs"] = Json::array();
     for (const ReportedReplay& replay : replays) j["runs"].push_back(run_json(replay));
   }
-  j["judgement"] = judgement_json(judgement);
+  j["judgement"] = replay_judgement_json(judgement);
   j["null_reason"] = "null: no value contributes to this number, or the reason beside it";
   return text_of_json(j);
 }

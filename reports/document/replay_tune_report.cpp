@@ -25,15 +25,15 @@ Verdict verdict_of(const InnovationTests& tests, double confidence) {
 
 Json left_out_tests_json(const InnovationTests& tests, double confidence) {
   return {{"verdict", to_string(verdict_of(tests, confidence))},
-          {"nis", {{"mean", json_number(tests.nis.mean)}, {"expected", json_number(tests.nis.expected)}}},
-          {"nis_p_value", json_number(tests.adjusted_p_value[0])},
-          {"law_p_value", json_number(tests.adjusted_p_value[1])},
-          {"whiteness_p_value", json_number(tests.adjusted_p_value[2])},
-          {"mean_p_value", json_number(tests.adjusted_p_value[3])},
+          {"nis", {{"mean", tests.nis.mean}, {"expected", tests.nis.expected}}},
+          {"nis_p_value", tests.adjusted_p_value[0]},
+          {"law_p_value", tests.adjusted_p_value[1]},
+          {"whiteness_p_value", tests.adjusted_p_value[2]},
+          {"mean_p_value", tests.adjusted_p_value[3]},
           {"noise_scale",
-           {{"scale", json_number(tests.noise_scale.scale)},
-            {"lower", json_number(tests.noise_scale.lower)},
-            {"upper", json_number(tests.noise_scale.upper)}}}};
+           {{"scale", tests.noise_scale.scale},
+            {"lower", tests.noise_scale.lower},
+            {"upper", tests.noise_scale.upper}}}};
 }
 
 Json left_out_json(const ReplayTuning& t) {
@@ -46,13 +46,11 @@ Json left_out_json(const ReplayTuning& t) {
   for (const LeftOutPart& part : t.left_out) {
     Json values;
     for (std::size_t i = 0; i < part.values.size(); ++i) values[t.tuning.coordinates[i]] = part.values[i];
-    j["parts"].push_back(
-        {{"name", part.name},
-         {"sights", part.observations},
-         {"tuned_on_the_others", std::move(values)},
-         {"nis", {{"before", json_number(part.nis_before)}, {"after", json_number(part.nis_after)}}},
-         {"log_score",
-          {{"before", json_number(part.score_before)}, {"after", json_number(part.score_after)}}}});
+    j["parts"].push_back({{"name", part.name},
+                          {"sights", part.observations},
+                          {"tuned_on_the_others", std::move(values)},
+                          {"nis", {{"before", part.nis_before}, {"after", part.nis_after}}},
+                          {"log_score", {{"before", part.score_before}, {"after", part.score_after}}}});
   }
   return j;
 }

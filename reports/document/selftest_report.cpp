@@ -25,9 +25,9 @@ TableCell ok_cell(bool ok) {
 }
 
 void put_share(Json& json, const StudyShare& share) {
-  json["measured"] = json_number(share.interval.value);
-  json["lower"] = json_number(share.interval.lower);
-  json["upper"] = json_number(share.interval.upper);
+  json["measured"] = share.interval.value;
+  json["lower"] = share.interval.lower;
+  json["upper"] = share.interval.upper;
   json["studies"] = share.count.total;
 }
 
@@ -295,9 +295,9 @@ std::string selftest_json(const SelftestResult& result) {
   for (const SavingResult& saving : result.savings) {
     Json row{{"filter", saving.name},
              {"max_runs", saving.max_runs},
-             {"mean_runs", json_number(saving.runs.mean)},
-             {"lower", json_number(saving.runs.lower)},
-             {"upper", json_number(saving.runs.upper)}};
+             {"mean_runs", saving.runs.mean},
+             {"lower", saving.runs.lower},
+             {"upper", saving.runs.upper}};
     row["caught"] = share_json(saving.caught);
     j["stop_by_verdict"].push_back(std::move(row));
   }

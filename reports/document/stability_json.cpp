@@ -9,18 +9,17 @@ namespace credence::internal {
 Json rank_json(const RankDecision& decision) {
   Json j;
   j["rank"] = decision.rank;
-  j["gap"] = json_number(decision.gap);
+  j["gap"] = decision.gap;
   if (std::isinf(decision.gap)) {
     j["gap_null_reason"] = "infinite: no other singular value than zero was left out";
   }
-  const Vector& values = decision.singular_values;
-  j["singular_values"] = json_numbers(std::vector<double>(values.begin(), values.end()));
+  j["singular_values"] = json_vector(decision.singular_values);
   return j;
 }
 
 Json eigenvalues_json(const Eigen::VectorXcd& values) {
   Json j = Json::array();
-  for (const std::complex<double>& z : values) j.push_back({json_number(z.real()), json_number(z.imag())});
+  for (const std::complex<double>& z : values) j.push_back({z.real(), z.imag()});
   return j;
 }
 

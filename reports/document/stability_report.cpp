@@ -172,12 +172,12 @@ Json noise_condition_json(const StabilityAnalysis& a) {
   const NoiseCondition& c = *a.noise_condition;
   Json j;
   j["bounded"] = c.bounded();
-  j["trace_bound"] = c.bounded() ? json_number(c.trace_bound()) : Json(nullptr);
+  j["trace_bound"] = c.bounded() ? Json(c.trace_bound()) : Json(nullptr);
   if (!c.bounded()) j["null_reason"] = "P grows";
-  j["offset"] = json_number(c.trace_bound());
-  j["rate"] = json_number(c.rate);
-  j["growth_per_step"] = json_number(c.growth_per_step());
-  j["direction"] = json_numbers(std::vector<double>(c.direction.begin(), c.direction.end()));
+  j["offset"] = c.trace_bound();
+  j["rate"] = c.rate;
+  j["growth_per_step"] = c.growth_per_step();
+  j["direction"] = json_vector(c.direction);
   j["direction_name"] = a.growth_direction;
   j["seen"] = rank_json(c.seen);
   return j;
@@ -186,13 +186,13 @@ Json noise_condition_json(const StabilityAnalysis& a) {
 Json riccati_json(const RiccatiSolution& r) {
   Json j;
   j["bounded"] = r.stays_bounded || r.kind == RiccatiKind::unbounded ? Json(r.stays_bounded) : Json(nullptr);
-  j["growth_exponent"] = json_number(r.growth_exponent);
+  j["growth_exponent"] = r.growth_exponent;
   j["exponential"] = r.exponential;
-  j["trace"] = json_number(r.P.trace());
-  j["residual"] = json_number(r.residual);
+  j["trace"] = r.P.trace();
+  j["residual"] = r.residual;
   j["kind"] = to_string(r.kind);
   if (!r.reason.empty()) j["reason"] = r.reason;
-  j["steps"] = json_number(r.steps);
+  j["steps"] = r.steps;
   j["gain"] = json_matrix(r.K);
   j["closed_loop_eigenvalues"] = eigenvalues_json(r.closed_loop_eigenvalues);
   return j;
@@ -202,14 +202,14 @@ Json long_horizon_json(const LongHorizon& h) {
   Json j;
   j["steps"] = h.trace.size();
   j["verdict"] = to_string(h.growth.verdict);
-  j["growth_per_step"] = json_number(h.growth.per_sample);
-  j["growth_exponent"] = json_number(h.growth.exponent);
+  j["growth_per_step"] = h.growth.per_sample;
+  j["growth_exponent"] = h.growth.exponent;
   j["converged"] = h.converged;
   Json step = Json::array(), prior = Json::array(), posterior = Json::array();
   for (std::size_t k = 1; k <= h.trace.size(); k *= 2) {
     step.push_back(k);
-    prior.push_back(json_number(h.trace_prior[k - 1]));
-    posterior.push_back(json_number(h.trace[k - 1]));
+    prior.push_back(h.trace_prior[k - 1]);
+    posterior.push_back(h.trace[k - 1]);
   }
   j["step"] = step;
   j["trace_prior"] = prior;
@@ -367,7 +367,7 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
   j["unobservable"] = a.unobservable;
   j["gain"] = json_matrix(a.K);
   j["closed_loop_eigenvalues"] = eigenvalues_json(a.closed_loop_eigenvalues);
-  j["spectral_radius"] = json_number(a.spectral_radius);
+  j["spectral_radius"] = a.spectral_radius;
   j["riccati"] = riccati_json(a.riccati);
   j["predicted_bounded"] = a.predicted_bounded;
   j["prediction_reason"] = a.prediction_reason;
@@ -376,9 +376,9 @@ std::string stability_json(const Scenario& scenario, const StabilityAnalysis& a)
   j["paper_condition_holds"] = a.paper_condition_holds;
   Json initial;
   initial["depends"] = std::isnan(a.initial_covariance_effect) ? Json(nullptr) : Json(a.depends_on_initial);
-  initial["effect"] = json_number(a.initial_covariance_effect);
+  initial["effect"] = a.initial_covariance_effect;
   if (std::isnan(a.initial_covariance_effect)) initial["null_reason"] = "no limit to compare";
-  initial["other_trace"] = json_number(a.riccati_other.P.trace());
+  initial["other_trace"] = a.riccati_other.P.trace();
   j["initial_covariance"] = initial;
   j["long_horizon"] = long_horizon_json(a.long_horizon);
   j["notes"] = notes(a);

@@ -4,7 +4,6 @@
 
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/judgement_json.h"
-#include "reports/document/verdict_json.h"
 
 namespace credence::internal {
 namespace {
@@ -15,23 +14,21 @@ Json exact_json(const StudyAnalysis& a) {
     nees.push_back(e.nees);
     nis.push_back(e.nis);
   }
-  return {{"nees", json_numbers(nees)}, {"nis", json_numbers(nis)}};
+  return {{"nees", nees}, {"nis", nis}};
 }
 
 /// By step, as roots.
 Json bound_json(const PosteriorBound& bound) {
   const auto roots = [](std::vector<double> squares) {
     for (double& value : squares) value = std::sqrt(value);
-    return json_numbers(squares);
+    return squares;
   };
   Json blocks = Json::array();
   for (const BoundCurve& curve : bound.blocks) {
     blocks.push_back(
         {{"of", curve.block}, {"bound", roots(curve.bound)}, {"at_truth", roots(curve.at_truth)}});
   }
-  Json j = {{"runs", bound.runs}, {"blocks", std::move(blocks)}};
-  if (!bound.reason.empty()) j["reason"] = bound.reason;
-  return j;
+  return with_reason({{"runs", bound.runs}, {"blocks", std::move(blocks)}}, bound.reason);
 }
 
 Json stop_json(const StudyAnalysis& a) {
@@ -40,22 +37,18 @@ Json stop_json(const StudyAnalysis& a) {
                      : stop.stop ? Json(stop.reason)
                                  : Json(nullptr)},
           {"verdict", to_string(stop.verdict)},
-          {"p_value", json_number(stop.p_value)},
-          {"scale", {{"lower", json_number(stop.scale.lower)}, {"upper", json_number(stop.scale.upper)}}},
-          {"mean_nees",
-           {{"value", json_number(stop.mean_nees.mean)},
-            {"lower", json_number(stop.mean_nees.lower)},
-            {"upper", json_number(stop.mean_nees.upper)}}}};
+          {"p_value", stop.p_value},
+          {"scale", {{"lower", stop.scale.lower}, {"upper", stop.scale.upper}}},
+          {"mean_nees", json_interval(stop.mean_nees)}};
 }
 
 Json outcomes_json(const StudyAnalysis& a) {
   Json j = outcome_counts_json(a.statistics);
   Json failures = Json::array();
   for (const RunFailure& f : a.statistics.failures) {
-    failures.push_back({{"seed", a.scenario.study.seed},
-                        {"run", f.run},
-                        {"step", f.step},
-                        {"outcome", to_string(f.outcome)}});
+    Json failure = {{"seed", a.scenario.study.seed}};
+    failure.update(failure_json(f));
+    failures.push_back(std::move(failure));
   }
   j["failures"] = std::move(failures);
   j["not_converged"] = not_converged_json(a.statistics.not_converged);
@@ -86,19 +79,14 @@ Json study_json(const StudyAnalysis& a) {
   if (linear && a.exact.empty() && misses) {
     j["exact_reason"] = "a filter that is not optimal and misses measurements: no exact mean is known";
   }
-  j["covariance"] = {{"trace_prior", json_numbers(a.covariance.trace_prior)},
-                     {"trace", json_numbers(a.covariance.trace)},
-                     {"vehicle", json_numbers(a.covariance.vehicle)},
-                     {"landmarks", json_numbers(a.covariance.landmarks)}};
+  j["covariance"] = covariance_json(a.covariance);
   if (linear && misses) {
     j["gain"] = nullptr;
     j["gain_reason"] = "measurements are missed at random: every run has gains of its own";
   } else if (linear) {
     j["gain"] = json_matrix(a.gain);
   } else {
-    j["rmse"] = {{"position_m", json_numbers(a.errors.position_m)},
-                 {"heading_rad", json_numbers(a.errors.heading_rad)},
-                 {"landmark_m", json_numbers(a.errors.landmark_m)}};
+    j["rmse"] = errors_json(a.errors);
   }
   if (a.bound) j["bound"] = bound_json(*a.bound);
   if (a.judgement) j["battery"] = judgement_json(*a.judgement);

@@ -220,7 +220,7 @@ std::string sweep_json(const SweepAnalysis& sweep) {
   for (std::size_t n = 0; n < sweep.studies.size(); ++n) {
     Json j = study_json(sweep.studies[n]);
     j["swept"] = swept_json(plan, sweep.point(n));
-    j["sweep_p_value"] = json_number(sweep.p_values[n]);
+    j["sweep_p_value"] = sweep.p_values[n];
     configurations.push_back(std::move(j));
   }
   document["configurations"] = std::move(configurations);

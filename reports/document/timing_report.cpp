@@ -41,25 +41,22 @@ std::string bytes_text(const std::optional<double>& bytes) {
 // ------------------------------------------------------------------------------------------------
 
 void put_time(Json& json, const char* key, const MeasuredTime& time) {
-  json[key] = json_number(time.median);
-  json["lower"] = json_number(time.lower);
-  json["upper"] = json_number(time.upper);
+  json[key] = time.median;
+  json["lower"] = time.lower;
+  json["upper"] = time.upper;
 }
 
 Json filter_json(const FilterTime& time) {
   Json json{{"filter", to_string(time.filter)}, {"landmarks", time.landmarks}, {"observed", time.observed}};
   put_time(json, "seconds_per_step", time.step);
-  json["bytes"] = time.bytes ? json_number(*time.bytes) : Json(nullptr);
+  json["bytes"] = time.bytes ? Json(*time.bytes) : Json(nullptr);
   return json;
 }
 
 Json growth_json(const GrowthFit& fit) {
-  return {{"value", json_number(fit.law.exponent)},
-          {"lower", json_number(fit.law.lower)},
-          {"upper", json_number(fit.law.upper)},
-          {"filter", to_string(fit.filter)},
-          {"observed", fit.observed},
-          {"from_landmarks", fit.from},
+  return {{"value", fit.law.exponent}, {"lower", fit.law.lower},
+          {"upper", fit.law.upper},    {"filter", to_string(fit.filter)},
+          {"observed", fit.observed},  {"from_landmarks", fit.from},
           {"points", fit.points}};
 }
 
@@ -80,7 +77,7 @@ Json slopes_json(const TimingResult& result) {
   return slopes;
 }
 
-Json rate(const MeasuredTime& time) { return json_number(1.0 / time.median); }
+Json rate(const MeasuredTime& time) { return 1.0 / time.median; }
 
 // ---- Tables
 // ----------------------------------------------------------------------------------------------
@@ -275,7 +272,7 @@ std::string timing_json(const TimingResult& result) {
                   {"processors", machine.processors},
                   {"instruction_set", machine.instruction_set},
                   {"compiler", machine.compiler},
-                  {"load", json_number(machine.load)}};
+                  {"load", machine.load}};
   j["repetitions"] = result.plan.repetitions;
   j["rows"] = Json::array();
   for (const FilterTime& time : result.filters) j["rows"].push_back(filter_json(time));
@@ -285,7 +282,7 @@ std::string timing_json(const TimingResult& result) {
   j["crossovers"] = Json::array();
   for (const Crossover& crossover : result.crossovers) {
     Json row{{"observed", crossover.observed}};
-    row["landmarks"] = crossover.landmarks ? json_number(*crossover.landmarks) : Json(nullptr);
+    row["landmarks"] = crossover.landmarks ? Json(*crossover.landmarks) : Json(nullptr);
     if (!crossover.landmarks) {
       row["reason"] =
           fmt::format("{} is the faster one at every size timed for both", to_string(crossover.faster_below));

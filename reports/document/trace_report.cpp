@@ -17,8 +17,6 @@
 namespace credence::internal {
 namespace {
 
-Json vector_json(const Vector& v) { return json_numbers(std::vector<double>(v.data(), v.data() + v.size())); }
-
 /// The states whose errors a table of steps has room for: the vehicle, or the first ones.
 std::vector<Index> shown_states(const Scenario& scenario, const RunTrace& trace) {
   if (world_of(scenario).figure != RunFigure::states) return trace.layout.blocks.front().states;
@@ -69,16 +67,16 @@ std::string trace_json(const Scenario& scenario, const RunTrace& trace) {
     const TraceStep& s = trace.steps[k];
     steps.push_back({{"step", k},
                      {"landmarks", s.landmarks},
-                     {"truth", vector_json(s.truth)},
-                     {"estimate", vector_json(s.estimate)},
+                     {"truth", json_vector(s.truth)},
+                     {"estimate", json_vector(s.estimate)},
                      {"covariance", json_matrix(s.P)},
-                     {"measurement", vector_json(s.z)},
-                     {"innovation", vector_json(s.innovation())},
+                     {"measurement", json_vector(s.z)},
+                     {"innovation", json_vector(s.innovation())},
                      {"innovation_covariance", json_matrix(s.S())},
                      {"gain", json_matrix(s.K)},
-                     {"nees", json_number(s.nees)},
+                     {"nees", s.nees},
                      {"nees_dof", s.nees_dof},
-                     {"nis", json_number(s.nis)},
+                     {"nis", s.nis},
                      {"nis_dof", s.nis_dof}});
   }
   j["steps"] = std::move(steps);

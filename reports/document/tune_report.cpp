@@ -36,10 +36,10 @@ double whiteness_p_value(const StudyAnalysis& analysis) {
 Json study_verdict_json(const StudyAnalysis& a) {
   return {{"verdict", to_string(overall_verdict(a))},
           {"says", a.word.says},
-          {"nis", {{"mean", json_number(a.nis.mean)}, {"expected", json_number(a.nis.expected)}}},
-          {"nees", {{"mean", json_number(a.nees.mean)}, {"expected", json_number(a.nees.expected)}}},
-          {"whiteness_p_value", json_number(whiteness_p_value(a))},
-          {"state_log_score", json_number(state_score(a))},
+          {"nis", {{"mean", a.nis.mean}, {"expected", a.nis.expected}}},
+          {"nees", {{"mean", a.nees.mean}, {"expected", a.nees.expected}}},
+          {"whiteness_p_value", whiteness_p_value(a)},
+          {"state_log_score", state_score(a)},
           {"runs", a.statistics.runs}};
 }
 
@@ -47,9 +47,8 @@ Json fresh_noise_json(const ScenarioTuning& t) {
   if (!t.held_out) return nullptr;
   Json j = study_verdict_json(t.held_out->after);
   j["seed"] = t.held_out->after.scenario.study.seed;
-  j["detectable"] = {{"below", json_number(t.held_out->detectable.below)},
-                     {"above", json_number(t.held_out->detectable.above)},
-                     {"power", 0.8}};
+  j["detectable"] = {
+      {"below", t.held_out->detectable.below}, {"above", t.held_out->detectable.above}, {"power", 0.8}};
   j["before"] = study_verdict_json(t.held_out->before);
   return j;
 }
@@ -61,11 +60,11 @@ Json nis_ridge_json(const ScenarioTuning& t) {
     Json values;
     for (const NoiseValue& value : model.values(point.phi)) {
       const ScenarioScore::Key key = t.score->key(value.name);
-      values[key.name] = json_number(value.value * key.unit);
+      values[key.name] = value.value * key.unit;
     }
     ridge.push_back({{"values", std::move(values)},
-                     {"lag_one_correlation", json_number(point.lag_one)},
-                     {"log_score_loss", json_number(point.drop / t.tuning.steps)}});
+                     {"lag_one_correlation", point.lag_one},
+                     {"log_score_loss", point.drop / t.tuning.steps}});
   }
   return ridge;
 }

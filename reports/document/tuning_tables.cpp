@@ -17,15 +17,14 @@ TableCell steps_cell(double steps) {
 }
 
 Json tuned_parameter_json(const TunedParameter& p) {
-  Json j{
-      {"name", p.name},
-      {"value", json_number(p.value)},
-      {"lower", json_number(p.lower)},
-      {"upper", json_number(p.upper)},
-      {"identifiable", p.identifiable},
-      {"steps_for_10_percent", json_number(p.steps_for_10_percent)},
-      {"before", json_number(p.before)},
-      {"bootstrap", {{"lower", json_number(p.bootstrap_lower)}, {"upper", json_number(p.bootstrap_upper)}}}};
+  Json j{{"name", p.name},
+         {"value", p.value},
+         {"lower", p.lower},
+         {"upper", p.upper},
+         {"identifiable", p.identifiable},
+         {"steps_for_10_percent", p.steps_for_10_percent},
+         {"before", p.before},
+         {"bootstrap", {{"lower", p.bootstrap_lower}, {"upper", p.bootstrap_upper}}}};
   if (!p.identifiable) j["null_reason"] = p.reason;
   return j;
 }
@@ -35,8 +34,8 @@ Json tune_forecast_json(const TuningForecast& forecast) {
   for (const TuningForecast::Parameter& p : forecast.parameters) {
     Json& j = all.emplace_back(Json{{"name", p.name},
                                     {"identifiable", p.identifiable},
-                                    {"relative_error", json_number(p.relative_error)},
-                                    {"steps_for_10_percent", json_number(p.steps_for_10_percent)}});
+                                    {"relative_error", p.relative_error},
+                                    {"steps_for_10_percent", p.steps_for_10_percent}});
     if (!p.identifiable) j["null_reason"] = p.reason;
   }
   return all;
@@ -141,17 +140,14 @@ Json tuning_json(const Tuning& g) {
   for (const TunedParameter& p : g.parameters) j["parameters"].push_back(tuned_parameter_json(p));
   j["coordinates"] = g.coordinates;
   j["correlation"] = json_matrix(g.correlation);
-  j["log_score"] = {{"before", json_number(g.score_before)},
-                    {"after", json_number(g.score_after)},
-                    {"likelihood_ratio", json_number(g.likelihood_ratio)},
-                    {"likelihood_ratio_p_value", json_number(g.likelihood_ratio_p_value)}};
-  j["innovations"] = {
-      {"nis",
-       {{"before", json_number(g.nis_before)}, {"after", json_number(g.nis_after)}, {"expected", g.dof}}},
-      {"lag_one_correlation",
-       {{"before", json_number(g.lag_one_before)}, {"after", json_number(g.lag_one_after)}}}};
+  j["log_score"] = {{"before", g.score_before},
+                    {"after", g.score_after},
+                    {"likelihood_ratio", g.likelihood_ratio},
+                    {"likelihood_ratio_p_value", g.likelihood_ratio_p_value}};
+  j["innovations"] = {{"nis", {{"before", g.nis_before}, {"after", g.nis_after}, {"expected", g.dof}}},
+                      {"lag_one_correlation", {{"before", g.lag_one_before}, {"after", g.lag_one_after}}}};
   j["intervals"] = g.misspecified ? "sandwich" : "observed information";
-  j["information_ratio"] = json_number(g.information_ratio);
+  j["information_ratio"] = g.information_ratio;
   return j;
 }
 

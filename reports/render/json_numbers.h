@@ -1,11 +1,14 @@
 #pragma once
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "core/types.h"
+
+/// @file
+/// JSON of numbers. It has no NaN and no infinity: the library writes null for both, and the document says
+/// why elsewhere.
 
 namespace credence::internal {
 
@@ -14,30 +17,40 @@ using Json = nlohmann::ordered_json;
 /// Version of the documents (docs/formats.md).
 inline constexpr int kSchema = 1;
 
-/// JSON has no NaN and no infinity: null stands for both, and the document says why elsewhere.
-inline Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-inline Json json_numbers(const std::vector<double>& values) {
-  Json array = Json::array();
-  for (const double value : values) array.push_back(json_number(value));
-  return array;
-}
-
 /// A document as text. Names of files, columns and sensors are other people's bytes: what is no UTF-8 becomes
 /// U+FFFD.
 inline std::string text_of_json(const Json& document, int indent = 1) {
   return document.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
+inline Json json_vector(const Vector& vector) {
+  return std::vector<double>(vector.data(), vector.data() + vector.size());
+}
+
 /// Rows of numbers.
 inline Json json_matrix(const Matrix& matrix) {
   Json rows = Json::array();
-  for (Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Index j = 0; j < matrix.cols(); ++j) row.push_back(json_number(matrix(i, j)));
-    rows.push_back(std::move(row));
-  }
+  for (Index i = 0; i < matrix.rows(); ++i) rows.push_back(json_vector(matrix.row(i)));
   return rows;
 }
+
+/// A number with its interval.
+inline Json json_interval(double value, double lower, double upper) {
+  return {{"value", value}, {"lower", lower}, {"upper", upper}};
+}
+
+/// The same of a MeanInterval, or what has its members.
+template <class Interval>
+Json json_interval(const Interval& interval) {
+  return json_interval(interval.mean, interval.lower, interval.upper);
+}
+
+/// The object, with the reason why numbers of it are null where there is one.
+inline Json with_reason(Json object, std::string_view reason) {
+  if (!reason.empty()) object["reason"] = reason;
+  return object;
+}
+
+inline Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 }  // namespace credence::internal

@@ -5,8 +5,12 @@
 #include <variant>
 
 #include "reports/document/document.h"
+#include "reports/render/json_numbers.h"
 
 namespace credence::internal {
+
+/// As whoever reads the document has it: null where a number is not finite.
+inline Json as_read(const Json& written) { return Json::parse(text_of_json(written)); }
 
 /// The first table of a page whose title holds these words.
 inline ReportTable table_of(const Document& document, const std::string& words) {

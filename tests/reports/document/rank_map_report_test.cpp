@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tests/reports/document/parts_of.h"
+
 namespace credence::internal {
 namespace {
 
@@ -132,7 +134,7 @@ TEST(RankMapReport, WhereNothingGrowsThereIsNoBoundary) {
 TEST(RankMapReport, TheDataHaveEveryCellAndTheCountsOfTheTable) {
   std::vector<RankMapCell> cells = small_map();
   cells[0].nees_ratio = std::nan("");
-  const Json j = rank_map_json(cells, 0.95);
+  const Json j = as_read(rank_map_json(cells, 0.95));
   ASSERT_EQ(j["cells"].size(), 7U);
   EXPECT_TRUE(j["cells"][0]["nees_ratio"].is_null());
   int bounded = 0, errs = 0;

@@ -7,6 +7,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
+#include "tests/reports/document/parts_of.h"
 
 namespace credence::internal {
 namespace {
@@ -81,22 +82,22 @@ TEST(StudyJson, BoundsAreRootsOfSquaresAndRunsThatAllFailedAreNull) {
   StudyAnalysis analysis = level_study();
   analysis.bound = PosteriorBound{};
   analysis.bound->blocks = {{.block = "state", .bound = {4.0, std::nan("")}, .at_truth = {9.0, 16.0}}};
-  const Json bound = study_json(analysis)["bound"]["blocks"][0];
+  const Json bound = as_read(study_json(analysis))["bound"]["blocks"][0];
   EXPECT_EQ(bound["bound"][0], 2.0);
   EXPECT_TRUE(bound["bound"][1].is_null());
   EXPECT_EQ(bound["at_truth"][1], 4.0);
   analysis.nees.mean = std::nan("");
-  EXPECT_TRUE(study_json(analysis)["nees"]["mean"].is_null());
+  EXPECT_TRUE(as_read(study_json(analysis))["nees"]["mean"].is_null());
   EXPECT_FALSE(study_json(analysis)["null_reason"].empty());
 }
 
 TEST(StudyJson, OneStudyIsTheDocumentAndSeveralAreAList) {
   const ReportedStudy one{.analysis = level_study()};
-  EXPECT_EQ(Json::parse(studies_json({one})), study_json(one.analysis));
+  EXPECT_EQ(Json::parse(studies_json({one})), as_read(study_json(one.analysis)));
   const Json two = Json::parse(studies_json({one, one}));
   EXPECT_EQ(two["schema"], kSchema);
   ASSERT_EQ(two["studies"].size(), 2U);
-  EXPECT_EQ(two["studies"][1], study_json(one.analysis));
+  EXPECT_EQ(two["studies"][1], as_read(study_json(one.analysis)));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/nan.h"
+#include "tests/reports/document/parts_of.h"
 
 namespace credence::internal {
 namespace {
@@ -65,7 +66,7 @@ TEST(TuningTables, ANumberThatWasNotFoundHasItsLimitsOrItsReason) {
 TEST(TuningTables, TheDocumentSaysNullWithItsReasonAndNeverInfinity) {
   Tuning tuning = one_of_three();
   tuning.parameters[1].upper = kNoLimit;
-  const Json j = tuning_json(tuning);
+  const Json j = as_read(tuning_json(tuning));
   const Json &found = j["parameters"][0], &bounded = j["parameters"][1];
   EXPECT_EQ(found["value"], 0.1);
   EXPECT_EQ(found["bootstrap"]["upper"], 0.14);
@@ -118,7 +119,7 @@ TEST(TuningTables, TheForecastTellsPercentFromShare) {
   EXPECT_THAT(table.notes.at(0), HasSubstr("15000 steps"));
   Tuning tuning;
   tuning.forecast = forecast;
-  const Json j = tuning_json(tuning)["forecast"];
+  const Json j = as_read(tuning_json(tuning))["forecast"];
   EXPECT_EQ(j[0]["relative_error"], 0.0425);
   EXPECT_TRUE(j[1]["steps_for_10_percent"].is_null());
   EXPECT_EQ(j[1]["null_reason"], "it has no effect");
