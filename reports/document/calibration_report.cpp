@@ -163,7 +163,6 @@ ReportTable sigma_table(const Calibration& c, std::span<const std::string> state
                   {"p", words},
                   {"p, adjusted", words},
                   {"rows"}},
-      .rows = {},
       .notes = {"Of every range of the claimed σ, a quarter of a decade wide: the factor between true and "
                 "claimed variance with its interval over runs, or stretches of a run, and the test that "
                 "it is 1; adjusted by Holm over all rows of this table. Units are those of the states."}};

@@ -24,7 +24,6 @@ ReportTable findings_table(const std::vector<CarparkFinding>& findings) {
   ReportTable table{
       .title = "What was to be shown",
       .columns = {{"statement", words}, {"measured", words}, {"holds", words}, {"meaning", words}},
-      .rows = {},
       .notes = {"Two numbers or triples: P0 of 0.05 m, 2° and of 0.316 m, 15°. Triples: Figures 5, "
                 "6, 7."}};
   for (const CarparkFinding& f : findings)
@@ -47,7 +46,6 @@ ReportTable variants_table(const CarparkStudy& study) {
                   {"GPS NEES"},
                   {"map (m)"},
                   {"aligned (m)"}},
-      .rows = {},
       .notes = {"Traces in m², of the vehicle its position. Expected of NIS and of GPS NEES: 2. Map: "
                 "RMS of the landmarks against the survey, as they lie and with the survey moved "
                 "rigidly onto them. Every run: 888 observations, none rejected."}};
@@ -78,7 +76,6 @@ ReportTable independence_table(const CarparkStudy& study) {
   ReportTable table{
       .title = "Does the map depend on P0?",
       .columns = {{"inflation", words}, {"observability", words}},
-      .rows = {},
       .notes = {"Final tr P of the landmarks in m² for P0 of these deviations; the last column is the "
                 "largest over the smallest. A second anchor makes the map independent of P0, one "
                 "does not: the turn about a single beacon stays unobservable, so that the paper's "
@@ -106,7 +103,6 @@ ReportTable horizon_table(const CarparkStudy& study) {
                   {"fitted exponent"},
                   {"increments × a loop"},
                   {"growth", words}},
-      .rows = {},
       .notes = {fmt::format(
           "tr P of the landmarks in m² after a loop; partial, P0 of 0.05 m and 2°; Jacobians along "
           "the reference, every {}th scan. Exponent: slope of log trace over log loop in the "

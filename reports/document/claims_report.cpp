@@ -71,9 +71,7 @@ ReportTable claims_table(const std::vector<Claim>& claims) {
                                 {"source", words},
                                 {"verdict", words},
                                 {"measured", words},
-                                {"in the long run", words}},
-                    .rows = {},
-                    .notes = {}};
+                                {"in the long run", words}}};
   for (const Claim& c : claims) {
     table.add({c.statement, c.source, TableCell(std::string(to_string(c.verdict)), tone_of(c.verdict)),
                c.measured, c.long_run});

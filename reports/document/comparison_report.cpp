@@ -100,9 +100,7 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
                                 {"NEES", words},
                                 {"of the pose", words},
                                 {"NIS", words},
-                                {"against the first", words}},
-                    .rows = {},
-                    .notes = {}};
+                                {"against the first", words}}};
   bool paired = false, unpaired = false;
   for (const ComparedStudy& s : studies) {
     std::string difference = "–";

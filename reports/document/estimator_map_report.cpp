@@ -132,7 +132,7 @@ const char* ideal_words(const EstimatorMap& map) {
 
 /// One row for each point, titled by the answer: the cheapest, and the pose NEES of all.
 ReportTable estimator_map_table(const EstimatorMap& map) {
-  ReportTable table{.title = estimator_map_answer(map).text, .columns = {}, .rows = {}, .notes = {}};
+  ReportTable table{.title = estimator_map_answer(map).text};
   for (const SweepAxis& axis : map.plan.axes) table.columns.push_back({axis.path, ColumnAlign::words});
   table.columns.push_back({"cheapest", ColumnAlign::words});
   for (const std::string& name : map.names) table.columns.push_back({name});

@@ -175,9 +175,7 @@ ReportTable estimator_table(const EstimatorStudy& study) {
   using enum EstimatorBlock;
   constexpr ColumnAlign words = ColumnAlign::words;
   ReportTable table{.title = fmt::format("Estimators in {}", study.scenario.name),
-                    .columns = {{"estimator", words}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"estimator", words}}};
   const auto add_columns = [&](std::initializer_list<TableColumn> columns) {
     table.columns.insert(table.columns.end(), columns);
   };
@@ -245,9 +243,7 @@ ReportTable estimator_table(const EstimatorStudy& study) {
 ReportTable estimator_bound_table(const EstimatorStudy& study) {
   constexpr ColumnAlign words = ColumnAlign::words;
   ReportTable table{.title = "Errors beside the posterior Cramér-Rao bound",
-                    .columns = {{"estimator", words}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"estimator", words}}};
   if (study.has_vehicle) {
     table.columns.insert(
         table.columns.end(),
@@ -327,9 +323,7 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
                                 {"difference", ColumnAlign::words},
                                 {"p"},
                                 {"gain of pairing"},
-                                {"runs"}},
-                    .rows = {},
-                    .notes = {}};
+                                {"runs"}}};
   for (const PairedDifference& paired : study.paired) {
     if (paired.first != other && paired.second != other) continue;
     const bool turned = paired.first == other;

@@ -120,9 +120,7 @@ ReportTable tests_table(const Judgement& j) {
   using enum ColumnAlign;
   ReportTable table{
       .title = "All tests",
-      .columns = {{"test", words}, {"measured", words}, {"p-value"}, {"adjusted"}, {"says", words}},
-      .rows = {},
-      .notes = {}};
+      .columns = {{"test", words}, {"measured", words}, {"p-value"}, {"adjusted"}, {"says", words}}};
   const double alpha = 1.0 - j.confidence;
   const auto says_nothing = [&](const NamedTest& test) {
     for (std::size_t i = 0; i < j.coverage.size(); ++i) {
@@ -323,9 +321,7 @@ std::string bound_sentence(const Judgement& judgement) {
 ReportTable accuracy_table(const Judgement& judgement, const PosteriorBound* bound) {
   using enum ColumnAlign;
   ReportTable table{.title = "How large the errors are, and how large P says they are",
-                    .columns = {{"block", words}, {"RMSE", words}, {"P claims"}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"block", words}, {"RMSE", words}, {"P claims"}}};
   const bool bounded = bound != nullptr && bound->reason.empty();
   if (bounded) {
     for (const char* title : {"with Jacobians at the truth", "bound"}) table.columns.push_back({title});

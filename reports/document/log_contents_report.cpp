@@ -20,9 +20,7 @@ ReportTable contents_table(const ListedLog& log) {
                                 {"messages"},
                                 {"Hz", words},
                                 {"covariance", words},
-                                {"can be", words}},
-                    .rows = {},
-                    .notes = {}};
+                                {"can be", words}}};
   for (const LogTopic& topic : log.contents.topics) {
     table.add({topic.name, topic.type, topic.count,
                std::isnan(topic.rate_hz) ? "–" : number_text(topic.rate_hz, 3),

@@ -29,7 +29,6 @@ ReportTable charts_table(const LogPoses& log) {
                   {"if it were written so"},
                   {"p", ColumnAlign::words},
                   {"carried over"}},
-      .rows = {},
       .notes = {
           fmt::format(
               "Of {}, {} rows. If it were written so: the numbers of the file, read as of this chart, and "

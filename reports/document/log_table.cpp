@@ -159,9 +159,7 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
                                 {"expected"},
                                 {"trusted if within", words},
                                 {"p", words},
-                                {"values"}},
-                    .rows = {},
-                    .notes = {}};
+                                {"values"}}};
   add_verdict(table, "NEES", a.nees);
   add_verdict(table, "NIS", a.nis);
   const std::vector<const BlockVerdict*> blocks = blocks_in_order(logs.analysis);

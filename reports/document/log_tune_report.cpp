@@ -95,9 +95,7 @@ ReportTable log_tune_table(const std::string& name, const std::vector<Innovation
                                 {"factor on S", words},
                                 {"lag-one correlation", words},
                                 {"gain", words},
-                                {"left out one by one", words}},
-                    .rows = {},
-                    .notes = {}};
+                                {"left out one by one", words}}};
   for (const InnovationTuning& t : sensors) {
     const LeftOut& parts = t.left_out_parts;
     table.add({t.name.empty() ? "–" : t.name, t.values,

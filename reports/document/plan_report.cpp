@@ -129,9 +129,7 @@ std::string plan_json(const SweepPlan& sweep, const std::vector<StudyPlan>& plan
 ReportTable plan_table(const StudyPlan& plan) {
   using enum ColumnAlign;
   ReportTable table{.title = fmt::format("{}: runs needed", plan.scenario.name),
-                    .columns = {{"to find", words}, {"runs"}, {"power %"}, {"time", words}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"to find", words}, {"runs"}, {"power %"}, {"time", words}}};
   add_detections("NEES", plan.nees, table);
   add_detections("NIS", plan.nis, table);
   table.add({fmt::format("mean NEES to ±{:g} %", 100.0 * plan.question.precision), plan.runs_for_precision,
@@ -151,9 +149,7 @@ ReportTable plan_table(const SweepPlan& sweep, const std::vector<StudyPlan>& pla
   const PlanQuestion& question = plans.front().question;
   ReportTable table{
       .title = fmt::format("{}: runs needed", sweep.name),
-      .columns = {{"configuration", words}, {"NEES"}, {"NIS"}, {"precision"}, {"time of the most", words}},
-      .rows = {},
-      .notes = {}};
+      .columns = {{"configuration", words}, {"NEES"}, {"NIS"}, {"precision"}, {"time of the most", words}}};
   const auto most = [](const VerdictPlan& plan) {
     std::int64_t runs = 0;
     for (const DetectionPlan& detection : plan.detections) runs = std::max(runs, detection.needed.runs);

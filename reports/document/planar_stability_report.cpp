@@ -144,9 +144,7 @@ ReportTable planar_rank_table(const PlanarStability& a) {
                                 {"rank O"},
                                 {"of"},
                                 {"gap"},
-                                {"not observable", ColumnAlign::words}},
-                    .rows = {},
-                    .notes = {}};
+                                {"not observable", ColumnAlign::words}}};
   for (const Linearisation at : {Linearisation::truth, Linearisation::estimate}) {
     const PlanarRanks& ranks = at == Linearisation::truth ? a.truth : a.estimate;
     const RankDecision& d = ranks.observability.decision;
@@ -173,9 +171,7 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                                 {"rank ΔP"},
                                 {"above gap"},
                                 {"P0 × 100"},
-                                {"pose NEES / 3"}},
-                    .rows = {},
-                    .notes = {}};
+                                {"pose NEES / 3"}}};
   for (const PlanarFollowed& f : a.followed) {
     const bool truth = f.at == Linearisation::truth;
     table.add({solution_text(scenario, f.solution), place_text(f.at), verdict_of(f), trace_cell(f, 1),

@@ -66,10 +66,7 @@ ReportAnswer planar_table_answer(std::span<const PlanarStability> analyses) {
 ReportTable planar_stability_table(const SweepPlan& plan, std::span<const PlanarStability> analyses) {
   using enum ColumnAlign;
   const Index loops = analyses.empty() ? 0 : analyses.front().loops;
-  ReportTable table{.title = fmt::format("Does P stay bounded over {} loops?", loops),
-                    .columns = {},
-                    .rows = {},
-                    .notes = {}};
+  ReportTable table{.title = fmt::format("Does P stay bounded over {} loops?", loops)};
   for (const SweepAxis& axis : plan.axes) table.columns.push_back({axis.path, words});
   for (const char* title : {"rank O, truth", "rank O, EKF", "solution", "at the truth", "in the EKF"}) {
     table.columns.push_back({title, words});

@@ -153,9 +153,7 @@ ReportTable rank_map_table(std::span<const RankMapCell> cells, double confidence
                                 {"exact condition errs"},
                                 {"eq. (22) errs"},
                                 {"largest NEES / expected"},
-                                {"errors outside P"}},
-                    .rows = {},
-                    .notes = {}};
+                                {"errors outside P"}}};
   for (const RankMapSummary& s : summarise(cells, confidence)) {
     table.add({observability_text(s.observability), range_text(s.range), s.cells, s.bounded,
                error_count(s.exact_errs), error_count(s.paper_errs), s.largest_nees_ratio,
@@ -179,9 +177,7 @@ ReportTable rank_map_disagreements(std::span<const RankMapCell> cells) {
                                 {"measured", ColumnAlign::words},
                                 {"growth (m² a step)"},
                                 {"exact condition", ColumnAlign::words},
-                                {"eq. (22)", ColumnAlign::words}},
-                    .rows = {},
-                    .notes = {}};
+                                {"eq. (22)", ColumnAlign::words}}};
   for (const auto& [group, places] : grouped(cells)) {
     for (const auto& [ranks, place] : places) {
       if (place.paper_errs == 0 && place.exact_errs == 0) continue;

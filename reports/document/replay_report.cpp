@@ -84,9 +84,7 @@ ReportTable replay_table(const ReportedReplay& replay) {
   using enum ColumnAlign;
   const ReplayResult& r = replay.result;
   ReportTable table{.title = fmt::format("{}, {} s", replay_name(r), number_text(r.duration_s, 4)),
-                    .columns = {{"", words}, {"value"}, {"expected"}, {"from", words}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"", words}, {"value"}, {"expected"}, {"from", words}}};
   add_counts(table, r);
   const bool heading = has_true_heading(r);
   const char* reference = heading ? "against motion capture" : "against GPS";
@@ -132,7 +130,6 @@ ReportTable replays_table(std::span<const ReportedReplay> replays) {
                                 {"heading (°)"},
                                 {"map (m)"},
                                 {"aligned (m)"}},
-                    .rows = {},
                     .notes = {"NEES of the pose; ideal: with Jacobians at the truth. Not used: rows of other "
                               "robots, of unknown barcodes and before the start."}};
   for (const ReportedReplay& replay : replays) {
@@ -174,7 +171,6 @@ ReportTable judgement_table(std::span<const ReportedReplay> replays, const Repla
   ReportTable table{
       .title = replays.size() == 1 ? "What this run supports" : "What these runs support together",
       .columns = {{"test", words}, {"value"}, {"expected"}, {"p"}, {"says", words}, {"from", words}},
-      .rows = {},
       .notes = judgement.limits};
   const ConsistencyVerdict& nees = judgement.nees.verdict;
   const double confidence = nees.confidence;

@@ -65,7 +65,6 @@ ReportTable left_out_table(const ReplayTuning& t) {
                   {"tuned"},
                   {"log score, present"},
                   {"tuned"}},
-      .rows = {},
       .notes = {"Mean NIS of an observation: 2 is expected. Log score of an observation: higher is better."}};
   for (const std::string& name : t.tuning.coordinates) table.columns.push_back({name});
   for (const LeftOutPart& part : t.left_out) {
@@ -80,7 +79,6 @@ ReportTable left_out_table(const ReplayTuning& t) {
 ReportTable left_out_tests_table(const ReplayTuning& t) {
   ReportTable table{.title = "Innovations of all parts left out",
                     .columns = {{"p-value of", ColumnAlign::words}, {"present"}, {"tuned"}},
-                    .rows = {},
                     .notes = {"Adjusted for being four."}};
   static constexpr std::array<const char*, 4> kTests = {"mean NIS", "law of the NIS", "whiteness",
                                                         "mean innovation"};

@@ -91,9 +91,7 @@ std::size_t write_report_index(const fs::path& folder, const Provenance& provena
   using enum ColumnAlign;
   const std::vector<IndexedReport> reports = find_reports(folder);
   ReportTable table{.title = "Each leads to its page",
-                    .columns = {{"report", words}, {"answer", words}, {"made (UTC)", words}, {"by", words}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"report", words}, {"answer", words}, {"made (UTC)", words}, {"by", words}}};
   for (const IndexedReport& report : reports) {
     TableCell name(report.page.has_parent_path() ? report.page.parent_path().generic_string() : report.title);
     name.link = encoded_path(report.page.generic_string());

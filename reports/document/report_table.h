@@ -43,10 +43,10 @@ struct TableColumn {
 };
 
 struct ReportTable {
-  std::string title;
-  std::vector<TableColumn> columns;
-  std::vector<std::vector<TableCell>> rows;
-  std::vector<std::string> notes;
+  std::string title{};
+  std::vector<TableColumn> columns{};
+  std::vector<std::vector<TableCell>> rows{};
+  std::vector<std::string> notes{};
 
   /// Appends a row; std::invalid_argument unless it has one cell for each column.
   void add(std::vector<TableCell> row);

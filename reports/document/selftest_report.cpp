@@ -73,9 +73,7 @@ std::set<double, std::greater<>> nominal_levels(const SelftestResult& result) {
 ReportTable calibration_table(const SelftestResult& result) {
   using enum ColumnAlign;
   ReportTable table{.title = "False alarms on exact filters",
-                    .columns = {{"no."}, {"test", words}, {"law", words}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"no."}, {"test", words}, {"law", words}}};
   const std::set<double, std::greater<>> levels = nominal_levels(result);
   for (const double level : levels) {
     table.columns.push_back({fmt::format("% at {:g} %", 100.0 * level)});
@@ -121,9 +119,7 @@ ReportTable calibration_table(const SelftestResult& result) {
 ReportTable naive_table(const SelftestResult& result) {
   using enum ColumnAlign;
   ReportTable table{.title = "What is often done instead, on the same filters: shown, not used",
-                    .columns = {{"test", words}, {"nominal %"}, {"false alarms %"}, {"instead", words}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"test", words}, {"nominal %"}, {"false alarms %"}, {"instead", words}}};
   for (const NaiveRow& row : result.naive) {
     table.add({row.name, TableCell(100.0 * row.nominal, 2), TableCell(100.0 * row.measured.interval.value, 3),
                row.instead});
@@ -139,9 +135,7 @@ ReportTable wrong_filter_table(const SelftestResult& result) {
                                 {"right direction %"},
                                 {"right cause %"},
                                 {"cause the advice names", words},
-                                {"", words}},
-                    .rows = {},
-                    .notes = {}};
+                                {"", words}}};
   for (const WrongFilterResult& filter : result.wrong_filters) {
     std::string causes;
     for (const CauseShare& named : filter.causes) {
@@ -168,9 +162,7 @@ ReportTable saving_table(const SelftestResult& result) {
   using enum ColumnAlign;
   ReportTable table{
       .title = "Stopping by verdict on clear cases",
-      .columns = {{"filter", words}, {"fixed plan, runs"}, {"runs used"}, {"saved %"}, {"caught %"}},
-      .rows = {},
-      .notes = {}};
+      .columns = {{"filter", words}, {"fixed plan, runs"}, {"runs used"}, {"saved %"}, {"caught %"}}};
   for (const SavingResult& saving : result.savings) {
     const double planned = static_cast<double>(saving.max_runs);
     table.add({saving.name, saving.max_runs, saving.runs.mean,

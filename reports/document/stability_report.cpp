@@ -289,9 +289,8 @@ ReportAnswer stability_answer(const StabilityAnalysis& a) {
 ReportTable stability_rank_table(const StabilityAnalysis& a) {
   ReportTable table{
       .title = "Ranks",
-      .columns = {{"matrix", ColumnAlign::words}, {"rank"}, {"of"}, {"gap"}, {"meaning", ColumnAlign::words}},
-      .rows = {},
-      .notes = {}};
+      .columns = {
+          {"matrix", ColumnAlign::words}, {"rank"}, {"of"}, {"gap"}, {"meaning", ColumnAlign::words}}};
   const auto add = [&](const char* name, const RankDecision& r, std::string meaning) {
     table.add({name, r.rank, a.state_dim, TableCell(r.gap, 3), std::move(meaning)});
   };
@@ -311,7 +310,6 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
                     .columns = {{"question", ColumnAlign::words},
                                 {"answer", ColumnAlign::words},
                                 {"numbers", ColumnAlign::words}},
-                    .rows = {},
                     .notes = notes(a)};
   table.add({"error of a single run: F − F K H", error_cell(a.spectral_radius),
              fmt::format("spectral radius {}; eigenvalues {}", number_text(a.spectral_radius, 8),

@@ -188,9 +188,7 @@ ReportTable verdict_table(std::span<const ReportedStudy> studies, const ReportAn
                                 {"NIS", words},
                                 {"inflation", words},
                                 {"runs"},
-                                {"failed"}},
-                    .rows = {},
-                    .notes = {}};
+                                {"failed"}}};
   for (const auto& [a, trace, description] : studies) {
     table.add({fmt::format("{}{}", a.scenario.name, a.complete ? "" : " (interrupted)"),
                verdict_cell(overall_verdict(a)), factor_text(a.nees), against_expected(a.nees), pose_cell(a),

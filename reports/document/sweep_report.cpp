@@ -163,7 +163,7 @@ ReportAnswer sweep_answer(const SweepAnalysis& sweep) {
 ReportTable configuration_table(const SweepAnalysis& sweep) {
   using enum ColumnAlign;
   const SweepPlan& plan = sweep.plan;
-  ReportTable table{.title = sweep_answer(sweep).text, .columns = {}, .rows = {}, .notes = {}};
+  ReportTable table{.title = sweep_answer(sweep).text};
   const bool has_pose = std::ranges::any_of(sweep.studies, has_vehicle_nees);
   for (const SweepAxis& axis : plan.axes) {
     table.columns.push_back({axis.path, std::isnan(swept_number(axis.values.front())) ? words : numbers});

@@ -89,9 +89,7 @@ ReportTable step_table(const TimingResult& result) {
                                 {"landmarks"},
                                 {"median", words},
                                 {"median within (95 %)", words},
-                                {"memory", words}},
-                    .rows = {},
-                    .notes = {}};
+                                {"memory", words}}};
   for (const FilterTime& time : result.filters) {
     table.add({words_of(time.filter), time.observed, time.landmarks, duration_text(time.step.median),
                between(time.step), bytes_text(time.bytes)});
@@ -115,9 +113,7 @@ ReportTable growth_table(const TimingResult& result) {
                                 {"slope"},
                                 {"slope within (95 %)", words},
                                 {"fitted from N"},
-                                {"sizes"}},
-                    .rows = {},
-                    .notes = {}};
+                                {"sizes"}}};
   for (const GrowthFit& fit : result.growth) {
     table.add({words_of(fit.filter), fit.observed, TableCell(fit.law.exponent, 3),
                fmt::format("{} … {}", number_text(fit.law.lower, 3), number_text(fit.law.upper, 3)), fit.from,
@@ -140,9 +136,7 @@ ReportTable growth_table(const TimingResult& result) {
 ReportTable monte_carlo_table(const TimingResult& result) {
   ReportTable table{
       .title = "Monte Carlo on one thread",
-      .columns = {{"what", words}, {"time", words}, {"within (95 %)", words}, {"million a second"}},
-      .rows = {},
-      .notes = {}};
+      .columns = {{"what", words}, {"time", words}, {"within (95 %)", words}, {"million a second"}}};
   const auto add = [&](const char* what, const MeasuredTime& time) {
     table.add({what, duration_text(time.median), between(time), TableCell(1e-6 / time.median, 3)});
   };
@@ -157,9 +151,7 @@ ReportTable monte_carlo_table(const TimingResult& result) {
 
 ReportTable scaling_table(const TimingResult& result) {
   ReportTable table{.title = "Runs of the planar world, N = 10, over threads",
-                    .columns = {{"threads"}, {"time of a run", words}, {"runs a second"}, {"× one thread"}},
-                    .rows = {},
-                    .notes = {}};
+                    .columns = {{"threads"}, {"time of a run", words}, {"runs a second"}, {"× one thread"}}};
   for (const ThreadScaling& scaling : result.scaling) {
     table.add({scaling.threads, duration_text(scaling.run.median), TableCell(1.0 / scaling.run.median, 3),
                TableCell(result.scaling.front().run.median / scaling.run.median, 3)});

@@ -90,9 +90,7 @@ ReportTable trace_table(const Scenario& scenario, const RunTrace& trace) {
   ReportTable table{
       .title = fmt::format("{}, run {}, seed {}: {}", scenario.name, trace.run, scenario.study.seed,
                            to_string(trace.outcome)),
-      .columns = {{"step"}, {errors_title(scenario, trace), words}, {"NEES"}, {"dof"}, {"NIS"}, {"dof"}},
-      .rows = {},
-      .notes = {}};
+      .columns = {{"step"}, {errors_title(scenario, trace), words}, {"NEES"}, {"dof"}, {"NIS"}, {"dof"}}};
   const std::vector<Index> states = shown_states(scenario, trace);
   const std::size_t last = trace.steps.size() - 1;
   const std::size_t every = std::max<std::size_t>(1, (last + kRows - 1) / kRows);

@@ -58,7 +58,6 @@ ReportTable tune_forecast_table(const TuningForecast& forecast) {
                                 {"known to ±", ColumnAlign::numbers},
                                 {"steps for ±10 %", ColumnAlign::numbers},
                                 {"", ColumnAlign::words}},
-                    .rows = {},
                     .notes = {fmt::format("{} steps. ±: one standard error of the logarithm.",
                                           fmt::format("{:.0f}", forecast.steps))}};
   for (const TuningForecast::Parameter& p : forecast.parameters) {
@@ -79,7 +78,6 @@ ReportTable tuned_noise_table(const std::string& name, const std::string& engine
                   {fmt::format("{:g} % interval", 100.0 * t.confidence), ColumnAlign::words},
                   {"by resampling", ColumnAlign::words},
                   {"steps for ±10 %"}},
-      .rows = {},
       .notes = {fmt::format(
           "{}. Interval: {}. By resampling: {} units of data drawn with replacement, one Newton step each.",
           engine, t.misspecified ? "the sandwich of observed information and scores" : "observed information",
@@ -99,9 +97,7 @@ ReportTable tuned_noise_table(const std::string& name, const std::string& engine
 ReportTable score_gain_table(const Tuning& g) {
   ReportTable table{
       .title = "Before and after",
-      .columns = {{"", ColumnAlign::words}, {"present", ColumnAlign::words}, {"tuned", ColumnAlign::words}},
-      .rows = {},
-      .notes = {}};
+      .columns = {{"", ColumnAlign::words}, {"present", ColumnAlign::words}, {"tuned", ColumnAlign::words}}};
   table.add({"log score of the innovations, a step", or_dash(g.score_before, 6), or_dash(g.score_after, 6)});
   table.add(
       {"mean NIS (expected " + number_text(g.dof, 4) + ")", or_dash(g.nis_before), or_dash(g.nis_after)});
