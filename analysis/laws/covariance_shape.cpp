@@ -84,13 +84,4 @@ CovarianceShape test_covariance_shape(const VectorMoments& whitened, double conf
   return shape;
 }
 
-double shape_equivalence_p_value(const CovarianceShape& shape, double delta) {
-  require_positive("delta", delta);
-  if (!shape.reason.empty()) return kNaN;
-  const double runs = static_cast<double>(shape.runs);
-  const double high = shape.factors[shape.factors.size() - 1];
-  return std::max(chi_square_cdf(runs * high / (1.0 + delta), runs),
-                  chi_square_survival(runs * shape.factors[0] * (1.0 + delta), runs));
-}
-
 }  // namespace credence::internal

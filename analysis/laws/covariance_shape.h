@@ -56,8 +56,4 @@ struct CovarianceShape {
 /// unless 0 < confidence < 1.
 CovarianceShape test_covariance_shape(const VectorMoments& whitened, double confidence);
 
-/// The p-value of "some factor lies outside [1/(1 + δ), 1 + δ]": small, and it is proved within δ in every
-/// direction. NaN where there is no test. Throws std::invalid_argument unless δ > 0 is finite.
-double shape_equivalence_p_value(const CovarianceShape& shape, double delta);
-
 }  // namespace credence::internal

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "analysis/laws/run_mean.h"
 
 /// @file
@@ -21,17 +19,5 @@ double equivalence_p_value(const SkewedMoments& run_averages, double delta, doub
 /// The least δ that is proved at this confidence; infinite if none is, NaN without runs. Throws as
 /// run_mean_interval, and unless ½ < confidence < 1.
 double proved_within(const SkewedMoments& run_averages, double confidence, double least_dof = 1.0);
-
-/// Power of that proof with M ≥ 20 runs whose averages vary with the variance `relative_variance` · mean²,
-/// when the mean is `factor`: by the cube-root law of their mean, with its quantile of Student. The share of
-/// studies with skewed averages is a little below, as Hall's score must agree. Throws std::invalid_argument
-/// unless runs ≥ 20, relative_variance, δ and factor are positive and finite and 0 < α < ½.
-double equivalence_power(double runs, double relative_variance, double delta, double alpha,
-                         double factor = 1.0);
-
-/// The fewest runs, at least 20, that prove a filter of mean 1 within δ at level α with this power. With
-/// fewer the pessimistic side falls back on a bound that proves nothing near 1. Throws as equivalence_power,
-/// and unless 0 < power < 1, or where more than 10¹² runs are needed.
-std::int64_t runs_for_equivalence(double relative_variance, double delta, double alpha, double power);
 
 }  // namespace credence::internal

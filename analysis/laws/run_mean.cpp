@@ -103,16 +103,4 @@ MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confide
   return interval;
 }
 
-RunMeanTest test_run_mean(const SkewedMoments& run_averages, double confidence, double least_dof) {
-  RunMeanTest test{.mean = run_mean_interval(run_averages, confidence, least_dof),
-                   .skewness = sample_skewness(run_averages),
-                   .p_value = run_mean_p_values(run_averages, 1.0, least_dof),
-                   .method = "cube-root and Hall's score of the run averages, both"};
-  if (run_averages.count < kFewestRunsForScores) {
-    test.method = "optimistic: cube-root score of the run averages; pessimistic: bound for any dependence";
-  }
-  if (run_averages.count == 1) test.method = "bound for any dependence";
-  return test;
-}
-
 }  // namespace credence::internal

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string_view>
 
 #include "analysis/laws/student.h"
 #include "montecarlo/engine/skewed_moments.h"
@@ -61,16 +60,5 @@ DirectedPValues run_mean_p_values(const SkewedMoments& run_averages, double expe
 /// factor on P. Its upper end is infinite when no mean is too large. Reason where there is none. Throws as
 /// run_mean_p_values, and unless 0 < confidence < 1.
 MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confidence, double least_dof = 1.0);
-
-/// Both at once, with what they rest on.
-struct RunMeanTest {
-  MeanInterval mean;        ///< of X; the factor on P
-  double skewness = 0.0;    ///< γ of the sample
-  DirectedPValues p_value;  ///< of E X = 1
-  std::string_view method;  ///< which of the tests above decided
-};
-
-/// Tests E X = 1. Throws as run_mean_interval.
-RunMeanTest test_run_mean(const SkewedMoments& run_averages, double confidence, double least_dof = 1.0);
 
 }  // namespace credence::internal

@@ -7,7 +7,7 @@
 
 namespace credence::internal {
 
-std::string Document::unique_anchor(std::string_view heading) {
+std::string Document::reserve(std::string_view heading) {
   std::string slug;
   for (const char c : heading) {
     const auto byte = static_cast<unsigned char>(c);
@@ -37,27 +37,21 @@ void Document::show_apart(const std::vector<ReportTable>& tables) {
   }
 }
 
-std::string Document::reserve(std::string_view heading) { return unique_anchor(heading); }
-
 void Document::section(std::string_view heading, std::string anchor) {
-  if (anchor.empty()) anchor = unique_anchor(heading);
+  if (anchor.empty()) anchor = reserve(heading);
   parts_.emplace_back(part::Heading{std::string(heading), std::move(anchor)});
 }
 
 void Document::folded_section(std::string_view heading, const TableCell& word, std::string_view line,
                               bool open, const std::function<void()>& inside, std::string anchor) {
-  if (anchor.empty()) anchor = unique_anchor(heading);
+  if (anchor.empty()) anchor = reserve(heading);
   parts_.emplace_back(part::Fold{{std::string(heading), std::move(anchor)}, word, std::string(line), open});
   inside();
   parts_.emplace_back(part::FoldEnd{});
 }
 
-void Document::subsection(std::string_view heading) {
-  parts_.emplace_back(part::Heading{std::string(heading), unique_anchor(heading), false});
-}
-
 void Document::folded(std::string_view heading, const std::function<void()>& inside) {
-  parts_.emplace_back(part::Fold{{std::string(heading), unique_anchor(heading), false}, "", "", false});
+  parts_.emplace_back(part::Fold{{std::string(heading), reserve(heading)}, "", "", false, false});
   inside();
   parts_.emplace_back(part::FoldEnd{});
 }
@@ -87,7 +81,7 @@ void Document::figure(Figure figure) {
 }
 
 void Document::figure(std::string_view name, std::function<Figure()> make) {
-  parts_.emplace_back(part::DrawnFigure{unique_anchor(fmt::format("figure-{}", name)), std::move(make)});
+  parts_.emplace_back(part::DrawnFigure{reserve(fmt::format("figure-{}", name)), std::move(make)});
 }
 
 void Document::figures(std::vector<Figure> figures) {

@@ -20,10 +20,9 @@ namespace credence::internal {
 
 /// Parts of a page.
 namespace part {
-/// A heading, of a section with a place in the table of contents or of what lies within one.
+/// Of a section.
 struct Heading {
   std::string title, anchor;
-  bool section = true;
 };
 /// A fold up to its heading, until the next FoldEnd: a section with a verdict in a word and a line about it,
 /// or, with neither, what few readers need within one.
@@ -31,7 +30,7 @@ struct Fold {
   Heading heading;
   TableCell word;
   std::string line;
-  bool open = false;
+  bool open = false, section = true;
 };
 struct FoldEnd {};
 struct Paragraph {
@@ -102,8 +101,6 @@ class Document {
   /// A section that is folded up to its heading, a verdict in a word and a line about it, unless `open`.
   void folded_section(std::string_view heading, const TableCell& word, std::string_view line, bool open,
                       const std::function<void()>& inside, std::string anchor = {});
-  /// A heading within a section.
-  void subsection(std::string_view heading);
   /// What few readers need, folded under a heading within a section.
   void folded(std::string_view heading, const std::function<void()>& inside);
   void paragraph(std::string_view text);
@@ -131,8 +128,6 @@ class Document {
   const std::vector<DocumentPart>& parts() const { return parts_; }
 
  private:
-  std::string unique_anchor(std::string_view heading);
-
   std::vector<DocumentPart> parts_;
   std::set<std::string> anchors_;
 };

@@ -113,9 +113,8 @@ class PageWriter {
       : drawings_(drawings), link_base_(link_base) {}
 
   void operator()(const part::Heading& heading) {
-    if (heading.section) enter_contents(heading);
-    const int level = heading.section ? 2 : 3;
-    body += fmt::format("<h{0} id=\"{1}\">{2}</h{0}>\n", level, heading.anchor, escape_html(heading.title));
+    enter_contents(heading);
+    body += fmt::format("<h2 id=\"{}\">{}</h2>\n", heading.anchor, escape_html(heading.title));
   }
   void operator()(const part::Fold& fold);
   void operator()(part::FoldEnd) { body += "</details>\n"; }
@@ -171,7 +170,7 @@ std::string PageWriter::prose(std::string_view text) {
 
 void PageWriter::operator()(const part::Fold& fold) {
   const part::Heading& heading = fold.heading;
-  if (!heading.section) {
+  if (!fold.section) {
     body += fmt::format("<details id=\"{}\">\n<summary><h3>{}</h3></summary>\n", heading.anchor,
                         escape_html(heading.title));
     return;

@@ -126,15 +126,5 @@ TEST(RunMean, DegenerateSamples) {
   EXPECT_THROW(run_mean_interval({}, 1.0), std::invalid_argument);
 }
 
-TEST(RunMean, SaysWhichTestDecided) {
-  EXPECT_EQ(test_run_mean(test::golden_moments(1), 0.95).method, "bound for any dependence");
-  EXPECT_NE(test_run_mean(test::golden_moments(8), 0.95).method.find("pessimistic: bound"),
-            std::string::npos);
-  const RunMeanTest test = test_run_mean(test::golden_moments(24), 0.95, 3.0);
-  EXPECT_NE(test.method.find("both"), std::string::npos);
-  EXPECT_NEAR(test.skewness, 3.895104871534343, 1e-11);
-  EXPECT_EQ(test.mean.count, 24);
-}
-
 }  // namespace
 }  // namespace credence::internal

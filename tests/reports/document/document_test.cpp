@@ -37,7 +37,7 @@ TEST(Document, AnchorsAreUnique) {
   document.section("結果");
   document.figures({figure_with_a_panel("a"), figure_with_a_panel("a")});
   document.folded_section("Results", "", "", true, [&] {
-    document.subsection("Results: more");
+    document.folded("Results: more", [] {});
     document.folded("Results", [] {});
   });
   EXPECT_THAT(anchors_of(document), ElementsAre("results", "results-2", "section", "figure-a", "figure-a-2",

@@ -27,7 +27,7 @@ std::vector<std::string> sections_of(const Document& document) {
   std::vector<std::string> titles;
   for (const DocumentPart& part : document.parts()) {
     const auto* heading = std::get_if<part::Heading>(&part);
-    if (heading != nullptr && heading->section) titles.push_back(heading->title);
+    if (heading != nullptr) titles.push_back(heading->title);
   }
   return titles;
 }

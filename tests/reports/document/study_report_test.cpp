@@ -43,7 +43,7 @@ std::vector<std::string> open_sections(const Document& document) {
   std::vector<std::string> open;
   for (const DocumentPart& part : document.parts()) {
     const auto* fold = std::get_if<part::Fold>(&part);
-    if (fold != nullptr && fold->heading.section && fold->open) open.push_back(fold->heading.title);
+    if (fold != nullptr && fold->section && fold->open) open.push_back(fold->heading.title);
   }
   return open;
 }

@@ -34,8 +34,7 @@ TEST(HtmlPage, HoldsItsPartsInOrder) {
   document.paragraph("All is well.");
   document.callout(CellTone::good, "Consistent.");
   document.facts({{"study.runs", "200"}});
-  document.subsection("Details");
-  document.bullets({"one", "two"});
+  document.folded("Details", [&] { document.bullets({"one", "two"}); });
   document.verbatim("[world]\nlandmarks = 2");
   document.section("Figures");
   document.figure(named_figure("anees"));
@@ -46,9 +45,10 @@ TEST(HtmlPage, HoldsItsPartsInOrder) {
   std::size_t position = 0;
   for (const char* part :
        {"href=\"#verdicts\"", "href=\"#figures\"", "<h1>Study</h1>", "200 runs", "id=\"verdicts\"",
-        "All is well.", "class=\"callout good\"", "<dt>study.runs</dt><dd>200</dd>", "<h3 id=\"details\">",
-        "<li>one</li>", "[world]\nlandmarks = 2\n</pre>", "id=\"figures\"", "id=\"figure-anees\"", "<svg",
-        "Figure A.", "2σ bounds", "href=\"figures/anees.pdf\"", "href=\"figures/anees.svg\""}) {
+        "All is well.", "class=\"callout good\"", "<dt>study.runs</dt><dd>200</dd>",
+        "<details id=\"details\">", "<li>one</li>", "[world]\nlandmarks = 2\n</pre>", "id=\"figures\"",
+        "id=\"figure-anees\"", "<svg", "Figure A.", "2σ bounds", "href=\"figures/anees.pdf\"",
+        "href=\"figures/anees.svg\""}) {
     const std::size_t found = body.find(part, position);
     ASSERT_NE(found, std::string::npos) << part;
     position = found;
@@ -82,7 +82,6 @@ TEST(HtmlPage, EscapesEverything) {
   document.sources = {{evil, evil}};
   document.section(evil);
   document.folded_section(evil, {evil, CellTone::alarm}, evil, false, [&] { document.folded(evil, [] {}); });
-  document.subsection(evil);
   document.paragraph(evil);
   document.bullets({evil});
   document.callout(CellTone::alarm, evil);
