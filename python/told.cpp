@@ -18,7 +18,6 @@
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/judge_scenario.h"
-#include "reports/document/judge_study.h"
 #include "reports/document/judged.h"
 #include "reports/document/sweep_report.h"
 #include "reports/document/tune_report.h"

@@ -65,6 +65,10 @@ struct ResponsibleBlock {
 /// that are inconsistent after Holm's adjustment over the blocks.
 ResponsibleBlock responsible_block(const ConsistencyVerdict& whole, std::span<const BlockVerdict> blocks);
 
+/// The power with which the runs that settle a case would settle it (settle_nees and settle_nis of
+/// Judgement).
+inline constexpr double kSettlingPower = 0.9;
+
 /// How an undecided case could be settled.
 struct SettlingRuns {
   double observed_factor = 1.0;  ///< mean / expected

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "analysis/evidence/cause_findings.h"
-#include "analysis/evidence/consistency_gated.h"
+#include "analysis/evidence/consistency.h"
 #include "analysis/evidence/judgement_settling.h"
 #include "analysis/evidence/judgement_tests.h"
 #include "analysis/evidence/series_verdicts.h"

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "analysis/evidence/advice.h"
 #include "analysis/evidence/effective_steps.h"
-#include "analysis/evidence/settling_power.h"
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/sample_size.h"
 #include "analysis/laws/student_positive_mean.h"

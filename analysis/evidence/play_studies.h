@@ -12,6 +12,25 @@
 
 namespace credence::internal {
 
+/// Watches the chunks of one study for its stop rule; what it decides depends on the chunks alone, in their
+/// order.
+class SequentialStudy {
+ public:
+  explicit SequentialStudy(const Scenario& scenario);
+
+  /// For StudyTask::enough.
+  bool look(const StudyStatistics& chunk, const StudyStatistics& prefix);
+
+  /// The last look; `stop` is false when the study ended for another reason.
+  const StopDecision& decision() const { return decision_; }
+
+ private:
+  StopRule rule_;
+  std::int64_t most_runs_;
+  RunBetting betting_;
+  StopDecision decision_;
+};
+
 /// A configuration, ready to be played.
 struct StudyToPlay {
   std::string id;  ///< configuration_id of its scenario

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "analysis/evidence/consistency_gated.h"
+#include "analysis/evidence/consistency.h"
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/chi_square_truncated.h"
 #include "analysis/laws/effective_sample.h"

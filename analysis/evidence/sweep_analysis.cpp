@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "analysis/evidence/sweep_verdicts.h"
+#include "analysis/laws/multiple_tests.h"
 #include "montecarlo/scenario/scenario_text.h"
 
 namespace credence::internal {
@@ -26,6 +26,13 @@ bool is_rank_map(const SweepPlan& plan) {
 }
 
 }  // namespace
+
+std::vector<double> sweep_p_values(std::span<const StudyAnalysis> analyses) {
+  std::vector<double> p_values;
+  p_values.reserve(analyses.size());
+  for (const StudyAnalysis& a : analyses) p_values.push_back(a.stop ? a.stop->p_value : a.word.p_value);
+  return benjamini_yekutieli(p_values);
+}
 
 void forget_steps(StudyAnalysis& study) {
   study.statistics.steps = {};

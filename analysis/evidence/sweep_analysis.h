@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "analysis/evidence/study_analysis.h"
@@ -19,6 +20,14 @@ struct SweepAnalysis {
 
   const SweepPoint& point(std::size_t study) const { return plan.points[points[study]]; }
 };
+
+/// One p-value for each configuration of a sweep, adjusted so that among those at or below 1 − confidence the
+/// expected share of consistent filters is at most 1 − confidence, whatever noise the configurations share
+/// ([Benjamini 2001]).
+///
+/// Before the adjustment: twice the smaller of the p-values of NEES and NIS, or that of the stop rule; NaN
+/// for an undecided configuration.
+std::vector<double> sweep_p_values(std::span<const StudyAnalysis> analyses);
 
 /// Drops what is of single steps and runs, which a sweep's JSON alone shows, and of which there are
 /// thousands.

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "datasets/data_error.h"
-#include "datasets/logs/arrays/mat_log.h"
+#include "datasets/logs/arrays/mat_arrays.h"
 #include "datasets/logs/arrays/npz.h"
 #include "datasets/logs/autopilot/dataflash_innovations.h"
 #include "datasets/logs/autopilot/ulog_innovations.h"
@@ -98,6 +98,10 @@ std::vector<std::filesystem::path> log_files(std::span<const std::string> argume
     }
   }
   return files;
+}
+
+double message_rate(std::int64_t count, double first_s, double last_s) {
+  return count > 1 && last_s > first_s ? static_cast<double>(count - 1) / (last_s - first_s) : kNaN;
 }
 
 }  // namespace credence::internal

@@ -7,7 +7,6 @@
 
 #include "core/nan.h"
 #include "reports/figures/study_figures.h"
-#include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
 namespace credence::internal {

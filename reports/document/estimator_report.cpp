@@ -14,7 +14,6 @@
 #include "reports/document/judgement_json.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/estimator_figures.h"
-#include "reports/render/interval_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 

@@ -8,7 +8,6 @@
 #include "analysis/evidence/study_analysis.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/judge_study.h"
 #include "reports/document/judged.h"
 
 namespace credence::internal {

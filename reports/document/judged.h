@@ -1,5 +1,7 @@
 #pragma once
 
+#include "montecarlo/engine/engine.h"
+#include "montecarlo/scenario/scenario.h"
 #include "reports/document/document.h"
 #include "reports/document/judged_filter.h"
 #include "reports/document/log_report.h"
@@ -24,5 +26,9 @@ Judged judged_logs(CheckedLogs logs);
 
 /// Of a study of our own.
 Judged judged_study(ReportedStudy study);
+
+/// Judges a scenario by its runs, and by what explains them: the further tests and the bound on the errors,
+/// which `further` is for. Throws as judge_scenario.
+JudgedFilter judge_study(const Scenario& scenario, const EngineOptions& runs, const EngineOptions& further);
 
 }  // namespace credence::internal

@@ -6,10 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/evidence/settling_power.h"
+#include "analysis/evidence/advice.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
-#include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
 namespace credence::internal {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/logs/log_contents.h"
+#include "datasets/logs/log_format.h"
 #include "reports/document/document.h"
 
 namespace credence::internal {

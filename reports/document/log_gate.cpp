@@ -12,7 +12,6 @@
 #include "reports/document/judgement_report.h"
 #include "reports/document/log_table.h"
 #include "reports/render/html_text.h"
-#include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 #include "reports/render/utf8_text.h"
 

@@ -8,7 +8,7 @@
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/stability_json.h"
+#include "reports/document/stability_report.h"
 #include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"

@@ -4,17 +4,35 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
+#include <vector>
 
 #include "analysis/stability/boundedness.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
-#include "reports/document/stability_json.h"
 #include "reports/document/verdict_text.h"
-#include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
 
 namespace credence::internal {
+
+Json rank_json(const RankDecision& decision) {
+  Json j;
+  j["rank"] = decision.rank;
+  j["gap"] = decision.gap;
+  if (std::isinf(decision.gap)) {
+    j["gap_null_reason"] = "infinite: no other singular value than zero was left out";
+  }
+  j["singular_values"] = json_vector(decision.singular_values);
+  return j;
+}
+
+Json eigenvalues_json(const Eigen::VectorXcd& values) {
+  Json j = Json::array();
+  for (const std::complex<double>& z : values) j.push_back({z.real(), z.imag()});
+  return j;
+}
+
 namespace {
 
 std::string joined(const std::vector<std::string>& words) {

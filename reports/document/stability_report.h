@@ -1,8 +1,10 @@
 #pragma once
 
+#include "analysis/stability/ranks.h"
 #include "analysis/stability/stability_analysis.h"
 #include "montecarlo/scenario/scenario.h"
 #include "reports/document/document.h"
+#include "reports/render/json_numbers.h"
 
 namespace credence::internal {
 
@@ -10,5 +12,11 @@ namespace credence::internal {
 /// that depends on, and the ranks with the singular values that they rest on. `period`: steps of the scenario
 /// that are one step of the analysis.
 Document stability_document(const Scenario& scenario, const StabilityAnalysis& analysis, Index period);
+
+/// A rank with its gap and the singular values that it rests on.
+Json rank_json(const RankDecision& decision);
+
+/// Eigenvalues as pairs [re, im].
+Json eigenvalues_json(const Eigen::VectorXcd& values);
 
 }  // namespace credence::internal

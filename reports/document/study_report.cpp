@@ -15,7 +15,6 @@
 #include "reports/document/study_json.h"
 #include "reports/document/verdict_text.h"
 #include "reports/figures/study_figures.h"
-#include "reports/render/interval_text.h"
 #include "reports/render/number_text.h"
 
 namespace credence::internal {

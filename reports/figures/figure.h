@@ -92,9 +92,6 @@ struct AxisRange {
   double high = 1.0;
 };
 
-/// Sequential for a quantity; diverging for a quantity with a neutral middle (a ratio to its expected value).
-enum class ColourScale { sequential, diverging };
-
 /// One system of axes. Units belong in the axis labels: "time (s)".
 struct Panel {
   FigureText title{}, x_label{}, y_label{};

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "reports/figures/colour_scale.h"
 #include "reports/figures/figure_marker.h"
+#include "reports/figures/figure_style.h"
 #include "reports/figures/panel_scale.h"
 #include "reports/figures/series_painter.h"
 

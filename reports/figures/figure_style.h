@@ -44,9 +44,16 @@ RoleStyle style_of(ColourRole role);
 /// The role of the i-th (from 0) of several equal curves; repeats after six.
 ColourRole numbered_role(Index i);
 
+/// Sequential for a quantity; diverging for a quantity with a neutral middle (a ratio to its expected value).
+enum class ColourScale { sequential, diverging };
+
 /// Colours from low to high, evenly spaced: viridis-like for sequential, blue-white-vermillion for diverging.
 std::span<const std::uint32_t> sequential_colours();
 std::span<const std::uint32_t> diverging_colours();
+
+/// The colour at `share` of a scale, from 0 (low) to 1 (high), linear between its colours; beyond an end the
+/// colour of that end, and the colour of missing values for NaN.
+std::uint32_t colour_of(double share, ColourScale scale);
 
 inline constexpr std::uint32_t kInkColour = 0x222222;      ///< text
 inline constexpr std::uint32_t kAxisColour = 0x666666;     ///< frame and ticks

@@ -5,10 +5,10 @@
 #include <iterator>
 #include <utility>
 
-#include "reports/figures/colour_scale.h"
 #include "reports/figures/figure_clip.h"
 #include "reports/figures/figure_decimation.h"
 #include "reports/figures/figure_marker.h"
+#include "reports/figures/figure_style.h"
 
 namespace credence::internal {
 namespace {

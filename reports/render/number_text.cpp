@@ -41,6 +41,12 @@ std::string number_text(double value, int significant) {
   return value < 0.0 ? std::string(kMinus) + text : text;
 }
 
+std::string interval_text(double value, double lower, double upper, int significant) {
+  if (std::isnan(lower) && std::isnan(upper)) return number_text(value, significant);
+  return fmt::format("{} ({} … {})", number_text(value, significant), number_text(lower, 3),
+                     number_text(upper, 3));
+}
+
 std::string p_value_text(double p) {
   constexpr double kSmallest = 1e-12;  // no law is known well enough to say less
   if (std::isnan(p)) return "–";

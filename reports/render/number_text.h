@@ -11,6 +11,10 @@ namespace credence::internal {
 /// part are never cut. Very small and very large magnitudes take an exponent; "∞", "−∞" and "nan" are words.
 std::string number_text(double value, int significant = 4);
 
+/// "1.06 (1.02 … 1.11)": a value with the bounds of its interval, for a person; the value alone where there
+/// is no interval (NaN), as of one run.
+std::string interval_text(double value, double lower, double upper, int significant = 3);
+
 /// A p-value: three digits, and "< 1e−12" below what any approximation in a test can vouch for; a dash for
 /// NaN.
 std::string p_value_text(double p);

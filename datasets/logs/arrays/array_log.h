@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "datasets/logs/log_contents.h"
 #include "datasets/logs/log_format.h"
 
 /// @file

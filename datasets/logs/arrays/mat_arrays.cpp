@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 
+#include "datasets/logs/arrays/array_log.h"
 #include "datasets/logs/bytes/binary_file.h"
 #include "datasets/logs/bytes/decompress.h"
 
@@ -177,6 +178,31 @@ class MatReader {
   std::uint64_t in_memory_ = 0;
 };
 
+class MatArrayFile final : public ArrayFile {
+ public:
+  explicit MatArrayFile(const std::filesystem::path& file)
+      : path_(file), read_(read_mat_arrays(file, is_log_array)) {
+    for (const MatArray& array : read_) {
+      shapes_.push_back({array.name, array.is_read ? "numbers" : "not read", array.dims});
+    }
+  }
+
+  const std::filesystem::path& path() const override { return path_; }
+  const std::vector<ArrayShape>& arrays() const override { return shapes_; }
+
+  void read(std::size_t i, std::uint64_t first, std::uint64_t count, std::vector<double>& out) override {
+    out.resize(static_cast<std::size_t>(count));
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      out[k] = read_[i].numbers[static_cast<std::size_t>(column_major_place(shapes_[i].dims, first + k))];
+    }
+  }
+
+ private:
+  std::filesystem::path path_;
+  std::vector<MatArray> read_;
+  std::vector<ArrayShape> shapes_;
+};
+
 }  // namespace
 
 std::vector<MatArray> read_mat_arrays(const std::filesystem::path& file, bool (*wanted)(std::string_view)) {
@@ -187,6 +213,21 @@ bool begins_as_mat(std::string_view beginning) {
   if (beginning.size() < kMatHeader || !beginning.starts_with("MATLAB")) return false;
   const std::string_view order = beginning.substr(kMatHeader - 2, 2);
   return order == "IM" || order == "MI";
+}
+
+LogFormat mat_format() {
+  return {.name = "mat",
+          .title = "MATLAB arrays",
+          .extensions = ".mat",
+          .recognises = [](std::string_view beginning,
+                           const std::filesystem::path&) { return begins_as_mat(beginning); },
+          .list = [](const std::filesystem::path& file) { return list_arrays(MatArrayFile(file)); },
+          .read =
+              [](const std::filesystem::path& file, const LogReadOptions&, LogSink& sink) {
+                MatArrayFile arrays(file);
+                read_arrays(arrays, sink);
+                sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
+              }};
 }
 
 }  // namespace credence::internal

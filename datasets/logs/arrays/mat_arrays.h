@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "datasets/logs/log_format.h"
+
 namespace credence::internal {
 
 /// An array of a MAT-file.
@@ -28,5 +30,8 @@ std::vector<MatArray> read_mat_arrays(const std::filesystem::path& file,
 
 /// Whether a file begins as such a one: of its `beginning` the header is looked at.
 bool begins_as_mat(std::string_view beginning);
+
+/// --input mat: arrays (array_log.h) in such a file. MATLAB leaves out last dimensions of 1.
+LogFormat mat_format();
 
 }  // namespace credence::internal

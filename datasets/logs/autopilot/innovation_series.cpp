@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "datasets/logs/log_contents.h"
+#include "datasets/logs/log_format.h"
 
 namespace credence::internal {
 

@@ -9,7 +9,6 @@
 #include "core/stop_point.h"
 #include "datasets/logs/bytes/binary_file.h"
 #include "datasets/logs/bytes/decompress.h"
-#include "datasets/logs/ros/mcap_opcode.h"
 
 namespace credence::internal {
 namespace {

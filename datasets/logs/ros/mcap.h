@@ -1,10 +1,24 @@
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
 #include "datasets/logs/ros/ros_scan.h"
 
 namespace credence::internal {
+
+/// What a record of an MCAP file is (mcap.dev/spec, "Records").
+struct McapOpcode {
+  enum : std::uint8_t {
+    kHeader = 0x01,
+    kFooter = 0x02,
+    kSchema = 0x03,
+    kChannel = 0x04,
+    kMessage = 0x05,
+    kChunk = 0x06,
+    kDataEnd = 0x0f,
+  };
+};
 
 /// Whether a file that begins so is an MCAP.
 bool begins_as_mcap(std::string_view beginning);

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "datasets/logs/ros/mcap_opcode.h"
+#include "datasets/logs/ros/mcap.h"
 
 namespace credence::internal {
 namespace {

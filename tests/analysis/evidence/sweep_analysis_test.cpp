@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <stdexcept>
 
-#include "analysis/evidence/sweep_verdicts.h"
+#include "core/nan.h"
 #include "montecarlo/engine/experiment.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
@@ -56,6 +57,34 @@ TEST(SweepAnalysis, AMapOfRanksHasACellForEveryStudy) {
 
 TEST(SweepAnalysis, RefusesAStudyOfNoPoint) {
   EXPECT_THROW(analyse_sweep(plan_of({inflated(1)}), {study_of(inflated(2))}), std::invalid_argument);
+}
+
+StudyAnalysis study(double word_p) {
+  StudyAnalysis a;
+  a.word.p_value = word_p;
+  return a;
+}
+
+TEST(SweepVerdicts, AdjustTheWordForAllConfigurations) {
+  // Benjamini-Yekutieli over three tests by hand, Σ 1/i = 11/6.
+  const std::vector<StudyAnalysis> sweep = {study(0.002), study(0.04), study(1.0)};
+  const std::vector<double> p = sweep_p_values(sweep);
+  EXPECT_NEAR(p[0], 0.002 * 3 * 11.0 / 6.0, 1e-15);
+  EXPECT_NEAR(p[1], 0.04 * 1.5 * 11.0 / 6.0, 1e-15);
+  EXPECT_EQ(p[2], 1.0);
+}
+
+TEST(SweepVerdicts, AnUndecidedConfigurationIsNoMemberOfTheFamily) {
+  const std::vector<StudyAnalysis> sweep = {study(kNaN), study(0.01)};
+  const std::vector<double> p = sweep_p_values(sweep);
+  EXPECT_TRUE(std::isnan(p[0]));
+  EXPECT_NEAR(p[1], 0.01, 1e-15);
+}
+
+TEST(SweepVerdicts, AStopRuleSpeaksForItsStudy) {
+  std::vector<StudyAnalysis> sweep = {study(1e-9)};
+  sweep[0].stop.emplace().p_value = 0.3;
+  EXPECT_NEAR(sweep_p_values(sweep)[0], 0.3, 1e-15);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "analysis/evidence/consistency_gated.h"
+#include "analysis/evidence/consistency.h"
 #include "analysis/laws/chi_square.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 

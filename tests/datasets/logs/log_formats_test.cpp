@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <gtest/gtest.h>
+#include <cmath>
 #include <set>
 
 #include "datasets/data_error.h"
@@ -60,6 +62,19 @@ TEST(LogFormats, AFolderIsItsLogsInTheOrderOfTheirNames) {
   ASSERT_EQ(files.size(), 3U);
   EXPECT_EQ(files[0].filename(), "a.csv");
   EXPECT_EQ(files[2].filename(), "c.mcap");
+}
+
+TEST(LogContents, a_rate_is_of_the_intervals_and_not_of_the_messages) {
+  EXPECT_EQ(message_rate(11, 5.0, 6.0), 10.0);
+  EXPECT_EQ(message_rate(2, -1.0, 1.0), 0.5);
+}
+
+TEST(LogContents, without_an_interval_there_is_no_rate) {
+  EXPECT_TRUE(std::isnan(message_rate(1, 0.0, 1.0)));
+  EXPECT_TRUE(std::isnan(message_rate(0, 0.0, 0.0)));
+  EXPECT_TRUE(std::isnan(message_rate(5, 2.0, 2.0)));
+  EXPECT_TRUE(std::isnan(message_rate(5, 2.0, 1.0)));
+  EXPECT_TRUE(std::isnan(message_rate(5, 0.0, kNaN)));
 }
 
 }  // namespace

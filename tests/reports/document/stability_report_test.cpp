@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <gtest/gtest.h>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <nlohmann/json.hpp>
 
 #include "core/nan.h"
@@ -207,6 +209,21 @@ TEST(StabilityReport, TheFigureHasTheCovarianceTheCircleAndTheEigenvalues) {
   EXPECT_NEAR(plane.series.at(1).x.at(0), 0.5 * (3.0 - std::sqrt(5.0)), 1e-9);
   EXPECT_EQ(figure_of(stability_shown(half_seen()), "stability").panels[1].series.size(), 2U)
       << "no limit, none of its";
+}
+
+TEST(StabilityJson, ARankHasItsGapOrTheReasonWhyNot) {
+  EXPECT_EQ(rank_json(decide_rank(Vector{{4.0, 2.0, 1e-12}})).dump(),
+            R"({"rank":2,"gap":2000000000000.0,"singular_values":[4.0,2.0,1e-12]})");
+  const Json all = as_read(rank_json(decide_rank(Vector{{4.0, 2.0}})));
+  EXPECT_TRUE(all["gap"].is_null());
+  EXPECT_TRUE(all["gap_null_reason"].is_string());
+}
+
+TEST(StabilityJson, EigenvaluesArePairs) {
+  Eigen::VectorXcd values(2);
+  values << std::complex<double>(0.5, -0.25), std::complex<double>(1.0, 0.0);
+  EXPECT_EQ(eigenvalues_json(values).dump(), "[[0.5,-0.25],[1.0,0.0]]");
+  EXPECT_EQ(eigenvalues_json(Eigen::VectorXcd()).dump(), "[]");
 }
 
 }  // namespace
