@@ -52,4 +52,16 @@ void read_arrays(ArrayFile& file, LogSink& judged);
 
 LogContents list_arrays(const ArrayFile& file);
 
+/// The format whose files are such ones, given its names and what it recognises.
+template <class File>
+LogFormat array_format(LogFormat format) {
+  format.list = [](const std::filesystem::path& file) { return list_arrays(File(file)); };
+  format.read = [](const std::filesystem::path& file, const LogReadOptions&, LogSink& sink) {
+    File arrays(file);
+    read_arrays(arrays, sink);
+    sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
+  };
+  return format;
+}
+
 }  // namespace credence::internal

@@ -216,18 +216,13 @@ bool begins_as_mat(std::string_view beginning) {
 }
 
 LogFormat mat_format() {
-  return {.name = "mat",
-          .title = "MATLAB arrays",
-          .extensions = ".mat",
-          .recognises = [](std::string_view beginning,
-                           const std::filesystem::path&) { return begins_as_mat(beginning); },
-          .list = [](const std::filesystem::path& file) { return list_arrays(MatArrayFile(file)); },
-          .read =
-              [](const std::filesystem::path& file, const LogReadOptions&, LogSink& sink) {
-                MatArrayFile arrays(file);
-                read_arrays(arrays, sink);
-                sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
-              }};
+  return array_format<MatArrayFile>(
+      {.name = "mat",
+       .title = "MATLAB arrays",
+       .extensions = ".mat",
+       .recognises = [](std::string_view beginning, const std::filesystem::path&) {
+         return begins_as_mat(beginning);
+       }});
 }
 
 }  // namespace credence::internal

@@ -327,20 +327,13 @@ class NpzFile final : public ArrayFile {
 }  // namespace
 
 LogFormat npz_format() {
-  return {.name = "npz",
-          .title = "NumPy arrays",
-          .extensions = ".npz",
-          .recognises =
-              [](std::string_view beginning, const std::filesystem::path& file) {
-                return file.extension() == ".npz" || beginning.starts_with("PK\x03\x04");
-              },
-          .list = [](const std::filesystem::path& file) { return list_arrays(NpzFile(file)); },
-          .read =
-              [](const std::filesystem::path& file, const LogReadOptions&, LogSink& sink) {
-                NpzFile arrays(file);
-                read_arrays(arrays, sink);
-                sink.advance(static_cast<std::int64_t>(std::filesystem::file_size(file)));
-              }};
+  return array_format<NpzFile>(
+      {.name = "npz",
+       .title = "NumPy arrays",
+       .extensions = ".npz",
+       .recognises = [](std::string_view beginning, const std::filesystem::path& file) {
+         return file.extension() == ".npz" || beginning.starts_with("PK\x03\x04");
+       }});
 }
 
 }  // namespace credence::internal

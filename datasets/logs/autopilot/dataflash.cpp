@@ -15,14 +15,49 @@ namespace {
 constexpr std::uint8_t kFirstMark = 0xa3, kSecondMark = 0x95, kFormatType = 0x80;
 constexpr std::uint64_t kMarks = 3, kFormatBody = 86;
 
-/// Bytes of a field; 0 for a letter that is not known.
-std::uint64_t field_size(char type) {
-  static constexpr std::pair<char, std::uint64_t> kSizes[] = {
-      {'a', 64}, {'b', 1}, {'B', 1}, {'c', 2},  {'C', 2}, {'d', 8}, {'e', 4},
-      {'E', 4},  {'f', 4}, {'g', 2}, {'h', 2},  {'H', 2}, {'i', 4}, {'I', 4},
-      {'L', 4},  {'M', 1}, {'n', 4}, {'N', 16}, {'q', 8}, {'Q', 8}, {'Z', 64}};
-  const auto found = std::ranges::find(kSizes, type, &std::pair<char, std::uint64_t>::first);
-  return found == std::end(kSizes) ? 0 : found->second;
+/// IEEE 754.
+double half_precision(ByteCursor& from) {
+  const auto bits = from.take<std::uint16_t>();
+  const int exponent = (bits >> 10U) & 0x1f, mantissa = bits & 0x3ff;
+  const double sign = (bits & 0x8000U) != 0 ? -1.0 : 1.0;
+  if (exponent == 0) return sign * std::ldexp(mantissa, -24);
+  if (exponent == 31) return mantissa == 0 ? sign * HUGE_VAL : std::nan("");
+  return sign * std::ldexp(1024 + mantissa, exponent - 25);
+}
+
+/// What a letter of FMT stands for.
+struct FieldType {
+  char letter;
+  std::uint64_t size;             ///< bytes
+  double (*number)(ByteCursor&);  ///< null: no number
+  double unit = 1.0;
+};
+constexpr FieldType kFieldTypes[] = {{'a', 64, nullptr},
+                                     {'b', 1, take_double<std::int8_t>},
+                                     {'B', 1, take_double<std::uint8_t>},
+                                     {'c', 2, take_double<std::int16_t>, 0.01},
+                                     {'C', 2, take_double<std::uint16_t>, 0.01},
+                                     {'d', 8, take_double<double>},
+                                     {'e', 4, take_double<std::int32_t>, 0.01},
+                                     {'E', 4, take_double<std::uint32_t>, 0.01},
+                                     {'f', 4, take_double<float>},
+                                     {'g', 2, half_precision},
+                                     {'h', 2, take_double<std::int16_t>},
+                                     {'H', 2, take_double<std::uint16_t>},
+                                     {'i', 4, take_double<std::int32_t>},
+                                     {'I', 4, take_double<std::uint32_t>},
+                                     {'L', 4, take_double<std::int32_t>, 1e-7},
+                                     {'M', 1, take_double<std::uint8_t>},
+                                     {'n', 4, nullptr},
+                                     {'N', 16, nullptr},
+                                     {'q', 8, take_double<std::int64_t>},
+                                     {'Q', 8, take_double<std::uint64_t>},
+                                     {'Z', 64, nullptr}};
+
+/// Null for a letter that is not known.
+const FieldType* field_type(char letter) {
+  const auto* const found = std::ranges::find(kFieldTypes, letter, &FieldType::letter);
+  return found == std::end(kFieldTypes) ? nullptr : found;
 }
 
 /// Letters up to the first zero.
@@ -72,15 +107,15 @@ class DataflashReader {
     std::uint64_t offset = 0;
     std::string_view rest = names;
     for (const char letter : letters) {
-      const std::uint64_t size = field_size(letter);
-      if (size == 0) {
+      const FieldType* const type_of_field = field_type(letter);
+      if (type_of_field == nullptr) {
         body.fail_at(position, fmt::format("{}: a field of type {:#04x} that is not known", topic.name,
                                            static_cast<unsigned char>(letter)));
       }
       const std::size_t comma = rest.find(',');
       if (!rest.empty()) topic.fields.push_back({std::string(rest.substr(0, comma)), letter, offset});
       rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
-      offset += size;
+      offset += type_of_field->size;
     }
     if (length != kMarks + offset) {
       body.fail_at(position, fmt::format("{}: fields of {} bytes in messages of {}: corrupted", topic.name,
@@ -98,15 +133,6 @@ class DataflashReader {
   std::array<bool, 256> known_{};
 };
 
-/// The number of IEEE 754 half precision with these bits.
-double half_precision(std::uint16_t bits) {
-  const int exponent = (bits >> 10U) & 0x1f, mantissa = bits & 0x3ff;
-  const double sign = (bits & 0x8000U) != 0 ? -1.0 : 1.0;
-  if (exponent == 0) return sign * std::ldexp(mantissa, -24);
-  if (exponent == 31) return mantissa == 0 ? sign * HUGE_VAL : std::nan("");
-  return sign * std::ldexp(1024 + mantissa, exponent - 25);
-}
-
 }  // namespace
 
 const DataflashTopic::Field* DataflashTopic::field(std::string_view wanted) const {
@@ -115,51 +141,18 @@ const DataflashTopic::Field* DataflashTopic::field(std::string_view wanted) cons
 }
 
 double dataflash_number(ByteCursor body, const DataflashTopic::Field& field) {
-  constexpr double kHundredth = 0.01, kDegree = 1e-7;
   body.skip(field.offset);
-  switch (field.type) {
-    case 'b':
-      return body.take<std::int8_t>();
-    case 'B':
-    case 'M':
-      return body.take<std::uint8_t>();
-    case 'h':
-      return body.take<std::int16_t>();
-    case 'H':
-      return body.take<std::uint16_t>();
-    case 'c':
-      return kHundredth * body.take<std::int16_t>();
-    case 'C':
-      return kHundredth * body.take<std::uint16_t>();
-    case 'i':
-      return body.take<std::int32_t>();
-    case 'I':
-      return body.take<std::uint32_t>();
-    case 'e':
-      return kHundredth * body.take<std::int32_t>();
-    case 'E':
-      return kHundredth * body.take<std::uint32_t>();
-    case 'L':
-      return kDegree * body.take<std::int32_t>();
-    case 'q':
-      return static_cast<double>(body.take<std::int64_t>());
-    case 'Q':
-      return static_cast<double>(body.take<std::uint64_t>());
-    case 'f':
-      return static_cast<double>(body.take<float>());
-    case 'd':
-      return body.take<double>();
-    case 'g':
-      return half_precision(body.take<std::uint16_t>());
-    default:
-      body.fail(fmt::format("field {} is of type '{}' where a number is expected", field.name, field.type));
+  const FieldType* const type = field_type(field.type);
+  if (type == nullptr || type->number == nullptr) {
+    body.fail(fmt::format("field {} is of type '{}' where a number is expected", field.name, field.type));
   }
+  return type->unit * type->number(body);
 }
 
 std::string dataflash_text(ByteCursor body, const DataflashTopic::Field& field) {
   if (field.type != 'n' && field.type != 'N' && field.type != 'Z') return "";
   body.skip(field.offset);
-  return std::string(zero_ended(body.take_text(field_size(field.type))));
+  return std::string(zero_ended(body.take_text(field_type(field.type)->size)));
 }
 
 bool begins_as_dataflash(std::string_view beginning) {

@@ -40,7 +40,7 @@ std::string dataflash_text(ByteCursor body, const DataflashTopic::Field& field);
 struct DataflashVisitor {
   std::function<void(std::uint8_t type, const DataflashTopic&)> topic;  ///< one may be described again
   std::function<void(std::uint8_t type, const ByteCursor& body)> message;
-  std::function<void(std::int64_t bytes)> advance;
+  std::function<void(std::int64_t bytes)> advance = [](std::int64_t) {};
 };
 
 /// Whether a file that begins so is a DataFlash log.

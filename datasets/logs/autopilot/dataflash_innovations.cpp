@@ -40,7 +40,7 @@ Index dim_of(const GatedGroup& group) {
 /// One core of one estimator: which innovations came last, and all that could be joined.
 struct EstimatorCore {
   EstimatorCore() {
-    for (const GatedGroup& group : kGroups) series.add_sensor(std::string(group.name), dim_of(group), false);
+    for (const GatedGroup& group : kGroups) series.sensor(std::string(group.name), dim_of(group), false);
   }
 
   std::map<std::string, double> innovations;  ///< of XKF3, by field
@@ -225,8 +225,7 @@ LogContents list_messages(const std::filesystem::path& file) {
             const DataflashTopic::Field* const stamp = s.topic.field("TimeUS");
             if (stamp != nullptr) s.last_s = 1e-6 * dataflash_number(body, *stamp);
             if (s.count++ == 0) s.first_s = s.last_s;
-          },
-      .advance = [](std::int64_t) {}};
+          }};
   read_dataflash(file, visitor);
   LogContents contents;
   for (const auto& [type, s] : seen) {

@@ -17,13 +17,11 @@ int estimator_number(double said, const ByteCursor& message) {
   return static_cast<int>(said);
 }
 
-std::size_t InnovationSeries::add_sensor(std::string name, Index dim, bool angle) {
-  SensorSeries sensor;
-  sensor.name = std::move(name);
-  sensor.dim = dim;
-  sensor.angle = angle;
-  sensors_.push_back(std::move(sensor));
-  return sensors_.size() - 1;
+std::size_t InnovationSeries::sensor(const std::string& name, Index dim, bool angle) {
+  const auto known = std::ranges::find(sensors_, name, &SensorSeries::name);
+  const auto number = static_cast<std::size_t>(known - sensors_.begin());
+  if (known == sensors_.end()) sensors_.push_back({.name = name, .dim = dim, .angle = angle});
+  return number;
 }
 
 InnovationSeries::Row InnovationSeries::add(std::size_t sensor, double time_s, std::span<const double> nu,
@@ -45,10 +43,10 @@ InnovationSeries::Row InnovationSeries::add(std::size_t sensor, double time_s, s
   return Row::taken;
 }
 
-std::size_t InnovationSeries::add_nis(std::string name) {
-  const std::size_t sensor = add_sensor(std::move(name), 1, false);
-  sensors_[sensor].nis_alone = true;
-  return sensor;
+std::size_t InnovationSeries::nis_sensor(const std::string& name) {
+  const std::size_t number = sensor(name, 1, false);
+  sensors_[number].nis_alone = true;
+  return number;
 }
 
 InnovationSeries::Row InnovationSeries::add_nis(std::size_t sensor, double time_s, double nis) {

@@ -26,15 +26,15 @@ class InnovationSeries {
     silent,    ///< a variance that is not positive and finite: the sensor is not in use
   };
 
-  /// Declares a sensor; sensors are counted from 0.
-  std::size_t add_sensor(std::string name, Index dim, bool angle);
+  /// The number, from 0, of the sensor of this name, which is declared where it is new.
+  std::size_t sensor(const std::string& name, Index dim, bool angle);
 
   /// said: what the log holds of the row, by which a repeat is known; empty: ν itself.
   Row add(std::size_t sensor, double time_s, std::span<const double> nu, std::span<const double> variances,
           std::span<const double> said = {});
 
   /// The same of a sensor of one dimension of which NIS alone is known.
-  std::size_t add_nis(std::string name);
+  std::size_t nis_sensor(const std::string& name);
   Row add_nis(std::size_t sensor, double time_s, double nis);
 
   /// Whether any sensor said anything.
@@ -54,8 +54,8 @@ class InnovationSeries {
     std::string name;
     Index dim = 1;
     bool angle = false, nis_alone = false;
-    std::vector<double> nu, variances;  ///< one after another
-    std::vector<double> last_said;
+    std::vector<double> nu{}, variances{};  ///< one after another
+    std::vector<double> last_said{};
     std::int64_t repeated = 0;
     double first_s = 0.0, last_s = 0.0;
 

@@ -20,13 +20,24 @@ constexpr std::uint64_t kUlogHeader = 16, kMessageHeader = 3;
 constexpr int kDeepest = 8;
 constexpr std::uint64_t kLargestMessage = 65535;
 
-/// Bytes of a plain type; 0 for one that is not plain.
-std::uint64_t plain_size(std::string_view type) {
-  static constexpr std::pair<std::string_view, std::uint64_t> kSizes[] = {
-      {"int8_t", 1},  {"uint8_t", 1}, {"bool", 1},     {"char", 1},    {"int16_t", 2},  {"uint16_t", 2},
-      {"int32_t", 4}, {"float", 4},   {"uint32_t", 4}, {"int64_t", 8}, {"uint64_t", 8}, {"double", 8}};
-  const auto found = std::ranges::find(kSizes, type, &std::pair<std::string_view, std::uint64_t>::first);
-  return found == std::end(kSizes) ? 0 : found->second;
+/// A type that holds no other.
+struct PlainType {
+  std::string_view name;
+  std::uint64_t size;             ///< bytes
+  double (*number)(ByteCursor&);  ///< null: a letter
+};
+constexpr PlainType kPlainTypes[] = {
+    {"int8_t", 1, take_double<std::int8_t>},     {"uint8_t", 1, take_double<std::uint8_t>},
+    {"bool", 1, take_double<std::uint8_t>},      {"char", 1, nullptr},
+    {"int16_t", 2, take_double<std::int16_t>},   {"uint16_t", 2, take_double<std::uint16_t>},
+    {"int32_t", 4, take_double<std::int32_t>},   {"float", 4, take_double<float>},
+    {"uint32_t", 4, take_double<std::uint32_t>}, {"int64_t", 8, take_double<std::int64_t>},
+    {"uint64_t", 8, take_double<std::uint64_t>}, {"double", 8, take_double<double>}};
+
+/// Null for the name of a format.
+const PlainType* plain_type(std::string_view name) {
+  const auto* const found = std::ranges::find(kPlainTypes, name, &PlainType::name);
+  return found == std::end(kPlainTypes) ? nullptr : found;
 }
 
 /// The messages of a file, one after another.
@@ -153,7 +164,7 @@ class UlogReader {
 
   /// Bytes of a type that another field may have; `position` of who asks.
   std::uint64_t size_of(const ByteCursor& body, const std::string& type, int depth) {
-    if (const std::uint64_t size = plain_size(type); size > 0) return size;
+    if (const PlainType* const plain = plain_type(type); plain != nullptr) return plain->size;
     if (const auto known = sizes_.find(type); known != sizes_.end()) return known->second;
     const auto found = formats_.find(type);
     if (found == formats_.end() || depth > kDeepest) {
@@ -212,17 +223,12 @@ const UlogField* UlogTopic::field(std::string_view wanted) const {
 
 double ulog_number(ByteCursor message, const UlogField& field, std::uint64_t entry) {
   message.skip(field.offset + entry * field.size);
-  if (field.type == "float") return static_cast<double>(message.take<float>());
-  if (field.type == "double") return message.take<double>();
-  if (field.type == "uint64_t") return static_cast<double>(message.take<std::uint64_t>());
-  if (field.type == "int64_t") return static_cast<double>(message.take<std::int64_t>());
-  if (field.type == "uint32_t") return message.take<std::uint32_t>();
-  if (field.type == "int32_t") return message.take<std::int32_t>();
-  if (field.type == "uint16_t") return message.take<std::uint16_t>();
-  if (field.type == "int16_t") return message.take<std::int16_t>();
-  if (field.type == "int8_t") return message.take<std::int8_t>();
-  if (field.type == "uint8_t" || field.type == "bool") return message.take<std::uint8_t>();
-  message.fail(fmt::format("field '{}' is of type '{}' where a number is expected", field.name, field.type));
+  const PlainType* const type = plain_type(field.type);
+  if (type == nullptr || type->number == nullptr) {
+    message.fail(
+        fmt::format("field '{}' is of type '{}' where a number is expected", field.name, field.type));
+  }
+  return type->number(message);
 }
 
 bool begins_as_ulog(std::string_view beginning) { return beginning.starts_with(kUlogMagic); }

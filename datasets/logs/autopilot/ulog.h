@@ -40,8 +40,8 @@ struct UlogVisitor {
   /// Topics are counted from 0 in the order in which they come.
   std::function<void(std::size_t topic, const UlogTopic&)> topic;
   std::function<void(std::size_t topic, const ByteCursor& message)> message;
-  std::function<void(double seconds)> dropout;  ///< so long nothing could be written
-  std::function<void(std::int64_t bytes)> advance;
+  std::function<void(double seconds)> dropout = [](double) {};  ///< so long nothing could be written
+  std::function<void(std::int64_t bytes)> advance = [](std::int64_t) {};
   std::function<void(std::string_view name, double value)> parameter{};  ///< with its first value
 };
 

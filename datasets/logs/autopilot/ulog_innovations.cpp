@@ -88,16 +88,11 @@ class InnovationPairs {
       const auto n = nu.find(name), v = variances.find(name);
       if (n == nu.end() || v == variances.end() || n->second.size() != v->second.size()) continue;
       if (n->second.empty()) continue;
-      const auto known = sensors_.find(name);
-      const std::size_t sensor = known != sensors_.end() ? known->second
-                                                         : sensors_[name] = series_.add_sensor(
-                                                               name, std::ssize(n->second), is_angle(name));
-      series_.add(sensor, time, n->second, v->second);
+      series_.add(series_.sensor(name, std::ssize(n->second), is_angle(name)), time, n->second, v->second);
     }
   }
 
-  std::vector<std::string> order_;  ///< of the fields in a message
-  std::map<std::string, std::size_t> sensors_;
+  std::vector<std::string> order_;                    ///< of the fields in a message
   std::map<double, Fields> innovations_, variances_;  ///< by time, waiting
   InnovationSeries series_;
   std::int64_t rows_ = 0;
@@ -112,11 +107,7 @@ class AidSources {
     const UlogField* const variance = topic.field("innovation_variance");
     if (nu == nullptr || variance == nullptr || nu->count != variance->count || nu->count == 0) return;
     const std::string name = topic.name.substr(kAidSource.size());
-    const auto known = sensors_.find(name);
-    const std::size_t sensor =
-        known != sensors_.end()
-            ? known->second
-            : sensors_[name] = series_.add_sensor(name, static_cast<Index>(nu->count), is_angle(name));
+    const std::size_t sensor = series_.sensor(name, static_cast<Index>(nu->count), is_angle(name));
     const InnovationSeries::Row row =
         series_.add(sensor, sample_time(message, topic), numbers(message, *nu), numbers(message, *variance));
     ++rows_;
@@ -130,7 +121,6 @@ class AidSources {
   std::int64_t rejected() const { return rejected_; }
 
  private:
-  std::map<std::string, std::size_t> sensors_;
   InnovationSeries series_;
   std::int64_t rows_ = 0, rejected_ = 0;
 };
@@ -166,9 +156,7 @@ class TestRatios {
       for (std::uint64_t i = 0; i < field->count; ++i) {
         const std::string name =
             field->count == 1 ? std::string(known.field) : fmt::format("{}.{}", known.field, i + 1);
-        const auto [place, is_new] = sensors_.try_emplace(name, 0);
-        if (is_new) place->second = series_.add_nis(name);
-        series_.add_nis(place->second, time, gate * gate * ulog_number(message, *field, i));
+        series_.add_nis(series_.nis_sensor(name), time, gate * gate * ulog_number(message, *field, i));
       }
       if (set == gates.end()) assumed_.insert(fmt::format("{} {:g}", known.gate, known.default_gate));
     }
@@ -180,7 +168,6 @@ class TestRatios {
   const std::set<std::string>& assumed() const { return assumed_; }
 
  private:
-  std::map<std::string, std::size_t> sensors_;
   std::set<std::string> assumed_;
   InnovationSeries series_;
   std::int64_t rows_ = 0;
@@ -345,16 +332,16 @@ LogContents list_flight(const std::filesystem::path& file) {
     double first_s = 0.0, last_s = 0.0;
   };
   std::vector<Seen> seen;
-  const UlogVisitor visitor{.topic = [&](std::size_t, const UlogTopic& topic) { seen.push_back({topic}); },
-                            .message =
-                                [&](std::size_t i, const ByteCursor& message) {
-                                  Seen& s = seen[i];
-                                  const UlogField* const stamp = s.topic.field("timestamp");
-                                  if (stamp != nullptr) s.last_s = 1e-6 * ulog_number(message, *stamp);
-                                  if (s.count++ == 0) s.first_s = s.last_s;
-                                },
-                            .dropout = [](double) {},
-                            .advance = [](std::int64_t) {}};
+  const UlogVisitor visitor{
+      .topic = [&](std::size_t, const UlogTopic& topic) { seen.push_back({topic}); },
+      .message =
+          [&](std::size_t i, const ByteCursor& message) {
+            Seen& s = seen[i];
+            const UlogField* const stamp = s.topic.field("timestamp");
+            if (stamp != nullptr) s.last_s = 1e-6 * ulog_number(message, *stamp);
+            if (s.count++ == 0) s.first_s = s.last_s;
+          },
+  };
   read_ulog(file, visitor);
   LogContents contents;
   for (const Seen& s : seen) {

@@ -139,7 +139,6 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
           [&](std::size_t i, const ByteCursor& message) {
             if (const auto found = topics.find(i); found != topics.end()) log.add(found->second, message);
           },
-      .dropout = [](double) {},
       .advance = [&](std::int64_t bytes) { sink.advance(bytes); }};
   read_part(
       options, sink, [&] { read_ulog(file, visitor); }, [&] { return !log.estimates.empty(); });

@@ -84,4 +84,9 @@ class ByteCursor {
   std::endian order_;
 };
 
+template <class T>
+double take_double(ByteCursor& from) {
+  return static_cast<double>(from.take<T>());
+}
+
 }  // namespace credence::internal

@@ -102,25 +102,23 @@ void unpack_bz2(const ByteCursor& packed, std::uint64_t size, std::vector<std::u
   });
 }
 
-Progress inflate_some(z_stream& stream, Bytes in, std::span<std::uint8_t> room) {
-  const unsigned int given = limited(in.size()), free = limited(room.size());
-  stream.next_in = const_cast<Bytef*>(in.data());
-  stream.avail_in = given;
-  stream.next_out = room.data();
-  stream.avail_out = free;
-  const int status = inflate(&stream, Z_NO_FLUSH);
-  // Z_BUF_ERROR: there is nothing to do with these two, which the caller sees.
-  const bool failed = status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR;
-  return {given - stream.avail_in, free - stream.avail_out, status == Z_STREAM_END, failed};
-}
-
-void unpack_deflate(const ByteCursor& packed, std::uint64_t size, std::vector<std::uint8_t>& out) {
-  constexpr int kWithoutHeader = -15;
+/// window_bits: of zlib, which names the header by them.
+void unpack_deflate(const ByteCursor& packed, std::uint64_t size, std::vector<std::uint8_t>& out,
+                    const char* name, int window_bits) {
   z_stream stream{};
-  if (inflateInit2(&stream, kWithoutHeader) != Z_OK) throw std::bad_alloc();
+  if (inflateInit2(&stream, window_bits) != Z_OK) throw std::bad_alloc();
   const std::unique_ptr<z_stream, decltype(&inflateEnd)> owner(&stream, inflateEnd);
-  unpack(packed, size, out, "deflate",
-         [&](Bytes in, std::span<std::uint8_t> room) { return inflate_some(stream, in, room); });
+  unpack(packed, size, out, name, [&](Bytes in, std::span<std::uint8_t> room) {
+    const unsigned int given = limited(in.size()), free = limited(room.size());
+    stream.next_in = const_cast<Bytef*>(in.data());
+    stream.avail_in = given;
+    stream.next_out = room.data();
+    stream.avail_out = free;
+    const int status = inflate(&stream, Z_NO_FLUSH);
+    // Z_BUF_ERROR: there is nothing to do with these two, which the caller sees.
+    const bool failed = status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR;
+    return Progress{given - stream.avail_in, free - stream.avail_out, status == Z_STREAM_END, failed};
+  });
 }
 
 }  // namespace
@@ -142,16 +140,12 @@ void decompress(Compression compression, ByteCursor packed, std::uint64_t size,
     case Compression::bz2:
       return unpack_bz2(packed, size, out);
     case Compression::deflate:
-      return unpack_deflate(packed, size, out);
+      return unpack_deflate(packed, size, out, "deflate", -MAX_WBITS);
   }
 }
 
 void decompress_zlib(ByteCursor packed, std::vector<std::uint8_t>& out) {
-  z_stream stream{};
-  if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
-  const std::unique_ptr<z_stream, decltype(&inflateEnd)> owner(&stream, inflateEnd);
-  unpack(packed, kUnknown, out, "zlib",
-         [&](Bytes in, std::span<std::uint8_t> room) { return inflate_some(stream, in, room); });
+  unpack_deflate(packed, kUnknown, out, "zlib", MAX_WBITS);
 }
 
 }  // namespace credence::internal

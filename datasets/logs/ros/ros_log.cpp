@@ -294,13 +294,10 @@ class RosLog {
   template <class Take>
   PoseStream read_estimates(Take take) const {
     PoseStream stream(estimate().topic.name, "");
-    const RosVisitor visitor{.topic = [](std::size_t, const RosTopic&) {},
-                             .message =
-                                 [&](std::size_t i, double time_s, const ByteCursor& message) {
-                                   if (topics_.place(i) != estimate_) return;
-                                   stream.read(estimate(), time_s, message, take);
-                                 },
-                             .advance = [](std::int64_t) {}};
+    const RosVisitor visitor{.message = [&](std::size_t i, double time_s, const ByteCursor& message) {
+      if (topics_.place(i) != estimate_) return;
+      stream.read(estimate(), time_s, message, take);
+    }};
     try {
       scan_(file_, visitor);
     } catch (const DataError&) {
@@ -469,8 +466,7 @@ LogContents list_topics(const std::filesystem::path& file, const RosScan& scan) 
   TopicsSeen topics;
   const RosVisitor visitor{
       .topic = [&](std::size_t i, const RosTopic& topic) { topics.announce(i, topic); },
-      .message = [&](std::size_t i, double time_s, const ByteCursor&) { topics.spoke(i, time_s); },
-      .advance = [](std::int64_t) {}};
+      .message = [&](std::size_t i, double time_s, const ByteCursor&) { topics.spoke(i, time_s); }};
   scan(file, visitor);
   LogContents contents;
   for (const TopicSeen& seen : topics.all()) {

@@ -23,9 +23,9 @@ struct RosTopic {
 struct RosVisitor {
   /// Topics are counted from 0 in the order in which they come; a topic is announced once for each of its
   /// publishers, where the file tells them apart.
-  std::function<void(std::size_t topic, const RosTopic&)> topic;
+  std::function<void(std::size_t topic, const RosTopic&)> topic = [](std::size_t, const RosTopic&) {};
   std::function<void(std::size_t topic, double time_s, const ByteCursor& message)> message;
-  std::function<void(std::int64_t bytes)> advance;
+  std::function<void(std::int64_t bytes)> advance = [](std::int64_t) {};
 };
 
 /// Reads a file in one pass, in the order in which messages were written, in memory for one chunk. Throws

@@ -148,8 +148,7 @@ TEST(Dataflash, FieldsOfEveryLetterAreNumbers) {
                         }
                         text = dataflash_text(body, *all.field("T"));
                         EXPECT_THROW(dataflash_number(body, *all.field("T")), DataError);
-                      },
-                  .advance = [](std::int64_t) {}});
+                      }});
   EXPECT_EQ(numbers, (std::vector<double>{-3.0, 2.5, -1.5, 473'000'000 * 1e-7, 0.125, -2.5}));
   EXPECT_EQ(text, "words");
 }

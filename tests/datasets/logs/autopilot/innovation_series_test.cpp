@@ -22,8 +22,9 @@ Row add_scalar(InnovationSeries& series, std::size_t sensor, double time_s, doub
 
 TEST(InnovationSeries, the_kth_innovations_of_all_sensors_stand_in_step_k) {
   InnovationSeries series;
-  const std::size_t fast = series.add_sensor("heading", 1, true), slow = series.add_sensor("gps", 2, false);
-  series.add_sensor("flow", 2, false);
+  const std::size_t fast = series.sensor("heading", 1, true), slow = series.sensor("gps", 2, false);
+  series.sensor("flow", 2, false);
+  EXPECT_EQ(series.sensor("gps", 2, false), slow) << "a name is of one sensor";
   for (int i = 0; i < 4; ++i) {
     EXPECT_EQ(add_scalar(series, fast, 0.1 * i, i, 2.0 + i), Row::taken);
     if (i % 2 == 1) continue;
@@ -54,7 +55,7 @@ TEST(InnovationSeries, the_kth_innovations_of_all_sensors_stand_in_step_k) {
 
 TEST(InnovationSeries, a_value_said_again_is_no_new_innovation) {
   InnovationSeries series;
-  const std::size_t s = series.add_sensor("baro", 1, false);
+  const std::size_t s = series.sensor("baro", 1, false);
   EXPECT_EQ(add_scalar(series, s, 0.0, 1.0), Row::taken);
   EXPECT_EQ(add_scalar(series, s, 1.0, 1.0, 9.0), Row::repeated);
   EXPECT_EQ(add_scalar(series, s, 2.0, 2.0), Row::taken);
@@ -67,7 +68,7 @@ TEST(InnovationSeries, a_value_said_again_is_no_new_innovation) {
 
 TEST(InnovationSeries, without_a_variance_a_sensor_is_silent) {
   InnovationSeries series;
-  const std::size_t s = series.add_sensor("baro", 1, false);
+  const std::size_t s = series.sensor("baro", 1, false);
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double variance : {0.0, -1.0, kNaN, infinity})
     EXPECT_EQ(add_scalar(series, s, 0.0, 1.0, variance), Row::silent) << variance;
@@ -80,7 +81,7 @@ TEST(InnovationSeries, without_a_variance_a_sensor_is_silent) {
 
 TEST(InnovationSeries, one_value_that_is_repeated_for_ever_is_no_sensor) {
   InnovationSeries series;
-  const std::size_t s = series.add_sensor("gps", 1, false);
+  const std::size_t s = series.sensor("gps", 1, false);
   add_scalar(series, s, 0.0, 0.0);
   EXPECT_FALSE(series.empty()) << "a value may be the only one";
   add_scalar(series, s, 1.0, 0.0);
@@ -91,7 +92,7 @@ TEST(InnovationSeries, one_value_that_is_repeated_for_ever_is_no_sensor) {
 
 TEST(InnovationSeries, nis_alone_is_its_square) {
   InnovationSeries series;
-  const std::size_t s = series.add_nis("mag");
+  const std::size_t s = series.nis_sensor("mag");
   EXPECT_EQ(series.add_nis(s, 0.0, 2.25), Row::taken);
   EXPECT_EQ(series.add_nis(s, 0.0, 2.25), Row::repeated);
   for (const double nis : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()})
@@ -107,8 +108,8 @@ TEST(InnovationSeries, nis_alone_is_its_square) {
 
 TEST(InnovationSeries, sensors_that_never_repeat_are_named_from_twenty_rows_on) {
   InnovationSeries series;
-  const std::size_t few = series.add_sensor("few", 1, false), many = series.add_sensor("many", 2, false),
-                    once = series.add_sensor("once", 1, false);
+  const std::size_t few = series.sensor("few", 1, false), many = series.sensor("many", 2, false),
+                    once = series.sensor("once", 1, false);
   for (int i = 0; i < 20; ++i) {
     const double nu[] = {1.0 * i, 0.0}, variances[] = {1.0, 1.0};
     series.add(many, i, nu, variances);
