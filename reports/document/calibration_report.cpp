@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "core/nan.h"
-#include "reports/figures/study_figures.h"
 #include "reports/render/number_text.h"
 
 namespace credence::internal {
@@ -202,24 +201,24 @@ Figure distance_figure(const std::string& name, const Calibration& c) {
                     "claimed, root mean squares.",
                 .cols = 2};
   if (c.distance.size() < 2) return figure;
-  FigureData middle, nees, lower, upper, error, sigma;
-  for (const DistanceBin& bin : c.distance) {
-    middle.push_back(0.5 * (bin.from_m + bin.to_m));
-    nees.push_back(bin.nees.mean);
-    lower.push_back(bin.nees.reason.empty() ? bin.nees.lower : bin.nees.mean);
-    upper.push_back(bin.nees.reason.empty() ? bin.nees.upper : bin.nees.mean);
-    error.push_back(bin.error_m);
-    sigma.push_back(bin.sigma_m);
-  }
+  const auto nees = [&](double MeanInterval::*number) {
+    return figure_data(c.distance, [number](const DistanceBin& bin) {
+      return bin.nees.reason.empty() ? bin.nees.*number : bin.nees.mean;
+    });
+  };
+  const FigureData middle =
+      figure_data(c.distance, [](const DistanceBin& bin) { return 0.5 * (bin.from_m + bin.to_m); });
   Panel ratio{.title = "NEES over n", .x_label = "distance travelled (m)", .y_label = "mean NEES / n"};
   ratio.series = {level_series("consistent", ColourRole::exact, 1.0),
-                  error_bar_series("measured", ColourRole::first, middle, nees, lower, upper)};
+                  error_bar_series("measured", ColourRole::first, middle, nees(&MeanInterval::mean),
+                                   nees(&MeanInterval::lower), nees(&MeanInterval::upper))};
   figure.panels.push_back(std::move(ratio));
   if (c.distance.front().sigma_m > 0.0) {
     Panel position{
         .title = "Position", .x_label = "distance travelled (m)", .y_label = "root mean square (m)"};
-    position.series = {line_series("claimed σ", ColourRole::bound, middle, sigma),
-                       line_series("error", ColourRole::estimate, middle, error)};
+    position.series = {
+        line_series("claimed σ", ColourRole::bound, middle, figure_data(c.distance, &DistanceBin::sigma_m)),
+        line_series("error", ColourRole::estimate, middle, figure_data(c.distance, &DistanceBin::error_m))};
     figure.panels.push_back(std::move(position));
   }
   figure.cols = static_cast<int>(figure.panels.size());

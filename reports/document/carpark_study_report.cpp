@@ -135,10 +135,10 @@ Figure independence_figure(const CarparkStudy& study) {
     Index number = 0;
     for (const CarparkVariant& variant : independence_variants()) {
       if (variant.anchors != anchors) continue;
-      FigureData ratio;
-      for (const InitialDeviations& initial : independence_initials())
-        ratio.push_back(study.find(variant, initial).covariance.landmarks_final /
-                        study.find(variant, independence_initials().front()).covariance.landmarks_final);
+      const double first = study.find(variant, independence_initials().front()).covariance.landmarks_final;
+      const FigureData ratio = figure_data(independence_initials(), [&](const InitialDeviations& initial) {
+        return study.find(variant, initial).covariance.landmarks_final / first;
+      });
       const FigureData x = index_axis(static_cast<Index>(ratio.size()));
       panel.series.push_back(line_series(inflation_words(variant), numbered_role(number), x, ratio));
       panel.series.push_back(point_series("", numbered_role(number++), x, ratio));
@@ -158,10 +158,9 @@ Figure horizon_figure(const CarparkStudy& study) {
               .log_y = true};
   Index number = 0;
   for (const CarparkHorizonRun& run : study.horizon) {
-    FigureData trace;
-    for (const LongHorizonLoop& loop : run.result.loops) trace.push_back(loop.landmarks);
-    const FigureData x = index_axis(static_cast<Index>(trace.size()));
-    panel.series.push_back(line_series(inflation_words(run.variant), numbered_role(number++), x, trace));
+    panel.series.push_back(line_series(inflation_words(run.variant), numbered_role(number++),
+                                       index_axis(std::ssize(run.result.loops)),
+                                       figure_data(run.result.loops, &LongHorizonLoop::landmarks)));
   }
   return {.name = "carpark-horizon",
           .caption =

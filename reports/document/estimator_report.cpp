@@ -77,15 +77,14 @@ const EstimatorRow& yardstick(const EstimatorStudy& study) {
   return ideal == study.rows.end() ? study.rows.front() : *ideal;
 }
 
-/// A number of an interval; null where nothing was counted.
-Json number_of(const MeanInterval& interval, double MeanInterval::*number) {
-  return interval.count == 0 ? Json(nullptr) : Json(interval.*number);
+/// NaN throughout where nothing was counted.
+MeanInterval known(const MeanInterval& interval) {
+  return interval.count > 0 ? interval : MeanInterval{.mean = kNaN, .lower = kNaN, .upper = kNaN};
 }
 
 Json nees_interval_json(const MeanInterval& interval) {
-  return {{"mean", number_of(interval, &MeanInterval::mean)},
-          {"lower", number_of(interval, &MeanInterval::lower)},
-          {"upper", number_of(interval, &MeanInterval::upper)}};
+  const MeanInterval i = known(interval);
+  return {{"mean", i.mean}, {"lower", i.lower}, {"upper", i.upper}};
 }
 
 Json blocks_json(const EstimatorRow& row,
@@ -119,7 +118,6 @@ Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
   json["nees"] =
       blocks_json(row, {{"pose", pose}, {"heading", heading}, {"position", position}, {"map", map}});
   json["nees_other_chart"] = blocks_json(row, {{"pose", plane_pose}, {"position", chart_position}});
-  const auto rmse = [](const MeanInterval& r) { return r.count == 0 ? kNaN : r.mean; };
   const MeanInterval none{}, &position_rmse = row.position_rmse_m, &efficiency = row.position_efficiency;
   const auto of_vehicle = [&](const MeanInterval& r) -> const MeanInterval& {
     return study.has_vehicle ? r : none;
@@ -127,10 +125,8 @@ Json row_json(const EstimatorStudy& study, const EstimatorRow& row) {
   const auto of_state = [&](const MeanInterval& r) -> const MeanInterval& {
     return study.has_vehicle ? none : r;
   };
-  const auto ends = [](const MeanInterval& r) {
-    return Json{number_of(r, &MeanInterval::lower), number_of(r, &MeanInterval::upper)};
-  };
-  json["rmse"] = accuracy_json(study, rmse(row.heading_rmse_rad), rmse(position_rmse));
+  const auto ends = [](const MeanInterval& r) { return Json{known(r).lower, known(r).upper}; };
+  json["rmse"] = accuracy_json(study, known(row.heading_rmse_rad).mean, known(position_rmse).mean);
   json["rmse"]["heading_interval_rad"] = ends(row.heading_rmse_rad);
   json["rmse"]["position_interval_m"] = ends(of_vehicle(position_rmse));
   json["rmse"]["state_interval"] = ends(of_state(position_rmse));
@@ -157,7 +153,7 @@ Json paired_json(const EstimatorStudy& study, const PairedDifference& paired) {
           {"of", !paired.of_position ? "nees.pose"
                  : study.has_vehicle ? "position_error_squared_m2"
                                      : "state_error_squared"},
-          {"difference", paired.difference.count == 0 ? Json(nullptr) : Json(paired.difference.mean)},
+          {"difference", known(paired.difference).mean},
           {"lower", paired.difference.lower},
           {"upper", paired.difference.upper},
           {"p_value", paired.p_value},

@@ -388,9 +388,7 @@ Figure evidence_figure(const std::string& name, const Judgement& j) {
   if (j.coverage.front().tests > 0 && std::ranges::any_of(j.coverage, tells)) {
     figure.panels.push_back(coverage_panel(j));
   }
-  const auto panels = static_cast<int>(figure.panels.size());
-  figure.cols = std::clamp(panels, 1, 3);
-  figure.rows = std::max(1, (panels + 2) / 3);
+  arrange(figure);
   return figure;
 }
 

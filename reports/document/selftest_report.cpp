@@ -24,17 +24,11 @@ TableCell ok_cell(bool ok) {
   return ok ? TableCell("ok", CellTone::good) : TableCell("OUT OF CALIBRATION", CellTone::alarm);
 }
 
-void put_share(Json& json, const StudyShare& share) {
-  json["measured"] = share.interval.value;
-  json["lower"] = share.interval.lower;
-  json["upper"] = share.interval.upper;
-  json["studies"] = share.count.total;
-}
-
 Json share_json(const StudyShare& share) {
-  Json json;
-  put_share(json, share);
-  return json;
+  return {{"measured", share.interval.value},
+          {"lower", share.interval.lower},
+          {"upper", share.interval.upper},
+          {"studies", share.count.total}};
 }
 
 Json wrong_filter_json(const WrongFilterResult& filter) {
@@ -56,7 +50,7 @@ Json wrong_filter_json(const WrongFilterResult& filter) {
   json["power"] = Json::array();
   for (const PowerRow& row : filter.power) {
     Json power{{"name", row.test}};
-    put_share(power, row.measured);
+    power.update(share_json(row.measured));
     json["power"].push_back(std::move(power));
   }
   return json;
@@ -266,7 +260,7 @@ std::string selftest_json(const SelftestResult& result) {
   j["tests"] = Json::array();
   for (const CalibrationRow& row : result.calibration) {
     Json test{{"name", row.name}, {"nominal", row.nominal}};
-    put_share(test, row.measured);
+    test.update(share_json(row.measured));
     test["law"] = to_string(row.exactness);
     test["ok"] = row.ok;
     j["tests"].push_back(std::move(test));
@@ -274,7 +268,7 @@ std::string selftest_json(const SelftestResult& result) {
   j["naive"] = Json::array();
   for (const NaiveRow& row : result.naive) {
     Json naive{{"name", row.name}, {"nominal", row.nominal}};
-    put_share(naive, row.measured);
+    naive.update(share_json(row.measured));
     naive["instead"] = row.instead;
     j["naive"].push_back(std::move(naive));
   }

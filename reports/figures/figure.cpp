@@ -138,6 +138,14 @@ Series error_bar_series(FigureText label, ColourRole role, FigureData x, FigureD
   return series;
 }
 
+std::vector<Series> error_series(FigureText label, ColourRole role, const FigureData& x, FigureData error,
+                                 FigureData two_sigma, bool label_bounds) {
+  FigureData lower = figure_data(two_sigma, std::negate<>());
+  return {line_series(label_bounds ? "±2σ" : "", ColourRole::bound, x, std::move(lower)),
+          line_series("", ColourRole::bound, x, std::move(two_sigma)),
+          line_series(std::move(label), role, x, std::move(error))};
+}
+
 Series polygon_series(FigureText label, ColourRole role, FigureData x, FigureData y) {
   Series series = make_series(SeriesKind::polygon, std::move(label), role, std::move(x), std::move(y));
   // Dashes tear small ellipses apart.
@@ -155,6 +163,11 @@ Series heat_series(FigureData x, FigureData y, Matrix cells) {
   Series series = make_series(SeriesKind::heat_map, {}, ColourRole::neutral, std::move(x), std::move(y));
   series.cells = std::move(cells);
   return series;
+}
+
+void arrange(Figure& figure) {
+  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
+  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
 }
 
 void validate(const Figure& figure) {

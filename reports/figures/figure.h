@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <span>
@@ -44,6 +45,14 @@ struct FigureData : std::vector<double> {
   }
 };
 
+/// One number of each item: a member, or what a function makes of it.
+template <class Items, class Get>
+FigureData figure_data(const Items& items, Get get) {
+  FigureData data;
+  for (const auto& item : items) data.push_back(std::invoke(get, item));
+  return data;
+}
+
 /// first, first + 1, ... `count` values: the steps of a run as an abscissa.
 FigureData index_axis(Index count, Index first = 1);
 
@@ -79,6 +88,10 @@ Series upright_series(FigureText label, ColourRole role, double x);
 /// Markers with bars from lower_i to upper_i (absolute, not offsets).
 Series error_bar_series(FigureText label, ColourRole role, FigureData x, FigureData y, FigureData lower,
                         FigureData upper);
+/// A curve of errors within the ±2σ that a filter claims, of which `label_bounds` says whether they are
+/// named.
+std::vector<Series> error_series(FigureText label, ColourRole role, const FigureData& x, FigureData error,
+                                 FigureData two_sigma, bool label_bounds = true);
 /// Closed outlines, separated by a non-finite point (append_curve).
 Series polygon_series(FigureText label, ColourRole role, FigureData x, FigureData y);
 /// Words to the right of and above points.
@@ -118,6 +131,9 @@ struct Figure {
   std::vector<Panel> panels{};
   double row_height = 0.0;  ///< of one row, in units of the label font's size; 0: chosen from the grid
 };
+
+/// As many rows as the panels take, three in each.
+void arrange(Figure& figure);
 
 /// Throws std::invalid_argument naming figure, panel and series when names, sizes or ranges do not fit.
 void validate(const Figure& figure);

@@ -37,31 +37,23 @@ Figure errors_figure(const std::string& name, const RunErrors& run, std::size_t 
     if (!std::ranges::all_of(state.error, [](double e) { return std::isnan(e); }))
       estimated.push_back(&state);
   }
-  const std::size_t shown = estimated.size();
   Figure figure{
       .name = name + "-errors",
       .caption = fmt::format("The first run: errors{} with the ±2σ that the filter claims; a consistent "
                              "filter stays between them at 95 % of the steps.",
                              states > run.states.size()
                                  ? fmt::format(" of the first {} of {} states", run.states.size(), states)
-                                 : ""),
-      .rows = static_cast<int>(std::max<std::size_t>(1, (shown + 2) / 3)),
-      .cols = static_cast<int>(std::clamp<std::size_t>(shown, 1, 3))};
-  for (std::size_t i = 0; i < shown; ++i) {
-    const RunErrors::State& state = *estimated[i];
-    const double scale = state.angle ? 1.0 / kRadiansPerDegree : 1.0;
-    FigureData error, lower, upper;
-    for (std::size_t k = 0; k < run.step.size(); ++k) {
-      error.push_back(scale * state.error[k]);
-      upper.push_back(2.0 * scale * state.sigma[k]);
-      lower.push_back(-upper.back());
-    }
-    Panel panel{.title = state.name, .x_label = "step", .y_label = state.angle ? "error (°)" : "error"};
-    panel.series = {line_series("±2σ", ColourRole::bound, FigureData(run.step), std::move(lower)),
-                    line_series("", ColourRole::bound, FigureData(run.step), std::move(upper)),
-                    line_series("error", ColourRole::estimate, FigureData(run.step), std::move(error))};
+                                 : "")};
+  for (const RunErrors::State* state : estimated) {
+    const double scale = state->angle ? 1.0 / kRadiansPerDegree : 1.0;
+    const auto times = [](double factor) { return [factor](double value) { return factor * value; }; };
+    Panel panel{.title = state->name, .x_label = "step", .y_label = state->angle ? "error (°)" : "error"};
+    panel.series =
+        error_series("error", ColourRole::estimate, FigureData(run.step),
+                     figure_data(state->error, times(scale)), figure_data(state->sigma, times(2.0 * scale)));
     figure.panels.push_back(std::move(panel));
   }
+  arrange(figure);
   return figure;
 }
 

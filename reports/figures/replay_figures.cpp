@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 
 #include "core/manifold/angle.h"
@@ -21,19 +22,16 @@ const char* reference_name(const ReplayResult& r) { return has_heading(r) ? "mot
 Panel vehicle_panel(const ReplayResult& r, Index i, const char* title) {
   const double scale = i == 2 ? 1.0 / kRadiansPerDegree : 1.0;
   Panel panel{.title = title, .x_label = "time (s)", .y_label = i == 2 ? "error (°)" : "error (m)"};
-  FigureData t, error, lower, upper;
-  for (const ReplayReference& ref : r.references) {
-    double e = ref.estimate[i] - ref.truth[i];
-    if (i == 2) e = wrap_angle(e);
-    const double two_sigma = 2.0 * scale * std::sqrt(ref.covariance(i, i));
-    t.push_back(ref.time_s);
-    error.push_back(scale * e);
-    lower.push_back(-two_sigma);
-    upper.push_back(two_sigma);
-  }
-  panel.series.push_back(line_series("±2σ", ColourRole::bound, t, lower));
-  panel.series.push_back(line_series("", ColourRole::bound, t, upper));
-  panel.series.push_back(line_series("error", ColourRole::estimate, t, error));
+  const auto error = [&](const ReplayReference& ref) {
+    const double e = ref.estimate[i] - ref.truth[i];
+    return scale * (i == 2 ? wrap_angle(e) : e);
+  };
+  const auto two_sigma = [&](const ReplayReference& ref) {
+    return 2.0 * scale * std::sqrt(ref.covariance(i, i));
+  };
+  panel.series =
+      error_series("error", ColourRole::estimate, figure_data(r.references, &ReplayReference::time_s),
+                   figure_data(r.references, error), figure_data(r.references, two_sigma));
   return panel;
 }
 
@@ -92,28 +90,24 @@ Panel gain_panel(const ReplayResult& r, const char* title, const char* y_label, 
       landmark_curves(r, [&](const ReplayLandmark& landmark, const Point&) { return get(landmark.gain); });
   for (const auto& [id, curve] : curves)
     panel.series.push_back(landmark_line(id, "", curve.first, curve.second));
-  FigureData t, vehicle;
-  for (const ReplayStep& step : r.steps) {
-    t.push_back(step.time_s);
-    vehicle.push_back(get(step.gain));
-  }
-  panel.series.push_back(line_series("vehicle position", ColourRole::neutral, t, vehicle));
+  panel.series.push_back(
+      line_series("vehicle position", ColourRole::neutral, figure_data(r.steps, &ReplayStep::time_s),
+                  figure_data(r.steps, [&](const ReplayStep& step) { return get(step.gain); })));
   return panel;
 }
 
 Panel trace_panel(const ReplayResult& r) {
   Panel panel{
       .title = "Traces of the covariance", .x_label = "time (s)", .y_label = "trace (m²)", .log_y = true};
-  FigureData t, vehicle, landmarks;
-  for (const ReplayStep& step : r.steps) {
-    t.push_back(step.time_s);
-    vehicle.push_back(step.covariance(0, 0) + step.covariance(1, 1));
+  const auto vehicle = [](const ReplayStep& step) { return step.covariance(0, 0) + step.covariance(1, 1); };
+  const auto landmarks = [](const ReplayStep& step) {
     double sum = 0.0;
     for (const ReplayLandmark& landmark : step.landmarks) sum += landmark.covariance.trace();
-    landmarks.push_back(sum > 0.0 ? sum : kNaN);
-  }
-  panel.series.push_back(line_series("vehicle position", ColourRole::first, t, vehicle));
-  panel.series.push_back(line_series("all landmarks", ColourRole::second, t, landmarks));
+    return sum > 0.0 ? sum : kNaN;
+  };
+  const FigureData t = figure_data(r.steps, &ReplayStep::time_s);
+  panel.series = {line_series("vehicle position", ColourRole::first, t, figure_data(r.steps, vehicle)),
+                  line_series("all landmarks", ColourRole::second, t, figure_data(r.steps, landmarks))};
   return panel;
 }
 
@@ -151,42 +145,31 @@ Panel nis_panel(const ReplayResult& r) {
 Panel replay_map_panel(const std::string& title, const ReplayResult& r) {
   Panel panel{.title = title, .x_label = "east x (m)", .y_label = "north y (m)", .equal_aspect = true};
   if (has_heading(r)) panel.x_label = "x (m)", panel.y_label = "y (m)";
-  FigureData x, y, reference_x, reference_y, survey_x, survey_y, map_x, map_y;
+  // Coordinate 0 or 1 of places, or of what has one.
+  const auto coordinates = [](Index i, const auto& items, auto place) {
+    return figure_data(items, [&](const auto& item) { return std::invoke(place, item)[i]; });
+  };
+  const auto add = [&](auto series, FigureText label, ColourRole role, const auto& items, auto place) {
+    panel.series.push_back(
+        series(std::move(label), role, coordinates(0, items, place), coordinates(1, items, place)));
+  };
   std::vector<FigureText> names;
-  for (const ReplayStep& step : r.steps) {
-    x.push_back(step.pose[0]);
-    y.push_back(step.pose[1]);
-  }
-  for (const ReplayReference& ref : r.references) {
-    reference_x.push_back(ref.truth[0]);
-    reference_y.push_back(ref.truth[1]);
-  }
-  for (const Point& p : r.survey_m) {
-    survey_x.push_back(p[0]);
-    survey_y.push_back(p[1]);
-    names.emplace_back(landmark_name(static_cast<int>(names.size())));
-  }
+  for (std::size_t i = 0; i < r.survey_m.size(); ++i) names.emplace_back(landmark_name(static_cast<int>(i)));
   PlanarCurve ellipses;
-  for (const ReplayLandmark& landmark : r.map) {
-    map_x.push_back(landmark.position[0]);
-    map_y.push_back(landmark.position[1]);
+  for (const ReplayLandmark& landmark : r.map)
     append_curve(ellipses, ellipse_points(landmark.position, landmark.covariance, 2.0));
-  }
-  panel.series.push_back(line_series(reference_name(r), ColourRole::truth, reference_x, reference_y));
-  panel.series.push_back(line_series("EKF-SLAM", ColourRole::estimate, x, y));
+  const auto surveyed = [](const Point& p) { return p; };
+  add(line_series, reference_name(r), ColourRole::truth, r.references, &ReplayReference::truth);
+  add(line_series, "EKF-SLAM", ColourRole::estimate, r.steps, &ReplayStep::pose);
   panel.series.push_back(polygon_series("2σ", ColourRole::bound, ellipses.x, ellipses.y));
-  panel.series.push_back(point_series("surveyed", ColourRole::truth, survey_x, survey_y));
-  panel.series.push_back(text_series(ColourRole::truth, survey_x, survey_y, std::move(names)));
-  panel.series.push_back(point_series("estimated", ColourRole::estimate, map_x, map_y));
+  add(point_series, "surveyed", ColourRole::truth, r.survey_m, surveyed);
+  panel.series.push_back(text_series(ColourRole::truth, coordinates(0, r.survey_m, surveyed),
+                                     coordinates(1, r.survey_m, surveyed), std::move(names)));
+  add(point_series, "estimated", ColourRole::estimate, r.map, &ReplayLandmark::position);
   if (!r.anchors.empty()) {
-    FigureData anchor_x, anchor_y;
-    for (const int anchor : r.anchors) {
-      anchor_x.push_back(r.survey_m[static_cast<std::size_t>(anchor)][0]);
-      anchor_y.push_back(r.survey_m[static_cast<std::size_t>(anchor)][1]);
-    }
-    Series anchors = point_series("anchors", ColourRole::exact, anchor_x, anchor_y);
-    anchors.marker = MarkerShape::square;
-    panel.series.push_back(std::move(anchors));
+    add(point_series, "anchors", ColourRole::exact, r.anchors,
+        [&](int anchor) { return r.survey_m[static_cast<std::size_t>(anchor)]; });
+    panel.series.back().marker = MarkerShape::square;
   }
   return panel;
 }

@@ -17,14 +17,6 @@
 namespace credence::internal {
 namespace {
 
-/// One number of every step of a run, NaN where `get` finds none.
-template <class Get>
-FigureData over_steps(const RunTrace& trace, Get get) {
-  FigureData data;
-  for (const TraceStep& step : trace.steps) data.push_back(get(step));
-  return data;
-}
-
 double at(const Vector& v, Index i) { return i < v.size() ? v[i] : kNaN; }
 double sigma_at(const TraceStep& step, Index i) { return i < step.P.rows() ? std::sqrt(step.P(i, i)) : kNaN; }
 
@@ -36,33 +28,29 @@ FigureText state_name(const RunTrace& trace, Index i) {
 
 void add_error(Panel& panel, const FigureData& x, const RunTrace& trace, Index i, const FigureText& label,
                ColourRole role, bool label_bounds, double scale = 1.0) {
-  const FigureData error = over_steps(trace, [&](const TraceStep& s) { return scale * at(s.error, i); });
-  const FigureData upper =
-      over_steps(trace, [&](const TraceStep& s) { return 2.0 * scale * sigma_at(s, i); });
-  FigureData lower = upper;
-  for (double& value : lower) value = -value;
-  panel.series.push_back(line_series(label_bounds ? "±2σ" : "", ColourRole::bound, x, lower));
-  panel.series.push_back(line_series("", ColourRole::bound, x, upper));
-  panel.series.push_back(line_series(label, role, x, error));
+  const auto error = [&](const TraceStep& s) { return scale * at(s.error, i); };
+  const auto two_sigma = [&](const TraceStep& s) { return 2.0 * scale * sigma_at(s, i); };
+  std::ranges::move(error_series(label, role, x, figure_data(trace.steps, error),
+                                 figure_data(trace.steps, two_sigma), label_bounds),
+                    std::back_inserter(panel.series));
 }
 
 Series sigma_band(const RunTrace& trace, const FigureData& steps, Index i, FigureText label) {
-  FigureData lower, upper;
-  for (const TraceStep& s : trace.steps) {
-    lower.push_back(at(s.estimate, i) - 2.0 * sigma_at(s, i));
-    upper.push_back(at(s.estimate, i) + 2.0 * sigma_at(s, i));
-  }
-  return band_series(std::move(label), numbered_role(i), steps, lower, upper);
+  const auto bound = [&](double sigmas) {
+    return figure_data(trace.steps,
+                       [&](const TraceStep& s) { return at(s.estimate, i) + sigmas * sigma_at(s, i); });
+  };
+  return band_series(std::move(label), numbered_role(i), steps, bound(-2.0), bound(2.0));
 }
 
 Series true_position(const RunTrace& trace, const FigureData& steps, Index i, FigureText label) {
   return line_series(std::move(label), ColourRole::truth, steps,
-                     over_steps(trace, [&](const TraceStep& s) { return at(s.truth, i); }));
+                     figure_data(trace.steps, [&](const TraceStep& s) { return at(s.truth, i); }));
 }
 
 Series estimated_position(const RunTrace& trace, const FigureData& steps, Index i, FigureText label) {
   return line_series(std::move(label), numbered_role(i), steps,
-                     over_steps(trace, [&](const TraceStep& s) { return at(s.estimate, i); }));
+                     figure_data(trace.steps, [&](const TraceStep& s) { return at(s.estimate, i); }));
 }
 
 Panel vehicle_position_panel(const RunTrace& trace, const FigureData& steps) {
@@ -83,7 +71,7 @@ Panel landmark_positions_panel(const RunTrace& trace, const FigureData& steps) {
     const Index own = trace.anchor_positions.cols() + i - 1;
     panel.series.push_back(point_series(
         once(i, "measured"), ColourRole::measurement, steps,
-        over_steps(trace, [&](const TraceStep& s) { return at(s.estimate, 0) + at(s.z, own); })));
+        figure_data(trace.steps, [&](const TraceStep& s) { return at(s.estimate, 0) + at(s.z, own); })));
   }
   for (Index i = 1; i < n; ++i) panel.series.push_back(true_position(trace, steps, i, once(i, "true")));
   FigureData y;
@@ -107,7 +95,7 @@ Panel gains_panel(const RunTrace& trace, const FigureData& steps) {
     const Index column = i == 0 ? 0 : anchors + i - 1;
     panel.series.push_back(
         line_series(i == 0 ? figure_markup("K_{r}") : figure_markup(fmt::format("K_{{f{}}}", i)),
-                    numbered_role(i), steps, over_steps(trace, [&](const TraceStep& s) {
+                    numbered_role(i), steps, figure_data(trace.steps, [&](const TraceStep& s) {
                       return i < s.K.rows() && column < s.K.cols() ? s.K(i, column) : kNaN;
                     })));
     // Equal gains lie on each other; the lower ones are seen at the sides.
@@ -172,12 +160,13 @@ Panel map_panel(const RunTrace& trace, int scale) {
       polygon_series("vehicle 2σ" + times, ColourRole::bound, pose_ellipses.x, pose_ellipses.y));
   panel.series.push_back(
       polygon_series("landmark 2σ" + times, ColourRole::estimate, landmark_ellipses.x, landmark_ellipses.y));
-  panel.series.push_back(line_series("true path", ColourRole::truth,
-                                     over_steps(trace, [](const TraceStep& s) { return s.truth[0]; }),
-                                     over_steps(trace, [](const TraceStep& s) { return s.truth[1]; })));
-  panel.series.push_back(line_series("estimated path", ColourRole::estimate,
-                                     over_steps(trace, [](const TraceStep& s) { return s.estimate[0]; }),
-                                     over_steps(trace, [](const TraceStep& s) { return s.estimate[1]; })));
+  panel.series.push_back(line_series(
+      "true path", ColourRole::truth, figure_data(trace.steps, [](const TraceStep& s) { return s.truth[0]; }),
+      figure_data(trace.steps, [](const TraceStep& s) { return s.truth[1]; })));
+  panel.series.push_back(
+      line_series("estimated path", ColourRole::estimate,
+                  figure_data(trace.steps, [](const TraceStep& s) { return s.estimate[0]; }),
+                  figure_data(trace.steps, [](const TraceStep& s) { return s.estimate[1]; })));
   panel.series.push_back(point_series("landmarks, true", ColourRole::truth,
                                       FigureData(trace.landmark_positions.row(0)),
                                       FigureData(trace.landmark_positions.row(1))));
@@ -202,25 +191,23 @@ Panel verdict_panel(const std::string& title, const char* y_label, const Consist
   Panel panel{.title = title, .x_label = "step", .y_label = y_label};
   const auto has_data = [](const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; };
   const bool sparse = 2 * std::ranges::count_if(verdict.steps, has_data) < std::ssize(verdict.steps);
-  FigureData x, mean, lower, upper, outer_lower, outer_upper, expected;
+  FigureData x;
+  std::vector<StepTest> shown;
   for (std::size_t k = 0; k < verdict.steps.size(); ++k) {
-    const StepTest& step = verdict.steps[k];
-    const bool tested = has_data(step);
-    if (sparse && !tested) continue;
+    if (sparse && !has_data(verdict.steps[k])) continue;
     x.push_back(static_cast<double>(verdict.step_of(static_cast<std::int64_t>(k) + 1)));
-    mean.push_back(tested ? step.mean : kNaN);
-    lower.push_back(tested ? step.lower : kNaN);
-    upper.push_back(tested ? step.upper : kNaN);
-    outer_lower.push_back(tested ? step.simultaneous_lower : kNaN);
-    outer_upper.push_back(tested ? step.simultaneous_upper : kNaN);
-    expected.push_back(tested ? step.expected : kNaN);
+    shown.push_back(verdict.steps[k]);
   }
-  panel.series.push_back(band_series(fmt::format("{:g} % of single steps", 100.0 * verdict.confidence),
-                                     ColourRole::bound, x, lower, upper));
-  panel.series.push_back(line_series("all steps together", ColourRole::bound, x, outer_lower));
-  panel.series.push_back(line_series("", ColourRole::bound, x, outer_upper));
-  panel.series.push_back(line_series("expected", ColourRole::neutral, x, expected));
-  panel.series.push_back(line_series("measured mean", ColourRole::estimate, x, mean));
+  const auto tested = [&](double StepTest::*number) {
+    return figure_data(shown, [&](const StepTest& step) { return has_data(step) ? step.*number : kNaN; });
+  };
+  panel.series = {
+      band_series(fmt::format("{:g} % of single steps", 100.0 * verdict.confidence), ColourRole::bound, x,
+                  tested(&StepTest::lower), tested(&StepTest::upper)),
+      line_series("all steps together", ColourRole::bound, x, tested(&StepTest::simultaneous_lower)),
+      line_series("", ColourRole::bound, x, tested(&StepTest::simultaneous_upper)),
+      line_series("expected", ColourRole::neutral, x, tested(&StepTest::expected)),
+      line_series("measured mean", ColourRole::estimate, x, tested(&StepTest::mean))};
   if (!exact.empty())
     panel.series.push_back(
         line_series("exact", ColourRole::exact, index_axis(static_cast<Index>(exact.size())), exact));
@@ -263,11 +250,6 @@ std::vector<Panel> nis_panels(const Judgement& judgement, std::string& caption) 
   for (const SensorJudgement& sensor : judgement.sensors)
     verdicts.push_back({"NIS of " + sensor.name, &sensor.nis});
   return verdict_panels(std::move(verdicts), "mean NIS", "sensors", caption);
-}
-
-void arrange(Figure& figure) {
-  figure.cols = static_cast<int>(std::clamp<std::size_t>(figure.panels.size(), 1, 3));
-  figure.rows = static_cast<int>(std::max<std::size_t>(1, (figure.panels.size() + 2) / 3));
 }
 
 Figure monobot_run_figure(const std::string& name, const RunTrace& trace) {
@@ -370,16 +352,13 @@ Figure consistency_figure(const std::string& name, const StudyAnalysis& analysis
       .caption = fmt::format("NEES and NIS, {}. A consistent filter stays within the band "
                              "at {:g} % of single steps, and between the outer lines at all steps.",
                              over_runs_text(analysis.statistics.runs), 100.0 * analysis.nees.confidence)};
-  FigureData exact_nees, exact_nis;
-  for (const ExactMoments& e : analysis.exact) {
-    exact_nees.push_back(e.nees);
-    exact_nis.push_back(e.nis);
-  }
-  figure.panels.push_back(verdict_panel("ANEES", "mean NEES", analysis.nees, exact_nees));
+  figure.panels.push_back(
+      verdict_panel("ANEES", "mean NEES", analysis.nees, figure_data(analysis.exact, &ExactMoments::nees)));
   if (analysis.judgement && analysis.judgement->sensors.size() > 1) {
     std::ranges::move(nis_panels(*analysis.judgement, figure.caption), std::back_inserter(figure.panels));
   } else {
-    figure.panels.push_back(verdict_panel("NIS", "mean NIS", analysis.nis, exact_nis));
+    figure.panels.push_back(
+        verdict_panel("NIS", "mean NIS", analysis.nis, figure_data(analysis.exact, &ExactMoments::nis)));
   }
   const CovarianceCurves& c = analysis.covariance;
   const RunFigure kind = world_of(analysis.scenario).figure;
@@ -409,14 +388,11 @@ Panel accuracy_panel(const std::string& title, const char* y_label, const std::v
                      const std::vector<double>& claimed, const BoundCurve& curve, double scale) {
   Panel panel{.title = title, .x_label = "step", .y_label = y_label};
   const auto roots = [scale](const std::vector<double>& squares) {
-    FigureData data;
-    for (const double value : squares) data.push_back(scale * std::sqrt(value));
-    return data;
+    return figure_data(squares, [scale](double value) { return scale * std::sqrt(value); });
   };
   const FigureData x = index_axis(static_cast<Index>(rmse.size()));
-  FigureData measured;
-  for (const double value : rmse) measured.push_back(scale * value);
-  panel.series.push_back(line_series("RMSE", ColourRole::estimate, x, measured));
+  panel.series.push_back(line_series("RMSE", ColourRole::estimate, x,
+                                     figure_data(rmse, [scale](double value) { return scale * value; })));
   if (!claimed.empty()) panel.series.push_back(line_series("P claims", ColourRole::bound, x, roots(claimed)));
   panel.series.push_back(line_series("at the truth", ColourRole::neutral, x, roots(curve.at_truth)));
   panel.series.push_back(line_series("bound", ColourRole::exact, x, roots(curve.bound)));

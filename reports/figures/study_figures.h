@@ -57,9 +57,6 @@ std::vector<Panel> verdict_panels(std::vector<TitledVerdict> verdicts, const cha
 /// kBlockPanels those that fit least, which is added to the caption.
 std::vector<Panel> nis_panels(const Judgement& judgement, std::string& caption);
 
-/// As many rows as the panels take, three in each.
-void arrange(Figure& figure);
-
 /// The figures of a study but that of its tests (evidence_figure), with one of its runs; one without panels
 /// is of what there is no data for.
 std::vector<Figure> study_figures(const std::string& name, const StudyAnalysis& analysis,
