@@ -27,17 +27,15 @@ std::string state_name(std::span<const std::string> states, Index state) {
 
 std::string conformal_sentence(const ConformalFactor& c) {
   if (std::isnan(c.factor)) {
-    return c.runs < 2
-               ? ""
-               : fmt::format(
-                     "A factor that covers further runs whatever their law takes 19 runs, and there are "
-                     "{}; those at hand need {}.",
-                     c.runs, number_text(c.least, 3));
+    return c.runs < 2 ? ""
+                      : fmt::format(
+                            "A factor that covers further runs whatever their law takes 19 runs, and there "
+                            "are {}; those at hand need {}.",
+                            c.runs, number_text(c.least, 3));
   }
   std::string text = fmt::format(
       "Without assuming Gaussian errors: with P times {}, at least 95 % of further runs have at least 95 % "
-      "of "
-      "their rows within the 95 % ellipsoid (conformal over {} runs, which must be exchangeable).",
+      "of their rows within the 95 % ellipsoid (conformal over {} runs, which must be exchangeable).",
       number_text(c.factor, 3), c.runs);
   if (c.held_out > 0)
     text += fmt::format(" Of runs left out one by one it covered {} of {}.", c.covered, c.held_out);
@@ -47,9 +45,8 @@ std::string conformal_sentence(const ConformalFactor& c) {
 std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLevel& last) {
   return fmt::format(
       "Position errors beyond the protection level of {:g} (k = {}): {} of {} rows, worth {} independent "
-      "ones: the "
-      "risk is at most {} at 95 % (Clopper-Pearson). To show {:g} takes {} independent rows with none "
-      "beyond.",
+      "ones: the risk is at most {} at 95 % (Clopper-Pearson). To show {:g} takes {} independent rows with "
+      "none beyond.",
       shown.risk, number_text(shown.k, 3), shown.beyond, shown.rows, number_text(shown.effective_rows, 3),
       number_text(shown.upper_limit, 2), last.risk, static_cast<std::int64_t>(std::ceil(last.needed_rows)));
 }
@@ -162,8 +159,8 @@ ReportTable sigma_table(const Calibration& c, std::span<const std::string> state
                   {"p, adjusted", words},
                   {"rows"}},
       .notes = {"Of every range of the claimed σ, a quarter of a decade wide: the factor between true and "
-                "claimed variance with its interval over runs, or stretches of a run, and the test that "
-                "it is 1; adjusted by Holm over all rows of this table. Units are those of the states."}};
+                "claimed variance with its interval over runs, or stretches of a run, and the test that it "
+                "is 1; adjusted by Holm over all rows of this table. Units are those of the states."}};
   for (const SigmaBin& bin : c.bins) {
     const bool tested = !std::isnan(bin.p_value);
     table.add({state_name(states, bin.state),

@@ -24,8 +24,7 @@ ReportTable findings_table(const std::vector<CarparkFinding>& findings) {
   ReportTable table{
       .title = "What was to be shown",
       .columns = {{"statement", words}, {"measured", words}, {"holds", words}, {"meaning", words}},
-      .notes = {"Two numbers or triples: P0 of 0.05 m, 2° and of 0.316 m, 15°. Triples: Figures 5, "
-                "6, 7."}};
+      .notes = {"Two numbers or triples: P0 of 0.05 m, 2° and of 0.316 m, 15°. Triples: Figures 5, 6, 7."}};
   for (const CarparkFinding& f : findings)
     table.add({f.statement, f.measured,
                f.holds ? TableCell("yes", CellTone::good) : TableCell("no", CellTone::alarm), f.meaning});
@@ -33,22 +32,21 @@ ReportTable findings_table(const std::vector<CarparkFinding>& findings) {
 }
 
 ReportTable variants_table(const CarparkStudy& study) {
-  ReportTable table{
-      .title = "All variants",
-      .columns = {{"inflation", words},
-                  {"observable", words},
-                  {"paper", words},
-                  {"P0", words},
-                  {"max tr P vehicle"},
-                  {"final tr P vehicle"},
-                  {"final tr P landmarks"},
-                  {"NIS"},
-                  {"GPS NEES"},
-                  {"map (m)"},
-                  {"aligned (m)"}},
-      .notes = {"Traces in m², of the vehicle its position. Expected of NIS and of GPS NEES: 2. Map: "
-                "RMS of the landmarks against the survey, as they lie and with the survey moved "
-                "rigidly onto them. Every run: 888 observations, none rejected."}};
+  ReportTable table{.title = "All variants",
+                    .columns = {{"inflation", words},
+                                {"observable", words},
+                                {"paper", words},
+                                {"P0", words},
+                                {"max tr P vehicle"},
+                                {"final tr P vehicle"},
+                                {"final tr P landmarks"},
+                                {"NIS"},
+                                {"GPS NEES"},
+                                {"map (m)"},
+                                {"aligned (m)"}},
+                    .notes = {"Traces in m², of the vehicle its position. Expected of NIS and of GPS NEES: "
+                              "2. Map: RMS of the landmarks against the survey, as they lie and with the "
+                              "survey moved rigidly onto them. Every run: 888 observations, none rejected."}};
   for (const CarparkVariant& variant : carpark_variants()) {
     for (const InitialDeviations& initial : carpark_initials()) {
       const ReplayResult& r = study.find(variant, initial);
@@ -77,9 +75,9 @@ ReportTable independence_table(const CarparkStudy& study) {
       .title = "Does the map depend on P0?",
       .columns = {{"inflation", words}, {"observability", words}},
       .notes = {"Final tr P of the landmarks in m² for P0 of these deviations; the last column is the "
-                "largest over the smallest. A second anchor makes the map independent of P0, one "
-                "does not: the turn about a single beacon stays unobservable, so that the paper's "
-                "independence of the initial covariance needs two beacons, or a known heading."}};
+                "largest over the smallest. A second anchor makes the map independent of P0, one does not: "
+                "the turn about a single beacon stays unobservable, so that the paper's independence of the "
+                "initial covariance needs two beacons, or a known heading."}};
   for (const InitialDeviations& initial : independence_initials())
     table.columns.push_back({initial_words(initial)});
   table.columns.push_back({"ratio"});
@@ -104,10 +102,10 @@ ReportTable horizon_table(const CarparkStudy& study) {
                   {"increments × a loop"},
                   {"growth", words}},
       .notes = {fmt::format(
-          "tr P of the landmarks in m² after a loop; partial, P0 of 0.05 m and 2°; Jacobians along "
-          "the reference, every {}th scan. Exponent: slope of log trace over log loop in the "
-          "second half; 0 bounded, 1 linear, exponential growth gives more with every loop. Increments: by "
-          "what the growth of a loop exceeds that of the loop before, 1 for linear growth.",
+          "tr P of the landmarks in m² after a loop; partial, P0 of 0.05 m and 2°; Jacobians along the "
+          "reference, every {}th scan. Exponent: slope of log trace over log loop in the second half; 0 "
+          "bounded, 1 linear, exponential growth gives more with every loop. Increments: by what the growth "
+          "of a loop exceeds that of the loop before, 1 for linear growth.",
           study.plan.scan_stride)}};
   for (const CarparkHorizonRun& run : study.horizon) {
     const std::vector<LongHorizonLoop>& loops = run.result.loops;
@@ -120,13 +118,12 @@ ReportTable horizon_table(const CarparkStudy& study) {
 }
 
 Figure independence_figure(const CarparkStudy& study) {
-  Figure figure{
-      .name = "carpark-independence",
-      .caption =
-          "Final trace of the landmarks for five P0, from (0.05 m, 2°) to (2 m, 15°), over the trace "
-          "for the first: a flat curve is independent of P0.",
-      .rows = 1,
-      .cols = 2};
+  Figure figure{.name = "carpark-independence",
+                .caption =
+                    "Final trace of the landmarks for five P0, from (0.05 m, 2°) to (2 m, 15°), over the "
+                    "trace for the first: a flat curve is independent of P0.",
+                .rows = 1,
+                .cols = 2};
   for (const Index anchors : {1, 2}) {
     Panel panel{.title = anchors == 1 ? "One anchor" : "Two anchors",
                 .x_label = "P0, in the order of the table",
@@ -178,9 +175,9 @@ std::vector<Figure> paper_figures(const CarparkStudy& study, InflationSolution s
   std::vector<Figure> figures;
   Figure eight{
       .name = "carpark-figure8-" + suffix,
-      .caption = fmt::format("The paper's Figure 8, {}: path and map over GPS and survey, ellipses are 2σ of "
-                             "the final map.",
-                             bound),
+      .caption = fmt::format(
+          "The paper's Figure 8, {}: path and map over GPS and survey, ellipses are 2σ of the final map.",
+          bound),
       .rows = 2,
       .cols = 2};
   eight.panels.push_back(replay_map_panel("No inflation", study.find({}, initial)));

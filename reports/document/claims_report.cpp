@@ -97,10 +97,9 @@ std::string claims_json(const std::vector<Claim>& claims) {
 }  // namespace
 
 Document claims_document(const std::vector<Claim>& claims) {
-  Document document(
-      "What the paper claims",
-      "T. Vidal-Calleja, J. Andrade-Cetto, A. Sanfeliu, “Conditions for Suboptimal Filter Stability in "
-      "SLAM”, IROS 2004; measured by Credence");
+  Document document("What the paper claims",
+                    "T. Vidal-Calleja, J. Andrade-Cetto, A. Sanfeliu, “Conditions for Suboptimal Filter "
+                    "Stability in SLAM”, IROS 2004; measured by Credence");
   document.answer = claims_answer(claims);
   document.json = [claims] { return claims_json(claims); };
 

@@ -116,8 +116,7 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
   if (paired) {
     table.notes.push_back(
         fmt::format("against the first: NEES over dof, this study minus the first, run by run under the same "
-                    "noise, with its "
-                    "interval at {:g} %; an interval without 0 is a difference.",
+                    "noise, with its interval at {:g} %; an interval without 0 is a difference.",
                     100.0 * confidence));
   }
   for (const ComparedStudy& s : studies) {
@@ -129,8 +128,8 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
   if (unpaired) {
     table.notes.push_back(
         "–: cannot be paired run by run: that takes results stored by run --out of the same world, noise, "
-        "seed and steps, "
-        "in which no run failed. Of logs the factors on P are paired by the names of their files.");
+        "seed and steps, in which no run failed. Of logs the factors on P are paired by the names of their "
+        "files.");
   }
   return table;
 }
@@ -194,13 +193,12 @@ Panel difference_panel(std::span<const ComparedStudy> studies, double confidence
 }
 
 Figure comparison_figure(std::span<const ComparedStudy> studies, double confidence) {
-  Figure figure{
-      .name = "comparison",
-      .caption =
-          "Mean over the runs at every step, over its expected value: above 1 the errors are larger "
-          "than the covariance says.",
-      .rows = 1,
-      .cols = 0};
+  Figure figure{.name = "comparison",
+                .caption =
+                    "Mean over the runs at every step, over its expected value: above 1 the errors are "
+                    "larger than the covariance says.",
+                .rows = 1,
+                .cols = 0};
   for (Panel& panel : std::vector{over_steps(studies, "NEES", &ComparedStudy::nees_of_steps),
                                   over_steps(studies, "NIS", &ComparedStudy::nis_of_steps),
                                   difference_panel(studies, confidence)}) {

@@ -154,13 +154,12 @@ ReportTable estimator_map_table(const EstimatorMap& map) {
     costs +=
         fmt::format("{}{} {}", e == 0 ? "" : ", ", map.names[e], duration_text(map.seconds_per_step[e], 2));
   }
-  table.notes = {
-      fmt::format("{} over dof of {} runs a point. Stays consistent: no run failed, and the {:g} % "
-                  "interval of its mean reaches down to {:g}.{}",
-                  map_nees_words(map), map.studies.front().runs,
-                  100.0 * map.studies.front().scenario.study.confidence, kToleratedOptimism,
-                  ideal_words(map)),
-      fmt::format("Time of a step, mean over the points: {}.", costs)};
+  table.notes = {fmt::format("{} over dof of {} runs a point. Stays consistent: no run failed, and the {:g} "
+                             "% interval of its mean reaches down to {:g}.{}",
+                             map_nees_words(map), map.studies.front().runs,
+                             100.0 * map.studies.front().scenario.study.confidence, kToleratedOptimism,
+                             ideal_words(map)),
+                 fmt::format("Time of a step, mean over the points: {}.", costs)};
   for (std::string& note : left_out_notes(map.left_out)) table.notes.push_back(std::move(note));
   return table;
 }

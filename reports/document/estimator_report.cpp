@@ -64,8 +64,7 @@ std::vector<std::string> failure_notes(const EstimatorStudy& study) {
     }
     notes.push_back(
         fmt::format("{}: {} of {} runs failed and are in no average: {}{}. `credence run --set "
-                    "filter.estimator={} --only-run {}` "
-                    "shows one.",
+                    "filter.estimator={} --only-run {}` shows one.",
                     row.name, row.failures.size(), study.runs, runs,
                     row.failures.size() > kNamed ? ", …" : "", row.name, row.failures.front().run));
   }
@@ -201,22 +200,18 @@ ReportTable estimator_table(const EstimatorStudy& study) {
     cells.push_back(failed_cell(row));
     table.add(std::move(cells));
   }
-  table.notes = {
-      fmt::format(
-          "{} NEES over dof, averaged over all steps of a run; mean over the runs with its {:g} % interval. "
-          "1 is consistent, above is optimistic.",
-          runs_text(study), 100.0 * study.scenario.study.confidence),
-      "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open in run 0. "
-      "time "
-      "a step: predict and update, without statistics.",
-      study.note};
+  table.notes = {fmt::format("{} NEES over dof, averaged over all steps of a run; mean over the runs with "
+                             "its {:g} % interval. 1 is consistent, above is optimistic.",
+                             runs_text(study), 100.0 * study.scenario.study.confidence),
+                 "unobservable: directions that the stack of H Φ at the filter's own Jacobians leaves open "
+                 "in run 0. time a step: predict and update, without statistics.",
+                 study.note};
   if (study.has_vehicle) {
     table.notes.insert(
         table.notes.begin() + 1,
-        fmt::format(
-            "Pose and map: the error in the chart of the filter's own P. Position: x̂ − x, P transported to "
-            "first order at the estimate. The map at every {}th step.",
-            study.map_stride));
+        fmt::format("Pose and map: the error in the chart of the filter's own P. Position: x̂ − x, P "
+                    "transported to first order at the estimate. The map at every {}th step.",
+                    study.map_stride));
   }
   for (const EstimatorRow& row : study.rows) {
     if (row.profile.chart == "plane") continue;
@@ -334,8 +329,7 @@ ReportTable estimator_difference_table(const EstimatorStudy& study) {
   }
   table.notes = {
       "Mean over the runs that both finished, with its interval (Student's t), and the p-value of no "
-      "difference, not "
-      "adjusted for the number of pairs.",
+      "difference, not adjusted for the number of pairs.",
       "gain of pairing: how many times more runs would be needed for the same precision if each estimator "
       "had noise of its own."};
   return table;

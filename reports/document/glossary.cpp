@@ -13,16 +13,13 @@ namespace {
 constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"ANEES", "average NEES", "NEES averaged over many runs at the same step",
      "For a consistent filter it lies near the number of states, within a band that narrows with the number "
-     "of "
-     "runs. Above the band the filter is optimistic, below it pessimistic."},
+     "of runs. Above the band the filter is optimistic, below it pessimistic."},
     {"adjusted", "adjusted p-value|Holm", "a p-value that accounts for how many tests were made",
      "Of many tests a few fail by chance. Holm's method raises the p-values so that a consistent filter has "
-     "any "
-     "of them below 0.05 with a probability of at most 5 %."},
+     "any of them below 0.05 with a probability of at most 5 %."},
     {"anchor", "anchors|anchored", "a landmark whose position is known from the start",
      "It ties the map to the world: without one the map can move and turn as a whole and no measurement sees "
-     "it. "
-     "One anchor makes the line world fully observable; in the plane the turn about it remains."},
+     "it. One anchor makes the line world fully observable; in the plane the turn about it remains."},
     {"bias", "biased|mean error", "a mean of errors or innovations that is not zero",
      "Averaged over runs the error should vanish at every step. A bias comes from a sensor's offset, a wrong "
      "model or a wrong alignment; making P larger hides it and does not mend it."},
@@ -38,16 +35,13 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "law, only that the further run is exchangeable with these."},
     {"consistent", "consistency", "the errors are as large as the covariance says",
      "The runs give no evidence against the covariance. That is no proof: fewer runs reveal only larger "
-     "mistakes. "
-     "Where a report says “right within 8 %”, that much is proved."},
+     "mistakes. Where a report says “right within 8 %”, that much is proved."},
     {"covariance", "P", "the matrix P of the filter: how large and how related it believes its errors to be",
      "Its diagonal holds the variances; the square root of one is the standard deviation σ of that state. "
-     "The "
-     "question of every report is whether the true errors agree with it."},
+     "The question of every report is whether the true errors agree with it."},
     {"coverage", "", "how often the truth lies within kσ of the estimate",
      "For a consistent filter the share is that of a χ² law with as many degrees of freedom as states; with "
-     "many "
-     "states it is tiny, and the NEES tells more."},
+     "many states it is tiny, and the NEES tells more."},
     {"dof", "degrees of freedom", "how many independent numbers a squared sum is made of",
      "NEES has as many as the state, NIS as many as the innovation; each is the mean that a consistent "
      "filter has."},
@@ -64,24 +58,19 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "a faster vehicle is not, and what was learnt from the first need not hold for it."},
     {"factor on P", "", "what the covariance would have to be multiplied by",
      "The true covariance over the claimed one, on average over the steps, with its interval. Above 1 the "
-     "filter "
-     "is optimistic. It mends the mean only: a cause is better mended at its place."},
+     "filter is optimistic. It mends the mean only: a cause is better mended at its place."},
     {"gain", "K|Kalman gain", "the weights K with which an innovation corrects the state",
      "One row for each state, one column for each number measured. A gain of zero means that a measurement "
-     "no "
-     "longer moves that state."},
+     "no longer moves that state."},
     {"inflation", "inflated|covariance inflation", "making the covariance larger on purpose",
      "Adds a matrix ΔP to P so that correlations may be dropped without P becoming too small. An inflated "
-     "filter "
-     "is pessimistic by design."},
+     "filter is pessimistic by design."},
     {"innovation", "innovations|ν", "measurement minus what the filter expected to measure",
      "In a consistent filter it has mean zero, the covariance S that the filter computes, and no correlation "
-     "with "
-     "earlier innovations."},
+     "with earlier innovations."},
     {"least trace", "exact|minimal trace|min-trace", "the inflation that adds the smallest possible trace",
      "Of all ΔP that make the wanted decorrelation legal, the one whose diagonal sums to least; found by an "
-     "exact "
-     "optimiser. The simpler pairwise rule adds more."},
+     "exact optimiser. The simpler pairwise rule adds more."},
     {"log score", "logarithmic score", "the logarithm of the density that the filter gave to the truth",
      "A mean over steps, larger is better. It rewards small errors and an honest covariance together, so "
      "that of two filters on the same data the higher one is better. Only differences tell, as the unit "
@@ -97,16 +86,15 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
     {"NIS", "normalised innovation squared|normalized innovation squared",
      "squared innovation in units of its covariance: νᵀ S⁻¹ ν",
      "For a consistent filter its mean is the number of values measured. It needs no truth, and cannot see "
-     "errors "
-     "in directions that no sensor measures."},
+     "errors in directions that no sensor measures."},
     {"not Gaussian", "",
      "the covariance is right, and large errors are more frequent than a Gaussian law has",
      "Typical of outliers. Mean and covariance may be used; probabilities of rare errors may not."},
     {"observable", "observability|partially observable|fully observable|partial",
      "determined by the measurements",
      "A direction of the state that no sequence of measurements reveals is not observable, such as the "
-     "position "
-     "of a whole map. Its variance must not shrink; rank O counts the directions that are observable."},
+     "position of a whole map. Its variance must not shrink; rank O counts the directions that are "
+     "observable."},
     {"optimistic", "overconfident", "errors are larger than the covariance says: unsafe",
      "Whoever relies on the covariance believes the state to be known better than it is. Do not trust it."},
     {"outliers", "outlier|gross outlier|gross outliers", "single errors or innovations far beyond their law",
@@ -114,14 +102,11 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "without them (--sensitivity) the filter may be consistent."},
     {"pairwise", "", "a simple rule of inflation that treats correlations two by two",
      "Each dropped correlation is paid for by both states that it ties together. It is cheap, and inflates "
-     "more "
-     "than the least trace."},
+     "more than the least trace."},
     {"pessimistic", "conservative|underconfident",
      "errors are smaller than the covariance says: safe, and wasteful",
      "So it is in every part of the state that was judged. Information is thrown away, or the covariance was "
-     "inflated "
-     "on "
-     "purpose."},
+     "inflated on purpose."},
     {"pose", "", "position and heading of the vehicle",
      "What a robot drives by; its NEES is always shown, since a sum over a map of many landmarks can hide "
      "it."},
@@ -135,8 +120,7 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "beyond it are so rare takes about 3 over the risk independent rows with none of them beyond."},
     {"p-value", "p|p-values", "how probable such an outcome, or a stranger one, is for a consistent filter",
      "Below 0.05 the verdict is not consistent. It is no size of a mistake: with many runs a harmless "
-     "mistake has a "
-     "tiny p-value; the factor tells the size."},
+     "mistake has a tiny p-value; the factor tells the size."},
     {"rank", "", "how many independent directions a matrix has",
      "rank O: directions that measurements see; rank ΔP: directions in which inflation adds noise."},
     {"Riccati", "Riccati equation", "the equation whose solution is the covariance in the long run",
@@ -150,8 +134,7 @@ constexpr std::array kWords = std::to_array<GlossaryWord>({
      "The report says how many runs would do. It is no accusation and no acquittal."},
     {"whiteness", "white", "no correlation of the innovation with its own past",
      "A correlated innovation means that the filter leaves information unused: a wrong Q or R, a missing "
-     "state, "
-     "or one measurement used twice."},
+     "state, or one measurement used twice."},
 });
 
 bool is_letter(char c) {

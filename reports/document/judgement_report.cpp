@@ -140,9 +140,9 @@ ReportTable tests_table(const Judgement& j) {
       fmt::format(
           "Over {} run{}, NEES and NIS over all of a study. Each p-value holds its own false-alarm rate.",
           j.runs, j.runs == 1 ? "" : "s"),
-      fmt::format("adjusted (Holm): a consistent filter has any of them below {:g} with at most {:g} % "
-                  "probability.",
-                  alpha, 100.0 * alpha)};
+      fmt::format(
+          "adjusted (Holm): a consistent filter has any of them below {:g} with at most {:g} % probability.",
+          alpha, 100.0 * alpha)};
   return table;
 }
 
@@ -241,15 +241,14 @@ std::vector<std::string> advice_sentences(const Judgement& b) {
   const bool wrong = is_inconsistent(b.word.verdict);
   if (wrong && b.responsible.index >= 0) {
     const BlockVerdict& block = b.blocks[static_cast<std::size_t>(b.responsible.index)];
-    sentences.push_back(
-        fmt::format("Most of the inconsistency is in the block “{}”, which is {}: mean NEES {} where {} is "
-                    "expected.",
-                    block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
-                    number_text(block.verdict.expected, 4)));
+    sentences.push_back(fmt::format(
+        "Most of the inconsistency is in the block “{}”, which is {}: mean NEES {} where {} is expected.",
+        block.name, to_string(block.verdict.verdict), number_text(block.verdict.mean, 4),
+        number_text(block.verdict.expected, 4)));
   } else if (wrong && b.responsible.joint_only) {
     sentences.push_back(
-        "Every block of the state is consistent and the whole is not: the correlations between "
-        "blocks are wrong.");
+        "Every block of the state is consistent and the whole is not: the correlations between blocks are "
+        "wrong.");
   }
   for (const CauseFound& cause : b.causes) {
     sentences.push_back(fmt::format("{}: {} — {}.",
@@ -373,13 +372,12 @@ std::vector<std::string> statistics_sentences(const Judgement& b) {
 
 Figure evidence_figure(const std::string& name, const Judgement& j) {
   constexpr std::size_t kSensors = 3;
-  Figure figure{
-      .name = name + "-battery",
-      .caption = fmt::format("Further tests, over {} run{}: the values of NIS taken through "
-                             "their distribution function, which makes them uniform; the correlation "
-                             "of the normalised innovation with itself in time; how often the truth "
-                             "lies within kσ of the whole state.",
-                             j.runs, j.runs == 1 ? "" : "s")};
+  Figure figure{.name = name + "-battery",
+                .caption = fmt::format(
+                    "Further tests, over {} run{}: the values of NIS taken through their distribution "
+                    "function, which makes them uniform; the correlation of the normalised innovation with "
+                    "itself in time; how often the truth lies within kσ of the whole state.",
+                    j.runs, j.runs == 1 ? "" : "s")};
   for (std::size_t i = 0; i < std::min(kSensors, j.sensors.size()); ++i) {
     const SensorJudgement& sensor = j.sensors[i];
     if (sensor.fit.count > 0) figure.panels.push_back(histogram_panel(sensor));

@@ -29,15 +29,12 @@ ReportTable charts_table(const LogPoses& log) {
                   {"if it were written so"},
                   {"p", ColumnAlign::words},
                   {"carried over"}},
-      .notes = {
-          fmt::format(
-              "Of {}, {} rows. If it were written so: the numbers of the file, read as of this chart, and "
-              "whether they would fit. Carried over: the covariance of the chart that is judged, taken "
-              "into this one by the Jacobian at the error.",
-              log.file.filename().string(), log.charts.rows),
-          "The chart is a matter of the program that wrote the log (--chart), and to be chosen before one "
-          "looks "
-          "at these numbers."}};
+      .notes = {fmt::format("Of {}, {} rows. If it were written so: the numbers of the file, read as of this "
+                            "chart, and whether they would fit. Carried over: the covariance of the chart "
+                            "that is judged, taken into this one by the Jacobian at the error.",
+                            log.file.filename().string(), log.charts.rows),
+                "The chart is a matter of the program that wrote the log (--chart), and to be chosen before "
+                "one looks at these numbers."}};
   for (const ChartNees& nees : log.charts.charts) {
     const bool judged = nees.chart == log.charts.declared;
     table.add({judged ? nees.chart + " (judged)" : nees.chart, nees.as_written,
@@ -48,11 +45,9 @@ ReportTable charts_table(const LogPoses& log) {
 
 void add_rejected(Document& document, const Evidence& s) {
   if (s.rejected.empty()) return;
-  document.callout(
-      CellTone::alarm,
-      fmt::format("{} of {} rows were rejected: counted, never repaired. Neither their NEES nor their NIS "
-                  "is in the numbers above.",
-                  s.rejected_rows(), s.rows));
+  document.callout(CellTone::alarm, fmt::format("{} of {} rows were rejected: counted, never repaired. "
+                                                "Neither their NEES nor their NIS is in the numbers above.",
+                                                s.rejected_rows(), s.rows));
   std::vector<std::string> items;
   for (const auto& [reason, rows] : s.rejected) {
     items.push_back(fmt::format("{} rows: {}; the first is {}", rows.count, reason, rows.first));

@@ -52,11 +52,11 @@ void add_read_notes(ReportTable& table, const CheckedLogs& logs) {
                                     counted(s.study.runs, "run"), files, logs.format,
                                     logs.analysis.complete ? "" : " Interrupted."));
   if (s.step_stride > 1) {
-    table.notes.push_back(fmt::format(
-        "These runs are longer than {} steps. What is judged step by step, and the values counted above, are "
-        "of every {}{} step; averages of runs, the factor on P and tests of innovations over time are of "
-        "all.",
-        kMostSteps, s.step_stride, s.step_stride % 10 == 2 ? "nd" : "th"));
+    table.notes.push_back(
+        fmt::format("These runs are longer than {} steps. What is judged step by step, and the values "
+                    "counted above, are of every {}{} step; averages of runs, the factor on P and tests of "
+                    "innovations over time are of all.",
+                    kMostSteps, s.step_stride, s.step_stride % 10 == 2 ? "nd" : "th"));
   }
   if (logs.unmatched_rows > 0) {
     table.notes.push_back(
@@ -183,8 +183,7 @@ ReportTable log_verdicts(const CheckedLogs& logs, std::size_t most_blocks) {
   if (rejects_alone(a)) {
     table.notes.push_back(
         fmt::format("Each row is judged by itself at {0:g} %, so that of several one rejects a right filter "
-                    "more often. The "
-                    "answer joins them all, at {0:g} % together: that row is no evidence.",
+                    "more often. The answer joins them all, at {0:g} % together: that row is no evidence.",
                     100.0 * (1.0 - a.confidence)));
   }
   add_read_notes(table, logs);

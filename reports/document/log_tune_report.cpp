@@ -111,8 +111,7 @@ ReportTable log_tune_table(const std::string& name, const std::vector<Innovation
   }
   table.notes.emplace_back(
       "Left out: the mean NIS of each part over that of the others, by the F law, adjusted by Holm; it takes "
-      "the "
-      "innovations for white.");
+      "the innovations for white.");
   return table;
 }
 

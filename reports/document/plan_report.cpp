@@ -69,8 +69,7 @@ std::string pilot_note(const PilotTiming& pilot) {
 std::string design_note(const StudyPlan& plan) {
   return fmt::format(
       "{} steps of {} dof (NEES) and {} dof (NIS). NEES is correlated in time: its steps are worth {} "
-      "independent "
-      "ones ({}). Confidence {:g} %.",
+      "independent ones ({}). Confidence {:g} %.",
       plan.nees.design.steps, number_text(plan.nees.design.dof_per_step, 4),
       number_text(plan.nis.design.dof_per_step, 4), number_text(plan.nees.design.effective_steps, 3),
       to_string(plan.correlation), 100.0 * plan.scenario.study.confidence);
@@ -98,8 +97,7 @@ std::string cost_note(const JobCost& cost) {
   const std::int64_t busy = std::min(cost.chunks, kManyCores);
   return fmt::format(
       "The runs of the scenario are {} chunks of {} of one core each: {} core hours, {} MB of disk, at least "
-      "{} MB of "
-      "memory in each process. On {} cores {} would have work, for {} (docs/scale.md).",
+      "{} MB of memory in each process. On {} cores {} would have work, for {} (docs/scale.md).",
       cost.chunks, duration_text(cost.chunk_seconds, 2), number_text(cost.core_seconds() / 3600.0, 2),
       number_text(cost.disk_bytes / 1e6, 2), number_text(cost.memory_bytes / 1e6, 2), kManyCores, busy,
       duration_text(cost.seconds_on(kManyCores), 2));
@@ -163,11 +161,10 @@ ReportTable plan_table(const SweepPlan& sweep, const std::vector<StudyPlan>& pla
   }
   const SweepCost cost = sweep_cost(plans, sweep.points.size());
   table.notes = {
-      fmt::format(
-          "NEES, NIS: runs whose verdict finds a factor {} or {} on P or S with {:g} % power; precision: "
-          "mean NEES to ±{:g} %.",
-          factor_text(question.factor), factor_text(1.0 / question.factor), 100.0 * question.power,
-          100.0 * question.precision),
+      fmt::format("NEES, NIS: runs whose verdict finds a factor {} or {} on P or S with {:g} % power; "
+                  "precision: mean NEES to ±{:g} %.",
+                  factor_text(question.factor), factor_text(1.0 / question.factor), 100.0 * question.power,
+                  100.0 * question.precision),
       fmt::format(
           "The sweep of {} configurations with {} runs each: {}. With the {} runs of the scenario: {}.",
           cost.configurations, cost.runs, duration_text(cost.seconds, 2), cost.scenario_runs,

@@ -84,13 +84,12 @@ Json followed_json(const PlanarFollowed& f) {
 
 /// Without panels where nothing was followed to the end of a loop.
 Figure planar_growth_figure(const Scenario& scenario, const PlanarStability& a) {
-  Figure figure{
-      .name = "planar-growth",
-      .caption =
-          "Mean trace of the filter's covariance over each loop. Left with Jacobians at the truth; right "
-          "in an EKF with noise, whose own estimates add information that is not there.",
-      .rows = 1,
-      .cols = 2};
+  Figure figure{.name = "planar-growth",
+                .caption =
+                    "Mean trace of the filter's covariance over each loop. Left with Jacobians at the truth; "
+                    "right in an EKF with noise, whose own estimates add information that is not there.",
+                .rows = 1,
+                .cols = 2};
   for (const Linearisation at : {Linearisation::truth, Linearisation::estimate}) {
     Panel panel{.title = std::string("Jacobians at ") + place_text(at),
                 .x_label = "loop",
@@ -151,8 +150,7 @@ ReportTable planar_rank_table(const PlanarStability& a) {
     table.add({place_text(at), d.rank, a.state_dim, TableCell(d.gap, 3), unobservable_text(ranks)});
   }
   table.notes = {
-      "The stack of H_k Φ_k over the last loop. At its own estimates an EKF sees more than there is to "
-      "see: "
+      "The stack of H_k Φ_k over the last loop. At its own estimates an EKF sees more than there is to see: "
       "a rank above that at the truth is spurious information."};
   return table;
 }
@@ -185,8 +183,7 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                   "exponent: log2 of tr P at the end over that at half the loops; 0 bounded, 1 linear.",
                   kPlanarResolution),
       ("accumulated noise says: the condition on the noise of the last loop, proved for noise that is the "
-       "same in every loop; "
-       "it asks for a kernel that no step ever touches."),
+       "same in every loop; it asks for a kernel that no step ever touches."),
       "loop 1, loop 10, last: mean of tr P over the loop. O(N): followed with the arrow covariance itself.",
       ("above gap: steps where the exact minimal trace missed its duality gap of 1e-9; an inexact solution "
        "imitates slow growth."),

@@ -60,17 +60,16 @@ MapConsistency map_of(const ReplayResult& result) {
 
 std::string about_reference(const ReplayResult& result, std::size_t runs) {
   const bool heading = !result.references.empty() && result.references.front().dof == 3;
-  std::string truth =
-      heading ? fmt::format(
-                    "Motion capture gives the whole pose; its own heading is known to {}° only, "
-                    "which is added to P.",
-                    number_text(result.settings.truth.heading_std_deg, 2))
-              : "GPS gives no heading: the NEES is that of the position, 2 dof, and nothing is said of the "
-                "heading or of the pose.";
+  std::string truth = heading ? fmt::format(
+                                    "Motion capture gives the whole pose; its own heading is known to {}° "
+                                    "only, which is added to P.",
+                                    number_text(result.settings.truth.heading_std_deg, 2))
+                              : "GPS gives no heading: the NEES is that of the position, 2 dof, and nothing "
+                                "is said of the heading or of the pose.";
   if (runs > 1) return truth;
   return truth +
-         " One run is no sample of runs: its NEES is tested by bounds that hold for any correlation "
-         "in time, and those can show that P is too small, hardly that it is too large.";
+         " One run is no sample of runs: its NEES is tested by bounds that hold for any correlation in time, "
+         "and those can show that P is too small, hardly that it is too large.";
 }
 
 /// What the scale that suits the innovations would do to the map's shape; empty unless it contradicts it.
@@ -81,8 +80,8 @@ std::string contradiction(const ReplayJudgement& judgement, double confidence) {
   const double scaled = shape.value / scale;
   if (two_sided_p_value(scaled, static_cast<double>(shape.dof)) > 1.0 - confidence) return "";
   return fmt::format(
-      "With all variances × {} the mean NIS would be the expected one, and the NEES of the map's "
-      "shape {} with {} dof: no single scale suits both.",
+      "With all variances × {} the mean NIS would be the expected one, and the NEES of the map's shape {} "
+      "with {} dof: no single scale suits both.",
       number_text(scale, 3), number_text(scaled, 4), shape.dof);
 }
 
@@ -91,15 +90,15 @@ void add_limits(ReplayJudgement& judgement, std::span<const ReportedReplay> repl
   std::vector<std::string>& limits = judgement.limits;
   limits.push_back(about_reference(first, replays.size()));
   if (judgement.innovations.whiteness.reason.empty() && !judgement.innovations.whiteness.white)
-    limits.push_back(fmt::format(
-        "The sum of the NIS and its law assume white innovations, which these are not (p {}{}); the "
-        "interval of the noise scale assumes nothing of the kind.",
-        judgement.innovations.whiteness.p_value < 1e-12 ? "" : "= ",
-        p_value_text(judgement.innovations.whiteness.p_value)));
+    limits.push_back(
+        fmt::format("The sum of the NIS and its law assume white innovations, which these are not (p {}{}); "
+                    "the interval of the noise scale assumes nothing of the kind.",
+                    judgement.innovations.whiteness.p_value < 1e-12 ? "" : "= ",
+                    p_value_text(judgement.innovations.whiteness.p_value)));
   if (first.settings.filter.gate > 0.0)
     limits.push_back(
-        fmt::format("Innovations had to pass a gate of {} %: NIS and its law are those of the "
-                    "first observation of each time, cut at the gate.",
+        fmt::format("Innovations had to pass a gate of {} %: NIS and its law are those of the first "
+                    "observation of each time, cut at the gate.",
                     number_text(100.0 * first.settings.filter.gate, 4)));
   if (first.settings.filter.inflation != Inflation::none)
     limits.push_back("P is inflated to decorrelate it: pessimistic is what inflation is meant to be.");
@@ -107,18 +106,16 @@ void add_limits(ReplayJudgement& judgement, std::span<const ReportedReplay> repl
     if (const std::string words = contradiction(judgement, confidence); !words.empty())
       limits.push_back(words);
   limits.push_back(
-      "The map as it lies carries the error of the start, which the innovations cannot see; "
-      "its shape does not. The survey is taken as exact.");
+      "The map as it lies carries the error of the start, which the innovations cannot see; its shape does "
+      "not. The survey is taken as exact.");
   const bool any_ideal = std::any_of(replays.begin(), replays.end(), [](const auto& r) { return r.ideal; });
   if (any_ideal)
     limits.push_back(
-        "Jacobians at the truth are no filter that could be built: they show what of the NEES "
-        "comes from the EKF's linearisation at its own estimates, as long as these are near "
-        "the truth.");
-  limits.push_back(
-      fmt::format("All verdicts at {} % confidence; the four tests of the innovations are "
-                  "adjusted for being four.",
-                  number_text(100.0 * confidence, 3)));
+        "Jacobians at the truth are no filter that could be built: they show what of the NEES comes from the "
+        "EKF's linearisation at its own estimates, as long as these are near the truth.");
+  limits.push_back(fmt::format(
+      "All verdicts at {} % confidence; the four tests of the innovations are adjusted for being four.",
+      number_text(100.0 * confidence, 3)));
 }
 
 }  // namespace

@@ -104,8 +104,8 @@ ReportAnswer replay_tune_answer(const ReplayTuning& t) {
   const Verdict verdict = left_out_verdict(t);
   return {
       verdict == Verdict::consistent ? CellTone::good : CellTone::caution,
-      fmt::format("{} asks for {}; on parts that it was not tuned on the filter is {}, mean NIS {} where "
-                  "{} is expected ({} before)",
+      fmt::format("{} asks for {}; on parts that it was not tuned on the filter is {}, mean NIS {} where {} "
+                  "is expected ({} before)",
                   t.name, found_noise_text(t.tuning), to_string(verdict), number_text(t.after.nis.mean, 3),
                   number_text(t.after.nis.expected, 3), number_text(t.before.nis.mean, 3))};
 }
@@ -113,11 +113,11 @@ ReportAnswer replay_tune_answer(const ReplayTuning& t) {
 std::vector<std::string> replay_tune_sentences(const ReplayTuning& t) {
   std::vector<std::string> sentences = t.tuning.notes;
   if (t.left_out_by_gate > 0) {
-    sentences.push_back(fmt::format(
-        "{} observations that the present gate rejects are left out whatever the noise, and there is no "
-        "gate: which observations count must not depend on what is tuned. The law of those that are "
-        "left is cut a little.",
-        t.left_out_by_gate));
+    sentences.push_back(
+        fmt::format("{} observations that the present gate rejects are left out whatever the noise, and "
+                    "there is no gate: which observations count must not depend on what is tuned. The law of "
+                    "those that are left is cut a little.",
+                    t.left_out_by_gate));
   }
   if (!t.left_out.empty()) {
     sentences.push_back(fmt::format("To replay with it:{}", settings_text(t)));
@@ -149,8 +149,7 @@ Document replay_tune_document(const ReplayTuning& t, const ReplayScore& score) {
   ReportTable forecast = tune_forecast_table(t.tuning.forecast);
   forecast.notes.emplace_back(
       "A step is an observation. From how the scores of stretches vary with the present noise: too hopeful "
-      "where "
-      "that is far off.");
+      "where that is far off.");
   std::vector<ReportTable> noise{tuned_noise_table(t.name, kReplayEngine, t.tuning),
                                  score_gain_table(t.tuning)};
   if (!t.left_out.empty()) {

@@ -99,14 +99,12 @@ ReportTable calibration_table(const SelftestResult& result) {
   }
   table.notes = {
       fmt::format(
-          "{} studies of {} runs over {} steps. Intervals of Clopper and Pearson; all hold together "
-          "with {:g} % confidence, so that calibrated tests fail here with at most {:g} % probability.",
+          "{} studies of {} runs over {} steps. Intervals of Clopper and Pearson; all hold together with "
+          "{:g} % confidence, so that calibrated tests fail here with at most {:g} % probability.",
           result.studies, result.runs, result.steps, 100.0 * (1.0 - result.family_level),
           100.0 * result.family_level),
       "conservative: at most nominal, by proof or, where whole runs are compared, to the precision of "
-      "run_mean.h; "
-      "often far below. approximate: a limit law or matched "
-      "cumulants."};
+      "run_mean.h; often far below. approximate: a limit law or matched cumulants."};
   return table;
 }
 
@@ -144,9 +142,9 @@ ReportTable wrong_filter_table(const SelftestResult& result) {
          filter.ok ? TableCell("ok", CellTone::good) : TableCell("NOT FOUND", CellTone::alarm)});
   }
   table.notes = {fmt::format(
-      "caught: by the word at {:g} %, over everything together. {} studies of {} runs for each "
-      "filter. ok unless the share is proved to be below {:g} % caught, {:g} % named or 99 % of those "
-      "caught in the right direction; where P is right, above 10 % caught.",
+      "caught: by the word at {:g} %, over everything together. {} studies of {} runs for each filter. ok "
+      "unless the share is proved to be below {:g} % caught, {:g} % named or 99 % of those caught in the "
+      "right direction; where P is right, above 10 % caught.",
       100.0 * result.power_level, result.wrong_filter_studies, result.wrong_filter_runs,
       100.0 * result.wrong_filters.front().caught_wanted, 100.0 * result.wrong_filters.front().named_wanted)};
   return table;
@@ -210,9 +208,8 @@ Figure power_figure(const SelftestResult& result) {
   Figure figure{
       .name = "power",
       .caption =
-          "Which test sees which wrong filter: share of studies rejected at 5 %. Tests are "
-          "numbered as in the table of false alarms; grey: not made of this filter, which has sensors of "
-          "its own.",
+          "Which test sees which wrong filter: share of studies rejected at 5 %. Tests are numbered as in "
+          "the table of false alarms; grey: not made of this filter, which has sensors of its own.",
       .panels = {}};
   Panel panel{.title = "Power",
               .x_label = "number of the test",
@@ -297,9 +294,8 @@ std::vector<std::string> selftest_failures(const SelftestResult& result) {
   for (const CalibrationRow& row : result.calibration) {
     if (row.ok) continue;
     failures.push_back(fmt::format(
-        "\"{}\" is out of calibration: {} % false alarms at nominal {} %, true rate "
-        "within {} %",
-        row.name, percent(row.measured.interval.value), percent(row.nominal), range(row.measured)));
+        "\"{}\" is out of calibration: {} % false alarms at nominal {} %, true rate within {} %", row.name,
+        percent(row.measured.interval.value), percent(row.nominal), range(row.measured)));
   }
   for (const WrongFilterResult& filter : result.wrong_filters) {
     if (filter.ok) continue;

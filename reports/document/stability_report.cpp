@@ -129,16 +129,14 @@ std::string_view kind_sentence(RiccatiKind kind) {
              "forgotten.";
     case RiccatiKind::strong:
       return "Solution strong: P tends to the same limit from every P0, but as 1/k in directions that no "
-             "noise "
-             "touches, which are learnt perfectly.";
+             "noise touches, which are learnt perfectly.";
     case RiccatiKind::depends_on_initial:
       return "Solution psd depending on P0: P tends to a limit that is another one for another P0, since "
-             "there "
-             "are directions that never decay and of which no measurement, or not this P0, tells anything.";
+             "there are directions that never decay and of which no measurement, or not this P0, tells "
+             "anything.";
     case RiccatiKind::oscillating:
       return "Solution oscillating: P stays bounded and has no limit, since directions that no measurement "
-             "sees "
-             "turn or change sign for ever, each at a rate of its own.";
+             "sees turn or change sign for ever, each at a rate of its own.";
     case RiccatiKind::unbounded:
       return "Solution none: P grows in directions that no measurement sees.";
     case RiccatiKind::undecided:
@@ -148,16 +146,15 @@ std::string_view kind_sentence(RiccatiKind kind) {
 }
 
 std::vector<std::string> notes(const StabilityAnalysis& a) {
-  std::vector<std::string> all = {fmt::format(
-      "K is the filter gain P Hᵀ (H P Hᵀ + R)⁻¹; the predictor's gain is F K. K and ΔP of F − F K H "
-      "and Q_t are those of step {}.",
-      a.steps)};
+  std::vector<std::string> all = {
+      fmt::format("K is the filter gain P Hᵀ (H P Hᵀ + R)⁻¹; the predictor's gain is F K. K and ΔP of F − F "
+                  "K H and Q_t are those of step {}.",
+                  a.steps)};
   all.emplace_back(kind_sentence(a.riccati.kind));
   if (a.sequential) {
     all.push_back(
         "A sequential rule inflates within the update: ΔP before it is zero, so that ranks and the verdicts "
-        "on a "
-        "constant Q_t leave it out; the long run contains it.");
+        "on a constant Q_t leave it out; the long run contains it.");
   } else if (a.inflation_varies) {
     all.push_back(
         "ΔP varies with P along a run, so that its value at one step decides nothing; the long run shows "
@@ -273,16 +270,15 @@ Panel eigenvalue_panel(const StabilityAnalysis& a) {
 }
 
 Figure stability_figure(const StabilityAnalysis& a) {
-  return {
-      .name = "stability",
-      .caption =
-          "Left: the covariance over a long horizon, both axes logarithmic. A curve that levels off is "
-          "bounded; a slope of one is linear growth. Right: what lies inside the unit circle is forgotten, "
-          "what lies on it stays.",
-      .rows = 1,
-      .cols = 2,
-      .panels = {trace_panel(a), eigenvalue_panel(a)},
-      .row_height = 24.0};
+  return {.name = "stability",
+          .caption =
+              "Left: the covariance over a long horizon, both axes logarithmic. A curve that levels off is "
+              "bounded; a slope of one is linear growth. Right: what lies inside the unit circle is "
+              "forgotten, what lies on it stays.",
+          .rows = 1,
+          .cols = 2,
+          .panels = {trace_panel(a), eigenvalue_panel(a)},
+          .row_height = 24.0};
 }
 
 ReportAnswer stability_answer(const StabilityAnalysis& a) {

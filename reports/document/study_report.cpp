@@ -109,14 +109,12 @@ std::vector<std::string> explanation_notes(std::span<const ReportedStudy> studie
   const double confidence = studies.empty() ? 0.95 : studies.front().analysis.scenario.study.confidence;
   std::vector<std::string> notes = {
       "factor on P: the true covariance over the claimed one, on average over steps, with its interval. "
-      "NEES: "
-      "squared error in units of P, mean of expected; NIS: of the innovation in units of S.",
+      "NEES: squared error in units of P, mean of expected; NIS: of the innovation in units of S.",
       "consistent: no evidence against P. optimistic: errors are larger than P says; do not trust it. "
       "pessimistic: smaller everywhere. mixed: larger here, smaller there; do not trust it.",
-      fmt::format(
-          "The verdict of a consistent filter is wrong with at most {:g} % probability, over NEES, NIS "
-          "and all blocks and steps together.",
-          100.0 * (1.0 - confidence))};
+      fmt::format("The verdict of a consistent filter is wrong with at most {:g} % probability, over NEES, "
+                  "NIS and all blocks and steps together.",
+                  100.0 * (1.0 - confidence))};
   if (any_of(studies, [](const StudyAnalysis& a) { return overall_verdict(a) == Verdict::not_gaussian; })) {
     notes.push_back("not Gaussian: P is right, and the errors have heavier tails than a Gaussian law.");
   }
@@ -234,11 +232,9 @@ void add_failures(Document& document, const StudyAnalysis& a) {
     }
     items.push_back(fmt::format("run {} at step {}: {}", f.run, f.step, to_string(f.outcome)));
   }
-  document.callout(
-      CellTone::alarm,
-      fmt::format("{} of {} runs failed. They count up to the step before, and each can be replayed alone "
-                  "with --only-run.",
-                  a.statistics.failures.size(), a.statistics.runs));
+  document.callout(CellTone::alarm, fmt::format("{} of {} runs failed. They count up to the step before, and "
+                                                "each can be replayed alone with --only-run.",
+                                                a.statistics.failures.size(), a.statistics.runs));
   document.bullets(items);
 }
 

@@ -86,8 +86,7 @@ std::string family_note(const SweepAnalysis& sweep) {
   }
   return fmt::format(
       "stands: inconsistent also when all configurations are judged together. {} are inconsistent alone, {} "
-      "of them "
-      "stand; at most {:g} % of those are expected to be false (Benjamini-Yekutieli).",
+      "of them stand; at most {:g} % of those are expected to be false (Benjamini-Yekutieli).",
       alone, together, 100.0 * (1.0 - confidence_of(sweep)));
 }
 

@@ -76,8 +76,7 @@ std::string verdict_sentence(const char* what, const ConsistencyVerdict& v) {
   if (v.verdict == Verdict::undecided) return fmt::format("{}: undecided, {}.", what, v.reason);
   return fmt::format(
       "{}: {}. The mean of {} over {} values would be accepted from {} to {}, around {} ({:g} % confidence, "
-      "{}, "
-      "{} tests); {} % of the steps lie outside their own bounds, where {} % are expected.",
+      "{}, {} tests); {} % of the steps lie outside their own bounds, where {} % are expected.",
       what, to_string(v.verdict), number_text(v.mean, 4), v.count, number_text(v.bounds.lower, 4),
       number_text(v.bounds.upper, 4), number_text(v.expected, 4), 100.0 * v.confidence,
       p_value_statement(v.p_value), v.tests, number_text(100.0 * v.share_outside, 3),

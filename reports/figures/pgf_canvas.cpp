@@ -156,8 +156,7 @@ void PgfCanvas::write(const FigureText& text, CanvasPoint at, const Lettering& l
                                                                    : "";
   pgf_ += fmt::format(
       "\\definecolor{{credence}}{{rgb}}{{{}}}%\n\\pgftext[{}base,x={:.3f}bp,y={:.3f}bp{}]{{\\color{{credence}"
-      "}"
-      "\\fontsize{{{}}}{{{}}}\\selectfont{} {}}}\n",
+      "}\\fontsize{{{}}}{{{}}}\\selectfont{} {}}}\n",
       pgf_colour(lettering.rgb), anchor, kPgfPoints * at.x, kPgfPoints * (height_ - at.y),
       lettering.upright ? ",rotate=90" : "", kPaperFontPoints, 1.2 * kPaperFontPoints,
       lettering.bold ? "\\bfseries" : "", words);

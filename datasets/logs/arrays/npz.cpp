@@ -220,11 +220,9 @@ class NpzFile final : public ArrayFile {
   /// Several members may claim the same bytes of the file.
   void reserve(const NpyMember& member) {
     if (member.size > kLargestInMemory || (in_memory_ += member.size) > 2 * kLargestInMemory) {
-      file_.fail(
-          member.begin,
-          fmt::format("{}: of packed arrays, and of those in Fortran order, 1 GiB each and 2 GiB in all are "
-                      "read; save them in C order with numpy.savez",
-                      member.name));
+      file_.fail(member.begin, fmt::format("{}: of packed arrays, and of those in Fortran order, 1 GiB each "
+                                           "and 2 GiB in all are read; save them in C order with numpy.savez",
+                                           member.name));
     }
   }
 

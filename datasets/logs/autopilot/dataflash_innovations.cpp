@@ -186,20 +186,18 @@ void read_cores(const std::filesystem::path& file, const LogReadOptions& options
       "if their variances are equal.");
   sink.remark(
       "Innovations and roots of test ratios are written in steps of 0.01: where many NIS are equal for it, "
-      "their "
-      "fit to the law is not tested; and an innovation that is equal to the one before may be lost as a "
-      "repeat.");
+      "their fit to the law is not tested; and an innovation that is equal to the one before may be lost as "
+      "a repeat.");
   if (const std::string gates = judged.gates_assumed(); !gates.empty()) {
     sink.remark(
-        fmt::format("The log does not hold the gates {}: these values, ArduPilot's own, are taken, and "
-                    "NIS goes with their square.",
+        fmt::format("The log does not hold the gates {}: these values, ArduPilot's own, are taken, and NIS "
+                    "goes with their square.",
                     gates));
   }
   if (chosen->clamped > 0) {
-    sink.remark(
-        fmt::format("{} test ratios are clamped at the largest number of their field: NIS is at least "
-                    "what is shown.",
-                    chosen->clamped));
+    sink.remark(fmt::format(
+        "{} test ratios are clamped at the largest number of their field: NIS is at least what is shown.",
+        chosen->clamped));
   }
   if (names.find(',') != std::string::npos) {
     sink.remark(

@@ -257,17 +257,14 @@ std::string source_text(const Estimator& estimator) {
 void tell_ratios(const TestRatios& ratios, LogSink& sink) {
   sink.remark(
       "Of the innovations test ratios alone are known: NIS = ratio × gate². That tells the mean NIS of a "
-      "sensor, its "
-      "law, its gate and whether NIS are correlated in time; a bias, the sign of a correlation and "
-      "correlations "
-      "between sensors it does not tell. Of sensors of two dimensions (horizontal velocity and position, "
-      "flow) the "
-      "log holds the larger ratio of the two, which is no NIS: they are not judged.");
+      "sensor, its law, its gate and whether NIS are correlated in time; a bias, the sign of a correlation "
+      "and correlations between sensors it does not tell. Of sensors of two dimensions (horizontal velocity "
+      "and position, flow) the log holds the larger ratio of the two, which is no NIS: they are not judged.");
   if (!ratios.assumed().empty()) {
-    sink.remark(fmt::format(
-        "The log does not hold the gates {}: these values, EKF2's own, are taken, and NIS goes with "
-        "their square.",
-        fmt::join(ratios.assumed(), ", ")));
+    sink.remark(
+        fmt::format("The log does not hold the gates {}: these values, EKF2's own, are taken, and NIS goes "
+                    "with their square.",
+                    fmt::join(ratios.assumed(), ", ")));
   }
 }
 
