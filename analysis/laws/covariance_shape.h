@@ -1,11 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <string_view>
 
-#include "analysis/laws/chi_square.h"
 #include "analysis/laws/consistency_vector_moments.h"
-#include "analysis/laws/run_mean.h"
+#include "core/nan.h"
 #include "core/types.h"
 
 /// @file
@@ -30,30 +28,21 @@ namespace credence::internal {
 /// The factors between Σ and P over all directions: eigenvalues of P^{-1/2} Σ P^{-T/2}, which those of C
 /// estimate.
 struct CovarianceShape {
-  std::int64_t runs = 0;
-  double statistic = 0.0;   ///< LR
-  double dof = 0.0;         ///< of its limit, n (n + 1)/2
-  double p_value = 0.0;     ///< of Σ = P
-  Vector factors;           ///< eigenvalues of C, ascending
-  Matrix directions;        ///< their eigenvectors, in whitened coordinates
-  DirectedPValues extreme;  ///< of the largest and the smallest one (wishart_roots.h): some direction is
-                            ///< optimistic, some is pessimistic; both may be
-  ChiSquareBounds largest;  ///< interval of the largest factor
-  ChiSquareBounds smallest;
+  double p_value = kNaN;  ///< of Σ = P
+  Vector factors = {};    ///< eigenvalues of C, ascending
   double proved_within =
-      0.0;  ///< δ: every factor is in [1/(1 + δ), 1 + δ] at this confidence; may be infinite
+      kNaN;  ///< δ: every factor is in [1/(1 + δ), 1 + δ] at this confidence; may be infinite
   std::string_view reason = {};  ///< why there is no test (numbers NaN), else empty
 };
 
 /// Tests the errors of one step, or of one average that is N(0, I) under consistency. Needs more runs than
 /// components.
 ///
-/// Intervals at `confidence`: with a the direction of the largest factor, λ_max(C) ≥ aᵀ C a = λ_max(Σ)
-/// χ²(M)/M, so that λ_max(Σ) ≤ λ_max(C) M / q_{α/2} is exact or conservative; and C ⪯ λ_max(Σ) W/M with W ~
-/// Wishart, so that λ_max(Σ) ≥ λ_max(C) / its upper root. The same below. proved_within takes both one-sided
-/// tests at α (two one-sided tests: what is proved is the intersection, so no level is shared, neither
-/// between the sides nor between the directions). About M = 8 n/δ² runs prove δ. Throws std::invalid_argument
-/// unless 0 < confidence < 1.
+/// With a the direction of the largest factor, λ_max(C) ≥ aᵀ C a = λ_max(Σ) χ²(M)/M, so that λ_max(Σ) ≤
+/// λ_max(C) M / q_α at confidence 1 − α, exact or conservative; the same below. proved_within takes both
+/// one-sided tests at α (what is proved is the intersection, so no level is shared, neither between the sides
+/// nor between the directions). About M = 8 n/δ² runs prove δ. Throws std::invalid_argument unless 0 <
+/// confidence < 1.
 CovarianceShape test_covariance_shape(const VectorMoments& whitened, double confidence);
 
 }  // namespace credence::internal
