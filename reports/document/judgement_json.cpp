@@ -125,7 +125,7 @@ void add_law(const LawJudgement& law, Json& j) {
 Json lost_runs_json(const LostRuns& lost) {
   Json j = Json::array();
   for (const LostRun& run : lost.runs)
-    j.push_back({{"run", run.run}, {"row", run.row}, {"factor", json_number(run.factor)}});
+    j.push_back({{"run", run.run}, {"row", run.row}, {"factor", run.factor}});
   return j;
 }
 
