@@ -355,7 +355,7 @@ Index observation_dim(ArrayFile& file, const ArrayPair& sensor) {
 /// The texts of the array of names; none where there is no such array.
 std::vector<std::string> state_names(ArrayFile& file, std::uint64_t states) {
   std::vector<std::string> names;
-  const auto array = find_array(file, kStateNames);
+  const auto array = find_array(file, kNamesOfStates);
   if (!array || file.arrays()[*array].dims.empty()) return names;
   const ArrayShape& shape = file.arrays()[*array];
   if (shape.dims.size() != 2 || shape.dims[0] != states) {
@@ -391,7 +391,7 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
       layout.blocks = std::move(named.blocks);
       layout.landmark_dim = named.landmark_dim;
     } catch (const std::invalid_argument& error) {
-      throw DataError(file.path(), "", fmt::format("{}: {}", kStateNames, error.what()));
+      throw DataError(file.path(), "", fmt::format("{}: {}", kNamesOfStates, error.what()));
     }
   } else {
     for (std::uint64_t i = 0; i < n; ++i) layout.states.push_back(fmt::format("x{}", i + 1));

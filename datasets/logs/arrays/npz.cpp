@@ -173,7 +173,7 @@ class NpzFile final : public ArrayFile {
   void open(NpyMember& member) {
     const std::string name =
         member.name.ends_with(".npy") ? member.name.substr(0, member.name.size() - 4) : member.name;
-    if (!is_log_array(name) && name != kStateNames) {
+    if (!is_log_array(name) && name != kNamesOfStates) {
       arrays_.push_back({.name = name, .type = "not read", .dims = {}});
       return;
     }
@@ -200,7 +200,7 @@ class NpzFile final : public ArrayFile {
             ? header(member, file_.cursor(member.begin, std::min(member.size, kMostHeader), "an array"))
             : header(member, ByteCursor(member.held, origin, 0));
     shape.name = name;
-    if (name == kStateNames && shape.type != kText) shape = {.name = name, .type = "not read", .dims = {}};
+    if (name == kNamesOfStates && shape.type != kText) shape = {.name = name, .type = "not read", .dims = {}};
     if (member.fortran_order && member.held.empty()) hold(member);
     arrays_.push_back(std::move(shape));
   }
@@ -259,7 +259,7 @@ class NpzFile final : public ArrayFile {
     const bool said = names("observation") || names("R") || names("nonlinear") || names("inflated");
     member.integers = said && type.size() > 4 && type[2] == 'i';
     // Texts of numpy are code points of four bytes, as many as the longest has: one more dimension.
-    const bool is_names = member.name == fmt::format("{}.npy", kStateNames);
+    const bool is_names = member.name == fmt::format("{}.npy", kNamesOfStates);
     std::uint64_t letters = 0;
     if (is_names && type.size() > 4 && (type[1] == '<' || type[1] == '>') && type[2] == 'U')
       std::from_chars(type.data() + 3, type.data() + type.size(), letters);
