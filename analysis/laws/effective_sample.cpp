@@ -4,37 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <vector>
 
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/laws/thinned_series.h"
 #include "core/linear_algebra/decompositions.h"
+#include "core/linear_algebra/psd_root.h"
 #include "core/nan.h"
 
 namespace credence::internal {
 namespace {
-
-// W with W P Wᵀ = I on the range of P, judged in correlation form as in normalised_error.h; rank × n.
-Matrix whitening(const Matrix& P) {
-  const Vector deviation = P.diagonal().cwiseMax(0.0).cwiseSqrt();
-  Vector scale = Vector::Zero(P.rows());
-  for (Index i = 0; i < P.rows(); ++i) scale(i) = deviation(i) > 0.0 ? 1.0 / deviation(i) : 0.0;
-  const Matrix correlation = scale.asDiagonal() * P * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(correlation);
-  if (!P.allFinite() || eigen.info() != Eigen::Success) {
-    throw std::invalid_argument("a covariance is not finite");
-  }
-  const double tolerance = 4.0 * static_cast<double>(P.rows()) * std::numeric_limits<double>::epsilon() *
-                           std::max(1.0, eigen.eigenvalues().maxCoeff());
-  if (eigen.eigenvalues().minCoeff() < -tolerance || P.diagonal().minCoeff() < 0.0) {
-    throw std::invalid_argument("a covariance is not positive semidefinite");
-  }
-  const Index rank = (eigen.eigenvalues().array() > tolerance).count();
-  const Vector root = eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse();
-  return root.asDiagonal() * eigen.eigenvectors().rightCols(rank).transpose() * scale.asDiagonal();
-}
 
 /// Products at several lags of deviations x_k − mean, each summed in order of time: as many sums as hide the
 /// latency of an addition.
@@ -93,7 +73,8 @@ NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<
   std::vector<Matrix> W;
   std::vector<Index> offset{0};
   for (const Matrix& P : covariances) {
-    W.push_back(whitening(P));
+    if (!is_psd(P)) throw std::invalid_argument("a covariance is not finite or not positive semidefinite");
+    W.push_back(psd_whitening(P));
     offset.push_back(offset.back() + W.back().rows());
   }
   const Index total = offset.back();
