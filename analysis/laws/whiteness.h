@@ -65,7 +65,7 @@ struct WhitenessTest {
   std::vector<double> band;             ///< half-width of the pointwise band around 0 at `confidence`
   double share_outside = 0.0;           ///< of the lags outside their band
   double statistic = 0.0;               ///< ~ χ²(dof) when white
-  double dof = 0.0;                     ///< H m²
+  double dof = 0.0;                     ///< m² for each lag that is tested
   double p_value = 0.0;
   bool white = false;            ///< p_value > 1 − confidence
   std::string_view reason = {};  ///< why there is no test (p_value NaN), else empty
@@ -79,7 +79,9 @@ struct WhitenessTest {
 ///
 /// with c_h products at lag h and N values. E_h is the exact mean of the norm for Gaussian white u (the
 /// whitened values are uniform on the Stiefel manifold). No dof is subtracted, as no model was fitted to the
-/// innovations. Approximate: needs N well above H m². Lags without products are left out, with their dof.
+/// innovations. The sum is over lags up to 0.6 √N, as the squares of many lags of few values depend on each
+/// other: at 5 % it rejects 1.8 to 5.3 % of 16,000 single runs of 16 to 400 values (m = 1, 2, 4), over all 20
+/// lags 5.0 to 10.8 %. Lags without products are left out, with their dof.
 WhitenessTest test_whiteness(const LagProducts& products, double confidence);
 
 }  // namespace credence::internal
