@@ -59,7 +59,7 @@ struct ConformalFactor {
 struct ProtectionLevel {
   double risk = 0.0, k = 0.0;
   std::int64_t rows = 0, beyond = 0;
-  double effective_rows = 0.0;  ///< independent ones
+  double effective_rows = 0.0;  ///< independent ones, by NEES: of rare errors no fewer
   double upper_limit = 1.0;     ///< of the risk at 95 %, Clopper-Pearson over the effective rows
   double needed_rows = 0.0;     ///< independent rows, none beyond, that would show the risk at 95 %
 };

@@ -49,7 +49,7 @@ struct CalibrationRun {
   CalibrationSum whole;
   std::vector<CalibrationSum> stretches{};  ///< ten equal ones; none where one is shorter than ten
                                             ///< correlation times of NEES
-  double effective_rows = 1.0;              ///< independent rows that the run is worth; at least 1
+  double effective_rows = 1.0;              ///< independent rows that its NEES is worth; at least 1
   /// The factor on P with which 95 % of the rows lie in their 95 % ellipsoid: the quantile of NEES /
   /// χ²₀.₉₅(n).
   double coverage_factor = 0.0;

@@ -4,7 +4,9 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <random>
 #include <string>
+#include <utility>
 
 namespace credence::internal {
 namespace {
@@ -103,6 +105,31 @@ TEST(CalibrationRecorder, StretchesAreTheRowsInTheirOrder) {
     ASSERT_EQ(run.stretches[s].bins.size(), 1U) << s;
     EXPECT_EQ(run.stretches[s].bins.begin()->first, (std::pair<Index, int>{0, bins[s]})) << s;
     EXPECT_NEAR(run.stretches[s].nees, 96.0, 1e-9) << s;
+  }
+}
+
+// Of autoregressions worth 16 and 106 rows; as the rows over their correlation time they came out as 34 and
+// 127.
+TEST(CalibrationRecorder, TheEffectiveRowsAreThoseOfTheMean) {
+  constexpr int kRuns = 400;
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> normal;
+  for (const auto& [memory, rows] : {std::pair{0.95, 300}, std::pair{0.9, 1000}}) {
+    CalibrationRecorder recorder;
+    for (int run = 0; run < kRuns; ++run) {
+      recorder.begin_run(layout_of_numbers(1), "run");
+      double x = normal(random);
+      for (int k = 0; k < rows; ++k) {
+        recorder.add(step_of_number(x * x, 1.0));
+        x = memory * x + std::sqrt(1.0 - memory * memory) * normal(random);
+      }
+    }
+    double mean = 0.0;
+    for (const CalibrationRun& run : recorder.take()) mean += run.effective_rows / kRuns;
+    double correlation_time = 1.0;  // of x², whose correlation is memory^(2h)
+    for (int h = 1; h < rows; ++h)
+      correlation_time += 2.0 * (1.0 - static_cast<double>(h) / rows) * std::pow(memory, 2 * h);
+    EXPECT_NEAR(mean / (rows / correlation_time), 1.0, 0.2) << memory;
   }
 }
 
