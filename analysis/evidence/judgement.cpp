@@ -102,9 +102,11 @@ CoverageVerdict judge_region(const CoverageSums::Region& region, double confiden
   return judge_coverage(region.count, expected, confidence);
 }
 
-/// A gate, where that many empty bins at the top cannot be chance and the rest fits.
+/// A gate, where that many empty bins at the top cannot be chance and the rest is not clearly of another law:
+/// of a filter whose gate is not seen NIS are too small.
 std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
-  constexpr double kFewest = 20.0;  // values expected beyond; none there has probability 2e-9
+  constexpr double kFewest = 8.0;  // values expected beyond; none there has probability 3e-4
+  constexpr double kMisfit = 0.1;  // of the level
   if (s.by_dimension.size() != 1) return std::nullopt;
   const std::vector<std::int64_t>& counts = s.fit.counts();
   std::size_t used = counts.size();
@@ -114,7 +116,7 @@ std::optional<GateFound> find_gate(const SensorSums& s, double confidence) {
       values * static_cast<double>(counts.size() - used) / static_cast<double>(counts.size());
   if (used < 2 || expected < kFewest) return std::nullopt;
   const GoodnessOfFit fit = test_uniform(UniformHistogram(std::span(counts).first(used), s.fit.invalid()));
-  if (!(fit.anderson_p_value > 1.0 - confidence)) return std::nullopt;
+  if (!(fit.anderson_p_value > kMisfit * (1.0 - confidence))) return std::nullopt;
   return GateFound{s.largest_nis, expected, fit.anderson_p_value};
 }
 

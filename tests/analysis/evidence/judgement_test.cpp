@@ -362,6 +362,25 @@ TEST(Judgement, AnErrorThatStaysIsNoWrongCovariance) {
   EXPECT_NE(judge(logs_of(3, 400, 0.0, 1.0)).nees.method.find("their 21 stretches"), std::string::npos);
 }
 
+// A gate that lets 99 of 100 values pass is seen in 1,000 of them, and their law is that cut off there: 21 %
+// of such filters were called pessimistic.
+TEST(Judgement, AGateIsSeenWhereTenValuesAreMissing) {
+  constexpr unsigned kStudies = 60;
+  constexpr double kGate = 9.2103;  // of χ²(2) at 99 %
+  int seen = 0, accused = 0;
+  for (unsigned i = 0; i < kStudies; ++i) {
+    const auto gated = [](Step& row, int) {
+      Innovation& innovation = row.innovations.front();
+      if (innovation.nu.dot(innovation.S.llt().solve(innovation.nu)) > kGate) innovation.nu.resize(0);
+    };
+    const Judgement j = judge(logs_of(20, 50, 0.0, 1.0, gated, 1 + 20 * i));
+    seen += j.sensors.at(0).gate.has_value();
+    accused += is_inconsistent(j.nis.verdict);
+  }
+  EXPECT_GE(seen, 54);
+  EXPECT_LE(accused, 11);  // 3, and five standard errors of a binomial(60, 0.05)
+}
+
 // Of 20 runs, too few for a measured correlation in time, the same as of one: nine of ten other studies show
 // it.
 TEST(Judgement, WhatTwentyRunsWouldHaveShownOthersShow) {
