@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 4;
+constexpr std::uint32_t kFormat = 5;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -232,8 +232,15 @@ class Pass {
     }
   }
 
+  void one(Held<StretchSums>& stretches) {
+    (*this)(stretches.runs, stretches.square, stretches.means);
+    const Index dim = stretches.square.rows();
+    require(stretches.runs >= 0 && stretches.square.cols() == dim &&
+            (stretches.runs == 0 || stretches.means.mean.size() == dim));
+  }
+
   void one(Held<LawSums>& law) {
-    (*this)(law.averaged, law.second_moments, law.error_means, law.whitened_means, law.stretch_means,
+    (*this)(law.averaged, law.second_moments, law.error_means, law.whitened_means, law.stretches,
             law.whitened, law.nees_tails, law.nis_tails, law.nis_of_runs, law.nees_at, law.nis_at);
   }
 

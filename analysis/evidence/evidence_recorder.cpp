@@ -122,8 +122,10 @@ void EvidenceRecorder::begin_runs(std::int64_t count) {
   const auto size = static_cast<std::size_t>(count);
   runs_.assign(size, {});
   places_.resize(size);
+  const bool few = sums_.study.runs + count <= StretchSums::kMostRuns;
   for (OpenRun& run : runs_) {
     run.open = true;
+    run.few = few;
     run.first = sums_.study.runs++ == 0;
     run.squared_error.resize(layout_.blocks.size());
     run.claimed.resize(layout_.blocks.size());
@@ -260,12 +262,27 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
   }
 }
 
+// Of a map that grows the landmarks to come have no error.
+void EvidenceRecorder::add_large(RunLaw& run, const NormalisedStep& step) {
+  const Vector& u = step.whole.whitened;
+  const Index states = std::ssize(layout_.states);
+  if (u.size() == states && states <= StretchSums::kLargest) return run.large.add(u, true);
+  const bool placed = u.size() == std::ssize(step.states);  // by its state; a singular P leaves fewer
+  whitened_.setZero(std::min(states, StretchSums::kLargest));
+  for (Index i = 0; i < u.size(); ++i) {
+    const Index at = placed ? step.states[static_cast<std::size_t>(i)] : i;
+    if (at < whitened_.size()) whitened_[at] = u[i];
+  }
+  run.large.add(whitened_, true);
+}
+
 void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
   const NormalisedVector& whole = step.whole;
   const double dof = static_cast<double>(whole.dof);
   if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(whole.value / dof);
   run.law.nees_tails.add(whole.value, dof);
   if (!layout_.joint_covariance) return;
+  if (run.few && std::ssize(layout_.states) > LawSums::kLargestAveraged) add_large(run.law, step);
   if (averaged_.empty()) {
     if (whole.dof == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
   } else if (step.blocks.front().dof == averaged_dim_) {

@@ -66,6 +66,7 @@ class EvidenceRecorder {
 
   struct OpenRun {
     bool open = false, first = false;
+    bool few = false;  ///< it is one of few runs, whose stretches may be compared
     std::vector<double> nees{};
     Moments values{};           ///< of NEES
     RunSum whole{}, vehicle{};  ///< of NEES
@@ -90,6 +91,7 @@ class EvidenceRecorder {
   void add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_state(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
   void add_law(OpenRun& run, const StepPlaces& places, const NormalisedStep& step);
+  void add_large(RunLaw& run, const NormalisedStep& step);
   void add_lateness(OpenRun& run, const NormalisedStep& step) const;
   void add_scores(OpenRun& run, const NormalisedStep& step) const;
   void add_traces(const StepPlaces& places, const NormalisedStep& step, StepStatistics& sums) const;
@@ -114,7 +116,7 @@ class EvidenceRecorder {
   std::string averaged_;               ///< the block of those errors; "": the state
   StepNormaliser normaliser_;
   NormalisedStep normalised_;
-  Vector first_variance_;
+  Vector first_variance_, whitened_;
 };
 
 }  // namespace credence::internal

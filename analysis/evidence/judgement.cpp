@@ -22,7 +22,10 @@ namespace {
 /// Of a few long runs; empty where only whole ones are compared.
 SkewedMoments stretches_of(const Evidence& e, const StudyStatistics& s) {
   const bool all = std::ssize(e.whole_runs.nees) == s.nees_of_runs.moments.count;
-  return all && !e.law.stretches_stand() ? stretch_averages(e.whole_runs.nees) : SkewedMoments{};
+  if (!all) return {};
+  const StretchAverages stretches = stretch_averages(e.whole_runs.nees);
+  const bool stand = stretches.averages.count > 0 && e.law.stretches.stand(stretches.effective_rows);
+  return stand ? SkewedMoments{} : stretches.averages;
 }
 
 /// Of the whole state in these runs; of a few long ones these averages of their stretches are compared.

@@ -90,7 +90,7 @@ void leave_open(const Evidence& e, Judgement& j) {
   v.verdict = Verdict::undecided;
   const bool stands = j.single->time_average.run_sum.reason.empty();  // a test that was set aside
   v.reason = stands ? fmt::format("in one run an error that {} cannot be told from a wrong P",
-                                  e.law.errors_stand()
+                                  e.law.stretches.stay()
                                       ? fmt::format("stays as it is over all {} rows", e.first_run.size())
                                       : fmt::format("lasts for a tenth of the {} rows", e.first_run.size()))
                     : fmt::format("one run of {} row{} is worth {:.3g} independent ones, too few to decide",
@@ -113,7 +113,8 @@ void judge_single_run(const Evidence& e, Judgement& j) {
   single.time_average = averages[0];
   single.sample = effective_sample(std::vector<std::span<const double>>{series.values}, 1.0);
   single.sample.correlation_time *= series.rows_per_value;
-  const bool stand = !std::isnan(single.time_average.p_value) && e.law.stretches_stand();
+  const bool stand =
+      !std::isnan(single.time_average.p_value) && e.law.stretches.stand(single.time_average.effective_steps);
   if (stand) single.time_average.p_value = kNaN;
   const double p_average = single.time_average.p_value;
   const bool tested = !std::isnan(p_average);

@@ -1,5 +1,6 @@
 #include "analysis/evidence/law_sums.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -17,27 +18,82 @@ bool takes_vector(VectorMoments& moments, Index dim) {
   return true;
 }
 
-bool stand(const VectorMoments& means, const SecondMoments& second) {
-  if (means.count == 0 || means.mean.size() != second.dim()) return false;
-  const Matrix square =
-      means.scatter / static_cast<double>(means.count) + means.mean * means.mean.transpose();
-  return standing_share(mean_of(second), square) > kStandingErrors;
+/// E[m mᵀ] of vectors m.
+Matrix square_of(const VectorMoments& m) {
+  return m.scatter / static_cast<double>(m.count) + m.mean * m.mean.transpose();
 }
 
-/// Adds the means of ten equal stretches; of fewer groups of rows none.
-void add_stretches(const RunLaw& run, VectorMoments& means) {
+}  // namespace
+
+void RunWhitened::add(const Vector& whitened, bool thinned) {
+  constexpr Index kGroupsAtLeast = 32;
+  const Index dim = whitened.size();
+  Vector& sum = group_at_hand(dim);
+  sum += whitened;
+  const Index every = thinned ? std::max<Index>(1, rows_of_group / kGroupsAtLeast) : 1;  // a power of two
+  if ((steps++ & (every - 1)) != 0) return;
+  for (Index j = 0; j < dim; ++j)
+    outer.col(j).tail(dim - j) += static_cast<double>(every) * whitened[j] * whitened.tail(dim - j);
+}
+
+Vector RunWhitened::mean() const {
+  Vector sum = Vector::Zero(outer.rows());
+  for (const Vector& of_group : sums) sum += of_group;
+  return sum / static_cast<double>(steps);
+}
+
+Vector& RunWhitened::group_at_hand(Index dim) {
+  constexpr std::size_t kMostGroups = 64;
+  if (steps == 0) outer = Matrix::Zero(dim, dim);
+  if ((steps & (rows_of_group - 1)) != 0) return sums.back();
+  if (sums.size() == kMostGroups) {
+    for (std::size_t i = 0; i < kMostGroups / 2; ++i) sums[i] = sums[2 * i] + sums[2 * i + 1];
+    sums.resize(kMostGroups / 2);
+    rows_of_group *= 2;
+  }
+  return sums.emplace_back(Vector::Zero(dim));
+}
+
+bool StretchSums::takes(Index dim) {
+  if (square.rows() == dim) return true;
+  if (square.rows() > dim) return false;
+  *this = {};
+  square = Matrix::Zero(dim, dim);
+  return true;
+}
+
+void StretchSums::add(const RunWhitened& run) {
   constexpr std::size_t kStretches = 10;
   const std::size_t groups = static_cast<std::size_t>(run.steps / run.rows_of_group) / kStretches;
-  if (groups == 0) return;
+  if (groups == 0 || !takes(run.outer.rows())) return;
+  ++runs;
+  square += run.outer / static_cast<double>(run.steps);
   const auto rows = static_cast<double>(static_cast<Index>(groups) * run.rows_of_group);
   for (std::size_t i = 0; i < kStretches; ++i) {
     Vector sum = Vector::Zero(run.outer.rows());
-    for (std::size_t g = i * groups; g < (i + 1) * groups; ++g) sum += run.whitened_sums[g];
+    for (std::size_t g = i * groups; g < (i + 1) * groups; ++g) sum += run.sums[g];
     means.add(sum / rows);
   }
 }
 
-}  // namespace
+void StretchSums::merge(const StretchSums& later) {
+  if (later.runs == 0 || !takes(later.square.rows())) return;
+  runs += later.runs;
+  square += later.square;
+  means.merge(later.means);
+}
+
+bool StretchSums::stand(double effective_rows) const {
+  if (runs == 0) return false;
+  return standing_share(square / static_cast<double>(runs), square_of(means)) >
+         least_standing_share(square.rows(), means.count, effective_rows);
+}
+
+bool StretchSums::stay() const {
+  if (runs == 0) return false;
+  return standing_share(square / static_cast<double>(runs), means.mean * means.mean.transpose()) >
+         kStandingErrors;
+}
 
 bool LawSums::takes(const std::string& of, Index dim) {
   const Index here = second_moments.dim();
@@ -47,7 +103,6 @@ bool LawSums::takes(const std::string& of, Index dim) {
   second_moments = {};
   error_means = {};
   whitened_means = {};
-  stretch_means = {};
   return true;
 }
 
@@ -62,8 +117,8 @@ void LawSums::merge(const LawSums& later) {
     second_moments.merge(later.second_moments);
     error_means.merge(later.error_means);
     whitened_means.merge(later.whitened_means);
-    stretch_means.merge(later.stretch_means);
   }
+  stretches.merge(later.stretches);
   for (const auto& [step, moments] : later.whitened) {
     VectorMoments& here = whitened[step];
     if (takes_vector(here, moments.mean.size())) here.merge(moments);
@@ -75,47 +130,29 @@ void LawSums::merge(const LawSums& later) {
   merge_series(nis_at, later.nis_at);
 }
 
-bool LawSums::errors_stand() const { return stand(whitened_means, second_moments); }
-
-bool LawSums::stretches_stand() const { return stand(stretch_means, second_moments); }
-
-Vector& RunLaw::group_at_hand() {
-  constexpr std::size_t kMostGroups = 64;
-  if (steps % rows_of_group != 0) return whitened_sums.back();
-  if (whitened_sums.size() == kMostGroups) {
-    for (std::size_t i = 0; i < kMostGroups / 2; ++i)
-      whitened_sums[i] = whitened_sums[2 * i] + whitened_sums[2 * i + 1];
-    whitened_sums.resize(kMostGroups / 2);
-    rows_of_group *= 2;
-  }
-  return whitened_sums.emplace_back(Vector::Zero(outer.rows()));
+bool LawSums::errors_stand() const {
+  if (whitened_means.count == 0 || whitened_means.mean.size() != second_moments.dim()) return false;
+  return standing_share(mean_of(second_moments), square_of(whitened_means)) > kStandingErrors;
 }
 
 void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector& variance) {
   const Index dim = whitened.size();
-  if (outer.rows() != dim) {
-    if (steps > 0) return;  // of fewer states than before: no average of the same thing
-    outer = Matrix::Zero(dim, dim);
+  if (normalised.size() != dim) {
+    if (averaged.steps > 0) return;  // of fewer states than before: no average of the same thing
     normalised = Vector::Zero(dim);
   }
-  Vector& sum = group_at_hand();
-  for (Index j = 0; j < dim; ++j) {
-    normalised[j] += error[j] / std::sqrt(variance[j]);
-    sum[j] += whitened[j];
-    for (Index i = j; i < dim; ++i) outer(i, j) += whitened[i] * whitened[j];
-  }
-  ++steps;
+  for (Index j = 0; j < dim; ++j) normalised[j] += error[j] / std::sqrt(variance[j]);
+  averaged.add(whitened);
 }
 
-void RunLaw::add_to(LawSums& sums, const std::string& averaged) const {
-  if (steps > 0 && sums.takes(averaged, outer.rows())) {
-    sums.second_moments.add(outer / static_cast<double>(steps));
-    sums.error_means.add(normalised / static_cast<double>(steps));
-    Vector sum = Vector::Zero(outer.rows());
-    for (const Vector& of_group : whitened_sums) sum += of_group;
-    sums.whitened_means.add(sum / static_cast<double>(steps));
-    add_stretches(*this, sums.stretch_means);
+void RunLaw::add_to(LawSums& sums, const std::string& of) const {
+  if (averaged.steps > 0 && sums.takes(of, averaged.outer.rows())) {
+    const auto steps = static_cast<double>(averaged.steps);
+    sums.second_moments.add(averaged.outer / steps);
+    sums.error_means.add(normalised / steps);
+    sums.whitened_means.add(averaged.mean());
   }
+  sums.stretches.add(of.empty() && large.steps == 0 ? averaged : large);
   if (const double tails = nees_tails.value(); !std::isnan(tails)) sums.nees_tails.add(tails);
   if (const double tails = nis_tails.value(); !std::isnan(tails)) sums.nis_tails.add(tails);
   if (nis_dof > 0.0) sums.nis_of_runs.add(nis / nis_dof);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <vector>
 
@@ -168,7 +169,17 @@ double standing_share(const Matrix& mean_square, const Matrix& square_of_means) 
   return share.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
 }
 
-SkewedMoments stretch_averages(std::span<const std::vector<double>> runs) {
+double least_standing_share(Index directions, Index stretches, double effective_rows) {
+  constexpr double kOfNees = 0.6;
+  const double rows = std::max(2.0, kOfNees * effective_rows);
+  const auto angle = [rows](Index x) {
+    return std::asin(std::sqrt(std::min(1.0, (static_cast<double>(x) - 0.5) / (rows - 1.0))));
+  };
+  const double sine = std::sin(std::min(0.5 * std::numbers::pi, angle(directions) + angle(stretches)));
+  return std::max(kStandingErrors, (1.0 + 2.0 * sine * sine) / 3.0);
+}
+
+StretchAverages stretch_averages(std::span<const std::vector<double>> runs) {
   constexpr std::size_t kStretches = 20;
   constexpr double kShortestStretch = 10.0;  // in correlation times
   if (runs.size() < 2 || runs.size() >= kStretches) return {};
@@ -185,19 +196,19 @@ SkewedMoments stretch_averages(std::span<const std::vector<double>> runs) {
   std::vector<std::span<const double>> looked_at;
   looked_at.reserve(shorter.size());
   for (const ThinnedSeries& run : shorter) looked_at.emplace_back(run.values);
-  const double correlation_time =
-      shorter.front().rows_per_value * effective_sample(looked_at, all.mean).correlation_time;
-  SkewedMoments averages;
+  const EffectiveSample sample = effective_sample(looked_at, all.mean);
+  const double correlation_time = shorter.front().rows_per_value * sample.correlation_time;
+  StretchAverages result{.effective_rows = sample.size};
   for (const auto& run : series) {
     const std::size_t length = run.size() / of_a_run;
     if (!(static_cast<double>(length) >= kShortestStretch * correlation_time)) return {};
     for (std::size_t i = 0; i < of_a_run; ++i) {
       double sum = 0.0;
       for (const double x : run.subspan(i * length, length)) sum += x;
-      averages.add(sum / static_cast<double>(length));
+      result.averages.add(sum / static_cast<double>(length));
     }
   }
-  return averages;
+  return result;
 }
 
 TimeAverageTest test_single_run(std::span<const double> normalised_nees, double confidence) {

@@ -71,16 +71,30 @@ EffectiveSample effective_sample(std::span<const std::span<const double>> series
 /// does not show it.
 double standing_share(const Matrix& mean_square, const Matrix& square_of_means);
 
-/// From this share on stretches of a run are not independent. Measured on 200 runs of 200 to 2000 rows that
-/// test_single_run would test: at most 0.15 of filters that forget (1 to 12 states), at least 0.66 in 99 % of
-/// a SLAM without an anchor.
+/// From this share on stretches of a run are not independent, where chance makes none as large. Measured on
+/// 200 runs of 200 to 2000 rows that test_single_run would test: at most 0.15 of filters that forget (1 to 12
+/// states), at least 0.66 in 99 % of a SLAM without an anchor.
 inline constexpr double kStandingErrors = 0.4;
 
-/// The averages of equal stretches of a few long runs, each of ε_k / n_k: at least twenty in all, so that
-/// their mean is compared by the scores of run_mean.h where the runs alone are too few. Their number follows
-/// from that of the runs alone. No values where a stretch is shorter than 10 τ, or with one run or twenty and
-/// more. Approximate, as test_single_run: neighbours are nearly independent.
-SkewedMoments stretch_averages(std::span<const std::vector<double>> normalised_nees);
+/// The same of stretches of runs that are worth so many rows together (EffectiveSample::size): the most that
+/// errors that are all forgotten alike leave by chance in one of many directions, θ = sin²(a(p) + a(q)), a(x)
+/// = asin √((x − ½)/(N − 1)), the centre of the largest root of [Johnstone 2008] for p directions, q
+/// stretches and N rows, plus a third of what is left to 1, and at least kStandingErrors. NEES forgets faster
+/// than the errors: N = 0.6 of its effective rows, by which θ is within 0.05 of the median of autoregressions
+/// (φ 0.5 and 0.8, 500 and 2000 rows, 12 to 40 directions), 0.08 above it where 40 directions meet 140 rows.
+double least_standing_share(Index directions, Index stretches, double effective_rows);
+
+/// The averages of equal stretches of a few long runs.
+struct StretchAverages {
+  SkewedMoments averages{};
+  double effective_rows = 0.0;  ///< that the runs are worth together
+};
+
+/// Each of ε_k / n_k: at least twenty in all, so that their mean is compared by the scores of run_mean.h
+/// where the runs alone are too few. Their number follows from that of the runs alone. No values where a
+/// stretch is shorter than 10 τ, or with one run or twenty and more. Approximate, as test_single_run:
+/// neighbours are nearly independent.
+StretchAverages stretch_averages(std::span<const std::vector<double>> normalised_nees);
 
 /// Test of the average of ONE run from ε_k / n_k, expected to be 1, over ten equal stretches, whose averages
 /// are nearly independent (batch means). Undecided, with a reason, where a stretch is shorter than 10 τ.

@@ -46,14 +46,74 @@ TEST(LawSums, AnErrorThatLastsForATenthOfARunIsNoErrorOfAllOfIt) {
     fast.push_back(Vector{{sign, k % 4 < 2 ? 1.0 : -1.0}});
   }
   const LawSums sums = sums_of(slow);
-  ASSERT_EQ(sums.stretch_means.count, 10);
+  ASSERT_EQ(sums.stretches.means.count, 10);
   EXPECT_NEAR(sums.whitened_means.mean.norm(), 0.0, 1e-12);
-  EXPECT_NEAR(sums.stretch_means.scatter(1, 1), 10.0, 1e-9);
-  EXPECT_NEAR(sums.stretch_means.scatter(0, 0), 0.0, 1e-9);
+  EXPECT_NEAR(sums.stretches.means.scatter(1, 1), 10.0, 1e-9);
+  EXPECT_NEAR(sums.stretches.means.scatter(0, 0), 0.0, 1e-9);
   EXPECT_FALSE(sums.errors_stand());
-  EXPECT_TRUE(sums.stretches_stand());
-  EXPECT_FALSE(sums_of(fast).stretches_stand());
-  EXPECT_EQ(sums_of({slow.begin(), slow.begin() + 9}).stretch_means.count, 0);
+  EXPECT_FALSE(sums.stretches.stay());
+  EXPECT_TRUE(sums.stretches.stand(640.0));
+  EXPECT_FALSE(sums.stretches.stand(2.0)) << "chance may do it";
+  EXPECT_FALSE(sums_of(fast).stretches.stand(640.0));
+  const LawSums constant = sums_of(std::vector<Vector>(640, Vector{{1.0, 2.0}}));
+  EXPECT_TRUE(constant.errors_stand());
+  EXPECT_TRUE(constant.stretches.stay());
+  EXPECT_EQ(sums_of({slow.begin(), slow.begin() + 9}).stretches.means.count, 0);
+}
+
+/// The stretches of a run of errors that are alternately positive and negative, and one that keeps its sign
+/// for half the run, the last of `states`.
+StretchSums stretches_of_large(Index states, Index rows) {
+  RunLaw run;
+  for (Index k = 0; k < rows; ++k) {
+    Vector u = Vector::Constant(states, k % 2 == 0 ? 1.0 : -1.0);
+    u[states - 1] = 2 * k < rows ? 3.0 : -3.0;
+    run.large.add(u, true);
+  }
+  LawSums sums;
+  run.add_to(sums, "first block");
+  return sums.stretches;
+}
+
+TEST(StretchSums, OfALargeStateAreOfAllOfIt) {
+  const StretchSums stretches = stretches_of_large(21, 640);
+  EXPECT_EQ(stretches.runs, 1);
+  EXPECT_EQ(stretches.means.count, 10);
+  EXPECT_NEAR(stretches.square(20, 20), 9.0, 1e-12);
+  EXPECT_NEAR(stretches.square(5, 3), 1.0, 1e-12);
+  EXPECT_NEAR(stretches.means.scatter(20, 20), 90.0, 1e-9);
+  EXPECT_TRUE(stretches.stand(640.0));
+}
+
+// Rows taken for the mean square of a long run stand for those after them.
+TEST(StretchSums, OfALongRunTakeRowsEvenly) {
+  RunWhitened all, thinned;
+  for (Index k = 0; k < 10'000; ++k) {
+    const Vector u{{k < 5000 ? 1.0 : 3.0, 1.0}};
+    all.add(u);
+    thinned.add(u, true);
+  }
+  EXPECT_EQ(all.outer(0, 0), 50'000.0);
+  EXPECT_NEAR(thinned.outer(0, 0), 50'000.0, 200.0);
+  EXPECT_NEAR(thinned.outer(1, 0), 20'000.0, 100.0);
+  EXPECT_EQ(all.mean(), thinned.mean());
+  EXPECT_EQ(all.mean(), (Vector{{2.0, 1.0}}));
+}
+
+TEST(StretchSums, AddUpOverRunsOfTheLargestState) {
+  StretchSums rising = stretches_of_large(13, 640), falling = stretches_of_large(21, 640);
+  rising.merge(stretches_of_large(21, 640));
+  falling.merge(stretches_of_large(13, 640));
+  falling.merge({});
+  for (const StretchSums& sums : {rising, falling}) {
+    EXPECT_EQ(sums.runs, 1);
+    EXPECT_EQ(sums.square.rows(), 21);
+    EXPECT_EQ(sums.means.count, 10);
+  }
+  rising.merge(stretches_of_large(21, 320));
+  EXPECT_EQ(rising.runs, 2);
+  EXPECT_EQ(rising.means.count, 20);
+  EXPECT_NEAR(rising.square(20, 20), 18.0, 1e-12);
 }
 
 TEST(LawSums, NormaliseAnErrorByItsOwnDeviation) {
@@ -67,7 +127,7 @@ TEST(LawSums, NormaliseAnErrorByItsOwnDeviation) {
 TEST(LawSums, KeepTheStatesThatARunBeganWith) {
   RunLaw run = run_of({Vector{{1.0, 2.0}}});
   run.add_error(Vector::Ones(3), Vector::Ones(3), Vector::Ones(3));
-  EXPECT_EQ(run.steps, 1);
+  EXPECT_EQ(run.averaged.steps, 1);
   LawSums sums;
   run.add_to(sums, "");
   EXPECT_EQ(sums.error_means.mean, (Vector{{1.0, 2.0}}));

@@ -234,12 +234,16 @@ std::vector<std::vector<double>> squared_normals(std::size_t runs, std::size_t s
 TEST(StretchAverages, AreOfAtLeastTwentyStretches) {
   std::mt19937_64 random(3);
   for (const std::size_t runs : {2U, 5U, 7U, 19U}) {
-    const SkewedMoments averages = stretch_averages(squared_normals(runs, 400, random));
+    const StretchAverages stretches = stretch_averages(squared_normals(runs, 400, random));
+    const SkewedMoments& averages = stretches.averages;
+    const double rows = 400.0 * static_cast<double>(runs);
+    EXPECT_GT(stretches.effective_rows, 0.7 * rows);
+    EXPECT_LE(stretches.effective_rows, rows);
     EXPECT_EQ(averages.count, static_cast<std::int64_t>((20 + runs - 1) / runs * runs));
-    EXPECT_NEAR(averages.mean, 1.0, 5.0 * std::sqrt(2.0 / (400.0 * static_cast<double>(runs))));
+    EXPECT_NEAR(averages.mean, 1.0, 5.0 * std::sqrt(2.0 / rows));
   }
-  EXPECT_EQ(stretch_averages(squared_normals(1, 400, random)).count, 0);
-  EXPECT_EQ(stretch_averages(squared_normals(20, 400, random)).count, 0);
+  EXPECT_EQ(stretch_averages(squared_normals(1, 400, random)).averages.count, 0);
+  EXPECT_EQ(stretch_averages(squared_normals(20, 400, random)).averages.count, 0);
 }
 
 TEST(StandingShare, IsTheLargestOfAnyDirection) {
@@ -254,6 +258,54 @@ TEST(StandingShare, IsTheLargestOfAnyDirection) {
   EXPECT_EQ(standing_share(Matrix(0, 0), Matrix(0, 0)), 0.0);
 }
 
+TEST(StandingShare, AllowsForWhatChanceLeaves) {
+  // 40 directions, 10 stretches, N = 61: asin √(9.5/60) + asin √(39.5/60) = 0.40924 + 0.94650, whose sine
+  // squared is 0.95446.
+  EXPECT_NEAR(least_standing_share(40, 10, 61.0 / 0.6), (1.0 + 2.0 * 0.95446) / 3.0, 1e-4);
+  EXPECT_EQ(least_standing_share(40, 10, 50.0), 1.0) << "any direction may be as large";
+  EXPECT_EQ(least_standing_share(40, 10, 1.0), 1.0);
+  EXPECT_EQ(least_standing_share(4, 10, 5000.0), kStandingErrors);
+  EXPECT_GT(least_standing_share(12, 10, 140.0), least_standing_share(4, 10, 140.0));
+  EXPECT_LT(least_standing_share(12, 20, 280.0), least_standing_share(12, 10, 140.0)) << "two runs";
+}
+
+// Of errors that are all forgotten alike, in 12 and in 40 directions: the largest share stays below the limit
+// of runs like these, and is nearer to what chance leaves than to 1.
+TEST(StandingShare, OfErrorsThatAreForgottenStaysBelowTheLimit) {
+  constexpr Index kRows = 500, kLength = kRows / 10;
+  constexpr int kStudies = 20;
+  constexpr double kMemory = 0.8;
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  for (const Index directions : {12, 40}) {
+    std::vector<double> shares;
+    double size = 0.0;
+    for (int study = 0; study < kStudies; ++study) {
+      Vector u = Vector::NullaryExpr(directions, [&] { return normal(random); });
+      Matrix square = Matrix::Zero(directions, directions), of_means = square;
+      std::vector<double> nees;
+      for (Index stretch = 0; stretch < 10; ++stretch) {
+        Vector mean = Vector::Zero(directions);
+        for (Index k = 0; k < kLength; ++k) {
+          for (double& x : u) x = kMemory * x + std::sqrt(1.0 - kMemory * kMemory) * normal(random);
+          mean += u / static_cast<double>(kLength);
+          square += u * u.transpose() / static_cast<double>(kRows);
+          nees.push_back(u.squaredNorm());
+        }
+        of_means += 0.1 * mean * mean.transpose();
+      }
+      shares.push_back(standing_share(square, of_means));
+      const std::vector<std::span<const double>> series{nees};
+      size += effective_sample(series, static_cast<double>(directions)).size / kStudies;
+    }
+    const double limit = least_standing_share(directions, 10, size);
+    EXPECT_GT(limit, kStandingErrors);
+    EXPECT_LT(std::ranges::max(shares), limit) << directions;
+    // The limit is (1 + 2θ)/3.
+    EXPECT_GT(std::ranges::min(shares), (1.5 * limit - 0.5) - 0.25) << directions;
+  }
+}
+
 TEST(StretchAverages, NoneWhereTheRunsAreTooShortForTheirCorrelation) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
@@ -265,8 +317,8 @@ TEST(StretchAverages, NoneWhereTheRunsAreTooShortForTheirCorrelation) {
       value = x * x;
     }
   }
-  EXPECT_EQ(stretch_averages(runs).count, 0);
-  EXPECT_EQ(stretch_averages({}).count, 0);
+  EXPECT_EQ(stretch_averages(runs).averages.count, 0);
+  EXPECT_EQ(stretch_averages({}).averages.count, 0);
 }
 
 }  // namespace
