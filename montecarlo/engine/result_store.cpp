@@ -51,6 +51,15 @@ std::filesystem::path lock_file(const std::filesystem::path& directory) {
   return (directory / kFileName) += ".lock";
 }
 
+void remove_database(const std::filesystem::path& directory) {
+  std::error_code error;
+  for (const char* suffix : {"", "-wal", "-shm"}) {
+    const std::filesystem::path file = directory / (std::string(kFileName) + suffix);
+    std::filesystem::remove(file, error);
+    if (error) throw StoreError(fmt::format("{}: cannot be removed ({})", file.string(), error.message()));
+  }
+}
+
 /// Whether SQLite must be told that nobody writes: it cannot make its shared memory, and there is no log to
 /// read.
 bool is_frozen(const std::filesystem::path& directory) {
@@ -90,9 +99,9 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
   const std::filesystem::path made = made_directory(directory);
   require_room(made / kFileName);
   ResultStore store(made, SqliteDatabase::Mode::create);
-  const bool is_new = store.database_->integer("PRAGMA application_id") == 0 &&
-                      store.database_->integer("SELECT count(*) FROM sqlite_master") == 0;
-  if (is_new) {
+  store.is_new_ = store.database_->integer("PRAGMA application_id") == 0 &&
+                  store.database_->integer("SELECT count(*) FROM sqlite_master") == 0;
+  if (store.is_new_) {
     store.create_tables(tool_version);
   } else {
     store.check_kind();
@@ -107,13 +116,17 @@ ResultStore ResultStore::open_to_write(const std::filesystem::path& directory,
 
 void ResultStore::discard(const std::filesystem::path& directory) {
   if (!exists(directory)) return;
-  std::error_code error;
   const ResultStoreLock lock(lock_file(directory));
-  for (const char* suffix : {"", "-wal", "-shm"}) {
-    const std::filesystem::path file = directory / (std::string(kFileName) + suffix);
-    std::filesystem::remove(file, error);
-    if (error) throw StoreError(fmt::format("{}: cannot be removed ({})", file.string(), error.message()));
-  }
+  remove_database(directory);
+}
+
+void ResultStore::take_back() {
+  if (!is_new_) return;
+  database_.reset();
+  remove_database(directory_);
+  std::error_code none;
+  std::filesystem::remove(lock_file(directory_), none);
+  lock_.reset();
 }
 
 bool ResultStore::exists(const std::filesystem::path& directory) {

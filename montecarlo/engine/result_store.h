@@ -46,6 +46,10 @@ class ResultStore {
   /// process writes to it.
   static void discard(const std::filesystem::path& directory);
 
+  /// Takes a store back that open_to_write has made here, lock and all, while nobody else can write to it;
+  /// one that was there before stays. Nothing can be done with it afterwards.
+  void take_back();
+
   /// Opens an existing store to read, also in a directory that cannot be written to.
   static ResultStore open_to_read(const std::filesystem::path& directory);
 
@@ -138,6 +142,7 @@ class ResultStore {
   std::unique_ptr<ResultStoreLock> lock_;  ///< none when reading; outlives the database
   std::unique_ptr<SqliteDatabase> database_;
   std::chrono::steady_clock::time_point last_commit_{};
+  bool is_new_ = false;         ///< made by open_to_write
   bool packs_ = true;           ///< payloads are packed; not in stores of a version that did not
   bool has_companions_ = true;  ///< not in stores of a version without
   std::string failure_;  ///< why a write failed: what was not committed is gone, and nothing more is taken

@@ -31,11 +31,36 @@ std::string written_number(int descriptor) {
   return number.substr(0, number.find_first_not_of("0123456789"));
 }
 
+/// Whether the file still has its name: who takes a new store back removes its lock before giving it back.
+bool has_name(int descriptor, const std::filesystem::path& file) {
+  struct stat ours {
+  }, named{};
+  return fstat(descriptor, &ours) == 0 && stat(file.c_str(), &named) == 0 && ours.st_dev == named.st_dev &&
+         ours.st_ino == named.st_ino;
+}
+
 /// Who holds the lock: as the system knows it, else (a lock of another machine) as it says in the file.
 std::string holder(int descriptor, const std::filesystem::path& file) {
   const std::optional<std::int64_t> process = lock_holder(file);
   const std::string number = process.value_or(0) > 0 ? fmt::to_string(*process) : written_number(descriptor);
   return number.empty() ? "another process" : fmt::format("another process (pid {})", number);
+}
+
+/// The file, made where it is missing, with the lock on it.
+int locked(const std::filesystem::path& file) {
+  const std::string directory = file.parent_path().string();
+  const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0) {
+    throw StoreError(fmt::format("{}: cannot be written to ({})", directory, std::strerror(errno)));
+  }
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  const int reason = errno;
+  const std::string text =
+      reason == EWOULDBLOCK
+          ? fmt::format("{} is writing there; wait for it, or use another --out", holder(descriptor, file))
+          : fmt::format("cannot be locked ({})", std::strerror(reason));
+  close(descriptor);
+  throw StoreError(fmt::format("{}: {}", directory, text));
 }
 
 }  // namespace
@@ -56,20 +81,10 @@ std::optional<std::int64_t> lock_holder(const std::filesystem::path& file) {
   return std::nullopt;
 }
 
-ResultStoreLock::ResultStoreLock(const std::filesystem::path& file)
-    : descriptor_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-  const std::string directory = file.parent_path().string();
-  if (descriptor_ < 0) {
-    throw StoreError(fmt::format("{}: cannot be written to ({})", directory, std::strerror(errno)));
-  }
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-    const int reason = errno;
-    const std::string text =
-        reason == EWOULDBLOCK
-            ? fmt::format("{} is writing there; wait for it, or use another --out", holder(descriptor_, file))
-            : fmt::format("cannot be locked ({})", std::strerror(reason));
+ResultStoreLock::ResultStoreLock(const std::filesystem::path& file) : descriptor_(locked(file)) {
+  while (!has_name(descriptor_, file)) {
     close(descriptor_);
-    throw StoreError(fmt::format("{}: {}", directory, text));
+    descriptor_ = locked(file);
   }
   write_own_number(descriptor_);
 }

@@ -5,9 +5,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "montecarlo/engine/result_store_error.h"
 #include "tests/temporary_folder.h"
@@ -41,6 +45,32 @@ TEST(ResultStoreLock, is_held_once_and_given_back) {
   }
   EXPECT_EQ(lock_refusal(file), "taken");
   EXPECT_TRUE(std::filesystem::exists(file)) << "the file stays, and means nothing by itself";
+}
+
+// Who takes back a store removes the file of its lock, which others may have open already.
+TEST(ResultStoreLock, is_held_once_where_its_file_goes_and_comes) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder / "store.lock";
+  std::atomic<int> holders = 0, overlaps = 0, held = 0;
+  const auto hold_and_remove = [&] {
+    for (int round = 0; round < 3000; ++round) {
+      try {
+        const ResultStoreLock lock(file);
+        overlaps += holders.fetch_add(1);
+        ++held;
+        std::this_thread::yield();
+        --holders;
+        std::filesystem::remove(file);
+      } catch (const StoreError&) {  // another has it
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < 4; ++i) threads.emplace_back(hold_and_remove);
+  }
+  EXPECT_EQ(overlaps, 0) << "of " << held;
+  EXPECT_GT(held, 0);
 }
 
 TEST(ResultStoreLock, a_file_that_was_left_over_is_no_lock) {

@@ -245,6 +245,19 @@ TEST(ResultStore, IsNotDiscardedWhileAProcessWritesToIt) {
   ResultStore::discard(scratch / "nowhere");
 }
 
+TEST(ResultStore, IsTakenBackOnlyWhereItIsNew) {
+  const ScratchDirectory scratch;
+  {
+    ResultStore made = filled(scratch / "a", 0, 2);
+    made.take_back();
+    EXPECT_TRUE(std::filesystem::is_empty(scratch / "a")) << "its lock is gone as well";
+    filled(scratch / "a", 0, 3);  // and it is free
+  }
+  ResultStore again = filled(scratch / "a", 0, 1);
+  again.take_back();
+  EXPECT_EQ(again.chunks("c1").size(), 3U) << "it was there before";
+}
+
 TEST(ResultStore, SaysThatItWasTakenAway) {
   const ScratchDirectory scratch;
   const auto take_away = [&](const std::function<void()>& action) {
