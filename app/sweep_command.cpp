@@ -5,6 +5,9 @@
 #include <charconv>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <system_error>
+#include <vector>
 
 #include "analysis/evidence/sweep_analysis.h"
 #include "app/commands.h"
@@ -21,6 +24,7 @@
 #include "montecarlo/scenario/scenario_difference.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
+#include "reports/document/shard_report.h"
 #include "reports/document/sweep_report.h"
 #include "reports/render/utf8_text.h"
 
@@ -44,6 +48,14 @@ Shard parse_shard(const std::string& text) {
     if (of.ec == std::errc{} && of.ptr == end && 1 <= shard.number && shard.number <= shard.of) return shard;
   }
   throw ScenarioError(fmt::format("--shard {}: accepted are i/n with 1 <= i <= n, as in 2/4", text));
+}
+
+ShardRuns runs_of(const Shard& shard, const std::vector<PlayedStudy>& results, const std::string& directory) {
+  ShardRuns runs{.number = shard.number, .of = shard.of, .directory = directory, .configurations = {}};
+  for (const PlayedStudy& played : results) {
+    runs.configurations.push_back({played.result.shard_runs, played.result.shard_runs_done});
+  }
+  return runs;
 }
 
 int sweep(SweepOptions& options) {
@@ -70,6 +82,8 @@ int sweep(SweepOptions& options) {
 
   if (is_helper(launched_ranks())) return kDone;
   if (shard.of > 1) {
+    // There is no verdict on a part, but what reads documents is told what was done.
+    if (options.format == "json") print(shard_document(plan, runs_of(shard, results, options.out)), options);
     if (catch_interrupt().load()) return kInterrupted;
     if (!options.quiet) {
       say(fmt::format("Shard {} is stored in {}; join with credence merge", options.shard, options.out));
@@ -112,18 +126,17 @@ void require_joinable(const std::vector<std::string>& directories) {
   }
 }
 
-/// The outermost folder that has to be made for this one; empty: none.
-fs::path missing_folder(const fs::path& folder) {
-  fs::path missing;
+/// The folders that have to be made for this one, itself first.
+std::vector<fs::path> missing_folders(const fs::path& folder) {
+  std::vector<fs::path> missing;
   for (fs::path above = folder.lexically_normal(); !above.empty() && !fs::exists(above);
        above = above.parent_path()) {
-    missing = above;
+    missing.push_back(above);
   }
   return missing;
 }
 
-void join(const MergeOptions& options) {
-  ResultStore target = ResultStore::open_to_write(options.out, version());
+void join(const MergeOptions& options, ResultStore& target) {
   for (const std::string& directory : options.directories) {
     const ResultStore source = ResultStore::open_to_read(directory);
     target.require_same_scenario(source.scenario());
@@ -137,14 +150,16 @@ void join(const MergeOptions& options) {
 
 int merge(const MergeOptions& options) {
   require_joinable(options.directories);
-  const bool is_new = !ResultStore::exists(options.out);
-  const fs::path missing = missing_folder(options.out);
+  const std::vector<fs::path> missing = missing_folders(options.out);
+  std::optional<ResultStore> target;
   try {
-    join(options);
+    target.emplace(ResultStore::open_to_write(options.out, version()));
+    join(options, *target);
   } catch (...) {
-    // What is refused leaves nothing but what was there before.
-    if (is_new) ResultStore::discard(options.out);
-    if (!missing.empty()) fs::remove_all(missing);
+    // What is refused leaves nothing but what was there before, or what another process has put there since.
+    if (target) target->take_back();
+    std::error_code is_used;
+    for (const fs::path& folder : missing) fs::remove(folder, is_used);
     throw;
   }
   return kDone;

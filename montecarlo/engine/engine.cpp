@@ -102,6 +102,7 @@ class ChunkCollector {
     progress_.runs_total /= options.shards;  // to a chunk
     begun_.resize(tasks.size());
     timed_out_.resize(tasks.size());
+    shard_runs_done_.resize(tasks.size());
   }
 
   /// Takes what the store has; marks in `done` the numbers of the chunks found.
@@ -119,7 +120,10 @@ class ChunkCollector {
             tasks_[t].found(key.first_run, key.runs, *bytes);
           }
         }
-        if (in_shard(number, options_)) progress_.runs_stored += key.runs;
+        if (in_shard(number, options_)) {
+          progress_.runs_stored += key.runs;
+          shard_runs_done_[t] += key.runs;
+        }
         done[number] = true;
       }
     }
@@ -164,22 +168,36 @@ class ChunkCollector {
     const std::lock_guard lock(mutex_);
     if (options_.store != nullptr) options_.store->put_chunk(key_of(chunk), bytes, frame);
     add(chunk.task, chunk.index, std::move(statistics));
+    shard_runs_done_[chunk.task] += chunk.runs;
     progress_.runs_done += chunk.runs;
     if (options_.progress) options_.progress(progress_);
   }
 
-  std::vector<StudyResult> take() {
+  std::vector<StudyResult> take(const ChunkNumbering& chunks) {
     std::vector<StudyResult> results;
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
       results.push_back(studies_[t].take(tasks_[t].runs));
       results.back().timed_out = timed_out_[t] && !results.back().complete;
       results.back().complete = results.back().complete || timed_out_[t];
+      results.back().shard_runs = shard_runs(chunks, t);
+      results.back().shard_runs_done = shard_runs_done_[t];
     }
     return results;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  std::int64_t shard_runs(const ChunkNumbering& chunks, std::size_t task) const {
+    if (options_.shards == 1) return tasks_[task].runs;
+    std::int64_t runs = 0;
+    const auto count = static_cast<std::size_t>((tasks_[task].runs + kChunkRuns - 1) / kChunkRuns);
+    for (std::size_t index = 0; index < count; ++index) {
+      const std::size_t number = chunks.number(task, index);
+      if (in_shard(number, options_)) runs += chunks[number].runs;
+    }
+    return runs;
+  }
 
   void add(std::size_t task, std::size_t index, StudyStatistics statistics) {
     if (studies_[task].put(index, std::move(statistics), tasks_[task].enough)) {
@@ -205,6 +223,7 @@ class ChunkCollector {
   std::vector<PartialStudy> studies_;
   std::vector<std::optional<Clock::time_point>> begun_;
   std::vector<bool> timed_out_;
+  std::vector<std::int64_t> shard_runs_done_;
   StudyProgress progress_;
 };
 
@@ -275,7 +294,7 @@ std::vector<StudyResult> run_studies(std::span<const StudyTask> tasks, const Eng
   }
   for_each_shared_task(shared, options.threads, options.stop, options.ranks);
   if (options.store != nullptr) options.store->commit();
-  return collector.take();
+  return collector.take(chunks);
 }
 
 }  // namespace credence::internal

@@ -63,8 +63,10 @@ struct EngineOptions {
 /// same whatever was computed beyond it.
 struct StudyResult {
   StudyStatistics statistics;
-  bool complete = false;   ///< all runs were made, or `enough` was
-  bool timed_out = false;  ///< ended by max_seconds
+  bool complete = false;             ///< all runs were made, or `enough` was
+  bool timed_out = false;            ///< ended by max_seconds
+  std::int64_t shard_runs = 0;       ///< of the chunks of this process's shard, or of all without one
+  std::int64_t shard_runs_done = 0;  ///< of those, found in the store or made
 };
 
 /// Runs all tasks in parallel, one result for each in their order.

@@ -5,7 +5,9 @@
 #include <signal.h>
 #include <sys/wait.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -97,6 +99,53 @@ TEST_F(SweepCommand, AShardIsOneOfSoMany) {
   EXPECT_EQ(run({"sweep", "s.toml", "--shard", "2/2", "--out", "part"}).out, "") << "no verdict on a part";
 }
 
+TEST_F(SweepCommand, AShardTellsWhatItHasDoneAsJson) {
+  write("s.toml", kMonobotSweep);
+  std::map<std::string, std::int64_t> runs;
+  for (const char* shard : {"1/2", "2/2"}) {
+    const Finished f =
+        run({"sweep", "s.toml", "--shard", shard, "--out", std::string("p") + shard[0], "--format", "json"});
+    EXPECT_EQ(f.code, 0) << f.err;
+    const Json j = Json::parse(f.out);
+    EXPECT_EQ(j["points"], 6);
+    EXPECT_EQ(j["configurations"], Json::array()) << "no verdict on a part";
+    const Json& part = j["shard"];
+    EXPECT_EQ(part["of"], 2);
+    EXPECT_EQ(part["directory"], std::string("p") + shard[0]);
+    EXPECT_EQ(part["complete"], true);
+    EXPECT_EQ(part["remaining"], 0);
+    ASSERT_EQ(part["configurations"].size(), 6U);
+    std::int64_t sum = 0;
+    for (const Json& each : part["configurations"]) {
+      EXPECT_TRUE(each["swept"].contains("world.landmarks"));
+      runs[each["configuration"]] += each["runs"].get<std::int64_t>();
+      sum += each["runs"].get<std::int64_t>();
+    }
+    EXPECT_EQ(part["runs"], sum);
+  }
+  ASSERT_EQ(runs.size(), 6U);
+  for (const auto& [configuration, sum] : runs) EXPECT_EQ(sum, 200) << configuration;
+}
+
+TEST_F(SweepCommand, AShardThatIsInterruptedTellsWhatRemains) {
+  write("s.toml", kMonobotSweep);
+  const std::vector<std::string> shard = {"sweep",  "s.toml",  "--shard",  "2/2",  "--out",     "part",
+                                          "--runs", "1000000", "--format", "json", "--threads", "1"};
+  const pid_t child = start(shard);
+  wait_for_chunks("part");
+  kill(child, SIGINT);
+  const Finished f = finish(child);
+  ASSERT_EQ(f.code, 130) << "over before it could be interrupted";
+  const Json part = Json::parse(f.out)["shard"];
+  EXPECT_EQ(part["complete"], false);
+  EXPECT_GT(part["runs"], 0);
+  std::int64_t stored = 0;
+  const SqliteDatabase store(folder_ / "part/results.sqlite", SqliteDatabase::Mode::read);
+  stored = store.integer("SELECT sum(runs) FROM chunks");
+  EXPECT_EQ(part["runs"], stored);
+  EXPECT_EQ(part["runs"].get<std::int64_t>() + part["remaining"].get<std::int64_t>(), 3'000'000);
+}
+
 TEST_F(SweepCommand, WithoutAFolderItHasOneOfItsOwnForEachPlan) {
   write("s.toml", kMonobotSweep);
   const auto folders = [&] { return std::distance(fs::directory_iterator(folder_ / "out"), {}); };
@@ -150,6 +199,30 @@ TEST_F(SweepCommand, AMergeThatFailsOnTheWayLeavesNothingThatWasNotThere) {
   ASSERT_EQ(run({"merge", "good", "--out", "empty"}).code, 0);
   EXPECT_EQ(run({"merge", "bad", "--out", "empty"}).code, 2);
   EXPECT_EQ(json({"show", "empty", "--format", "json"})["runs"], 300) << "what was there stays";
+}
+
+// One of them fails after what the other has made, or both do: of `damaged`, which is seen on the way.
+TEST_F(SweepCommand, MergesIntoOneNewFolderAtATimeLoseNothing) {
+  write("a.toml", kMonobot);
+  for (const char* folder : {"good", "damaged"}) {
+    ASSERT_EQ(run({"run", "a.toml", "--out", folder, "--quiet"}).code, 0);
+  }
+  {
+    SqliteDatabase store(folder_ / "damaged/results.sqlite", SqliteDatabase::Mode::create);
+    store.execute("UPDATE chunks SET checksum = checksum + 1 WHERE first_run = 256");
+  }
+  int joined = 0;
+  for (int round = 0; round < 30; ++round) {
+    const pid_t good = start({"merge", "good", "--out", "new/joined"});
+    const pid_t damaged = start({"merge", "damaged", "--out", "new/joined"});
+    EXPECT_EQ(finish(damaged).code, 2);
+    const bool done = finish(good).code == 0;
+    EXPECT_EQ(fs::exists(folder_ / "new/joined/results.sqlite"), done) << round;
+    if (done) EXPECT_EQ(json({"show", "new/joined", "--format", "json"})["runs"], 300) << round;
+    joined += done ? 1 : 0;
+    fs::remove_all(folder_ / "new");
+  }
+  EXPECT_GT(joined, 0);
 }
 
 TEST_F(SweepCommand, OfAScenarioWithoutASweepItHasOneConfiguration) {
