@@ -15,6 +15,7 @@
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario.h"
 #include "reports/render/atomic_file.h"
+#include "reports/render/utf8_text.h"
 
 namespace credence::internal {
 namespace {
@@ -64,11 +65,11 @@ int submit(SubmitCommand& command) {
   write_file(folder / "merge.sh", scripts.merge);
   write_file(folder / "submit.sh", scripts.submit);
   const std::string send = "sh " + shell_word((folder / "submit.sh").string());
-  const std::string out = shell_word(sweep.out.string());
+  const std::string out = printable_line(shell_word(sweep.out.string()));
   if (command.send) {
     if (std::system(send.c_str()) != 0) throw std::runtime_error("sbatch did not take the jobs: " + send);
   } else {
-    fmt::print("Written; this sends it:   {}\n", send);
+    fmt::print("Written; this sends it:   {}\n", printable_line(send));
   }
   fmt::print("How far it is:            credence show {}/{}\nThe report, when joined:  {}/index.html\n", out,
              kShardFolder, out);

@@ -10,12 +10,13 @@
 #include "app/terminal_text.h"
 #include "app/this_command.h"
 #include "reports/render/latex_page.h"
+#include "reports/render/utf8_text.h"
 #include "reports/render/write_document.h"
 
 namespace credence::internal {
 
 void print(const Document& document, const CommonOptions& options) {
-  fmt::print("{}", options.format == "json"    ? document.json() + "\n"
+  fmt::print("{}", options.format == "json"    ? printable_json(document.json()) + "\n"
                    : options.format == "latex" ? latex_page(document)
                                                : terminal_text(document));
   std::fflush(stdout);  // a page may take long; a full disk is told of at the end (main)

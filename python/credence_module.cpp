@@ -4,6 +4,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <exception>
@@ -18,6 +20,8 @@
 #include <vector>
 
 #include "core/version.h"
+#include "core/control_characters.h"
+#include "core/stop_point.h"
 #include "datasets/arrays/array_evidence.h"
 #include "datasets/arrays/array_mistakes.h"
 #include "datasets/data_error.h"
@@ -32,6 +36,7 @@
 #include "reports/document/judged.h"
 #include "reports/render/atomic_file.h"
 #include "reports/render/text_page.h"
+#include "reports/render/utf8_text.h"
 #include "reports/render/write_document.h"
 
 /// @file
@@ -119,8 +124,14 @@ class Collector {
   void look(const std::vector<ArrayBundle>& bundles, ArrayIndexing indexing) {
     ArrayRuns arrays{.layout = layout_, .runs = {}, .indexing = indexing};
     for (const ArrayBundle& bundle : bundles) add_runs(bundle, arrays);
-    const py::gil_scoped_release released;
-    mistakes_ = array_mistakes(arrays);
+    mistakes_ = interruptible([&](const auto& stop) {
+      const StopScope scope(&stop);
+      try {
+        return array_mistakes(arrays);
+      } catch (const Stopped&) {
+        return std::vector<std::string>();
+      }
+    });
   }
 
   Told judge(const std::string& name, const std::string& source, double confidence, bool sensitivity,
@@ -182,8 +193,22 @@ class Collector {
   std::vector<std::string> mistakes_;
 };
 
+/// With its control characters but the line break as "\x1b": a traceback is printed as it stands.
+std::string without_controls(std::string_view message) {
+  std::string text;
+  for (std::size_t i = 0; i < message.size();) {
+    const std::size_t begin = i;
+    const char32_t c = next_code_point(message, i);
+    const bool obeyed = c != '\n' && has_control_character(message.substr(begin, i - begin));
+    text += obeyed ? fmt::format("\\x{:02x}", static_cast<unsigned>(c))
+                   : std::string(message.substr(begin, i - begin));
+  }
+  return text;
+}
+
 /// A message may hold what a file holds, which need not be UTF-8; as it stands Python would make it empty.
-void raise(PyObject* type, std::string_view message) {
+void raise(PyObject* type, std::string_view original) {
+  const std::string message = without_controls(original);
   const py::object text = py::reinterpret_steal<py::object>(
       PyUnicode_DecodeUTF8(message.data(), static_cast<Py_ssize_t>(message.size()), "backslashreplace"));
   PyErr_SetObject(type, text.ptr());

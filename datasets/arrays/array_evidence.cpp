@@ -8,6 +8,7 @@
 
 #include "analysis/evidence/evidence_recorder.h"
 #include "core/parallel_tasks.h"
+#include "core/stop_point.h"
 #include "datasets/arrays/array_reader.h"
 #include "montecarlo/engine/engine.h"
 
@@ -26,6 +27,7 @@ Evidence add_chunk(const ArrayRuns& arrays, std::int64_t first, std::int64_t las
     recorder.begin_run();
     if (calibration != nullptr) calibration->begin_run(arrays.layout, name);
     for (std::int64_t row = 0; row < run.steps; ++row) {
+      stop_point();
       reader.read(r, row, step);
       recorder.add(step);
       if (calibration != nullptr) calibration->add(step);

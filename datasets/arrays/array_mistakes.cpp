@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/stop_point.h"
 #include "datasets/arrays/array_reader.h"
 #include "datasets/logs/conventions/angle_units.h"
 #include "datasets/logs/conventions/step_conventions.h"
@@ -58,6 +59,7 @@ std::vector<std::string> array_mistakes(const ArrayRuns& arrays) {
   for (std::int64_t run = 0; run < std::ssize(states.runs); ++run) {
     conventions.begin_run(states.layout);
     for (std::int64_t row = 0; row < states.runs[static_cast<std::size_t>(run)].steps; ++row) {
+      stop_point();
       if (seen++ % stride != 0 && !has_estimates) continue;
       reader.read(run, row, step);
       conventions.add(step);

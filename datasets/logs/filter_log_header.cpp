@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/control_characters.h"
 #include "datasets/logs/number_field.h"
 
 namespace credence::internal {
@@ -101,6 +102,10 @@ FilterLogHeader::Symmetric symmetric(const Entries& entries, Index n, const std:
 class HeaderParser {
  public:
   void add(std::string_view name, Index column) {
+    if (has_control_character(name)) {
+      throw std::invalid_argument(
+          fmt::format("column {}, '{}': its name holds a control character", column + 1, shown_field(name)));
+    }
     if (!place(name, column)) {
       throw std::invalid_argument(fmt::format("unknown column '{}': {}", shown_field(name), kAccepted));
     }

@@ -4,6 +4,7 @@ so already."""
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -21,14 +22,28 @@ class Shape:
     steps: "int | list[int]"  # one for each run if listed
 
 
-def float_array(value: Any, name: str) -> np.ndarray:
-    """`value` as float64, what is masked as NaN; no copy if it is that."""
+def _require_held(array: np.ndarray, name: str) -> None:
+    """Numbers that broadcasting repeats take no memory, so that there can be more of them than anyone can judge."""
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    needed = 8 * array.size
+    if needed > memory and any(s == 0 and n > 1 for s, n in zip(array.strides, array.shape)):
+        raise ValueError(
+            f"{name} has shape {array.shape}: it repeats by broadcasting what would take {1e-9 * needed:.3g} GB, of "
+            f"which there are {1e-9 * memory:.3g}; runs and steps that are data hold numbers of their own"
+        )
+
+
+def float_array(value: Any, name: str, held: bool = False) -> np.ndarray:
+    """`value` as float64, what is masked as NaN; no copy if it is that. `held`: every number is to be one of its own,
+    or at least to have room."""
     if isinstance(value, np.ma.MaskedArray) and value.dtype.kind in "fiu":
         return value.astype(np.float64).filled(np.nan)
     try:
         array = np.asarray(value)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
+    if held:
+        _require_held(array, name)
     if array.dtype.kind not in "fiu":
         raise ValueError(f"{name} is of dtype {array.dtype}: expected float64")
     return array.astype(np.float64, copy=False)
@@ -69,7 +84,7 @@ def leading(value: Any, name: str) -> "tuple[Shape, list[np.ndarray], int]":
             _require_rows(part, f"{name}[{i}]")
         shape = Shape(Indexing.listed, len(parts), [part.shape[0] for part in parts])
         return shape, [_contiguous_rows(part, 1)[np.newaxis] for part in parts], n
-    array = float_array(value, name)
+    array = float_array(value, name, held=True)
     if array.ndim not in (2, 3):
         raise ValueError(
             f"{name} has shape {array.shape}: expected (runs, steps, n), (steps, n) for one run, "
@@ -178,6 +193,9 @@ def system_path(path: "str | bytes | os.PathLike") -> bytes:
     return encoded
 
 
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029]")  # as core/control_characters.h
+
+
 def require_text(value: Any, argument: str) -> str:
     """A str that UTF-8 can hold, as the library's texts are."""
     if not isinstance(value, str):
@@ -186,6 +204,8 @@ def require_text(value: Any, argument: str) -> str:
         value.encode()
     except UnicodeEncodeError:
         raise ValueError(f"{argument} = {value!r}: expected characters of Unicode") from None
+    if _CONTROL.search(value):
+        raise ValueError(f"{argument} = {value!r}: holds a control character")
     return value
 
 

@@ -8,6 +8,7 @@ from typing import Optional, Sequence, Union
 from . import _credence
 from ._arrays import require_text, system_path
 from ._check import require_confidence, require_threads
+from ._messages import names_arguments
 from ._result import Result
 
 Path = Union[str, "os.PathLike[str]"]
@@ -18,6 +19,7 @@ def _paths(given: "Path | Sequence[Path]") -> list[bytes]:
     return [system_path(path) for path in ([given] if isinstance(given, (str, bytes, os.PathLike)) else given)]
 
 
+@names_arguments
 def check_logs(
     logs: "Path | Sequence[Path]",
     *,

@@ -13,6 +13,7 @@ import numpy as np
 from . import _credence
 from ._arrays import system_path
 from ._check import require_threads
+from ._messages import names_arguments
 from ._result import Result
 
 Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
@@ -54,6 +55,7 @@ def _read(scenario: Scenario, overrides: Mapping[str, Any]) -> "tuple[str | byte
     return system_path(scenario), None, settings
 
 
+@names_arguments
 def run(
     scenario: Scenario,
     *,
@@ -137,6 +139,7 @@ def _column_type(values: list) -> str:
     return f"U{max(len(str(v)) for v in values)}"
 
 
+@names_arguments
 def sweep(scenario: Scenario, *, threads: int = 0, **overrides: Any) -> Sweep:
     """Monte Carlo of all configurations of a [sweep] table, with the bits of ``credence sweep``.
 
@@ -146,6 +149,7 @@ def sweep(scenario: Scenario, *, threads: int = 0, **overrides: Any) -> Sweep:
     return Sweep(_credence.sweep(*_read(scenario, overrides), threads))
 
 
+@names_arguments
 def load(directory: "str | os.PathLike[str]", *, threads: int = 0) -> "Result | Sweep":
     """What ``credence run --out DIR`` or ``credence sweep --out DIR`` has stored, also while it still runs: a Result, or
     of a sweep a Sweep, whose ``array`` is a structured array.
@@ -157,6 +161,7 @@ def load(directory: "str | os.PathLike[str]", *, threads: int = 0) -> "Result | 
     return Sweep(told) if told.is_sweep else Result(told)
 
 
+@names_arguments
 def noise_group(scenario: Scenario, **overrides: Any) -> int:
     """What names the noise of a scenario's world: a ``study`` in this group, with its seed, meets the same noise."""
     return _credence.noise_group(*_read(scenario, overrides))

@@ -12,6 +12,7 @@ import numpy as np
 
 from . import _credence
 from ._check import require_threads
+from ._messages import names_arguments
 from ._result import Verdict
 from ._run import Scenario, _read
 
@@ -92,6 +93,7 @@ class Tuning(Told):
         return os.path.join(os.fsdecode(directory), "index.html")
 
 
+@names_arguments
 def tune(
     scenario: Scenario,
     *,

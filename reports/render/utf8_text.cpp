@@ -1,5 +1,7 @@
 #include "reports/render/utf8_text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -90,6 +92,22 @@ std::string printable_line(std::string_view text) {
     append_utf8(line, contains(kControl, c) ? U' ' : c);
   }
   return line;
+}
+
+std::string printable_json(std::string json) {
+  const auto is_ascii = [](char c) { return static_cast<unsigned char>(c) < 0x7F; };
+  if (std::ranges::all_of(json, is_ascii)) return json;
+  std::string text;
+  text.reserve(json.size());
+  for (std::size_t i = 0; i < json.size();) {
+    const std::size_t begin = i;
+    const char32_t c = next_code_point(json, i);
+    // Of ASCII only DEL is left by whoever wrote it; private characters beyond 16 bits mean nothing to
+    // anyone.
+    const bool shown = c < 0x7F || c > 0xFFFF || (!contains(kHidden, c) && !contains(kControl, c));
+    text += shown ? json.substr(begin, i - begin) : fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+  }
+  return text;
 }
 
 std::size_t display_width(std::string_view text) {

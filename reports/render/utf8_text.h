@@ -13,6 +13,10 @@ namespace credence::internal {
 /// breaks and terminal escapes), bidirectional overrides and private-use characters become a space or vanish.
 std::string printable_line(std::string_view text);
 
+/// A JSON document whose strings hold what printable_line would not leave: the same with these characters as
+/// "\u009b", so that a terminal that it is printed to obeys none of them.
+std::string printable_json(std::string json);
+
 /// Columns that `text` takes on a terminal: 0 for combining marks, 2 for wide East Asian characters, else 1.
 /// Expects what printable_line returns.
 std::size_t display_width(std::string_view text);

@@ -1,6 +1,9 @@
 import json
 import os
+import signal
 import subprocess
+import sys
+import time
 
 import credence
 import numpy as np
@@ -65,6 +68,39 @@ def test_one_run_that_diverges_is_named():
 def test_the_version_can_be_cited():
     assert credence.__version__.count(".") == 2
     assert isinstance(credence.__commit__, str)
+def test_more_numbers_than_there_is_memory_are_refused_before_they_are_judged():
+    for shape in ((10**6, 10**5, 10), (10**9, 1000)):
+        with pytest.raises(ValueError, match=r"error has shape .* would take 8e\+03 GB"):
+            credence.check(np.broadcast_to(np.float64(0.5), shape), np.eye(shape[-1]))
+    nu = np.broadcast_to(np.ones(1), (10**6, 10**6, 1))
+    with pytest.raises(ValueError, match="innovation has shape"):
+        credence.check(innovation=nu, S=np.eye(1))
+
+
+def test_an_interruption_is_heard_within_a_run():
+    # One run of a minute or more. Whether runs are distinct is looked at in numpy, which takes its time as well.
+    code = (
+        "import credence, numpy as np, sys\n"
+        "from credence import _check\n"
+        "_check.require_distinct = lambda parts, name: print('judging', flush=True)\n"
+        "credence.check(np.broadcast_to(np.array([0.5]), (1, 2 * 10**7, 1)), np.eye(1))\n"
+    )
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "judging\n"
+    time.sleep(0.5)
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate()
+    assert said.rstrip().endswith("KeyboardInterrupt")
+    assert child.returncode == -signal.SIGINT
+
+
+@pytest.mark.parametrize("names", [["a\x1b[31m", "b"], ["a", "b\x9b"], ["a\n", "b"]])
+def test_names_hold_no_control_characters(names):
+    with pytest.raises(ValueError, match=r"names = .*: holds a control character"):
+        credence.check(*play(), names=names)
+    error, P, nu, S = play()
+    with pytest.raises(ValueError, match="the name of a sensor"):
+        credence.check(error, P, {"".join(names): nu}, {"".join(names): S})
 
 
 def test_wrong_filters_are_named():

@@ -33,8 +33,29 @@ def test_a_message_with_bytes_of_the_file_is_not_empty(tmp_path):
     file.write_bytes(b"step,estimate.x,truth.x,estimate.\xff,P.1.1\n1,2,3,4,5\n")
     with pytest.raises(credence.DataError, match=r"a\.csv:1: column truth\.\\xff is missing"):
         credence.check_logs(file)
-    with pytest.raises(ValueError, match=r"--topic: .* is read as Credence CSV; accepted are bags"):
+    with pytest.raises(ValueError, match=r"^topic: .* is read as Credence CSV; accepted are bags"):
         credence.check_logs(file, topic="/x")
+
+
+def test_errors_name_arguments_and_not_options_of_the_command(tmp_path):
+    trajectory = tmp_path / "a--topic.tum"
+    trajectory.write_text("0 1 2 3 0 0 0 1\n1 1 2 3 0 0 0 1\n")
+    with pytest.raises(ValueError, match=r"a--topic\.tum.* name the truth by truth$"):
+        credence.check_logs(trajectory, format="tum")
+    with pytest.raises(ValueError, match=r"^format excel: accepted are auto, "):
+        credence.check_logs(trajectory, format="excel")
+    with pytest.raises(ValueError, match=r"^truth: 3 files for 1 logs"):
+        credence.check_logs(trajectory, truth=[trajectory] * 3)
+    with pytest.raises(credence.ScenarioError, match=r'^[^-]*noise\.process_variance=-1'):
+        credence.run(SCENARIO, **{"noise.process_variance": -1})
+
+
+def test_no_message_holds_what_a_terminal_obeys(tmp_path):
+    file = tmp_path / "a\x1b[31m.csv"
+    file.write_text("step,estimate.x\x1b]0;t\x07,truth.x,P.1.1\n")
+    with pytest.raises(credence.DataError) as refused:
+        credence.check_logs(file)
+    assert "a\\x1b[31m.csv:1: column 2, 'estimate.x?]0;t?': its name holds a control character" in str(refused.value)
 
 
 def test_a_file_of_any_name_is_judged(tmp_path):

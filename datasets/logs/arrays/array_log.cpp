@@ -9,10 +9,12 @@
 #include <map>
 #include <optional>
 
+#include "core/control_characters.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/angle_units.h"
 #include "datasets/logs/conventions/step_conventions.h"
+#include "datasets/logs/number_field.h"
 #include "datasets/logs/symmetry.h"
 #include "montecarlo/worlds/plugged/plugged_concepts.h"
 
@@ -352,6 +354,12 @@ Index observation_dim(ArrayFile& file, const ArrayPair& sensor) {
                               shape_text(file.arrays()[*array]), dim));
 }
 
+void require_printable(const ArrayFile& file, const char* what, std::string_view name) {
+  if (!has_control_character(name)) return;
+  throw DataError(file.path(), "",
+                  fmt::format("{} '{}': its name holds a control character", what, shown_field(name)));
+}
+
 /// The texts of the array of names; none where there is no such array.
 std::vector<std::string> state_names(ArrayFile& file, std::uint64_t states) {
   std::vector<std::string> names;
@@ -371,6 +379,7 @@ std::vector<std::string> state_names(ArrayFile& file, std::uint64_t states) {
     for (auto letter = at; letter != at + static_cast<std::ptrdiff_t>(shape.dims[1]) && *letter > 0.0;
          ++letter)
       name += *letter < 128.0 ? static_cast<char>(*letter) : '?';
+    require_printable(file, "state", name);
     names.push_back(std::move(name));
   }
   return names;
@@ -399,10 +408,12 @@ RunLayout layout_of(ArrayFile& file, const ArrayRoles& roles) {
     if (n <= kMostBlocks) add_named_blocks(layout);
   }
   for (const ArrayPair& sensor : roles.sensors()) {
+    require_printable(file, "sensor", sensor.name);
     const auto dim = static_cast<Index>(sensor.dim);
     layout.sensors.push_back({.name = sensor.name, .dim = dim, .piece = observation_dim(file, sensor)});
   }
   for (const NisArray& sensor : roles.nis()) {
+    require_printable(file, "sensor", sensor.name);
     const auto dim = static_cast<Index>(sensor.dim);
     layout.sensors.push_back({.name = sensor.name, .dim = dim, .piece = dim, .nis_alone = true});
   }

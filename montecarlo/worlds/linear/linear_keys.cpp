@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <span>
 
+#include "core/control_characters.h"
 #include "core/linear_algebra/decompositions.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/worlds/estimator_key.h"
@@ -173,9 +174,12 @@ void check_world(const Scenario& scenario, const Refusal& refuse) {
   if (written("P0").rows() != n) {
     refuse.wrong("world", "P0", fmt::format("must be {}×{}: it is that of the start alone", n, n));
   }
-  const std::size_t names = names_value(scenario, "world.states").size();
-  if (names > 0 && std::ssize(names_value(scenario, "world.states")) != n) {
+  const auto names = names_value(scenario, "world.states");
+  if (!names.empty() && std::ssize(names) != n) {
     refuse.wrong("world", "states", fmt::format("must be {} names, as {}", n, F_shape));
+  }
+  if (std::ranges::any_of(names, has_control_character)) {
+    refuse.wrong("world", "states", "a name holds a control character");
   }
 }
 

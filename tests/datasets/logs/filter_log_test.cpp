@@ -248,6 +248,10 @@ TEST_F(FilterLog, EveryMalformedInputIsOneErrorWithFileAndLine) {
       {"estimate.x,truth.x,P.1.1,P.1.1\n1,1,1,1\n", "twice"},
       {"estimate.x,truth.x,P.1.1,P.1.2\n1,1,1,1\n", "lies outside"},
       {"estimate.x,truth.x,P.1.1,weight\n1,1,1,1\n", "unknown column 'weight'"},
+      {"step,estimate.x\x1b[31m,truth.x,P.1.1\n1,1,1,1\n",
+       "log.csv:1: column 2, 'estimate.x?[31m': its name holds a control character"},
+      {"innovation.gps\xC2\x9B.1,S.gps\xC2\x9B.1.1\n1,1\n",
+       "log.csv:1: column 1, 'innovation.gps?\?.1': its name holds a control character"},
       {"innovation.1,innovation.3,S.1.1\n1,1,1\n", "column innovation.2 is missing"},
       {"innovation.1\n1\n", "column S.1.1 is missing"},
       {"innovation.1:next,S.1.1\n1,1\n", "columns innovation.i:next: 1 components are not observations"},
@@ -311,28 +315,21 @@ TEST_F(FilterLog, StreamsLinesLongerThanItsBuffer) {
   EXPECT_EQ(rows[1].innovations[0].nu[0], 3.0);
 }
 
-TEST_F(FilterLog, MayHoldTheErrorsOfItsFilter) {
-  const auto rows = read("error.x,error.turn:angle,P.1.1,P.1.2,P.2.2\n0.5,6.3,4,1,9\n,0.1,,,9\n");
-  ASSERT_EQ(rows.size(), 2U);
-  EXPECT_THAT(rows[0].states, ElementsAre(0, 1));
-  EXPECT_EQ(rows[0].error[0], 0.5);
-  EXPECT_NEAR(rows[0].error[1], 6.3 - 2.0 * std::numbers::pi, 1e-15);
-  EXPECT_EQ(rows[0].P(0, 1), 1.0);
-  EXPECT_EQ(rows[0].estimate.size(), 0);
-  EXPECT_THAT(rows[1].states, ElementsAre(1));
-  EXPECT_EQ(rows[1].P(0, 0), 9.0);
-}
-
-TEST_F(FilterLog, MayHoldErrorsOfSomeStates) {
-  const auto rows =
-      read("estimate.x,truth.x,error.turn:angle,P.1.1,P.1.2,P.2.2\n2,1.5,6.3,4,1,9\n2,,0.1,,,9\n");
-  ASSERT_EQ(rows.size(), 2U);
-  EXPECT_THAT(rows[0].states, ElementsAre(0, 1));
-  EXPECT_EQ(rows[0].error[0], 0.5);
-  EXPECT_NEAR(rows[0].error[1], 6.3 - 2.0 * std::numbers::pi, 1e-15);
-  EXPECT_EQ(rows[0].P(0, 1), 1.0);
-  EXPECT_EQ(rows[0].estimate.size(), 0);
-  EXPECT_THAT(rows[1].states, ElementsAre(1));
+TEST_F(FilterLog, MayHoldTheErrorsOfItsFilterOrOfSomeStates) {
+  for (const char* log :
+       {"error.x,error.turn:angle,P.1.1,P.1.2,P.2.2\n0.5,6.3,4,1,9\n,0.1,,,9\n",
+        "estimate.x,truth.x,error.turn:angle,P.1.1,P.1.2,P.2.2\n2,1.5,6.3,4,1,9\n2,,0.1,,,9\n"}) {
+    SCOPED_TRACE(log);
+    const auto rows = read(log);
+    ASSERT_EQ(rows.size(), 2U);
+    EXPECT_THAT(rows[0].states, ElementsAre(0, 1));
+    EXPECT_EQ(rows[0].error[0], 0.5);
+    EXPECT_NEAR(rows[0].error[1], 6.3 - 2.0 * std::numbers::pi, 1e-15);
+    EXPECT_EQ(rows[0].P(0, 1), 1.0);
+    EXPECT_EQ(rows[0].estimate.size(), 0);
+    EXPECT_THAT(rows[1].states, ElementsAre(1));
+    EXPECT_EQ(rows[1].P(0, 0), 9.0);
+  }
 }
 
 }  // namespace

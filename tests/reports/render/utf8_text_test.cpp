@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+#include <string>
+
 namespace credence::internal {
 namespace {
 
@@ -21,6 +24,14 @@ TEST(Utf8Text, ControlCharactersBecomeSpaces) {
   EXPECT_EQ(printable_line("a\nb\tc\x1b[31md"), "a b c [31md");
   EXPECT_EQ(printable_line(std::string_view("a\0b", 3)), "a b");
   EXPECT_EQ(printable_line("a\u0085b\u2028c"), "a b c");
+}
+
+TEST(Utf8Text, AJsonDocumentIsTheSameWithoutWhatATerminalObeysOrHides) {
+  const std::string plain = "{\n \"name\": \"Höhe ψ\"\n}";
+  EXPECT_EQ(printable_json(plain), plain);
+  const std::string hostile = "{\"a\xC2\x9B\": \"\x7F\xE2\x80\xAEü\"}", shown = printable_json(hostile);
+  EXPECT_EQ(shown, "{\"a\\u009b\": \"\\u007f\\u202eü\"}");
+  EXPECT_EQ(nlohmann::json::parse(shown), nlohmann::json::parse(hostile));
 }
 
 TEST(Utf8Text, InvalidBytesBecomeReplacementCharacters) {

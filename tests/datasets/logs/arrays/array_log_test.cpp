@@ -265,6 +265,14 @@ TEST(ArrayLog, two_arrays_of_one_sensor_are_refused) {
       "innovation_gps and nis_gps_1 are both of the sensor 'gps'");
 }
 
+TEST(ArrayLog, a_name_that_a_terminal_would_obey_is_refused) {
+  const std::string problem = "runs.npz: sensor 'gps?[31m': its name holds a control character";
+  expect_array_error(
+      ArraysInMemory().add("innovation_gps\x1b[31m", {1, 1, 1}, {1}).add("S_gps\x1b[31m", {1, 1, 1, 1}, {1}),
+      problem);
+  expect_array_error(ArraysInMemory().add("nis_gps\x1b[31m_2", {1, 1}, {1}), problem);
+}
+
 TEST(ArrayLog, no_runs_are_refused) {
   expect_array_error(ArraysInMemory().add("error", {0, 5, 2}).add("P", {0, 5, 2, 2}), "one or more runs");
   expect_array_error(ArraysInMemory().add("nis_2", {0, 5}), "accepted are");

@@ -90,6 +90,12 @@ TEST(LinearKeys, ACovarianceMayBeSingularUpToRounding) {
   EXPECT_EQ(checked(s), "wrong world.R: must be positive semidefinite; its least eigenvalue is -1e-07");
 }
 
+TEST(LinearKeys, NamesOfStatesHoldNoControlCharacters) {
+  EXPECT_THROW(three_states({R"(world.states=["a", "b\u001b[31m", "c"])"}), ScenarioError);
+  EXPECT_THROW(three_states({R"(world.states=["a", "b\u009b31m", "c"])"}), ScenarioError);
+  EXPECT_EQ(linear_state_names(three_states({R"(world.states=["a", "β", "c"])"})).at(1), "β");
+}
+
 // A sweep leaves out what is impossible, and ends at what is wrong.
 TEST(LinearKeys, OnlyTheDetectionProbabilityIsImpossible) {
   Scenario s = three_states();
