@@ -13,11 +13,14 @@
 #include "analysis/stability/stability_analysis.h"
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/interrupt.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/tell.h"
 #include "core/parallel_tasks.h"
+#include "core/stop_point.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/planar_stability_report.h"
@@ -100,13 +103,14 @@ std::vector<PlanarStability> analyse_points(const SweepPlan& plan, const Stabili
   ProgressDisplay display(plan.name, options.quiet, "configurations");
   StudyProgress progress{.runs_total = static_cast<std::int64_t>(plan.points.size())};
   std::mutex mutex;
-  for_each_task(progress.runs_total, options.threads, nullptr, [&](std::int64_t i) {
+  for_each_task(progress.runs_total, options.threads, &catch_interrupt(), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     analyses[at] = analyse_planar_stability(plan.points[at].scenario, options.loops);
     const std::lock_guard lock(mutex);
     ++progress.runs_done;
     display.show(progress);
   });
+  stop_point();
   return analyses;
 }
 
@@ -125,8 +129,14 @@ Document stability_of(const SweepPlan& plan, const StabilityOptions& options) {
 int stability(const StabilityOptions& options) {
   const SweepPlan plan = open_sweep(options.scenario, options.overrides());
   const bool shows_points = !plan.axes.empty();
-  const StepDisplay display(plan.name, options.quiet || shows_points, "steps");
-  tell(naming_file(options.scenario, [&] { return stability_of(plan, options); }), options);
+  const StopScope stop(&catch_interrupt());
+  try {
+    const StepDisplay display(plan.name, options.quiet || shows_points, "steps");
+    tell(naming_file(options.scenario, [&] { return stability_of(plan, options); }), options);
+  } catch (const Stopped&) {
+    say("credence: stability interrupted, nothing is reported");
+    return kInterrupted;
+  }
   return kDone;
 }
 

@@ -123,7 +123,11 @@ PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index 
     run.ok = update.ok && filter.state().allFinite() &&
              error.compute(simulation.pose(), run.world.landmarks, filter.state(), filter.covariance(),
                            filter.landmarks()) == Outcome::ok;
-    if (!run.ok) break;
+    if (!run.ok) {
+      run.failed_at = k;
+      run.loop = {};
+      break;
+    }
     if (recording) recorder.after_update(filter);
     run.not_converged += update.converged ? 0 : 1;
     if (k > second_half) nees += error.vehicle_nees / 3.0;
@@ -133,7 +137,8 @@ PlanarPathRun follow(F filter, PlanarWorld world, const Scenario& longer, Index 
       trace = 0.0;
     }
   }
-  run.pose_nees = at == Linearisation::truth ? kNaN : nees / static_cast<double>(steps - second_half);
+  const bool judged = run.ok && at == Linearisation::estimate;
+  run.pose_nees = judged ? nees / static_cast<double>(steps - second_half) : kNaN;
   return run;
 }
 

@@ -25,10 +25,11 @@ struct PlanarLoopRecord {
 struct PlanarPathRun {
   PlanarWorld world;
   bool ok = true;              ///< false: S lost positive definiteness, or the estimate diverged
+  Index failed_at = 0;         ///< at this step
   std::vector<double> traces;  ///< mean of tr P over each loop
   Index not_converged = 0;     ///< steps whose exact minimal trace missed its tolerance
-  double pose_nees = 0.0;      ///< over its dof, mean over the last half; NaN at the truth
-  PlanarLoopRecord loop;       ///< empty where not all landmarks were known when it began
+  double pose_nees = 0.0;      ///< over its dof, mean over the last half; NaN at the truth, and if it failed
+  PlanarLoopRecord loop;       ///< empty where not all landmarks were known when it began, and if it failed
 };
 
 /// Steps once round the path, rounded up. Throws std::invalid_argument naming the keys where they are none or

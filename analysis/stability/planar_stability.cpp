@@ -58,7 +58,9 @@ PlanarFollowed followed(const PlanarPathRun& run, Linearisation at, InflationSol
   f.at = at;
   f.solution = solution;
   f.traces = run.traces;
-  if (run.ok) f.growth = judge_growth(run.traces, kPlanarResolution);
+  f.growth = judge_growth(run.traces, kPlanarResolution);
+  if (!run.ok) f.growth.verdict = LongRun::failed;
+  f.failed_at = run.failed_at;
   f.not_converged = run.not_converged;
   f.pose_nees = run.pose_nees;
   f.spectral_radius = kNaN;
@@ -113,16 +115,17 @@ PlanarStability analyse_planar_stability(const Scenario& scenario, Index loops) 
       Scenario variant = scenario;
       variant.filter.solution = solution;
       const PlanarPathRun run = follow_planar_path(variant, loops, at);
+      a.state_dim = 3 + 2 * run.world.states();
       if (ranks.observability.decision.singular_values.size() == 0 && !run.loop.F.empty()) {
         ranks = ranks_of(run.loop, run.world);
-        a.state_dim = run.loop.layout.state_dim();
         a.process_rank = process_rank_of(run.loop);
       }
       PlanarFollowed f = followed(run, at, solution, ranks);
       if (at == Linearisation::truth && run.ok) {
         variant.initial.position_std *= 10.0;
         variant.initial.heading_std_deg *= 10.0;
-        f.initial_effect = follow_planar_path(variant, loops, at).traces.back() / run.traces.back();
+        const PlanarPathRun other = follow_planar_path(variant, loops, at);
+        if (other.ok) f.initial_effect = other.traces.back() / run.traces.back();
       }
       a.followed.push_back(std::move(f));
     }

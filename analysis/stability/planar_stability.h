@@ -6,6 +6,7 @@
 
 #include "analysis/stability/boundedness.h"
 #include "analysis/stability/trace_growth.h"
+#include "core/nan.h"
 #include "montecarlo/scenario/scenario.h"
 
 /// @file
@@ -38,6 +39,7 @@ struct PlanarFollowed {
   std::vector<double> traces;  ///< mean of tr P over each loop, m² and rad²
   Index not_converged = 0;     ///< steps whose exact minimal trace had a duality gap above 1e-9
   double pose_nees = 0.0;      ///< pose NEES over its dof 3, mean of the last half; NaN at the truth
+  Index failed_at = 0;         ///< the step at which the filter fails; 0: it does not
 
   Index inflation_rank = 0;  ///< of ΔP before the last update of the loop analysed
   /// Of the noise accumulated over that loop against the unobservable directions; none for a sequential
@@ -45,8 +47,8 @@ struct PlanarFollowed {
   std::optional<ExactBoundedness> exact;
   double spectral_radius = 0.0;              ///< of the error's transition over that loop
   Eigen::VectorXcd closed_loop_eigenvalues;  ///< of the same, by falling modulus
-  double initial_effect =
-      1.0;  ///< at the truth: last trace from a P0 of 100 times the variance, over this one
+  /// At the truth: last trace from a P0 of 100 times the variance, over this one; NaN where either fails.
+  double initial_effect = kNaN;
 };
 
 /// Everything that `credence stability` says of a planar scenario.

@@ -131,6 +131,7 @@ Staircase climb(const Matrix& F, const Matrix& B, double tolerance) {
 RankDecision decision_of(const Staircase& stairs) {
   RankDecision decision;
   decision.rank = stairs.basis.cols();
+  decision.doubtful = stairs.doubtful;
   std::vector<double> values = stairs.kept;
   values.insert(values.end(), stairs.left_out.begin(), stairs.left_out.end());
   std::sort(values.begin(), values.end(), std::greater<>());
@@ -192,17 +193,18 @@ Matrix without_undriven_modes(const Matrix& F, const Matrix& B, std::vector<doub
 }
 
 /// Climbs; where errors may have grown to the size of a stair, without the modes that are found to be
-/// undriven one by one.
+/// undriven one by one; of more states than can be examined so the doubt stays.
 Staircase climb_with_care(const Matrix& F, const Matrix& B, double tolerance) {
-  constexpr Index kLargest = 64;  // states; beyond, O(n⁴) is too much
   Staircase stairs = climb(F, B, tolerance);
-  if (!stairs.doubtful || F.rows() > kLargest) return stairs;
+  if (!stairs.doubtful || F.rows() > kMostExaminedStates) return stairs;
   std::vector<double> left_out;
   const Matrix rest = without_undriven_modes(F, B, left_out);
-  if (rest.cols() == F.rows()) return stairs;
-  stairs = climb(rest.transpose() * F * rest, rest.transpose() * B, tolerance);
-  stairs.basis = (rest * stairs.basis).eval();
-  stairs.left_out.insert(stairs.left_out.end(), left_out.begin(), left_out.end());
+  if (rest.cols() < F.rows()) {
+    stairs = climb(rest.transpose() * F * rest, rest.transpose() * B, tolerance);
+    stairs.basis = (rest * stairs.basis).eval();
+    stairs.left_out.insert(stairs.left_out.end(), left_out.begin(), left_out.end());
+  }
+  stairs.doubtful = false;
   return stairs;
 }
 

@@ -22,11 +22,15 @@ inline constexpr double kRankTolerance = 1e-9;
 /// The same for eigenvalues of a scaled covariance, whose entries carry more rounding.
 inline constexpr double kPsdRankTolerance = 1e-8;
 
+/// Of more states a staircase in doubt is not examined mode by mode, which costs O(n⁴).
+inline constexpr Index kMostExaminedStates = 64;
+
 /// An integer rank and how safe it is.
 struct RankDecision {
   Index rank = 0;
   Vector singular_values;  ///< falling, scaled so that the largest is of order one; may be empty for rank 0
   double gap = 0.0;        ///< last counted over first not counted; ∞ when nothing non-zero was left out
+  bool doubtful = false;   ///< some that count may be rounding alone: then the rank is less
 };
 
 /// Counts the values above tolerance · largest. `values` need not be sorted.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "analysis/stability/boundedness.h"
 #include "analysis/stability/unobservable_names.h"
@@ -34,28 +35,35 @@ std::string cause_of_growth(const LinearModel& model) {
   }
 }
 
-/// Follows the filter; `last` receives the step `steps`.
-LongHorizon follow(LinearModel model, const InflationRule& rule, Index steps, Index horizon,
+/// What became of step `number`, which is not ok, in words.
+std::string failure_of(const LinearFilterStep& step, Index number, const LinearModel& model) {
+  const bool overflowed =
+      !step.P_prior.allFinite() || !step.S.allFinite() || (step.P.size() > 0 && !step.P.allFinite());
+  return fmt::format("{} at step {}{}",
+                     overflowed ? "P leaves the range of double" : "S is not positive definite", number,
+                     cause_of_growth(model));
+}
+
+/// Follows the filter; `last` receives the step `steps`, or the last that succeeds, and `steps` its number.
+LongHorizon follow(LinearModel model, const InflationRule& rule, Index& steps, Index horizon,
                    LinearFilterStep& last) {
   LongHorizon h;
+  const Index asked = std::exchange(steps, 0);
   InflationAlongRun along;
   for (Index done = 0; done < horizon;) {
     const Index count = std::min(kChunk, horizon - done);
     const std::vector<LinearFilterStep> chunk = linear_filter_steps(model, rule, count, along);
     for (const LinearFilterStep& step : chunk) {
-      if (!step.ok || !step.P.allFinite()) {
-        if (done < steps) {
-          throw std::invalid_argument(
-              fmt::format("the filter fails at step {} of {}: the innovation covariance S is not positive "
-                          "definite{}",
-                          done + 1, steps, cause_of_growth(model)));
-        }
+      if (!step.ok) {
+        h.failure = failure_of(step, done + 1, model);
+        h.growth = judge_growth(h.trace_prior, kGrowthTolerance);
+        h.growth.verdict = LongRun::failed;
         return h;
       }
       h.trace_prior.push_back(step.P_prior.trace());
       h.trace.push_back(step.P.trace());
       h.converged = h.converged && step.converged;
-      if (++done == steps) last = step;
+      if (++done <= asked) last = step, steps = done;
     }
     model.P0 = chunk.back().P;
   }
@@ -70,10 +78,21 @@ Matrix other_initial(const Matrix& P0) {
   return 3.0 * P0 + Matrix(Vector::LinSpaced(n, size, 2.0 * size).asDiagonal());
 }
 
+/// Of a first prior that no number holds.
+RiccatiSolution no_solution(const RiccatiProblem& problem) {
+  RiccatiSolution none;
+  none.reason = "the first prior leaves the range of double";
+  none.P = Matrix::Constant(problem.state_dim(), problem.state_dim(), kNaN);
+  none.K = Matrix::Constant(problem.state_dim(), problem.H.rows(), kNaN);
+  none.residual = none.growth_exponent = none.spectral_radius = kNaN;
+  return none;
+}
+
 void compare_initial_covariances(StabilityAnalysis& a, const RiccatiProblem& problem, const Matrix& P0) {
   // A filter predicts before it measures: its first prior.
   const auto limit_from = [&problem](const Matrix& P) {
-    return solve_riccati(problem, problem.F * P * problem.F.transpose() + problem.Qt);
+    const Matrix prior = problem.F * P * problem.F.transpose() + problem.Qt;
+    return prior.allFinite() ? solve_riccati(problem, prior) : no_solution(problem);
   };
   a.riccati = limit_from(P0);
   a.riccati_other = limit_from(other_initial(P0));
@@ -109,8 +128,11 @@ StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationR
   a.sequential = rule.is_sequential();
   a.inflation_varies = rule.inflation != Inflation::none;
 
+  const Index n = assumed.state_dim();
   LinearFilterStep last;
-  a.long_horizon = follow(assumed, rule, steps, horizon, last);
+  last.K = Matrix::Constant(n, assumed.measurement_dim(), kNaN);
+  last.inflation = Matrix::Zero(n, n);
+  a.long_horizon = follow(assumed, rule, a.steps, horizon, last);
   const Matrix GQG = assumed.G * assumed.Q * assumed.G.transpose();
   const RiccatiProblem problem{assumed.F, assumed.H, GQG + last.inflation, assumed.R};
   require_valid(problem, assumed.P0);
@@ -123,7 +145,7 @@ StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationR
   for (const NamedDirection& d : name(seen.unobservable)) a.unobservable.push_back(d.name);
 
   a.K = last.K;
-  a.closed_loop_eigenvalues = closed_loop_eigenvalues(assumed.F, a.K, assumed.H);
+  if (a.steps > 0) a.closed_loop_eigenvalues = closed_loop_eigenvalues(assumed.F, a.K, assumed.H);
   a.spectral_radius = a.closed_loop_eigenvalues.size() > 0 ? std::abs(a.closed_loop_eigenvalues[0]) : kNaN;
   compare_initial_covariances(a, problem, assumed.P0);
 

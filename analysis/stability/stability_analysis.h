@@ -23,13 +23,14 @@ struct LongHorizon {
   std::vector<double> trace_prior;  ///< at steps 1, 2, …; after the inflation, before the update
   std::vector<double> trace;        ///< after the update
   bool converged = true;            ///< every exact minimal trace reached its tolerance
+  std::string failure;              ///< what ended it before the horizon, and why; else empty
 };
 
 /// Everything that `credence stability` says of a linear scenario. Q_t = G Q Gᵀ + ΔP with ΔP held at its
 /// value of the last step of the study.
 struct StabilityAnalysis {
   Index state_dim = 0;
-  Index steps = 0;               ///< the step at which K and ΔP are taken
+  Index steps = 0;  ///< the step at which K and ΔP are taken: that asked for, or the last that succeeds
   bool sequential = false;       ///< inflation within the update: ΔP before it is zero
   bool in_metres = true;         ///< all states are, so that a trace of P is in m²
   bool inflation_varies = true;  ///< ΔP_k depends on P: verdicts with constant Q_t are about its last value
@@ -37,7 +38,7 @@ struct StabilityAnalysis {
   RankDecision controllability, observability, inflation, noise_total;
   std::vector<std::string> unobservable;  ///< names of the unobservable directions
 
-  Matrix K;                                  ///< filter gain of step `steps`, n×m; the predictor's is F K
+  Matrix K;  ///< filter gain of step `steps`, n×m, NaN without one; the predictor's is F K
   Eigen::VectorXcd closed_loop_eigenvalues;  ///< of F − F K H with that K, by falling modulus
   double spectral_radius = 0.0;              ///< NaN when the eigenvalues did not converge
 
@@ -58,9 +59,10 @@ struct StabilityAnalysis {
 /// ΔP of step `steps`, and the covariance recursion over `horizon` steps.
 ///
 /// `states` names the states of a model that is no SLAM, whose units are not known; empty: they have the
-/// names of its layout, and are metres. Throws std::invalid_argument for steps < 1, horizon < max(4, steps),
-/// a model that `require_valid` refuses, and a filter that fails (S not positive definite) before `steps`.
-/// O(horizon · n³).
+/// names of its layout, and are metres. A filter that fails, as S is not positive definite or P leaves the
+/// range of double, ends the recursion there; where that is before `steps`, K and ΔP are those of the last
+/// step that succeeds (of none: K is NaN, ΔP zero). Throws std::invalid_argument for steps < 1,
+/// horizon < max(4, steps), and a model that `require_valid` refuses. O(horizon · n³).
 StabilityAnalysis analyse_stability(const LinearModel& assumed, const InflationRule& rule, Index steps,
                                     Index horizon, const std::vector<std::string>& states = {});
 

@@ -3,6 +3,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/nan.h"
+
 /// @file
 /// Does a covariance that is followed step by step, or loop by loop, level off?
 
@@ -17,8 +19,9 @@ std::string_view to_string(LongRun verdict);
 /// How a trace grew over the last half of what was followed.
 struct TraceGrowth {
   LongRun verdict = LongRun::failed;
-  double per_sample = 0.0;  ///< increase from one value to the next, on average
-  double exponent = 0.0;    ///< log2(last / middle): 0 bounded, 1 linear
+  double per_sample =
+      internal::kNaN;  ///< increase from one value to the next, on average; NaN of fewer than four
+  double exponent = internal::kNaN;  ///< log2(last / middle): 0 bounded, 1 linear
 };
 
 /// Judges at least four values at equal distances in time.

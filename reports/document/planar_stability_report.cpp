@@ -26,6 +26,12 @@ std::string unobservable_text(const PlanarRanks& ranks) {
   return text.empty() ? "nothing" : text;
 }
 
+/// What P is, or since when it is no more.
+std::string growth_text(const PlanarFollowed& f) {
+  if (f.failed_at > 0) return fmt::format("lost at step {} (the filter fails there)", f.failed_at);
+  return std::string(to_string(f.growth.verdict));
+}
+
 TableCell verdict_of(const PlanarFollowed& f) {
   const CellTone tone = f.growth.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm;
   return {std::string(to_string(f.growth.verdict)), tone};
@@ -40,6 +46,10 @@ std::string solution_text(const Scenario& scenario, InflationSolution solution) 
   if (scenario.filter.inflation == FilterInflation::none) return "no inflation";
   const std::string name(to_string(solution));
   return map_bound(solution).has_value() ? name + ", O(N)" : name;
+}
+
+TableCell number_or_none(double value) {
+  return std::isnan(value) ? TableCell("–", CellTone::muted) : TableCell(value, 3);
 }
 
 /// Mean of tr P over loop `number`, from 1 on.
@@ -59,6 +69,7 @@ Json followed_json(const PlanarFollowed& f) {
   j["jacobians_at"] = to_string(f.at);
   j["solution"] = to_string(f.solution);
   j["verdict"] = to_string(f.growth.verdict);
+  if (f.failed_at > 0) j["failed_at_step"] = f.failed_at;
   j["growth_exponent"] = f.growth.exponent;
   j["growth_per_loop"] = f.growth.per_sample;
   j["trace"] = f.traces;
@@ -71,7 +82,8 @@ Json followed_json(const PlanarFollowed& f) {
     j["accumulated_noise_singular_values"] = rank_json(f.exact->noise)["singular_values"];
   } else {
     j["predicted_bounded"] = nullptr;
-    j["prediction_reason"] = "a sequential rule inflates within the update";
+    j["prediction_reason"] = f.failed_at > 0 ? "the filter fails before the last loop has ended"
+                                             : "a sequential rule inflates within the update";
   }
   if (f.at == Linearisation::truth) {
     j["initial_covariance_effect"] = f.initial_effect;
@@ -120,8 +132,8 @@ std::string others_text(const Scenario& scenario, const PlanarStability& a) {
 ReportAnswer planar_stability_answer(const Scenario& scenario, const PlanarStability& a) {
   const PlanarFollowed& truth = a.own(scenario.filter.solution);
   const bool bounded = truth.growth.verdict == LongRun::bounded;
-  std::string text = fmt::format("Over {} loops with Jacobians at the truth P is {}", a.loops,
-                                 to_string(truth.growth.verdict));
+  std::string text =
+      fmt::format("Over {} loops with Jacobians at the truth P is {}", a.loops, growth_text(truth));
   if (const std::string others = others_text(scenario, a); !others.empty()) {
     text += fmt::format(" with the solution {}{}", to_string(scenario.filter.solution), others);
   }
@@ -129,9 +141,10 @@ ReportAnswer planar_stability_answer(const Scenario& scenario, const PlanarStabi
   for (const PlanarFollowed& f : a.followed) {
     if (f.at != Linearisation::estimate || f.solution != scenario.filter.solution) continue;
     pose_nees = f.pose_nees;
-    text += fmt::format(
-        "; in a noisy run of the EKF it is {}, with a NEES of the pose of {} times its expected value",
-        to_string(f.growth.verdict), number_text(f.pose_nees, 3));
+    text += "; in a noisy run of the EKF it is " + growth_text(f);
+    if (f.failed_at > 0) continue;
+    text +=
+        fmt::format(", with a NEES of the pose of {} times its expected value", number_text(f.pose_nees, 3));
   }
   if (pose_nees > 2.0) return {CellTone::alarm, text + ": it is optimistic"};
   return {bounded ? CellTone::good : CellTone::alarm, text};
@@ -171,12 +184,11 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                                 {"P0 × 100"},
                                 {"pose NEES / 3"}}};
   for (const PlanarFollowed& f : a.followed) {
-    const bool truth = f.at == Linearisation::truth;
+    const std::string effect = fmt::format("× {}", number_text(f.initial_effect, 3));
     table.add({solution_text(scenario, f.solution), place_text(f.at), verdict_of(f), trace_cell(f, 1),
-               trace_cell(f, 10), trace_cell(f, f.traces.size()), TableCell(f.growth.exponent, 3),
-               TableCell(f.growth.per_sample, 3), prediction_of(f), f.inflation_rank, f.not_converged,
-               truth ? TableCell(fmt::format("× {}", number_text(f.initial_effect, 3))) : TableCell("–"),
-               truth ? TableCell("–") : TableCell(f.pose_nees, 3)});
+               trace_cell(f, 10), trace_cell(f, f.traces.size()), number_or_none(f.growth.exponent),
+               number_or_none(f.growth.per_sample), prediction_of(f), f.inflation_rank, f.not_converged,
+               TableCell(std::isnan(f.initial_effect) ? "–" : effect), number_or_none(f.pose_nees)});
   }
   table.notes = {
       fmt::format("growing: the last half of the loops adds more than {} of tr P and does not slow down. "

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "analysis/stability/boundedness.h"
@@ -23,6 +24,7 @@ Json rank_json(const RankDecision& decision) {
   if (std::isinf(decision.gap)) {
     j["gap_null_reason"] = "infinite: no other singular value than zero was left out";
   }
+  if (decision.doubtful) j["doubt"] = kRankDoubt;
   j["singular_values"] = json_vector(decision.singular_values);
   return j;
 }
@@ -112,13 +114,12 @@ std::string unit_of_trace(const StabilityAnalysis& a) { return a.in_metres ? " m
 
 std::string long_run_text(const StabilityAnalysis& a) {
   const LongHorizon& h = a.long_horizon;
-  if (h.growth.verdict == LongRun::failed) {
-    return fmt::format("S lost positive definiteness after {} steps", h.trace.size());
-  }
+  if (std::isnan(h.growth.exponent)) return h.failure;
   const std::string unit = unit_of_trace(a);
-  return fmt::format("prior {}{} at step {}; {}{} a step over the last half, exponent {}",
-                     number_text(h.trace_prior.back(), 5), unit, h.trace_prior.size(),
-                     number_text(h.growth.per_sample, 4), unit, number_text(h.growth.exponent, 3));
+  return fmt::format("{}{}prior {}{} at step {}; {}{} a step over the last half, exponent {}", h.failure,
+                     h.failure.empty() ? "" : "; ", number_text(h.trace_prior.back(), 5), unit,
+                     h.trace_prior.size(), number_text(h.growth.per_sample, 4), unit,
+                     number_text(h.growth.exponent, 3));
 }
 
 /// What the kind of a solution means.
@@ -145,11 +146,17 @@ std::string_view kind_sentence(RiccatiKind kind) {
   return "Solution undecided: no limit of P was found that its recursion confirms.";
 }
 
+/// Whether the filter fails right after the step of K and ΔP.
+bool is_last(const StabilityAnalysis& a) {
+  return !a.long_horizon.failure.empty() && a.steps == std::ssize(a.long_horizon.trace);
+}
+
 std::vector<std::string> notes(const StabilityAnalysis& a) {
-  std::vector<std::string> all = {
-      fmt::format("K is the filter gain P Hᵀ (H P Hᵀ + R)⁻¹; the predictor's gain is F K. K and ΔP of F − F "
-                  "K H and Q_t are those of step {}.",
-                  a.steps)};
+  std::vector<std::string> all = {"K is the filter gain P Hᵀ (H P Hᵀ + R)⁻¹; the predictor's gain is F K. " +
+                                  (a.steps > 0
+                                       ? fmt::format("K and ΔP of F − F K H and Q_t are those of step {}{}.",
+                                                     a.steps, is_last(a) ? ", the last that succeeds" : "")
+                                       : "No step succeeds: K is not known, and Q_t is without a ΔP.")};
   all.emplace_back(kind_sentence(a.riccati.kind));
   if (a.sequential) {
     all.push_back(
@@ -220,6 +227,7 @@ Json long_horizon_json(const LongHorizon& h) {
   j["growth_per_step"] = h.growth.per_sample;
   j["growth_exponent"] = h.growth.exponent;
   j["converged"] = h.converged;
+  if (!h.failure.empty()) j["failure"] = h.failure;
   Json step = Json::array(), prior = Json::array(), posterior = Json::array();
   for (std::size_t k = 1; k <= h.trace.size(); k *= 2) {
     step.push_back(k);
@@ -284,10 +292,7 @@ Figure stability_figure(const StabilityAnalysis& a) {
 ReportAnswer stability_answer(const StabilityAnalysis& a) {
   const LongRun seen = a.long_horizon.growth.verdict;
   const std::size_t steps = a.long_horizon.trace.size();
-  if (seen == LongRun::failed) {
-    return {CellTone::alarm,
-            fmt::format("The filter breaks down: S lost positive definiteness after {} steps", steps)};
-  }
+  if (seen == LongRun::failed) return {CellTone::alarm, "The filter breaks down: " + a.long_horizon.failure};
   const bool bounded = seen == LongRun::bounded;
   std::string text = bounded ? fmt::format("P stays bounded, measured over {} steps", steps)
                              : fmt::format("P grows without bound, measured over {} steps", steps);
@@ -316,6 +321,9 @@ ReportTable stability_rank_table(const StabilityAnalysis& a) {
   table.notes.push_back(
       "gap: the smallest singular value counted as nonzero over the largest not counted; ∞ where all others "
       "are zero.");
+  for (const auto& [name, rank] : {std::pair{"C", &a.controllability}, {"O", &a.observability}}) {
+    if (rank->doubtful) table.notes.push_back(fmt::format("rank {}: {}.", name, kRankDoubt));
+  }
   return table;
 }
 
@@ -416,8 +424,10 @@ Document stability_document(const Scenario& scenario, const StabilityAnalysis& a
                   {"inflation", filter_text(scenario.filter)},
                   {"state", fmt::format("{} dimensions", a.state_dim)}});
   document.table(verdicts);
-  document.section("Covariance over time");
-  document.figure(stability_figure(a));
+  if (!a.long_horizon.trace.empty()) {
+    document.section("Covariance over time");
+    document.figure(stability_figure(a));
+  }
   document.section("Ranks");
   document.table(ranks);
   document.section("Settings");

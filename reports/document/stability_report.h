@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "analysis/stability/ranks.h"
 #include "analysis/stability/stability_analysis.h"
 #include "montecarlo/scenario/scenario.h"
@@ -12,6 +14,12 @@ namespace credence::internal {
 /// that depends on, and the ranks with the singular values that they rest on. `period`: steps of the scenario
 /// that are one step of the analysis.
 Document stability_document(const Scenario& scenario, const StabilityAnalysis& analysis, Index period);
+
+/// Of a rank that is doubtful.
+inline constexpr std::string_view kRankDoubt =
+    "rounding may have grown to the size of what was counted, and above 64 states it is not examined mode by "
+    "mode: the rank may be less";
+static_assert(kMostExaminedStates == 64);
 
 /// A rank with its gap and the singular values that it rests on.
 Json rank_json(const RankDecision& decision);

@@ -1,14 +1,20 @@
 // `credence stability` as a user types it: the built binary, its documents, its exit codes.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/app/command.h"
 #include "tests/paths.h"
 
 namespace credence::internal {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 class StabilityCommand : public CommandTest {};
 
@@ -79,6 +85,25 @@ TEST_F(StabilityCommand, FollowsAPlanarWorldAlongItsPath) {
     EXPECT_TRUE(j["riccati"].contains(key)) << key;
   }
   EXPECT_NE(read("plane/index.html").find("rotation about the origin"), std::string::npos);
+}
+
+// Hours of either kind of world, and of a sweep.
+TEST_F(StabilityCommand, AnInterruptionIsHeardAndSaid) {
+  const std::string linear = scenario_file("linear"), plane = scenario_file("planar_stability");
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"stability", linear, "--horizon", "10000000"},
+        {"stability", plane, "--loops", "100000"},
+        {"stability", scenario_file("planar_table"), "--loops", "100000", "--threads", "2"}}) {
+    const pid_t child = start(arguments);
+    wait_until_caught(child);
+    kill(child, SIGINT);
+    const Finished f = finish(child);
+    EXPECT_EQ(f.code, 130) << arguments[1];
+    EXPECT_EQ(f.out, "");
+    EXPECT_EQ(f.err,
+              "\ncredence: ending with what is done; once more ends at once\n"
+              "credence: stability interrupted, nothing is reported\n");
+  }
 }
 
 TEST_F(StabilityCommand, RefusesAConstantInflationInThePlane) {

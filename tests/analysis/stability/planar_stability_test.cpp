@@ -34,6 +34,23 @@ const PlanarFollowed& find(const PlanarStability& a, Linearisation at, Inflation
   throw std::logic_error("no such filter was followed");
 }
 
+// With measurements so exact that S is singular to rounding.
+TEST(PlanarStability, AFilterThatFailsIsToldBesideTheOthers) {
+  Scenario s = planar(3, 0, FilterInflation::map, 12.0);
+  s.noise.range_std = 1e-9;
+  const PlanarStability a = analyse_planar_stability(s, 4);
+  EXPECT_EQ(a.state_dim, 9);
+  const PlanarFollowed& failed = find(a, Linearisation::truth, InflationSolution::pairwise);
+  EXPECT_EQ(failed.growth.verdict, LongRun::failed);
+  EXPECT_GT(failed.failed_at, 0);
+  EXPECT_TRUE(std::isnan(failed.growth.exponent) && std::isnan(failed.initial_effect));
+  EXPECT_TRUE(std::isnan(find(a, Linearisation::estimate, InflationSolution::pairwise).pose_nees));
+  const PlanarFollowed& drop = find(a, Linearisation::truth, InflationSolution::drop);
+  EXPECT_EQ(drop.growth.verdict, LongRun::bounded);
+  EXPECT_EQ(drop.failed_at, 0);
+  EXPECT_GT(drop.initial_effect, 1.0);
+}
+
 // theory, section 5, the first three rows of the planar table.
 TEST(PlanarStability, RanksAtTheTruthAndAtTheEstimate) {
   struct {

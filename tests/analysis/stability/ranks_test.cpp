@@ -129,9 +129,34 @@ TEST(Observability, IsNotSeenThroughRoundingAtTheEndOfALongClimb) {
     const ObservabilityAnalysis seen = observability(T * modes * back, H * back);
     ASSERT_EQ(seen.decision.rank, 6) << round;
     EXPECT_GT(seen.decision.gap, 1e5) << round;
+    EXPECT_FALSE(seen.decision.doubtful) << round;
     const Matrix unseen = back * seen.unobservable;
     EXPECT_LT(unseen.topRows(6).norm(), 1e-5 * unseen.norm()) << round;
   }
+}
+
+// The same of one state more than is examined mode by mode.
+TEST(Observability, OfManyStatesADoubtIsTold) {
+  std::mt19937_64 generator(18);
+  const Index chain = 6;
+  const auto doubts = [&](Index n) {
+    int count = 0;
+    for (int round = 0; round < 20; ++round) {
+      Matrix F = Matrix::Zero(n, n), H = Matrix::Zero(1, n);
+      F.topLeftCorner(2, 2) = Matrix{{0.7, 1.0}, {0.0, 0.7}};
+      F(2, 2) = 0.99;
+      F.block(3, 3, 3, 3) = Matrix{{1.0, 1.0, 0.0}, {0.0, 1.0, 1.0}, {0.0, 0.0, 1.0}};
+      H.leftCols(chain) = random_matrix(1, chain, generator);
+      const Matrix T = Matrix::Identity(n, n) + 0.1 * random_matrix(n, n, generator);
+      const Matrix back = T.inverse();
+      count += observability(T * F * back, H * back).decision.doubtful ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_EQ(doubts(chain + 1), 0);
+  EXPECT_GT(doubts(kMostExaminedStates + 1), 0);
+  const LinearModel wide = monobot_model(kMostExaminedStates, 0, 0.1, 0.1, 1.0);
+  EXPECT_FALSE(observability(wide.F, wide.H).decision.doubtful) << "each by a sensor of its own";
 }
 
 TEST(Observability, OfTheMonobot) {

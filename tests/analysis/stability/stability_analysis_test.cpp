@@ -203,16 +203,45 @@ TEST(StabilityAnalysis, RefusesWhatItCannotAnalyse) {
   LinearModel broken = model;
   broken.Q(0, 0) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(analyse_stability(broken, {}, 10, 20), std::invalid_argument);
-  LinearModel blind = model;
+}
+
+// 9^k is beyond the range of double after 323 steps.
+TEST(StabilityAnalysis, AFilterThatFailsIsToldUpToThere) {
+  LinearModel blind = monobot_model(1, 0, kQ, kR, 1.0);
   blind.F = Vector{{1.0, 3.0}}.asDiagonal();
   blind.H = Matrix{{1.0, 0.0}};
-  try {
-    analyse_stability(blind, {}, 400, 400);
-    FAIL() << "P is beyond the range of double after 324 steps";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("an unobservable direction is unstable"), std::string::npos)
-        << error.what();
-  }
+  const StabilityAnalysis a = analyse_stability(blind, {}, 400, 500);
+  const LongHorizon& h = a.long_horizon;
+  EXPECT_EQ(h.growth.verdict, LongRun::failed);
+  EXPECT_EQ(h.failure,
+            "P leaves the range of double at step 324; P grows without bound: an unobservable "
+            "direction is unstable");
+  ASSERT_EQ(h.trace.size(), 323U);
+  EXPECT_EQ(a.steps, 323);
+  EXPECT_NEAR(h.growth.exponent, 323 / 2 * std::log2(9.0), 10.0);
+  EXPECT_EQ(a.observability.rank, 1);
+  EXPECT_EQ(a.riccati.kind, RiccatiKind::unbounded);
+  EXPECT_TRUE(a.riccati.exponential);
+  EXPECT_FALSE(a.predicted_bounded);
+  EXPECT_NEAR(a.spectral_radius, 3.0, 1e-9);
+  EXPECT_EQ(a.K.rows(), 2);
+
+  // The steps that are asked for, where it fails only beyond them.
+  EXPECT_EQ(analyse_stability(blind, {}, 100, 500).steps, 100);
+}
+
+TEST(StabilityAnalysis, AFilterThatFailsAtOnceHasNoGain) {
+  LinearModel at_once = monobot_model(1, 0, kQ, kR, 1.0);
+  at_once.P0 *= 1e300;
+  at_once.F *= 1e10;
+  const StabilityAnalysis a = analyse_stability(at_once, {}, 10, 20);
+  EXPECT_EQ(a.steps, 0);
+  EXPECT_TRUE(a.K.array().isNaN().all());
+  EXPECT_TRUE(std::isnan(a.spectral_radius));
+  EXPECT_EQ(a.closed_loop_eigenvalues.size(), 0);
+  EXPECT_EQ(a.inflation.rank, 0);
+  EXPECT_TRUE(std::isnan(a.long_horizon.growth.exponent));
+  EXPECT_TRUE(a.long_horizon.trace.empty());
 }
 
 }  // namespace

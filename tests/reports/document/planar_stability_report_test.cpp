@@ -38,7 +38,7 @@ PlanarFollowed followed_of(Linearisation at, InflationSolution solution, LongRun
   f.inflation_rank = 9;
   f.spectral_radius = 0.75;
   f.pose_nees = at == Linearisation::estimate ? 1.25 : kNaN;
-  f.initial_effect = at == Linearisation::truth ? 40.0 : 1.0;
+  f.initial_effect = at == Linearisation::truth ? 40.0 : kNaN;
   f.closed_loop_eigenvalues.resize(2);
   f.closed_loop_eigenvalues << std::complex<double>(0.75, 0.0), std::complex<double>(0.25, -0.5);
   return f;
@@ -220,6 +220,30 @@ TEST(PlanarStabilityReport, ItsJsonIsTheSameAsThePages) {
   const Scenario scenario = planar_map(InflationSolution::min_trace);
   EXPECT_EQ(planar_stability_document(scenario, planar_case()).json(),
             planar_stability_json(scenario, planar_case()));
+}
+
+TEST(PlanarStabilityReport, OfAFilterThatFailsIsSaidWhenAndNoNumberIsInvented) {
+  PlanarStability a = planar_case();
+  for (PlanarFollowed& f : a.followed) {
+    if (f.solution != InflationSolution::pairwise) continue;
+    f.growth = {};
+    f.failed_at = 167;
+    f.traces.clear();
+    f.pose_nees = f.initial_effect = kNaN;
+    f.exact.reset();
+  }
+  const Scenario scenario = planar_map(InflationSolution::pairwise);
+  const Document document = planar_stability_document(scenario, a);
+  EXPECT_THAT(document.answer.text, HasSubstr("P is lost at step 167 (the filter fails there)"));
+  EXPECT_THAT(document.answer.text, Not(HasSubstr("nan")));
+  for (const auto& row : table_of(document, "Covariance over").rows) {
+    for (const TableCell& cell : row) EXPECT_NE(cell.text, "nan");
+  }
+  const auto j = nlohmann::json::parse(document.json());
+  EXPECT_EQ(j["filters"][0]["verdict"], "failed");
+  EXPECT_EQ(j["filters"][0]["failed_at_step"], 167);
+  EXPECT_TRUE(j["filters"][0]["growth_exponent"].is_null());
+  EXPECT_EQ(j["filters"][0]["prediction_reason"], "the filter fails before the last loop has ended");
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ namespace {
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 /// x' = F x + w, z = x + v, of unit noise, from P0 = 1.
 StabilityAnalysis scalar(double F, double Q = 1.0) {
@@ -173,18 +174,36 @@ TEST(StabilityReport, TheKindOfTheSolutionIsExplained) {
 }
 
 TEST(StabilityReport, AFilterThatBreaksDownIsSaidAndNoNumberIsInvented) {
-  StabilityAnalysis analysis = scalar(1.0);
-  analysis.long_horizon.growth = {};
-  analysis.long_horizon.growth.verdict = LongRun::failed;
-  analysis.long_horizon.trace.resize(60);
-  analysis.long_horizon.trace_prior.resize(60);
-  analysis.spectral_radius = kNaN;
-  analysis.closed_loop_eigenvalues.resize(0);
+  LinearModel blind;
+  blind.F = Vector{{1.0, 3.0}}.asDiagonal();
+  blind.G = blind.P0 = blind.Q = Matrix::Identity(2, 2);
+  blind.H = Matrix{{1.0, 0.0}};
+  blind.R = Matrix::Identity(1, 1);
+  blind.layout = {.vehicle = 2, .landmark = 1, .landmarks = 0};
+  StabilityAnalysis analysis = analyse_stability(blind, {}, 400, 400, {"x", "y"});
   const Document document = stability_shown(analysis);
-  EXPECT_EQ(document.answer.text, "The filter breaks down: S lost positive definiteness after 60 steps");
+  EXPECT_EQ(document.answer.text,
+            "The filter breaks down: P leaves the range of double at step 323; P grows without bound: an "
+            "unobservable direction is unstable");
   EXPECT_EQ(document.answer.tone, CellTone::alarm);
-  EXPECT_TRUE(stability_data(analysis)["spectral_radius"].is_null());
-  EXPECT_THAT(stability_row(document, "error of a single run"), HasSubstr("the iteration did not converge"));
+  const auto j = stability_data(analysis);
+  EXPECT_EQ(j["long_horizon"]["verdict"], "failed");
+  EXPECT_EQ(j["long_horizon"]["steps"], j["steps"]);
+  EXPECT_THAT(j["long_horizon"]["failure"].get<std::string>(),
+              StartsWith("P leaves the range of double at step 323"));
+  EXPECT_EQ(j["unobservable"], nlohmann::json::array({"1.00 y"}));
+  EXPECT_THAT(j["notes"][0].get<std::string>(), EndsWith("those of step 322, the last that succeeds."));
+  EXPECT_THAT(stability_row(document, "P of the filter itself, 322 steps"), HasSubstr("prior "));
+
+  // From the first step on.
+  analysis = scalar(1e200, 1e300);
+  const auto none = stability_data(analysis);
+  EXPECT_EQ(none["steps"], 0);
+  EXPECT_EQ(none["gain"], nlohmann::json::array({nlohmann::json::array({nullptr})}));
+  EXPECT_TRUE(none["spectral_radius"].is_null());
+  EXPECT_TRUE(none["long_horizon"]["growth_per_step"].is_null());
+  EXPECT_THAT(none["notes"][0].get<std::string>(), EndsWith("No step succeeds: K is not known, and Q_t is "
+                                                            "without a ΔP."));
 }
 
 TEST(StabilityReport, UnitsAreMetresOnlyWhereAllStatesAre) {
