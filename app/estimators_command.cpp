@@ -57,9 +57,7 @@ int estimators(EstimatorsCommand& command) {
   command.study.threads = command.threads;
   command.study.stop = &catch_interrupt();
   command.study.ranks = launched_ranks();
-  command.study.progress = [&](std::int64_t done, std::int64_t total) {
-    display.show({.runs_done = done, .runs_stored = 0, .runs_total = total});
-  };
+  command.study.progress = [&](const StudyProgress& progress) { display.show(progress); };
   if (!plan.axes.empty()) return map_of_sweep(command, plan);
   const EstimatorStudy study = naming_file(
       command.scenario, [&] { return study_estimators(plan.points.front().scenario, command.study); });

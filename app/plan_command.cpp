@@ -8,10 +8,13 @@
 #include "analysis/studies/study_plan.h"
 #include "app/commands.h"
 #include "app/common_options.h"
+#include "app/interrupt.h"
 #include "app/naming_file.h"
 #include "app/progress.h"
+#include "app/say.h"
 #include "app/scenario_files.h"
 #include "app/tell.h"
+#include "core/stop_point.h"
 #include "montecarlo/scenario/sweep_plan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/plan_report.h"
@@ -43,24 +46,32 @@ void require_answerable(const PlanQuestion& question) {
   }
 }
 
+/// One after the other, with progress.
+std::vector<StudyPlan> plans_of(const std::vector<const SweepPoint*>& points, const PlanCommand& command) {
+  std::vector<StudyPlan> plans;
+  ProgressDisplay display("plan", command.quiet, "pilots");
+  for (const SweepPoint* point : points) {
+    plans.push_back(naming_file(command.scenario, [&] {
+      return plan_study(point->scenario, *make_experiment(point->scenario), command.question);
+    }));
+    display.show({.runs_done = static_cast<std::int64_t>(plans.size()),
+                  .runs_stored = 0,
+                  .runs_total = static_cast<std::int64_t>(points.size())});
+  }
+  return plans;
+}
+
 int plan(PlanCommand& command) {
   require_answerable(command.question);
   command.question.threads = command.threads;
+  command.question.stop = &catch_interrupt();
   const SweepPlan sweep = open_sweep(command.scenario, command.overrides());
-  const std::vector<const SweepPoint*> points = pilot_points(sweep);
-  std::vector<StudyPlan> plans;
-  {
-    ProgressDisplay display("plan", command.quiet, "pilots");
-    for (const SweepPoint* point : points) {
-      plans.push_back(naming_file(command.scenario, [&] {
-        return plan_study(point->scenario, *make_experiment(point->scenario), command.question);
-      }));
-      display.show({.runs_done = static_cast<std::int64_t>(plans.size()),
-                    .runs_stored = 0,
-                    .runs_total = static_cast<std::int64_t>(points.size())});
-    }
+  try {
+    print(plan_document(sweep, plans_of(pilot_points(sweep), command)), command);
+  } catch (const Stopped&) {
+    say("credence: plan interrupted, nothing is planned");
+    return kInterrupted;
   }
-  print(plan_document(sweep, plans), command);
   return kDone;
 }
 

@@ -78,9 +78,11 @@ void ProgressDisplay::show(const StudyProgress& p) {
   const auto total = static_cast<double>(p.runs_total);
   const double reached = std::min(total, static_cast<double>(done) + p.runs_in_hand), share = reached / total;
   const auto percent = static_cast<int>(100.0 * share);
-  std::string numbers = fmt::format("{} of {} {}, {} {}/s", static_cast<std::int64_t>(reached), p.runs_total,
-                                    unit_, rate_text(rate), unit_);
-  if (begun > 0.0) numbers += fmt::format(", {} left", duration_text((total - reached) / rate));
+  std::string numbers = fmt::format("{} of {} {}", static_cast<std::int64_t>(reached), p.runs_total, unit_);
+  if (begun > 0.0) {
+    numbers +=
+        fmt::format(", {} {}/s, {} left", rate_text(rate), unit_, duration_text((total - reached) / rate));
+  }
   if (terminal_) {
     put({fmt::format("{} {} {}", what_, bar(share), numbers), fmt::format("{} {}", what_, numbers), numbers,
          fmt::format("{} %", percent)});

@@ -60,8 +60,11 @@ EstimatorMap map_estimators(const SweepPlan& plan, const EstimatorStudyOptions& 
   for (const SweepPoint& point : plan.points) {
     EstimatorStudyOptions of_point = options;
     of_point.estimators = names;
-    of_point.progress = [&](std::int64_t done, std::int64_t) {
-      if (options.progress) options.progress(before + done, total);
+    of_point.progress = [&](const StudyProgress& of_it) {
+      StudyProgress progress = of_it;
+      progress.runs_done += before;
+      progress.runs_total = total;
+      if (options.progress) options.progress(progress);
     };
     map.studies.push_back(study_estimators(point.scenario, of_point));
     map.complete = map.studies.back().complete;

@@ -354,11 +354,12 @@ EstimatorStudy played_study(const Scenario& scenario, const EstimatorStudyOption
   study.left_out = std::move(chosen.left_out);
   study.runs = runs;
   std::mutex mutex;
-  std::int64_t done = 0;
-  // A run may take minutes.
-  const auto still_there = [&](std::int64_t) {
+  StudyProgress progress{.runs_total = runs};
+  const auto tell_progress = [&](std::int64_t done, double in_hand) {
     const std::lock_guard lock(mutex);
-    if (options.progress) options.progress(done, runs);
+    progress.runs_done += done;
+    progress.runs_in_hand = std::max(0.0, progress.runs_in_hand + in_hand);
+    if (options.progress) options.progress(progress);
   };
   std::vector<Kept> kept(setting.names.size());
   for (std::size_t e = 0; e < kept.size(); ++e) {
@@ -369,23 +370,27 @@ EstimatorStudy played_study(const Scenario& scenario, const EstimatorStudyOption
     kept[e].windows.resize(count * static_cast<std::size_t>(setting.windows));
     study.rows.emplace_back().name = setting.names[e];
     if (is_helper(options.ranks)) continue;
-    const PulseScope pulse(still_there);
+    const PulseScope pulse([&](std::int64_t) { tell_progress(0, 0.0); });
     profile(*setting.contest, study.rows.back());
   }
   const auto end_of = [&](std::int64_t task) { return std::min(runs, (task + 1) * kRunsOfTask); };
-  const auto tell_progress = [&](std::int64_t task) {
-    const std::lock_guard lock(mutex);
-    done += end_of(task) - task * kRunsOfTask;
-    if (options.progress) options.progress(done, runs);
-  };
+  const auto runs_of = [&](std::int64_t task) { return end_of(task) - task * kRunsOfTask; };
+  // A stop point is passed by every estimator at every step.
+  const double passes_of_run = static_cast<double>(setting.contest->steps() * std::ssize(setting.names));
   SharedTasks tasks;
   tasks.count = (runs + kRunsOfTask - 1) / kRunsOfTask;
   tasks.identity =
       fmt::format("{}\n{}\n{}", version_text(), configuration_toml(scenario), fmt::join(setting.names, " "));
   tasks.here = [&](std::int64_t task) {
-    const PulseScope pulse(still_there);
+    double in_hand = 0.0;
+    const PulseScope pulse([&](std::int64_t passes) {  // a run may take minutes
+      const double more =
+          std::min(static_cast<double>(passes) / passes_of_run, static_cast<double>(runs_of(task)) - in_hand);
+      in_hand += more;
+      tell_progress(0, more);
+    });
     play(setting, task * kRunsOfTask, end_of(task), kept);
-    tell_progress(task);
+    tell_progress(runs_of(task), -in_hand);
   };
   tasks.there = [&](std::int64_t task) {
     play(setting, task * kRunsOfTask, end_of(task), kept);
@@ -393,10 +398,10 @@ EstimatorStudy played_study(const Scenario& scenario, const EstimatorStudyOption
   };
   tasks.take = [&](std::int64_t task, std::span<const std::byte> bytes) {
     keep_bytes(setting, task * kRunsOfTask, end_of(task), bytes, kept);
-    tell_progress(task);
+    tell_progress(runs_of(task), 0.0);
   };
   for_each_shared_task(tasks, options.threads, options.stop, options.ranks);
-  study.complete = done == runs;
+  study.complete = progress.runs_done == runs;
   if (is_helper(options.ranks)) return study;
   for (std::int64_t w = 0; w < setting.windows; ++w) {
     study.window_ends.push_back(static_cast<double>(setting.window_end(w)));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/laws/student.h"
+#include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/study_statistics.h"
 #include "montecarlo/scenario/scenario.h"
 #include "montecarlo/worlds/estimator_contest.h"
@@ -96,7 +97,7 @@ struct EstimatorStudyOptions {
   std::vector<std::string> estimators{};  ///< empty: all that take the scenario
   int threads = 0;
   const std::atomic<bool>* stop = nullptr;
-  std::function<void(std::int64_t done, std::int64_t total)> progress{};  ///< runs; called under a lock
+  std::function<void(const StudyProgress&)> progress{};  ///< called under a lock
   Ranks* ranks = nullptr;  ///< share the runs among these; on others than rank 0 the study is not complete
 };
 

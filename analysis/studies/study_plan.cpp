@@ -14,6 +14,7 @@
 #include "analysis/laws/hall_score.h"
 #include "core/models/model_mismatch.h"
 #include "core/parallel_tasks.h"
+#include "core/stop_point.h"
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/engine/packed_bytes.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
@@ -51,8 +52,10 @@ Pilot run_pilot(const Experiment& experiment, const PlanQuestion& question) {
     const StudyTask task{.id = {}, .experiment = &experiment, .runs = runs};
     EngineOptions engine;
     engine.threads = question.threads;
+    engine.stop = question.stop;
     timing.seconds = time_of(
         [&] { pilot.statistics = std::move(run_studies(std::span(&task, 1), engine).front().statistics); });
+    stop_point();
     timing.runs = runs;
     timing.seconds_per_run = timing.seconds / static_cast<double>(runs);
     runs *= 2;
@@ -87,6 +90,7 @@ std::optional<double> pilot_effective_steps(const Experiment& experiment, std::i
   std::vector<std::vector<double>> runs;
   double seconds = 0.0;
   for (Index run = 0; run < kMostRuns && seconds < kMostSeconds; ++run) {
+    stop_point();
     std::vector<double> nees;
     Outcome outcome = Outcome::ok;
     seconds += time_of(
@@ -152,6 +156,7 @@ std::string_view to_string(CorrelationSource source) {
 }
 
 StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, const PlanQuestion& question) {
+  const StopScope scope(question.stop);
   StudyPlan plan;
   plan.scenario = scenario;
   plan.question = question;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -20,6 +21,7 @@ struct PlanQuestion {
   double power = 0.9;       ///< with this probability
   double precision = 0.05;  ///< relative half-width of the mean NEES
   int threads = 0;          ///< 0: one for each processor
+  const std::atomic<bool>* stop = nullptr;  ///< set: the pilot is dropped (Stopped)
 };
 
 /// How the correlation of NEES between steps became known.
@@ -75,7 +77,7 @@ struct StudyPlan {
 /// Runs a pilot: one run, and where that is short enough more, for about half a second. dof per step are the
 /// mean over steps and runs of the pilot. The power is that of a filter whose errors are those of factor · P
 /// at every step; verdict_power is a lower bound of it. Throws std::invalid_argument for a factor, power or
-/// precision that sample_size.h refuses, and if every run of the pilot fails at once.
+/// precision that sample_size.h refuses, and if every run of the pilot fails at once; Stopped.
 StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, const PlanQuestion& question);
 
 /// What a whole sweep costs, all configurations with the same number of runs.

@@ -3,9 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <chrono>
 #include <string>
-#include <thread>
 
 #include "tests/app/command.h"
 #include "tests/app/small_studies.h"
@@ -49,12 +47,18 @@ TEST_F(PlanCommand, PlanOfASweepIsTheCostOfAllOfIt) {
             std::string::npos);
 }
 
-TEST_F(PlanCommand, APlanHasNothingToSaveAndEndsAtOnce) {
+// Its first run would take the better part of a minute.
+TEST_F(PlanCommand, AnInterruptionIsHeardAndSaid) {
   write("p.toml", kLongChunk);
   const pid_t child = start({"plan", "p.toml", "--quiet"});
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  wait_until_caught(child);
   kill(child, SIGINT);
-  EXPECT_EQ(finish(child).code, 128 + SIGINT);
+  const Finished f = finish(child);
+  EXPECT_EQ(f.code, 130);
+  EXPECT_EQ(f.out, "");
+  EXPECT_EQ(f.err,
+            "\ncredence: ending with what is done; once more ends at once\n"
+            "credence: plan interrupted, nothing is planned\n");
 }
 
 TEST_F(PlanCommand, OfALinearWorldItIsMadeToo) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <regex>
 #include <string>
+#include <utility>
 
 #include "tests/app/small_studies.h"
 #include "tests/app/terminal.h"
@@ -59,17 +60,22 @@ TEST_F(Progress, IsABarOnATerminalALineInALogAndNothingForTheQuiet) {
 }
 
 TEST_F(Progress, CountsTheRunsInHand) {
-  std::filesystem::create_directory(folder_ / "log");
-  const pid_t child =
-      start_program({"sh", "-c",
-                     "exec " + credence_binary().string() +
-                         " run planar_loop --runs 40 --steps 40000 --threads 1 > log/out 2> log/err"});
-  // All 40 are of one chunk, of which none is done before all are.
-  const std::regex some(" %, [1-9][0-9]* of 40 runs, ");
-  wait_for([&] { return std::regex_search(read("log/err"), some); });
-  kill(child, SIGINT);
-  EXPECT_EQ(finish(child).code, 130);
-  EXPECT_TRUE(std::regex_search(read("log/err"), some)) << read("log/err");
+  // All 40 are of one chunk, of which none is done before all are; of estimators all 6 are of one task.
+  for (const auto& [command, runs] :
+       {std::pair{" run planar_loop --runs 40 --steps 40000", "40"},
+        {" estimators ukfm_slam2d --estimators ekf,fej --runs 6 --steps 20000", "6"}}) {
+    std::filesystem::create_directory(folder_ / "log");
+    const pid_t child = start_program(
+        {"sh", "-c", "exec " + credence_binary().string() + command + " --threads 1 > log/out 2> log/err"});
+    const std::regex some(std::string(" %, [1-9][0-9]* of ") + runs + " runs, ");
+    wait_for([&] { return std::regex_search(read("log/err"), some); });
+    kill(child, SIGINT);
+    EXPECT_EQ(finish(child).code, 130) << command;
+    EXPECT_TRUE(std::regex_search(read("log/err"), some)) << read("log/err");
+    EXPECT_THAT(read("log/err"), Not(HasSubstr(" 0 runs/s")))
+        << "nothing is told of a rate before it is known";
+    std::filesystem::remove_all(folder_ / "log");
+  }
 }
 
 }  // namespace
