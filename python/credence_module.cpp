@@ -19,9 +19,9 @@
 #include <variant>
 #include <vector>
 
-#include "core/version.h"
 #include "core/control_characters.h"
 #include "core/stop_point.h"
+#include "core/version.h"
 #include "datasets/arrays/array_evidence.h"
 #include "datasets/arrays/array_mistakes.h"
 #include "datasets/data_error.h"

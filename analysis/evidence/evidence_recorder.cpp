@@ -38,7 +38,9 @@ constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
 
 /// A whole state is compared over the runs up to this dimension.
 constexpr Index kLargestState = 60;
-static_assert(is_whitened(LawSums::kLargestAveraged, 3, 100), "every step of what is averaged is whitened");
+static_assert(is_whitened(LawSums::kLargestAveraged, 1000, 3, 100),
+              "every step of what is averaged is whitened");
+static_assert(StretchSums::kMostRuns == kFewRuns, "every step of what is compared in stretches is whitened");
 
 /// Φ⁻¹(u) of a probability, finite at 0 and 1.
 double normal_score(double u) {
@@ -265,6 +267,7 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
 // Of a map that grows the landmarks to come have no error.
 void EvidenceRecorder::add_large(RunLaw& run, const NormalisedStep& step) {
   const Vector& u = step.whole.whitened;
+  if (u.size() == 0) return;  // of many runs, which are played in chunks of more
   const Index states = std::ssize(layout_.states);
   if (u.size() == states && states <= StretchSums::kLargest) return run.large.add(u, true);
   const bool placed = u.size() == std::ssize(step.states);  // by its state; a singular P leaves fewer

@@ -51,10 +51,15 @@ Index landmark_in_turn(std::int64_t step, Index count, Known known) {
   return -1;
 }
 
-/// Whether a state of n numbers is whitened at this step of a run: up to twelve always, more at the powers of
-/// two, at every sixteenth step and at the last.
-constexpr bool is_whitened(Index n, std::int64_t step, std::int64_t last) {
-  return n <= 12 || step % 16 == 0 || step == last || std::has_single_bit(static_cast<std::uint64_t>(step));
+/// Of so many runs every step is whitened: their errors are looked at in time.
+inline constexpr std::int64_t kFewRuns = 19;
+
+/// Whether a state of n numbers is whitened at this step of a run, one of `runs` that are played together: up
+/// to twelve numbers and of few runs always, else at the powers of two, at every sixteenth step and at the
+/// last.
+constexpr bool is_whitened(Index n, std::int64_t runs, std::int64_t step, std::int64_t last) {
+  return n <= 12 || runs <= kFewRuns || step % 16 == 0 || step == last ||
+         std::has_single_bit(static_cast<std::uint64_t>(step));
 }
 
 /// One step of one run.

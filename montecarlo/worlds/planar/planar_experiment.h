@@ -64,6 +64,7 @@ class PlanarExperiment final : public internal::ShownExperiment {
     F filter = make_filter_();
     Run run(*this, filter);
     if (observer != nullptr) run.keep_what_is_shown();
+    run.is_one_of(runs);
     return internal::play_runs(run, first_run, runs, std::ssize(world_.controls), observer);
   }
 
@@ -114,6 +115,9 @@ class PlanarExperiment final : public internal::ShownExperiment {
     /// For show(): with it a step keeps more of its factors.
     void keep_what_is_shown() { solver().keep_lead(3); }
 
+    /// So many runs are played together (is_whitened).
+    void is_one_of(std::int64_t runs) { played_ = runs; }
+
     /// What the last step was.
     void show(ChunkObserver& observer, Index k) {
       told_.step = k;
@@ -152,10 +156,14 @@ class PlanarExperiment final : public internal::ShownExperiment {
     /// By a factor of P where one is wanted, and where the follower has no value.
     Outcome set_nees(Index k) {
       factored_ = !follower_.has_value() ||
-                  internal::is_whitened(error_.error.size(), k, std::ssize(e_.world_.controls));
-      if (!factored_) return error_.take(follower_.nees(), filter_.pose_covariance());
-      const Outcome outcome = error_.solve(filter_.lower_covariance());
-      if (outcome == Outcome::ok) follower_.check({error_.nees, error_.dof}, error_.solver());
+                  internal::is_whitened(error_.error.size(), played_, k, std::ssize(e_.world_.controls));
+      Outcome outcome = Outcome::ok;
+      if (factored_) {
+        outcome = error_.solve(filter_.lower_covariance());
+        if (outcome == Outcome::ok) follower_.check({error_.nees, error_.dof}, error_.solver());
+      }
+      // No bit depends on whether there was a factor.
+      if (follower_.has_value()) outcome = error_.take(follower_.nees(), filter_.pose_covariance());
       return outcome;
     }
 
@@ -163,9 +171,11 @@ class PlanarExperiment final : public internal::ShownExperiment {
 
     bool normalise_state() {
       if constexpr (kFollowed) {
-        if (!factored_) {
-          return normaliser_.normalise_state(filter_.state(), error_.error, filter_.lower_covariance(),
-                                             follower_.joint(), filter_.landmarks(), told_);
+        if (follower_.has_value()) {
+          internal::JointNormalised joint = follower_.joint();
+          if (factored_) joint.whitened = &solver().whitened();
+          return normaliser_.normalise_state(filter_.state(), error_.error, filter_.lower_covariance(), joint,
+                                             filter_.landmarks(), told_);
         }
       }
       return normaliser_.normalise_state(filter_.state(), error_.error, solved_covariance(), solver(),
@@ -195,6 +205,7 @@ class PlanarExperiment final : public internal::ShownExperiment {
     [[no_unique_address]] std::conditional_t<kFollowed, internal::NeesFollower, internal::NoFollower>
         follower_;
     bool factored_ = true;     ///< P, by the last step
+    std::int64_t played_ = 1;  ///< runs together
     NeesSolver dense_solver_;  ///< of a P that is not dense
     Matrix dense_P_;
   };

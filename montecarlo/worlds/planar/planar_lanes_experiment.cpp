@@ -29,7 +29,8 @@ class PlanarLanesExperiment::Batch {
     }
   }
 
-  void step(std::size_t k, bool normalise = false) {
+  /// `played`: the runs of the chunk.
+  void step(std::size_t k, std::int64_t played, bool normalise = false) {
     stop_point(PlanarLanes::kLanes);
     std::array<PlanarLanes::Observations, PlanarLanes::kLanes> seen;
     std::array<Pose, PlanarLanes::kLanes> truth;
@@ -44,7 +45,8 @@ class PlanarLanesExperiment::Batch {
     lanes_.predict(e_.world_.controls[k - 1]);
     lanes_.update(seen);
     const auto step = static_cast<std::int64_t>(k);
-    const bool whitened = is_whitened(3 + 2 * e_.world_.states(), step, std::ssize(e_.world_.controls));
+    const bool whitened =
+        is_whitened(3 + 2 * e_.world_.states(), played, step, std::ssize(e_.world_.controls));
     lanes_.judge(truth, normalise, whitened);
   }
 
@@ -143,7 +145,7 @@ StudyStatistics PlanarLanesExperiment::play(std::int64_t first_run, std::int64_t
     batch.start(first_run + r, used);
     if (observer != nullptr) observer->begin_runs(used);
     for (std::size_t k = 1; k <= world_.controls.size(); ++k) {
-      batch.step(k, observer != nullptr);
+      batch.step(k, runs, observer != nullptr);
       if (observer != nullptr) batch.show(*observer, k);
       if (!batch.add_to(statistics, k)) break;
     }
@@ -158,7 +160,7 @@ Outcome PlanarLanesExperiment::visit(std::int64_t run, const StepVisitor& take) 
   Batch batch(*this);
   batch.start(run, 1);
   const auto step = [&](Index k) {
-    batch.step(static_cast<std::size_t>(k));
+    batch.step(static_cast<std::size_t>(k), 1);
     return batch.outcome(0);
   };
   return visit_steps(std::ssize(world_.controls), take, step, [&] { return batch.trace_step_with_gain(); });
@@ -179,7 +181,7 @@ std::vector<Outcome> PlanarLanesExperiment::visit_runs(std::int64_t first_run, s
       bool any = false;
       for (int lane = 0; lane < used; ++lane) any = any || outcome_of(lane) == Outcome::ok;
       if (!any) break;
-      batch.step(static_cast<std::size_t>(k));
+      batch.step(static_cast<std::size_t>(k), runs);
       for (int lane = 0; lane < used; ++lane) {
         if (outcome_of(lane) != Outcome::ok) continue;
         outcome_of(lane) = batch.outcome(lane);

@@ -36,9 +36,7 @@ bool PlanarNormaliser::normalise_state(const Vector& estimate, const Vector& err
   const Eigen::Matrix3d P_rr = P.topLeftCorner<3, 3>().selfadjointView<Eigen::Lower>();
   const Eigen::LLT<Eigen::Matrix3d> root(P_rr);
   if (root.info() != Eigen::Success) return false;
-  const Eigen::Vector3d u = joint.whitened != nullptr
-                                ? Eigen::Vector3d(joint.whitened->head<3>())
-                                : Eigen::Vector3d(root.matrixL().solve(error.head<3>()));
+  const Eigen::Vector3d u = root.matrixL().solve(error.head<3>());
   slam_states({.vehicle = 3, .landmark = 2, .landmarks = world_.states()}, landmarks, told.states);
   told.estimate = estimate;
   told.error = error;

@@ -262,7 +262,7 @@ TEST(PlanarLanes, shows_steps_normalised_as_by_the_covariance_of_each_block) {
         SCOPED_TRACE(k);
         const Index n = 3 + 2 * scenario.world.landmarks;
         expect_normalised(noted.steps[0][k - 1], trace.steps[k], variance,
-                          is_whitened(n, static_cast<std::int64_t>(k), 40));
+                          is_whitened(n, 1, static_cast<std::int64_t>(k), 40));
       }
     }
   }
