@@ -12,7 +12,7 @@
 namespace credence::internal {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 31> kTexts = {{
+constexpr auto kTexts = std::to_array<std::pair<std::string_view, std::string_view>>({
     {"\\", "\\textbackslash{}"},
     {"{", "\\{"},
     {"}", "\\}"},
@@ -44,7 +44,23 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 31> kTexts =
     {"ᵀ", "\\textsuperscript{T}"},
     {"“", "``"},
     {"”", "''"},
-}};
+    {"≤", "$\\le$"},
+    {"≥", "$\\ge$"},
+    {"≫", "$\\gg$"},
+    {"∞", "$\\infty$"},
+    {"·", "$\\cdot$"},
+    {"‖", "$\\|$"},
+    {"▲", "$\\uparrow$"},
+    {"▼", "$\\downarrow$"},
+    {"³", "\\textsuperscript{3}"},
+    {"⁺", "\\textsuperscript{+}"},
+    {"⁻", "\\textsuperscript{$-$}"},
+    {"x̂", "$\\hat{x}$"},
+    {"α", "$\\alpha$"},
+    {"θ", "$\\theta$"},
+    {"π", "$\\pi$"},
+    {"Σ", "$\\Sigma$"},
+});
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 

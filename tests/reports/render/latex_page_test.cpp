@@ -35,6 +35,13 @@ TEST(LatexPage, WhatLatexWouldTakeForACommandIsEscaped) {
   EXPECT_EQ(escape_latex("two\nlines"), "two lines");
 }
 
+TEST(LatexPage, LettersOfFormulasAreMathematics) {
+  EXPECT_EQ(escape_latex("rank ΔP ≤ rank O, gap ∞"), "rank $\\Delta$P $\\le$ rank O, gap $\\infty$");
+  for (const char* letters : {"≥ ≫ · ‖ ▲ ▼", "³ ⁺ ² ⁻¹ ᵀ", "x̂ α θ π Σ χ σ ν Φ µ √", "− – — … × ± ° “ ”"}) {
+    for (const char c : escape_latex(letters)) EXPECT_GE(c, 0) << letters;
+  }
+}
+
 TEST(LatexPage, NumbersHavePowersOfTen) {
   EXPECT_EQ(escape_latex("8.18e−5"), "8.18$\\times10^{-5}$");
   EXPECT_EQ(escape_latex("< 1e−12"), "$<$ 1$\\times10^{-12}$");
