@@ -23,7 +23,7 @@ TEST_F(CommandTree, AnOptionIsToldInWordsNotInTheSignsOfTheLibrary) {
        {"\n  scenario                scenario files, or names of credence list scenarios\n",
         "\n  --set KEY=VALUE         override a setting: section.key=value (repeatable)\n",
         "\n  --threads N             worker threads; 0: one for each processor; from 0 to 4096 (default 0)\n",
-        "\n  --format text|json      what is printed on stdout (default text)\n",
+        "\n  --format text|json|latex\n                          what is printed on stdout (default text)\n",
         "\n  --quiet                 no progress on stderr\n", "\n  -h, --help              this help\n",
         // What leaves no room before its column has a line of its own, and what is long goes on in the
         // column.

@@ -19,7 +19,7 @@ TEST_F(Complaint, IsOneSentenceWithWhereTheRightWordsAreListed) {
       {{"run", "planar_loop", "--runs", "1e4"}, "run: --runs = 1e4 is no whole number (credence help run)"},
       {{"plan", "planar_loop", "--power", "high"}, "plan: --power = high is no number (credence help plan)"},
       {{"run", "planar_loop", "--format", "yaml"},
-       "run: --format: yaml not in {text,json} (credence help run)"},
+       "run: --format: yaml not in {text,json,latex} (credence help run)"},
       {{"run", "planar_loop", "--threads", "5000"},
        "run: --threads: Value 5000 not in range 0 to 4096 (credence help run)"},
       {{"run", "planar_loop", "--only-run", "3", "--out", "out"},
@@ -34,7 +34,7 @@ TEST_F(Complaint, IsOneSentenceWithWhereTheRightWordsAreListed) {
       {{"timing", "--landmarks", "10,020"},
        "timing: --landmarks: 020 begins with 0; numbers are written in decimal (credence help timing)"},
       {{"run", "planar_loop", "--format", "a\nb"},
-       "run: --format: a b not in {text,json} (credence help run)"},
+       "run: --format: a b not in {text,json,latex} (credence help run)"},
       {{"plan", "planar_loop", "extra"}, "plan: extra is not expected (credence help plan)"},
       // The option is what is wrong, not the words that it would have taken.
       {{"plan", "planar_loop", "extra", "--bogus", "3"},

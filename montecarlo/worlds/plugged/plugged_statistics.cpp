@@ -62,7 +62,7 @@ namespace {
 
 /// Where the states of a block stand in a step; empty where one of them is not there.
 std::vector<Index> places_of(const Block& block, const TraceStep& step, const RunLayout& layout) {
-  const bool all = step.states.size() == layout.states.size() && std::ranges::is_sorted(step.states);
+  const bool all = step.error.size() == std::ssize(layout.states) && std::ranges::is_sorted(step.states);
   if (all) return block.states;
   std::vector<Index> places;
   for (const Index state : block.states) {
