@@ -1,5 +1,6 @@
 #pragma once
 
+#include "montecarlo/worlds/charted/charted_settings.h"
 #include "montecarlo/worlds/charted/charted_world.h"
 #include "montecarlo/worlds/posterior_bound.h"
 
