@@ -242,7 +242,9 @@ Word word_of(const Evidence& e, const Judgement& j) {
   Word word = join_verdicts(parts, j.confidence);
   if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {
     word.of_lost_runs = true;
-    word.says = fmt::format("{} in {} alone", to_string(word.verdict), names_of(j.lost));
+    const bool alone = j.lost.others_are_right();
+    word.says = fmt::format("{}{} {}{}", to_string(word.verdict), alone ? " in" : ", above all in",
+                            names_of(j.lost), alone ? " alone" : "");
     if (j.lost.runs.size() == 1) word.says += fmt::format(", from its row {} on", j.lost.runs.front().row);
   } else if (is_inconsistent(word.verdict) && j.law.gaussianity.right_but_heavy_tailed(1.0 - j.confidence)) {
     word.verdict = Verdict::not_gaussian;

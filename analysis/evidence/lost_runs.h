@@ -23,6 +23,9 @@ struct LostRuns {
   std::vector<LostRun> runs;  ///< in their order; empty: none
   std::int64_t others = 0;
   double factor_of_others = 1.0;  ///< the mean of their NEES over the expected one
+
+  /// Whether nothing is to be mended in these, as a factor within a quarter of 1 says.
+  bool others_are_right() const { return factor_of_others < 1.25 && factor_of_others > 0.8; }
 };
 
 /// The runs that are lost, of at least five of which no more than a quarter are. `nees`: of each run NEES

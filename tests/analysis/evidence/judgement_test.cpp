@@ -613,6 +613,16 @@ TEST(Judgement, OneRunThatDivergesIsNamedAndPIsNotCalledRight) {
   EXPECT_FALSE(j.scale_covariance.reason.empty()) << "no factor on P mends it";
 }
 
+TEST(Judgement, OneRunThatDivergesIsNotAloneWhereTheOthersAreWrongToo) {
+  const Judgement j = judge(logs_of(20, 100, 0.5, 1.0, [](Step& row, int run) {
+    row.error *= 1.2;
+    if (run == 7 && row.step > 50) row.error[2] += 60.0;
+  }));
+  EXPECT_NEAR(j.lost.factor_of_others, 1.44, 0.15);
+  EXPECT_NE(j.word.says.find("optimistic, above all in run 7 of 20, from its row 51 on"), std::string::npos)
+      << j.word.says;
+}
+
 TEST(Judgement, ALostRunHasItsNumberAmongTheFailedOnes) {
   EvidenceRecorder sums;
   sums.begin_file("synthetic.csv", plane_layout());

@@ -38,6 +38,7 @@ TEST(LostRuns, ARunThatDivergesIsNamedWithTheRowFromWhichOn) {
   EXPECT_NEAR(lost.runs[0].factor, 31.0, 1.0);
   EXPECT_EQ(lost.others, 19);
   EXPECT_NEAR(lost.factor_of_others, 1.0, 0.3);
+  EXPECT_TRUE(lost.others_are_right());
   EXPECT_EQ(names_of(lost), "run 7 of 20");
 }
 
