@@ -8,11 +8,6 @@
 #include "montecarlo/worlds/planar/covariance_statistics.h"
 
 namespace credence::internal {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 const PlanarNeesKernel& planar_nees_kernel(InstructionSet set) {
   return require_kernel(set, CREDENCE_KERNELS(planar_nees_kernel));

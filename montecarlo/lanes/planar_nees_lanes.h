@@ -53,6 +53,7 @@ class PlanarNeesLanes {
   double largest_error(int lane) const { return finite_[lane] == 0.0 ? largest_[lane] : kNaN; }
 
  private:
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   PlanarNeesData kernel_data(const LaneNumbers& error);
 
   const PlanarNeesKernel& kernel_;
