@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/linear_algebra/cholesky.h"
 #include "montecarlo/worlds/slam_layout.h"
 
 namespace credence::internal {
