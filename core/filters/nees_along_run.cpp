@@ -90,27 +90,19 @@ void NeesAlongRun<Model>::append(const typename Filter::Placed& placed, const Po
   add_to_landmark(told, n);
 }
 
-// Scalar by scalar, h the vehicle's part and g = Σ h: Σ⁺ = Σ − g gᵀ/s, Σ⁻¹ Σ⁺ = I − h gᵀ/s, s = 1 + hᵀ g. The
-// information A Σ⁻¹ that pose and map share stays as it is, and w = P_ff⁻¹ e_f gains A Σ⁻¹ (q − q⁺).
+// The information A Σ⁻¹ that pose and map share stays as it is, and w = P_ff⁻¹ e_f gains A Σ⁻¹ (q − q⁺).
 template <class Model>
 template <int kRows>
 void NeesAlongRun<Model>::add_to_pose(std::span<const Told<kRows>> told) {
-  PoseMatrix C = PoseMatrix::Identity();  // A⁺ = A C
-  PoseVector t = PoseVector::Zero();      // w⁺ = w + A t
+  PoseGivenMap<kPose> pose{.Sigma = Sigma_, .q = q_};
   for (const auto& [H_r, H_l, tells] : told) {
-    for (int i = 0; i < kRows; ++i) {
-      const PoseVector h = H_r.row(i), g = Sigma_ * h, Ch = C * h;
-      const double s = 1.0 + h.dot(g), gain = (h.dot(q_) - tells[i]) / s;
-      t += gain * Ch;
-      C -= Ch * (g / s).transpose();
-      q_ -= gain * g;
-      Sigma_ -= g * (g / s).transpose();
-      map_log_determinant_ += natural_logarithm(s);
-    }
+    for (int i = 0; i < kRows; ++i) map_log_determinant_ += natural_logarithm(pose.add(H_r.row(i), tells[i]));
   }
+  Sigma_ = pose.Sigma;
+  q_ = pose.q;
   for (Index i = 0; i < A_.cols(); ++i) {
-    w_[i] += A_.col(i).dot(t);
-    A_.col(i) = (C.transpose() * A_.col(i)).eval();
+    w_[i] += A_.col(i).dot(pose.t);
+    A_.col(i) = (pose.C.transpose() * A_.col(i)).eval();
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,38 @@
 #include "core/types.h"
 
 namespace credence::internal {
+
+/// The law of the pose given the map, e_r | e_f ~ N(−Aᵀ e_f, Σ) with q = e_r + Aᵀ e_f, under measurements,
+/// scalar by scalar and without Σ⁻¹.
+template <int kPose>
+struct PoseGivenMap {
+  using Vector = Eigen::Matrix<double, kPose, 1>;
+  using Square = Eigen::Matrix<double, kPose, kPose>;
+
+  Square Sigma;
+  Vector q;
+  Square C = Square::Identity();  ///< A⁺ = A C
+  Vector t = Vector::Zero();      ///< w⁺ = w + A t
+
+  /// A measurement of variance one that tells h e_r + l e_l + ν = `told`, h its part of the pose: with g = Σ
+  /// h, Σ⁺ = Σ − g gᵀ/s and Σ⁻¹ Σ⁺ = I − h gᵀ/s. Returns s = 1 + hᵀ g.
+  double add(const Vector& h, double told) {
+    const Vector g = Sigma * h, Ch = C * h;
+    const double s = 1.0 + h.dot(g), gain = (h.dot(q) - told) / s;
+    t += gain * Ch;
+    C -= Ch * (g / s).transpose();
+    q -= gain * g;
+    Sigma -= g * (g / s).transpose();
+    return s;
+  }
+};
+
+/// Two ways to the same NEES of n states may differ by so much of n + eᵀ P⁻¹ e.
+inline constexpr double kMostNeesDifference = 1e-8;
+/// Whether NEES along a run is that by a factor of P.
+inline bool agree(double along_run, double by_factor, Index n) {
+  return std::abs(along_run - by_factor) <= kMostNeesDifference * (static_cast<double>(n) + by_factor);
+}
 
 /// eᵀ P⁻¹ e of EKF-SLAM from step to step in O(n), without a factor of P (theory, section 7, "NEES along a
 /// run").

@@ -54,12 +54,15 @@ Index landmark_in_turn(std::int64_t step, Index count, Known known) {
 /// Of so many runs every step is whitened: their errors are looked at in time.
 inline constexpr std::int64_t kFewRuns = 19;
 
-/// Whether a state of n numbers is whitened at this step of a run, one of `runs` that are played together: up
-/// to twelve numbers and of few runs always, else at the powers of two, at every sixteenth step and at the
-/// last.
+/// Whether NEES of n numbers is checked by a factor of P at this step of a run, whoever plays it: up to
+/// twelve numbers always, else at the powers of two, at every sixteenth step and at the last.
+constexpr bool is_checked(Index n, std::int64_t step, std::int64_t last) {
+  return n <= 12 || step % 16 == 0 || step == last || std::has_single_bit(static_cast<std::uint64_t>(step));
+}
+
+/// Whether they are whitened, in one of `runs` that are played together: of few runs always.
 constexpr bool is_whitened(Index n, std::int64_t runs, std::int64_t step, std::int64_t last) {
-  return n <= 12 || runs <= kFewRuns || step % 16 == 0 || step == last ||
-         std::has_single_bit(static_cast<std::uint64_t>(step));
+  return runs <= kFewRuns || is_checked(n, step, last);
 }
 
 /// One step of one run.

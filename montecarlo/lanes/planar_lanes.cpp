@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/filters/nees_along_run.h"
 #include "core/linear_algebra/logarithm.h"
 #include "core/manifold/angle.h"
 #include "core/manifold/trigonometry.h"
@@ -14,8 +15,7 @@
 namespace credence::internal {
 namespace {
 
-constexpr Index kMostBelow = 4;           ///< rows below L: the error, and three to normalise the map with
-constexpr double kMostDifference = 1e-8;  ///< of two ways to the same NEES, as a part of n + eᵀ P⁻¹ e
+constexpr Index kMostBelow = 4;  ///< rows below L: the error, and three to normalise the map with
 
 }  // namespace
 
@@ -295,25 +295,27 @@ void PlanarLanes::factor_covariance(bool normalise) {
                              .doubt = doubt_.of};
   kernel_.nees(nees);
   if (normalise) kernel_.normalise(nees);
+}
+
+/// By the factor at hand.
+void PlanarLanes::check_nees() {
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!nees_along_run_.has_value(lane)) continue;
-    const double value = nees_along_run_.nees(lane), n = static_cast<double>(states_);
-    const bool same = std::abs(value - nees_[lane]) <= kMostDifference * (n + value);
-    const bool sound =
-        check_[lane] == 0.0 && (!normalise || doubt_[lane] * NeesSolver::least_pivot(states_) < 1.0);
-    if (!same || !sound) nees_along_run_.distrust(lane);
+    const bool sound = check_[lane] == 0.0 && doubt_[lane] * NeesSolver::least_pivot(states_) < 1.0;
+    if (!sound || !agree(nees_along_run_.nees(lane), nees_[lane], states_)) nees_along_run_.distrust(lane);
   }
 }
 
-void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, bool factor) {
+void PlanarLanes::judge(const std::array<Pose, kLanes>& truth, bool normalise, Factor factor) {
   compute_errors(truth);
   Lanes landmarks;
   for (Index l = 0; l < world_.states(); ++l) {
     for (int lane = 0; lane < kLanes; ++lane) landmarks[lane] += has(known_[at(l)], lane) ? 1.0 : 0.0;
   }
   follow_nees(truth, normalise);
-  factored_ = factor || !nees_along_run_.all_have_values(static_cast<LaneSet>(~lost_));
+  factored_ = factor != Factor::if_needed || !nees_along_run_.all_have_values(static_cast<LaneSet>(~lost_));
   if (factored_) factor_covariance(normalise);
+  if (factor == Factor::check) check_nees();
   if (normalise) {
     kernel_.share_noise(kernel_data());
     kernel_.landmark_nees(kernel_data(), data(error_), data(landmark_nees_));

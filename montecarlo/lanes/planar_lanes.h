@@ -43,10 +43,14 @@ class PlanarLanes {
   /// What each lane sees. A lane whose S is not positive definite keeps its state: UpdateResult::ok is false.
   void update(const std::array<Observations, kLanes>& seen);
 
+  /// Whether P = L Lᵀ is factored: where a lane that counts has no NEES along its run (PlanarNeesLanes), for
+  /// L⁻¹ e of the whole state, or for that and to check those NEES. Which steps are checked must depend on
+  /// the run alone.
+  enum class Factor { if_needed, whiten, check };
+
   /// Errors and statistics of all lanes after the update, given the true poses; on request also what
-  /// `normalised` tells, and L⁻¹ e of the whole state with a check of its NEES, by a factor of P = L Lᵀ.
-  /// Where a lane that counts has no NEES along its run (PlanarNeesLanes), P is factored all the same.
-  void judge(const std::array<Pose, kLanes>& truth, bool normalise = false, bool factor = true);
+  /// `normalised` tells.
+  void judge(const std::array<Pose, kLanes>& truth, bool normalise = false, Factor factor = Factor::check);
   /// The errors and the innovation of a lane whose outcome is ok, its blocks those of planar_layout. False,
   /// and nothing told, where P or S is singular or so near it that rounding has eaten a pivot.
   bool normalised(int lane, NormalisedStep& told) const;
@@ -85,6 +89,7 @@ class PlanarLanes {
   void compute_errors(const std::array<Pose, kLanes>& truth);
   void follow_nees(const std::array<Pose, kLanes>& truth, bool logarithms);
   void factor_covariance(bool normalise);
+  void check_nees();
   std::vector<Index> states_of(int lane) const;
   std::vector<Index> columns_of(int lane) const;
   Matrix update_root(int lane) const;

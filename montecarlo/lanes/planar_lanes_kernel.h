@@ -71,7 +71,7 @@ struct PlanarLanesKernel {
   void (*correct)(const PlanarLanesData&);
   /// `share` and `doubt`, of the factor in A.
   void (*share_noise)(const PlanarLanesData&);
-  /// L, `nees`, `vehicle_nees` and `check`.
+  /// L, `nees`, `vehicle_nees`, `check` and `doubt`.
   void (*nees)(const PlanarLanesNees&);
   /// The rest, of an L with the four rows below.
   void (*normalise)(const PlanarLanesNees&);

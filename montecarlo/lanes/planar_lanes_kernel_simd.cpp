@@ -372,13 +372,15 @@ void nees_lanes(const PlanarLanesNees& d) {
     const LaneMatrix L{d.L + lane, d.padded + d.below};
     const NeesSource source{{const_cast<double*>(d.P) + lane, d.padded}, d.diagonal + lane};
     Pack::store(d.check + lane, factor(source, NeesBelow{d.error + lane, d.padded}, L, d.padded));
-    D nees = Pack::broadcast(0.0);
+    D nees = Pack::broadcast(0.0), doubt = nees;
     for (std::int64_t j = 0; j < d.padded; ++j) {
-      const D y = L.load(d.padded, j);
+      const D y = L.load(d.padded, j), inverse = L.load(j, j);
+      doubt = Pack::max(doubt, Pack::mul(Pack::mul(inverse, inverse), load_lanes(d.diagonal + lane, j)));
       nees = Pack::fma(y, y, nees);
       if (j == 2) Pack::store(d.vehicle_nees + lane, nees);
     }
     Pack::store(d.nees + lane, nees);
+    Pack::store(d.doubt + lane, doubt);
   });
 }
 
@@ -405,14 +407,13 @@ void normalise_lanes(const PlanarLanesNees& d) {
   for_packs([&](int lane) {
     const LaneMatrix L{d.L + lane, d.padded + d.below};
     const D zero = Pack::broadcast(0.0);
-    D J[3][3], y[3], doubt = zero;
+    D J[3][3], y[3];
     for (int r = 0; r < 3; ++r) {
       y[r] = zero;
       for (int c = 0; c < 3; ++c) J[r][c] = zero;
     }
     for (std::int64_t j = 0; j < d.padded; ++j) {
-      const D u = L.load(d.padded, j), inverse = L.load(j, j);
-      doubt = Pack::max(doubt, Pack::mul(Pack::mul(inverse, inverse), load_lanes(d.diagonal + lane, j)));
+      const D u = L.load(d.padded, j);
       D g[3];
       for (int r = 0; r < 3; ++r) g[r] = L.load(d.padded + 1 + r, j);
       for (int r = 0; r < 3; ++r) {
@@ -420,7 +421,6 @@ void normalise_lanes(const PlanarLanesNees& d) {
         for (int c = 0; c <= r; ++c) J[r][c] = Pack::fma(g[r], g[c], J[r][c]);
       }
     }
-    Pack::store(d.doubt + lane, doubt);
     Pack::store(d.map_nees + lane, least_squares(load_lanes(d.nees + lane, 0), J, y));
   });
 }

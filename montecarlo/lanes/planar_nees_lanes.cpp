@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/filters/nees_along_run.h"
 #include "core/linear_algebra/logarithm.h"
 #include "core/simd/kernel_choice.h"
 #include "montecarlo/worlds/planar/covariance_statistics.h"
@@ -42,13 +43,13 @@ void PlanarNeesLanes::distrust(int lane) {
   valued_ = without(valued_, lane);
 }
 
-PlanarNeesData PlanarNeesLanes::kernel_data(const LaneNumbers& error) {
+PlanarNeesData PlanarNeesLanes::kernel_data(const LaneNumbers& error, const double* prior) {
   return {.states = states_,
           .Sigma = data(Sigma_),
           .A = data(A_),
           .w = data(w_),
           .error = data(error),
-          .prior = prior_ != nullptr ? prior_->of : nullptr,
+          .prior = prior,
           .tells = data(tells_),
           .scalars = data(scalars_),
           .nees = nees_.of,
@@ -78,8 +79,7 @@ void PlanarNeesLanes::start(const PlanarLanesData& filter) {
 
 void PlanarNeesLanes::correct(const PlanarLanesData& filter, const LaneNumbers& prior, bool logarithms) {
   if (filter.measured == 0) return;
-  prior_ = prior.data();
-  kernel_.correct(kernel_data(map_error_), filter);
+  kernel_.correct(kernel_data(map_error_, data(prior)), filter);
   if (!logarithms) return;
   const Index m = 2 * filter.measured, rows = m + filter.padded + 1;
   for (int lane = 0; lane < kPlanarLanes; ++lane) {
@@ -94,14 +94,13 @@ void PlanarNeesLanes::append(int lane, Index state, const Eigen::Matrix<double, 
   const auto triple = [lane](const LaneNumbers& numbers, Index first) -> Eigen::Vector3d {
     return {numbers[at(first)][lane], numbers[at(first + 1)][lane], numbers[at(first + 2)][lane]};
   };
-  Eigen::Matrix3d Sigma, C = Eigen::Matrix3d::Identity();
-  for (Index r = 0, i = 0; r < 3; ++r) {
-    for (Index c = 0; c <= r; ++c, ++i) Sigma(r, c) = Sigma(c, r) = Sigma_[at(i)][lane];
-  }
   const Eigen::Vector3d pose = triple(error, 0);
+  PoseGivenMap<3> given{.Sigma = {}, .q = pose};
+  for (Index r = 0, i = 0; r < 3; ++r) {
+    for (Index c = 0; c <= r; ++c, ++i) given.Sigma(r, c) = given.Sigma(c, r) = Sigma_[at(i)][lane];
+  }
   const Eigen::Vector2d landmark(error[at(state)][lane], error[at(state + 1)][lane]);
-  Eigen::Vector3d q = pose, t = Eigen::Vector3d::Zero();
-  for (Index i = 3; i < states_; ++i) q += triple(A_, 3 * i) * error[at(i)][lane];
+  for (Index i = 3; i < states_; ++i) given.q += triple(A_, 3 * i) * error[at(i)][lane];
   // White: L⁻¹ of the noise, L by hand as it is two by two.
   const double a = std::sqrt(noise(0, 0)), b = noise(1, 0) / a, c = std::sqrt(noise(1, 1) - b * b);
   Eigen::Matrix2d whitener;
@@ -109,28 +108,20 @@ void PlanarNeesLanes::append(int lane, Index state, const Eigen::Matrix<double, 
   const Eigen::Matrix<double, 2, 3> H = whitener * J_r;
   const Eigen::Vector2d tells = whitener * (J_r * pose - landmark);
   double scale = 1.0;
-  for (Index i = 0; i < 2; ++i) {
-    const Eigen::Vector3d h = H.row(i), g = Sigma * h, Ch = C * h;
-    const double s = 1.0 + h.dot(g), gain = (h.dot(q) - tells[i]) / s;
-    t += gain * Ch;
-    C -= Ch * (g / s).transpose();
-    q -= gain * g;
-    Sigma -= g * (g / s).transpose();
-    scale *= s;
-  }
+  for (Index i = 0; i < 2; ++i) scale *= given.add(H.row(i), tells[i]);
   for (Index i = 3; i < states_; ++i) {
-    const Eigen::Vector3d row = triple(A_, 3 * i), corrected = C.transpose() * row;
-    w_[at(i)][lane] += row.dot(t);
+    const Eigen::Vector3d row = triple(A_, 3 * i), corrected = given.C.transpose() * row;
+    w_[at(i)][lane] += row.dot(given.t);
     for (Index k = 0; k < 3; ++k) A_[at(3 * i + k)][lane] = corrected[k];
   }
-  const Eigen::Vector2d told = -whitener.transpose() * (tells - H * q);
-  const Eigen::Matrix<double, 3, 2> shared = -Sigma * H.transpose() * whitener;
+  const Eigen::Vector2d told = -whitener.transpose() * (tells - H * given.q);
+  const Eigen::Matrix<double, 3, 2> shared = -given.Sigma * H.transpose() * whitener;
   for (Index l = 0; l < 2; ++l) {
     w_[at(state + l)][lane] = told[l];
     for (Index k = 0; k < 3; ++k) A_[at(3 * (state + l) + k)][lane] = shared(k, l);
   }
   for (Index r = 0, i = 0; r < 3; ++r) {
-    for (Index k = 0; k <= r; ++k, ++i) Sigma_[at(i)][lane] = Sigma(r, k);
+    for (Index k = 0; k <= r; ++k, ++i) Sigma_[at(i)][lane] = given.Sigma(r, k);
   }
   map_log_determinant_[lane] += natural_logarithm(scale * noise.determinant());
 }

@@ -54,14 +54,13 @@ class PlanarNeesLanes {
 
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-  PlanarNeesData kernel_data(const LaneNumbers& error);
+  PlanarNeesData kernel_data(const LaneNumbers& error, const double* prior = nullptr);
 
   const PlanarNeesKernel& kernel_;
   Index states_;
   LaneNumbers Sigma_, A_, w_, map_error_, tells_, scalars_, determinants_, vehicle_white_;
   Lanes nees_, map_nees_, vehicle_nees_, doubt_, inverse_root_, map_log_determinant_, trace_, dof_,
       squared_map_error_, largest_, finite_;
-  const Lanes* prior_ = nullptr;
   LaneSet trusted_ = 0, valued_ = 0;
 };
 

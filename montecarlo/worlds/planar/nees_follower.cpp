@@ -35,9 +35,7 @@ void NeesFollower::step(const Pose& prior, const Vector& error) {
 
 void NeesFollower::check(const NeesValue& by_factor, const NeesSolver& solver) {
   if (!has_value_) return;
-  const double n = static_cast<double>(dof_);
-  trusted_ = by_factor.dof == dof_ &&
-             std::abs(nees_ - by_factor.value) <= kMostDifference * (n + by_factor.value) &&
+  trusted_ = by_factor.dof == dof_ && agree(nees_, by_factor.value, dof_) &&
              solver.well_conditioned(filter_.lower_covariance());
   has_value_ = trusted_;
 }

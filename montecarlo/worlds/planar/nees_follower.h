@@ -11,12 +11,10 @@ namespace credence::internal {
 /// NEES of an EkfSlam along a run by NeesAlongRun, checked wherever P is factored.
 ///
 /// It has no value where the filter inflates P, where R or the pose given the map is singular, and from the
-/// check on in which the two differ by more than kMostDifference or P has a pivot that rounding has eaten:
-/// the caller then factors P at every step.
+/// check on in which the two differ by more than kMostNeesDifference or P has a pivot that rounding has
+/// eaten: the caller then factors P at every step.
 class NeesFollower {
  public:
-  static constexpr double kMostDifference = 1e-8;  ///< of n + eᵀ P⁻¹ e
-
   /// Follows `filter`, which must live as long.
   explicit NeesFollower(const EkfSlam<PlanarModel>& filter);
 

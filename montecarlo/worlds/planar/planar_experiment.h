@@ -155,12 +155,14 @@ class PlanarExperiment final : public internal::ShownExperiment {
 
     /// By a factor of P where one is wanted, and where the follower has no value.
     Outcome set_nees(Index k) {
-      factored_ = !follower_.has_value() ||
-                  internal::is_whitened(error_.error.size(), played_, k, std::ssize(e_.world_.controls));
+      const Index n = error_.error.size(), last = std::ssize(e_.world_.controls);
+      factored_ = !follower_.has_value() || internal::is_whitened(n, played_, k, last);
       Outcome outcome = Outcome::ok;
       if (factored_) {
         outcome = error_.solve(filter_.lower_covariance());
-        if (outcome == Outcome::ok) follower_.check({error_.nees, error_.dof}, error_.solver());
+        if (outcome == Outcome::ok && internal::is_checked(n, k, last)) {
+          follower_.check({error_.nees, error_.dof}, error_.solver());
+        }
       }
       // No bit depends on whether there was a factor.
       if (follower_.has_value()) outcome = error_.take(follower_.nees(), filter_.pose_covariance());

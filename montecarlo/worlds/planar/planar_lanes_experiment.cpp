@@ -44,10 +44,12 @@ class PlanarLanesExperiment::Batch {
     }
     lanes_.predict(e_.world_.controls[k - 1]);
     lanes_.update(seen);
-    const auto step = static_cast<std::int64_t>(k);
-    const bool whitened =
-        is_whitened(3 + 2 * e_.world_.states(), played, step, std::ssize(e_.world_.controls));
-    lanes_.judge(truth, normalise, whitened);
+    const auto step = static_cast<std::int64_t>(k), last = std::ssize(e_.world_.controls);
+    const Index n = 3 + 2 * e_.world_.states();
+    lanes_.judge(truth, normalise,
+                 is_checked(n, step, last)            ? PlanarLanes::Factor::check
+                 : is_whitened(n, played, step, last) ? PlanarLanes::Factor::whiten
+                                                      : PlanarLanes::Factor::if_needed);
   }
 
   /// Adds what the last step was in every run, and ends those that failed. False when none is left.

@@ -43,7 +43,7 @@ class JudgedLanes {
     }
     lanes_->predict(world_.controls[k - 1]);
     lanes_->update(seen);
-    lanes_->judge(truth, false, factor);
+    lanes_->judge(truth, false, factor ? PlanarLanes::Factor::check : PlanarLanes::Factor::if_needed);
   }
 
   /// eᵀ P⁻¹ e of a lane by a factor of its P.
