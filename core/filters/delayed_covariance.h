@@ -16,7 +16,7 @@ namespace credence::internal {
 /// hence one object belongs to one thread.
 class DelayedCovariance {
  public:
-  static constexpr Index kMostWaiting = 8;  ///< columns of W
+  static constexpr Index kMostWaiting = 16;  ///< columns of W
 
   /// `vehicle` states come first.
   explicit DelayedCovariance(Index vehicle, InstructionSet set = best_instruction_set())
