@@ -8,7 +8,6 @@
 #include "app/commands.h"
 #include "app/common_options.h"
 #include "app/interrupt.h"
-#include "app/say.h"
 #include "app/stored_study.h"
 #include "app/tell.h"
 #include "reports/document/report_index.h"

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "analysis/stability/riccati.h"
 
 namespace credence::internal {

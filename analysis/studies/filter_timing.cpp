@@ -1,7 +1,5 @@
 #include "analysis/studies/filter_timing.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <concepts>
 #include <memory>

@@ -1,6 +1,5 @@
 #include "analysis/studies/machine.h"
 
-#include <cstdlib>
 #include <fstream>
 
 #include "core/nan.h"

@@ -1,7 +1,6 @@
 #include "analysis/studies/selftest_tests.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "analysis/evidence/sequential_e_value.h"

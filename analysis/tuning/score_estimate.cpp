@@ -1,7 +1,6 @@
 #include "analysis/tuning/score_estimate.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/linear_algebra/cholesky.h"
 #include "core/linear_algebra/mirror.h"

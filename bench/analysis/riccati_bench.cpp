@@ -1,6 +1,5 @@
 #include <benchmark/benchmark.h>
 
-#include <cmath>
 #include <random>
 
 #include "analysis/stability/riccati.h"

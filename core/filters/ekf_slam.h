@@ -4,7 +4,6 @@
 #include <span>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "core/filters/delayed_covariance.h"
 #include "core/filters/joseph_update.h"

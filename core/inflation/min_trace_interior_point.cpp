@@ -1,7 +1,6 @@
 #include "core/inflation/min_trace_interior_point.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/linear_algebra/decompositions.h"
 

@@ -1,9 +1,7 @@
 #include "core/manifold/trigonometry.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 
 #include "core/simd/fused_multiply_add.h"

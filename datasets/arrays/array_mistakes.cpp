@@ -1,6 +1,5 @@
 #include "datasets/arrays/array_mistakes.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "core/stop_point.h"

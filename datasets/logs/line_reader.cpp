@@ -1,6 +1,5 @@
 #include "datasets/logs/line_reader.h"
 
-#include <algorithm>
 #include <cstring>
 
 #include "core/stop_point.h"

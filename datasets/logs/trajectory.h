@@ -3,8 +3,6 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/types.h"

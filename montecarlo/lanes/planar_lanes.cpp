@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
 #include "core/filters/nees_along_run.h"
 #include "core/linear_algebra/logarithm.h"

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "core/models/range_bearing.h"
 #include "core/nan.h"
 #include "montecarlo/lanes/lane_numbers.h"

@@ -5,7 +5,6 @@
 
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/mirror.h"
-#include "core/nan.h"
 #include "montecarlo/scenario/noise_switches.h"
 
 namespace credence::internal {

@@ -12,7 +12,6 @@
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/calibration_report.h"
-#include "reports/document/judgement_json.h"
 #include "reports/document/log_gate.h"
 #include "reports/document/verdict_text.h"
 #include "reports/render/json_numbers.h"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "reports/document/tuning_tables.h"
 #include "reports/document/verdict_text.h"

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
 
 #include "core/nan.h"
-#include "reports/render/number_text.h"
 
 namespace credence::internal {
 namespace {

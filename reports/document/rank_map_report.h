@@ -1,8 +1,6 @@
 #pragma once
 
 #include <span>
-#include <string>
-#include <vector>
 
 #include "analysis/studies/rank_map.h"
 #include "reports/document/report_table.h"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "analysis/laws/chi_square.h"
 #include "datasets/logs/alignment.h"

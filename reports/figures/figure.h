@@ -2,11 +2,9 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/types.h"

@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <string>
 #include <vector>

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "tests/app/command.h"
-#include "tests/paths.h"
 
 namespace credence::internal {
 namespace {

@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <string>
-#include <vector>
 
 #include "tests/app/command.h"
 

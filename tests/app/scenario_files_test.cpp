@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "tests/app/command.h"
 

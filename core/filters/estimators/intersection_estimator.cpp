@@ -1,7 +1,5 @@
 #include "core/filters/estimators/intersection_estimator.h"
 
-#include <cmath>
-
 #include "core/linear_algebra/cholesky.h"
 #include "core/manifold/angle.h"
 

@@ -1,7 +1,6 @@
 #include "core/filters/estimators/iterated_estimator.h"
 
 #include "core/linear_algebra/cholesky.h"
-#include "core/manifold/angle.h"
 
 namespace credence::internal {
 

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <memory>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "core/filters/estimators/unscented_transform.h"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <limits>
-#include <optional>
 
 #include "datasets/data_error.h"
 #include "datasets/logs/arrays/array_log.h"

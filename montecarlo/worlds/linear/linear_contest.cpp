@@ -2,7 +2,6 @@
 
 #include "core/nan.h"
 #include "montecarlo/scenario/noise_switches.h"
-#include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/best_time.h"
 #include "montecarlo/worlds/estimator_offers.h"
 #include "montecarlo/worlds/linear/linear_estimator_experiment.h"

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "core/manifold/angle.h"
 #include "core/manifold/trigonometry.h"
 #include "montecarlo/scenario/key_fields.h"

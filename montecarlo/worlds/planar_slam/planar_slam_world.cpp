@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include "core/memory_need.h"
 #include "montecarlo/scenario/key_fields.h"
 #include "montecarlo/scenario/noise_switches.h"
 #include "montecarlo/worlds/estimator_key.h"

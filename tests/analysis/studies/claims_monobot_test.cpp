@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <map>
-#include <set>
 #include <string>
 
 #include "analysis/studies/claims.h"

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
-
 #include "analysis/studies/selftest_tests.h"
 #include "montecarlo/engine/shared_tasks.h"
 #include "tests/montecarlo/engine/thread_ranks.h"

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
 #include <span>
 #include <vector>
 

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
 
 #include "core/linear_algebra/decompositions.h"
 #include "tests/core/random_matrix.h"

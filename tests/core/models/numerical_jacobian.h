@@ -1,7 +1,5 @@
 #pragma once
 
-#include <functional>
-
 #include "core/types.h"
 
 namespace credence::internal {

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <random>
 
 #include "datasets/data_error.h"

@@ -8,7 +8,6 @@
 #include "core/manifold/angle.h"
 #include "montecarlo/lanes/planar_lanes.h"
 #include "montecarlo/scenario/noise_switches.h"
-#include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/planar/planar_simulation.h"
 
 namespace credence::internal {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <stdexcept>
-#include <variant>
 
 namespace credence::internal {
 namespace {

@@ -4,7 +4,6 @@
 
 #include <set>
 #include <stdexcept>
-#include <string>
 
 #include "montecarlo/scenario/key_fields.h"
 

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <random>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "core/manifold/rotation.h"
 

@@ -3,13 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <gtest/gtest.h>
-#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <nlohmann/json.hpp>
 
-#include "core/nan.h"
-#include "montecarlo/worlds/registry.h"
 #include "tests/reports/document/parts_of.h"
 
 namespace credence::internal {

@@ -8,7 +8,6 @@
 
 #include "montecarlo/engine/engine.h"
 #include "montecarlo/scenario/scenario_io.h"
-#include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/study_json.h"
 #include "reports/render/write_document.h"

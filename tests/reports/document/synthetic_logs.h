@@ -1,7 +1,5 @@
 #pragma once
 
-#include <utility>
-
 #include "analysis/studies/selftest_study.h"
 #include "reports/document/log_report.h"
 

@@ -4,7 +4,6 @@
 
 #include <limits>
 
-#include "core/nan.h"
 #include "tests/reports/document/parts_of.h"
 
 namespace credence::internal {

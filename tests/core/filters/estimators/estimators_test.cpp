@@ -6,7 +6,6 @@
 #include <random>
 #include <set>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include <Eigen/Eigenvalues>

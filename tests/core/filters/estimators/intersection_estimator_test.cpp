@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "tests/core/filters/estimators/estimator_tour.h"
 #include "tests/core/random_matrix.h"

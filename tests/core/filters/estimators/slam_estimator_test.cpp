@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <stdexcept>
-
 #include "core/filters/estimators/estimators.h"
 #include "tests/core/filters/estimators/estimator_tour.h"
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "tests/core/filters/estimators/estimator_tour.h"
 #include "tests/core/filters/estimators/weighted_points.h"
 

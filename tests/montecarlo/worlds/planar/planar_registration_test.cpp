@@ -1,4 +1,3 @@
-#include "montecarlo/worlds/world_list.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

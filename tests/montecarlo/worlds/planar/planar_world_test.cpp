@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "core/manifold/angle.h"
-#include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/scenario/world_schema.h"
 
 namespace credence::internal {

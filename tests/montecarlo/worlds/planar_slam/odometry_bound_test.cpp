@@ -5,7 +5,6 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 

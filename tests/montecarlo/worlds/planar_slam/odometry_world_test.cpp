@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "core/filters/estimators/estimators.h"
 #include "montecarlo/scenario/scenario_io.h"
 
 namespace credence::internal {

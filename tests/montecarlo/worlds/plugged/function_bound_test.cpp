@@ -5,7 +5,6 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <string>
 #include <utility>
 #include <vector>
 

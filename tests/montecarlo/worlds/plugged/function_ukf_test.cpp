@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "montecarlo/worlds/plugged/plugged_experiment.h"
 
 namespace credence::internal {

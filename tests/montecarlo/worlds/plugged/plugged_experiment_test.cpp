@@ -7,7 +7,6 @@
 #include <Eigen/LU>
 #include <atomic>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include "core/manifold/angle.h"
