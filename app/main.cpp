@@ -21,6 +21,7 @@
 #include "app/say.h"
 #include "app/shell_word.h"
 #include "app/suggestion.h"
+#include "core/append_item.h"
 #include "core/version.h"
 #include "montecarlo/engine/shared_tasks.h"
 
@@ -65,7 +66,7 @@ void tell_how_to_continue(std::span<char*> arguments) {
   std::string command;
   for (const std::string word : arguments) {
     if (word == "--fresh") continue;  // which would begin anew
-    command += (command.empty() ? "" : " ") + shell_word(word);
+    append_item(command, shell_word(word), " ");
   }
   say("Interrupted; what is done is stored. This goes on with it:\n  " + command);
 }

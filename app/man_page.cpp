@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "app/completion.h"
+#include "core/append_item.h"
 #include "core/version.h"
 
 namespace credence::internal {
@@ -28,8 +29,7 @@ std::string roff(std::string_view text) {
 
 std::string option_entry(const OptionShape& option) {
   std::string names;
-  for (const std::string& name : option.names)
-    names += fmt::format("{}\\fB{}\\fR", names.empty() ? "" : ", ", roff(name));
+  for (const std::string& name : option.names) append_item(names, fmt::format("\\fB{}\\fR", roff(name)));
   if (!option.positional && !option.value.empty()) names += fmt::format(" \\fI{}\\fR", roff(option.value));
   return fmt::format(".TP\n{}\n{}\n", names, roff(option.about));
 }

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <vector>
 
 #include "analysis/laws/multiple_tests.h"
+#include "core/append_item.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -37,7 +37,7 @@ struct LeftParts {
 
   std::string text() const {
     std::string both = optimistic.empty() ? "" : optimistic + " optimistic";
-    if (!pessimistic.empty()) both += (both.empty() ? "" : " and ") + pessimistic + " pessimistic";
+    if (!pessimistic.empty()) append_item(both, pessimistic + " pessimistic", " and ");
     return both;
   }
 };

@@ -10,6 +10,7 @@
 #include "analysis/evidence/lost_runs.h"
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/tail_weight.h"
+#include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
@@ -88,10 +89,11 @@ Causes find_runs_that_are_lost(const Findings& findings) {
       why += ", …";
       break;
     }
-    why += fmt::format(
-        "{}run {} (the first is 0) has a mean NEES of {:.3g} times its dof, beyond chance from "
-        "its row {} on",
-        why.empty() ? "" : ", ", run.run, run.factor, run.row);
+    append_item(
+        why,
+        fmt::format("run {} (the first is 0) has a mean NEES of {:.3g} times its dof, beyond chance from "
+                    "its row {} on",
+                    run.run, run.factor, run.row));
   }
   return {
       {Cause::lost_runs, fmt::format("{}; that of the other {} is {:.3g} times. Look at {} before anything "

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "analysis/laws/multiple_tests.h"
+#include "core/append_item.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -48,7 +49,7 @@ std::string tails_say(const GaussianityJudgement& g) {
       {"NEES", g.nees_tail_p_value}, {"NIS", g.nis_tail_p_value}, {"NIS far out", g.far_nis_p_value}};
   std::string text;
   for (const auto& [name, p_value] : made) {
-    if (!std::isnan(p_value)) text += fmt::format("{}{} p = {:.3g}", text.empty() ? "" : ", ", name, p_value);
+    if (!std::isnan(p_value)) append_item(text, fmt::format("{} p = {:.3g}", name, p_value));
   }
   return text;
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "analysis/laws/chi_square.h"
+#include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
@@ -63,7 +64,7 @@ std::string names_of(const LostRuns& lost) {
   constexpr std::size_t kNamed = 5;
   std::string names;
   for (std::size_t i = 0; i < std::min(kNamed, lost.runs.size()); ++i) {
-    names += fmt::format("{}{}", i == 0 ? "" : ", ", lost.runs[i].run);
+    append_item(names, std::to_string(lost.runs[i].run));
   }
   return fmt::format("run{} {}{} of {}", lost.runs.size() == 1 ? "" : "s", names,
                      lost.runs.size() > kNamed ? ", …" : "",

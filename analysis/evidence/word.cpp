@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "analysis/laws/joint_tests.h"
+#include "core/append_item.h"
 #include "core/nan.h"
 
 namespace credence::internal {
@@ -43,8 +44,9 @@ std::string says_of(std::span<const WordPart> parts, const JointTests& joint, do
     const WordPart* const part = foremost(parts, joint, side, alpha);
     if (part == nullptr) continue;
     const std::string when = when_text(*part->verdict, sides[side]);
-    text += fmt::format("{}{} in {}{}{}", text.empty() ? "" : "; ", to_string(sides[side]), part->name,
-                        when.empty() ? "" : " ", when);
+    append_item(
+        text, fmt::format("{} in {}{}{}", to_string(sides[side]), part->name, when.empty() ? "" : " ", when),
+        "; ");
   }
   return text;
 }

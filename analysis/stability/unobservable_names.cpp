@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "analysis/stability/dense_svd.h"
+#include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
@@ -142,8 +143,7 @@ std::string list_components(const Vector& unit, const std::vector<std::string>& 
   for (const Index i : order) {
     if (std::abs(unit[i]) < 0.01 * largest) break;
     if (listed++ == kListedComponents) return text + ", …";
-    if (!text.empty()) text += ", ";
-    text += fmt::format("{:.2f} {}", unit[i], states[static_cast<std::size_t>(i)]);
+    append_item(text, fmt::format("{:.2f} {}", unit[i], states[static_cast<std::size_t>(i)]));
   }
   return text;
 }

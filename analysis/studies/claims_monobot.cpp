@@ -9,6 +9,7 @@
 #include "analysis/stability/riccati.h"
 #include "analysis/stability/stability_analysis.h"
 #include "analysis/studies/claims.h"
+#include "core/append_item.h"
 #include "core/filters/linear_filter.h"
 #include "core/inflation/rank_inflation.h"
 #include "montecarlo/worlds/linear/linear_experiment.h"
@@ -102,7 +103,7 @@ Claim controllability_rank() {
     const LinearModel model = monobot(landmarks);
     const Index rank = controllability(model.F, model.G, model.Q).decision.rank;
     all_one = all_one && rank == 1;
-    ranks += fmt::format("{}{} landmarks: {}", ranks.empty() ? "" : ", ", landmarks, rank);
+    append_item(ranks, fmt::format("{} landmarks: {}", landmarks, rank));
   }
   return {.id = "controllability-rank",
           .source = "section 4",
@@ -119,7 +120,7 @@ Claim observability_rank() {
     const Index partial = observability(free.F, free.H).decision.rank;
     const Index full = observability(anchored.F, anchored.H).decision.rank;
     as_claimed = as_claimed && partial == landmarks && full == landmarks + 1;
-    ranks += fmt::format("{}n = {}: {} and {}", ranks.empty() ? "" : "; ", landmarks + 1, partial, full);
+    append_item(ranks, fmt::format("n = {}: {} and {}", landmarks + 1, partial, full), "; ");
   }
   return {.id = "observability-rank",
           .source = "section 4",
@@ -152,8 +153,7 @@ Claim full_is_unbounded() {
     const double posterior = rate([](const LinearFilterStep& s) { return s.P.trace(); });
     as_claimed = as_claimed && std::abs(prior / kQ - 1.0) < 0.01 &&
                  std::abs(posterior * static_cast<double>(landmarks + 1) / kQ - 1.0) < 0.01;
-    rates +=
-        fmt::format("{}N = {}: {:.5f} and {:.5f} m²", rates.empty() ? "" : ", ", landmarks, prior, posterior);
+    append_item(rates, fmt::format("N = {}: {:.5f} and {:.5f} m²", landmarks, prior, posterior));
   }
   const double at_100 = linear_filter_steps(monobot(2), kFull, kMonobotSteps).back().P_prior.trace();
   return {.id = "full-unbounded",

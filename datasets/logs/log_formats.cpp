@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/append_item.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/arrays/mat_arrays.h"
 #include "datasets/logs/arrays/npz.h"
@@ -24,7 +25,7 @@ constexpr std::size_t kBeginning = 4096;
 std::string names_of_formats() {
   std::string names;
   for (const LogFormat& format : log_formats()) {
-    names += fmt::format("{}{} ({})", names.empty() ? "" : ", ", format.name, format.title);
+    append_item(names, fmt::format("{} ({})", format.name, format.title));
   }
   return names;
 }

@@ -4,7 +4,8 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
+
+#include "core/append_item.h"
 
 namespace credence::internal {
 namespace {
@@ -51,7 +52,7 @@ CarparkFinding reference(const CarparkStudy& study) {
   for (const InitialDeviations& initial : carpark_initials()) {
     const ReplayResult& r = study.find({}, initial);
     const double nis = r.nis.mean(), rms = r.landmark_rms_aligned;
-    finding.measured += fmt::format("{}{:.4f} m and {:.4f}", finding.measured.empty() ? "" : "; ", rms, nis);
+    append_item(finding.measured, fmt::format("{:.4f} m and {:.4f}", rms, nis), "; ");
     finding.holds = finding.holds && rms > 0.045 && rms < 0.060 && nis > 0.13 && nis < 0.15;
   }
   return finding;
@@ -70,8 +71,7 @@ CarparkFinding vehicle_order(const CarparkStudy& study, InflationSolution soluti
   for (const InitialDeviations& initial : carpark_initials()) {
     const FigureTraces t = figures(study, solution, initial);
     const double five = t.five.vehicle_max, six = t.six.vehicle_max, seven = t.seven.vehicle_max;
-    finding.measured += fmt::format("{}{}, {}, {} m²", finding.measured.empty() ? "" : "; ", text(five),
-                                    text(six), text(seven));
+    append_item(finding.measured, fmt::format("{}, {}, {} m²", text(five), text(six), text(seven)), "; ");
     finding.holds = finding.holds && five > kMuchLarger * six && six > seven;
   }
   return finding;
@@ -90,8 +90,7 @@ CarparkFinding landmark_order(const CarparkStudy& study, InflationSolution solut
   for (const InitialDeviations& initial : carpark_initials()) {
     const FigureTraces t = figures(study, solution, initial);
     const double five = t.five.landmarks_final, six = t.six.landmarks_final, seven = t.seven.landmarks_final;
-    finding.measured += fmt::format("{}{}, {}, {} m²", finding.measured.empty() ? "" : "; ", text(five),
-                                    text(six), text(seven));
+    append_item(finding.measured, fmt::format("{}, {}, {} m²", text(five), text(six), text(seven)), "; ");
     finding.holds = finding.holds && (exact ? five > six : six > five) && six > seven;
   }
   return finding;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/append_item.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/utf8_text.h"
 
@@ -29,11 +30,11 @@ ReportAnswer claims_answer(const std::vector<Claim>& claims) {
   for (const ClaimVerdict verdict :
        {ClaimVerdict::holds, ClaimVerdict::conditional, ClaimVerdict::fails, ClaimVerdict::not_measured}) {
     const auto count = std::ranges::count(claims, verdict, &Claim::verdict);
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count,
-                        verdict == ClaimVerdict::holds         ? "hold"
-                        : verdict == ClaimVerdict::conditional ? "hold under a condition"
-                        : verdict == ClaimVerdict::fails       ? "fail"
-                                                               : "not measured");
+    append_item(text, fmt::format("{} {}", count,
+                                  verdict == ClaimVerdict::holds         ? "hold"
+                                  : verdict == ClaimVerdict::conditional ? "hold under a condition"
+                                  : verdict == ClaimVerdict::fails       ? "fail"
+                                                                         : "not measured"));
   }
   const auto any = [&](ClaimVerdict verdict) {
     return std::ranges::find(claims, verdict, &Claim::verdict) != claims.end();

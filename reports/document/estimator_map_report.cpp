@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/estimator_report.h"
@@ -111,9 +112,9 @@ ReportAnswer estimator_map_answer(const EstimatorMap& map) {
   std::string text;
   for (std::size_t e = 0; e < enough.size(); ++e) {
     if (enough[e] == 0) continue;
-    text += fmt::format("{}{} at {}", text.empty() ? "" : ", ", map.names[e], enough[e]);
+    append_item(text, fmt::format("{} at {}", map.names[e], enough[e]));
   }
-  if (none > 0) text += fmt::format("{}none at {}", text.empty() ? "" : ", ", none);
+  if (none > 0) append_item(text, fmt::format("none at {}", none));
   return {none > 0 ? CellTone::caution : CellTone::good,
           fmt::format("The cheapest estimator that stays consistent, of {} points: {}",
                       map.plan.points.size(), text)};

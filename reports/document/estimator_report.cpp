@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/posterior_bound.h"
@@ -59,8 +60,8 @@ std::vector<std::string> failure_notes(const EstimatorStudy& study) {
     if (row.failures.empty()) continue;
     std::string runs;
     for (std::size_t i = 0; i < std::min(kNamed, row.failures.size()); ++i) {
-      runs += fmt::format("{}{} ({} at step {})", i == 0 ? "" : ", ", row.failures[i].run,
-                          to_string(row.failures[i].outcome), row.failures[i].step);
+      append_item(runs, fmt::format("{} ({} at step {})", row.failures[i].run,
+                                    to_string(row.failures[i].outcome), row.failures[i].step));
     }
     notes.push_back(
         fmt::format("{}: {} of {} runs failed and are in no average: {}{}. `credence run --set "

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
@@ -132,8 +133,7 @@ ReportTable wrong_filter_table(const SelftestResult& result) {
     std::string causes;
     for (const CauseShare& named : filter.causes) {
       if (named.share < 0.05) continue;
-      causes += fmt::format("{}{} ({} %)", causes.empty() ? "" : "; ", to_string(named.cause),
-                            percent(named.share));
+      append_item(causes, fmt::format("{} ({} %)", to_string(named.cause), percent(named.share)), "; ");
     }
     table.add(
         {filter.name, TableCell(100.0 * filter.caught.interval.value, 3),

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <string>
 
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "reports/document/swept_values.h"
 
@@ -81,7 +82,7 @@ std::size_t longest_axis(const SweepPlan& plan) {
 std::string label_of(const SweepPoint& point, std::size_t axis) {
   std::string label;
   for (std::size_t i = 0; i < point.values.size(); ++i) {
-    if (i != axis) label += (label.empty() ? "" : ", ") + swept_text(point.values[i]);
+    if (i != axis) append_item(label, swept_text(point.values[i]));
   }
   return label;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "core/append_item.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/rank_map_report.h"
 #include "reports/document/study_json.h"
@@ -95,7 +96,7 @@ std::string point_words(const SweepAnalysis& sweep, std::size_t study) {
   std::string text;
   const std::vector<ScalarValue>& values = sweep.point(study).values;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    text += fmt::format("{}{} = {}", i == 0 ? "" : ", ", sweep.plan.axes[i].path, swept_text(values[i]));
+    append_item(text, fmt::format("{} = {}", sweep.plan.axes[i].path, swept_text(values[i])));
   }
   return text;
 }
@@ -108,8 +109,9 @@ std::string unsettled_note(const SweepAnalysis& sweep) {
   for (std::size_t i = 0; i < sweep.studies.size(); ++i) {
     const StudyStatistics& s = sweep.studies[i].statistics;
     if (s.not_converged.empty() || ++configurations > kNamed) continue;
-    where += fmt::format("{}{} (in {} of {} runs)", where.empty() ? "" : "; ", point_words(sweep, i),
-                         s.not_converged.size(), s.runs);
+    append_item(where,
+                fmt::format("{} (in {} of {} runs)", point_words(sweep, i), s.not_converged.size(), s.runs),
+                "; ");
   }
   if (configurations == 0) return {};
   return fmt::format(

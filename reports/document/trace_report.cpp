@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "core/append_item.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/render/json_numbers.h"
@@ -46,8 +47,8 @@ std::string errors_title(const Scenario& scenario, const RunTrace& trace) {
 std::string errors_text(std::span<const Index> states, const TraceStep& s) {
   std::string text;
   for (const Index i : states) {
-    text += fmt::format("{}{} ± {}", i > 0 ? ", " : "", number_text(s.error[i], 3),
-                        number_text(2.0 * std::sqrt(s.P(i, i)), 3));
+    append_item(
+        text, fmt::format("{} ± {}", number_text(s.error[i], 3), number_text(2.0 * std::sqrt(s.P(i, i)), 3)));
   }
   return text;
 }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "montecarlo/worlds/registry.h"
@@ -76,8 +77,7 @@ std::string ridge_sentence(const ScenarioTuning& t, const RidgePoint& point) {
   for (std::size_t i = 0; i < there.size(); ++i) {
     if (there[i].value == tuned[i].value) continue;
     const ScenarioScore::Key key = t.score->key(there[i].name);
-    values += fmt::format("{}{} = {}", values.empty() ? "" : ", ", key.name,
-                          number_text(there[i].value * key.unit, 3));
+    append_item(values, fmt::format("{} = {}", key.name, number_text(there[i].value * key.unit, 3)));
   }
   return fmt::format("{} (lag-one correlation {}, log likelihood lower by {})", values,
                      number_text(point.lag_one, 2), number_text(point.drop, 3));
@@ -124,7 +124,7 @@ std::vector<std::string> tune_sentences(const ScenarioTuning& t) {
   if (t.ridge.empty()) return sentences;
   std::string points;
   for (const RidgePoint& point : t.ridge) {
-    points += (points.empty() ? "" : "; ") + ridge_sentence(t, point);
+    append_item(points, ridge_sentence(t, point), "; ");
   }
   sentences.push_back(
       "NIS alone cannot tell these from the tuned noise, its mean is as expected there too: " + points + ".");

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/append_item.h"
 #include "reports/render/number_text.h"
 
 namespace credence::internal {
@@ -116,8 +117,8 @@ std::string found_noise_text(const Tuning& tuning) {
   std::string found;
   for (const TunedParameter& p : tuning.parameters) {
     if (!p.identifiable) continue;
-    found += fmt::format("{}{} = {} ({})", found.empty() ? "" : ", ", p.name, number_text(p.value, 3),
-                         tuned_interval_text(p.lower, p.upper));
+    append_item(found, fmt::format("{} = {} ({})", p.name, number_text(p.value, 3),
+                                   tuned_interval_text(p.lower, p.upper)));
   }
   return found;
 }

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "core/append_item.h"
 #include "reports/figures/figure_axis.h"
 #include "reports/figures/figure_text.h"
 #include "reports/render/utf8_text.h"
@@ -21,12 +22,9 @@ std::string number(double value) { return std::isfinite(value) ? fmt::format("{:
 
 template <class Values>
 std::string number_list(const Values& values, std::size_t every = 1) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < values.size(); i += every) {
-    if (i > 0) text += ',';
-    text += number(values[i]);
-  }
-  return text + "]";
+  std::string text;
+  for (std::size_t i = 0; i < values.size(); i += every) append_item(text, number(values[i]), ",");
+  return "[" + text + "]";
 }
 
 /// A quoted JSON string that may stand within an element of HTML.
@@ -106,8 +104,10 @@ std::string series_text(const Panel& panel, const std::vector<std::size_t>& lead
                       panel.series[i + 1].x == s.x;
     const bool band = pair || s.kind == SeriesKind::band;
     const std::size_t every = s.x.size() / kMostPoints + 1;
-    text += fmt::format("{}{{\"i\":{},\"n\":{},\"c\":\"#{:06x}\",\"x\":{}", text.empty() ? "" : ",", i,
-                        json_text(words_of(s.label)), style_of(s.role).rgb, columns.index_of(s.x, every));
+    append_item(text,
+                fmt::format("{{\"i\":{},\"n\":{},\"c\":\"#{:06x}\",\"x\":{}", i, json_text(words_of(s.label)),
+                            style_of(s.role).rgb, columns.index_of(s.x, every)),
+                ",");
     if (!band) text += ",\"y\":" + number_list(s.y, every);
     if (pair)
       text += ",\"l\":" + number_list(s.y, every) + ",\"u\":" + number_list(panel.series[i + 1].y, every);
@@ -125,19 +125,16 @@ std::string parts_text(const Panel& panel, const std::vector<std::size_t>& leadi
     if (panel.series[i].label.empty()) continue;
     std::string parts;
     for (std::size_t k = 0; k < leading.size(); ++k) {
-      if (leading[k] == i) parts += fmt::format("{}{}", parts.empty() ? "" : ",", k);
+      if (leading[k] == i) append_item(parts, std::to_string(k), ",");
     }
-    text += fmt::format("{}\"{}\":[{}]", text.empty() ? "" : ",", i, parts);
+    append_item(text, fmt::format("\"{}\":[{}]", i, parts), ",");
   }
   return "{" + text + "}";
 }
 
 std::string names_text(const std::vector<FigureText>& names) {
   std::string text;
-  for (const FigureText& name : names) {
-    if (!text.empty()) text += ',';
-    text += json_text(words_of(name));
-  }
+  for (const FigureText& name : names) append_item(text, json_text(words_of(name)), ",");
   return "[" + text + "]";
 }
 
@@ -146,8 +143,7 @@ std::string cells_text(const Panel& panel) {
     if (s.kind != SeriesKind::heat_map) continue;
     std::string rows;
     for (Index i = 0; i < s.cells.rows(); ++i) {
-      if (i > 0) rows += ',';
-      rows += number_list(std::vector<double>(s.cells.row(i).begin(), s.cells.row(i).end()));
+      append_item(rows, number_list(std::vector<double>(s.cells.row(i).begin(), s.cells.row(i).end())), ",");
     }
     std::string text = fmt::format("{{\"x\":{},\"y\":{},\"xe\":{},\"ye\":{},\"v\":[{}]", number_list(s.x),
                                    number_list(s.y), number_list(cell_edges(s.x, panel.log_x)),

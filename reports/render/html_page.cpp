@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/append_item.h"
 #include "reports/document/glossary.h"
 #include "reports/render/html_script.h"
 #include "reports/render/html_style.h"
@@ -246,7 +247,7 @@ void PageWriter::operator()(const part::DrawnFigure& drawn) {
     std::string columns;
     double width = 0.0;
     for (const double w : drawing.column_widths) {
-      columns += fmt::format("{}{:.0f}fr", columns.empty() ? "" : " ", w);
+      append_item(columns, fmt::format("{:.0f}fr", w), " ");
       width += w;
     }
     body += fmt::format("<div class=\"panels\" style=\"--columns:{};max-width:{:.0f}px\">\n", columns, width);

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 
+#include "core/append_item.h"
 #include "core/control_characters.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
@@ -120,7 +121,7 @@ class ArrayRoles {
 
   std::string shapes() const {
     std::string text;
-    for (const ArrayShape& array : file_.arrays()) text += (text.empty() ? "" : ", ") + shape_text(array);
+    for (const ArrayShape& array : file_.arrays()) append_item(text, shape_text(array));
     return text.empty() ? "none" : text;
   }
 

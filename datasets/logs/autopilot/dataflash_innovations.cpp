@@ -8,6 +8,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/append_item.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/autopilot/dataflash.h"
 #include "datasets/logs/autopilot/innovation_series.h"
@@ -91,8 +92,7 @@ class DataflashCollector {
     std::string text;
     for (const GatedGroup& group : kGroups) {
       if (gates_.contains(std::string(group.gate))) continue;
-      text +=
-          fmt::format("{}{}{} {:g}", text.empty() ? "" : ", ", parameters_, group.gate, group.default_gate);
+      append_item(text, fmt::format("{}{} {:g}", parameters_, group.gate, group.default_gate));
     }
     return text;
   }
@@ -168,7 +168,7 @@ void read_cores(const std::filesystem::path& file, const LogReadOptions& options
   int number = 0;
   for (const auto& [i, core] : judged.cores()) {
     if (core.series.empty()) continue;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", i);
+    append_item(names, std::to_string(i));
     if (chosen != nullptr || (options.instance && *options.instance != i)) continue;
     chosen = &core;
     number = i;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/append_item.h"
 #include "datasets/logs/log_format.h"
 
 namespace credence::internal {
@@ -97,7 +98,7 @@ std::string InnovationSeries::counts() const {
   std::string text;
   for (const SensorSeries& s : sensors_) {
     if (!s.in_use()) continue;
-    text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", s.count(), s.name);
+    append_item(text, fmt::format("{} of {}", s.count(), s.name));
     const double rate = message_rate(s.count(), s.first_s, s.last_s);
     if (std::isfinite(rate)) text += fmt::format(" ({:.3g} Hz)", rate);
   }
@@ -108,7 +109,7 @@ std::string InnovationSeries::never_repeated() const {
   constexpr std::int64_t kEnough = 20;
   std::string text;
   for (const SensorSeries& s : sensors_) {
-    if (s.repeated == 0 && s.count() >= kEnough) text += (text.empty() ? "" : ", ") + s.name;
+    if (s.repeated == 0 && s.count() >= kEnough) append_item(text, s.name);
   }
   return text;
 }

@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/append_item.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/autopilot/innovation_series.h"
 #include "datasets/logs/autopilot/ulog.h"
@@ -237,7 +238,7 @@ UlogInnovations read_innovations(const std::filesystem::path& file, const LogRea
 std::string instances(const UlogInnovations& log) {
   std::string text;
   for (const auto& [instance, estimator] : log.estimators) {
-    if (!estimator.series().empty()) text += fmt::format("{}{}", text.empty() ? "" : ", ", instance);
+    if (!estimator.series().empty()) append_item(text, std::to_string(instance));
   }
   return text;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/append_item.h"
 #include "core/nan.h"
 #include "datasets/logs/conventions/thinned.h"
 
@@ -101,7 +102,7 @@ std::string ConventionCheck::charts_text(const ChartFindings& findings) const {
   std::string text;
   double least = HUGE_VAL, most = 0.0, least_carried = HUGE_VAL, most_carried = 0.0;
   for (const ChartNees& nees : findings.charts) {
-    text += fmt::format("{}{} {:.4g}", text.empty() ? "" : ", ", nees.chart, nees.as_written);
+    append_item(text, fmt::format("{} {:.4g}", nees.chart, nees.as_written));
     // What an author may have meant without a mistake in order or unit.
     const PoseErrorAxes& axes = pose_chart_named(nees.chart).axes;
     if (std::isfinite(nees.as_written) && axes.position == PositionError::world &&
@@ -170,13 +171,15 @@ std::string ConventionCheck::mistakes(const ReadingFit& declared, const TruthCom
     return f.fit.log_likelihood < best - kRival / static_cast<double>(samples_.size());
   });
   if (fitting.size() > kMostNamed) fitting.resize(kMostNamed);
-  std::string text = fmt::format("The covariance does not fit as it is read (chart {}, {}). It would fit if ",
-                                 declared_.name, misfit_text(declared, 6));
-  for (std::size_t i = 0; i < fitting.size(); ++i) {
-    text += fmt::format("{}{} (mean NEES {:.4g}; {})", i == 0 ? "" : ", or if ", fitting[i].reading.cause,
-                        fitting[i].fit.nees, fitting[i].reading.repair);
+  std::string repairs;
+  for (const auto& [reading, fit] : fitting) {
+    append_item(repairs, fmt::format("{} (mean NEES {:.4g}; {})", reading.cause, fit.nees, reading.repair),
+                ", or if ");
   }
-  return text + ". Whether it is so, the log cannot say: look at the program that wrote it.";
+  return fmt::format(
+      "The covariance does not fit as it is read (chart {}, {}). It would fit if {}. Whether it is so, the "
+      "log cannot say: look at the program that wrote it.",
+      declared_.name, misfit_text(declared, 6), repairs);
 }
 
 }  // namespace credence::internal

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/append_item.h"
+
 namespace credence {
 
 using namespace internal;
@@ -44,7 +46,7 @@ const PoseChart& pose_chart_named(std::string_view name) {
   if (found != pose_charts().end()) return *found;
   std::string names;
   for (const PoseChart& chart : pose_charts()) {
-    names += fmt::format("{}{} ({})", names.empty() ? "" : ", ", chart.name, chart.says);
+    append_item(names, fmt::format("{} ({})", chart.name, chart.says));
   }
   throw std::invalid_argument(fmt::format("--chart {}: accepted are {}", name, names));
 }

@@ -8,6 +8,8 @@
 #include <functional>
 #include <map>
 
+#include "core/append_item.h"
+
 namespace credence::internal {
 namespace {
 
@@ -25,14 +27,14 @@ bool same_bits(const PoseCovariance& a, const PoseCovariance& b) {
 std::string components(const std::array<std::int64_t, 6>& counts, std::int64_t rows) {
   std::map<std::int64_t, std::string, std::greater<>> names;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (counts[i] == 0) continue;
-    std::string& text = names[counts[i]];
-    text += (text.empty() ? "" : ", ") + std::string(kPoseComponents[i]);
+    if (counts[i] > 0) append_item(names[counts[i]], kPoseComponents[i]);
   }
   std::string all;
   for (const auto& [count, text] : names) {
-    all += fmt::format("{}{} in {}", all.empty() ? "" : "; ", text,
-                       count == rows ? "every row" : fmt::format("{} of {} rows", count, rows));
+    append_item(all,
+                fmt::format("{} in {}", text,
+                            count == rows ? "every row" : fmt::format("{} of {} rows", count, rows)),
+                "; ");
   }
   return all;
 }

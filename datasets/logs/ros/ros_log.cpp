@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "core/append_item.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/conventions/convention_check.h"
 #include "datasets/logs/conventions/thinned.h"
@@ -73,8 +73,7 @@ std::string listed(const std::vector<TopicSeen>& topics, Fits fits) {
   std::string text;
   for (const TopicSeen& seen : topics) {
     if (!fits(seen)) continue;
-    text += fmt::format("{}{} ({}, {} messages)", text.empty() ? "" : ", ", seen.topic.name, seen.topic.type,
-                        seen.count);
+    append_item(text, fmt::format("{} ({}, {} messages)", seen.topic.name, seen.topic.type, seen.count));
   }
   return text.empty() ? "none" : text;
 }
