@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/append_item.h"
 #include "core/inflation/inflation_rule.h"
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
@@ -21,20 +22,13 @@ const char* place_text(Linearisation at) {
 }
 
 std::string unobservable_text(const PlanarRanks& ranks) {
-  std::string text;
-  for (const std::string& name : ranks.unobservable) text += (text.empty() ? "" : ", ") + name;
-  return text.empty() ? "nothing" : text;
+  return ranks.unobservable.empty() ? "nothing" : fmt::format("{}", fmt::join(ranks.unobservable, ", "));
 }
 
 /// What P is, or since when it is no more.
 std::string growth_text(const PlanarFollowed& f) {
   if (f.failed_at > 0) return fmt::format("lost at step {} (the filter fails there)", f.failed_at);
   return std::string(to_string(f.growth.verdict));
-}
-
-TableCell verdict_of(const PlanarFollowed& f) {
-  const CellTone tone = f.growth.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm;
-  return {std::string(to_string(f.growth.verdict)), tone};
 }
 
 TableCell prediction_of(const PlanarFollowed& f) {
@@ -123,8 +117,7 @@ std::string others_text(const Scenario& scenario, const PlanarStability& a) {
   std::string text;
   for (const PlanarFollowed& f : a.followed) {
     if (f.at != Linearisation::truth || f.solution == scenario.filter.solution) continue;
-    text +=
-        fmt::format("{}{} {}", text.empty() ? "" : ", ", to_string(f.solution), to_string(f.growth.verdict));
+    append_item(text, fmt::format("{} {}", to_string(f.solution), to_string(f.growth.verdict)));
   }
   return text.empty() ? text : " (" + text + ")";
 }
@@ -185,10 +178,11 @@ ReportTable planar_growth_table(const Scenario& scenario, const PlanarStability&
                                 {"pose NEES / 3"}}};
   for (const PlanarFollowed& f : a.followed) {
     const std::string effect = fmt::format("× {}", number_text(f.initial_effect, 3));
-    table.add({solution_text(scenario, f.solution), place_text(f.at), verdict_of(f), trace_cell(f, 1),
-               trace_cell(f, 10), trace_cell(f, f.traces.size()), number_or_none(f.growth.exponent),
-               number_or_none(f.growth.per_sample), prediction_of(f), f.inflation_rank, f.not_converged,
-               TableCell(std::isnan(f.initial_effect) ? "–" : effect), number_or_none(f.pose_nees)});
+    table.add({solution_text(scenario, f.solution), place_text(f.at), long_run_cell(f.growth),
+               trace_cell(f, 1), trace_cell(f, 10), trace_cell(f, f.traces.size()),
+               number_or_none(f.growth.exponent), number_or_none(f.growth.per_sample), prediction_of(f),
+               f.inflation_rank, f.not_converged, TableCell(std::isnan(f.initial_effect) ? "–" : effect),
+               number_or_none(f.pose_nees)});
   }
   table.notes = {
       fmt::format("growing: the last half of the loops adds more than {} of tr P and does not slow down. "
@@ -241,23 +235,8 @@ Document planar_stability_document(const Scenario& scenario, const PlanarStabili
   document.answer = planar_stability_answer(scenario, a);
   document.json = [scenario, a] { return planar_stability_json(scenario, a); };
 
-  const ReportTable growth = planar_growth_table(scenario, a), ranks = planar_rank_table(a);
-  document.show_answer();
-  document.show_apart({growth, ranks});
-
-  document.section("Verdict");
-  document.facts({{"world", world_text(scenario)},
-                  {"inflation", filter_text(scenario.filter)},
-                  {"state", fmt::format("{} dimensions", a.state_dim)}});
-  document.table(growth);
-  if (const Figure figure = planar_growth_figure(scenario, a); !figure.panels.empty()) {
-    document.section("Growth of P");
-    document.figure(figure);
-  }
-  document.section("Ranks");
-  document.table(ranks);
-  document.section("Settings");
-  document.folded("The scenario", [&] { document.verbatim(canonical_toml(scenario)); });
+  add_stability_page(document, scenario, a.state_dim, planar_growth_table(scenario, a), "Growth of P",
+                     planar_growth_figure(scenario, a), planar_rank_table(a));
   return document;
 }
 

@@ -29,6 +29,31 @@ Json rank_json(const RankDecision& decision) {
   return j;
 }
 
+TableCell long_run_cell(const TraceGrowth& growth) {
+  return {std::string(to_string(growth.verdict)),
+          growth.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm};
+}
+
+void add_stability_page(Document& document, const Scenario& scenario, Index state_dim,
+                        const ReportTable& verdicts, const char* over_time, const Figure& figure,
+                        const ReportTable& ranks) {
+  document.show_answer();
+  document.show_apart({verdicts, ranks});
+  document.section("Verdict");
+  document.facts({{"world", world_text(scenario)},
+                  {"inflation", filter_text(scenario.filter)},
+                  {"state", fmt::format("{} dimensions", state_dim)}});
+  document.table(verdicts);
+  if (!figure.panels.empty()) {
+    document.section(over_time);
+    document.figure(figure);
+  }
+  document.section("Ranks");
+  document.table(ranks);
+  document.section("Settings");
+  document.folded("The scenario", [&] { document.verbatim(canonical_toml(scenario)); });
+}
+
 Json eigenvalues_json(const Eigen::VectorXcd& values) {
   Json j = Json::array();
   for (const std::complex<double>& z : values) j.push_back({z.real(), z.imag()});
@@ -38,9 +63,7 @@ Json eigenvalues_json(const Eigen::VectorXcd& values) {
 namespace {
 
 std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text.empty() ? "none" : text;
+  return words.empty() ? "none" : fmt::format("{}", fmt::join(words, ", "));
 }
 
 std::string complex_text(const std::complex<double>& z) {
@@ -102,11 +125,6 @@ TableCell error_cell(double spectral_radius) {
   if (spectral_radius < 1.0 - kOnTheCircle) return {"forgotten", CellTone::good};
   if (spectral_radius <= 1.0 + kOnTheCircle) return {"part of it never decays", CellTone::caution};
   return {"not forgotten", CellTone::alarm};
-}
-
-TableCell long_run_cell(const LongHorizon& h) {
-  return {std::string(to_string(h.growth.verdict)),
-          h.growth.verdict == LongRun::bounded ? CellTone::good : CellTone::alarm};
 }
 
 /// Behind the trace of a covariance.
@@ -366,7 +384,7 @@ ReportTable stability_verdict_table(const StabilityAnalysis& a) {
                                     : "no",
              initial_text(a)});
   table.add({fmt::format("P of the filter itself, {} steps", a.long_horizon.trace.size()),
-             long_run_cell(a.long_horizon), long_run_text(a)});
+             long_run_cell(a.long_horizon.growth), long_run_text(a)});
   return table;
 }
 
@@ -415,23 +433,8 @@ Document stability_document(const Scenario& scenario, const StabilityAnalysis& a
   }
   document.json = [scenario, a] { return stability_json(scenario, a); };
 
-  const ReportTable verdicts = stability_verdict_table(a), ranks = stability_rank_table(a);
-  document.show_answer();
-  document.show_apart({verdicts, ranks});
-
-  document.section("Verdict");
-  document.facts({{"world", world_text(scenario)},
-                  {"inflation", filter_text(scenario.filter)},
-                  {"state", fmt::format("{} dimensions", a.state_dim)}});
-  document.table(verdicts);
-  if (!a.long_horizon.trace.empty()) {
-    document.section("Covariance over time");
-    document.figure(stability_figure(a));
-  }
-  document.section("Ranks");
-  document.table(ranks);
-  document.section("Settings");
-  document.folded("The scenario", [&] { document.verbatim(canonical_toml(scenario)); });
+  add_stability_page(document, scenario, a.state_dim, stability_verdict_table(a), "Covariance over time",
+                     a.long_horizon.trace.empty() ? Figure{} : stability_figure(a), stability_rank_table(a));
   return document;
 }
 

@@ -15,6 +15,15 @@ namespace credence::internal {
 /// that are one step of the analysis.
 Document stability_document(const Scenario& scenario, const StabilityAnalysis& analysis, Index period);
 
+/// Whether P stays bounded, green where it does.
+TableCell long_run_cell(const TraceGrowth& growth);
+
+/// The page of a stability analysis: verdicts, what `figure` shows of P over time under the title
+/// `over_time`, unless it has no panels, ranks, and the scenario.
+void add_stability_page(Document& document, const Scenario& scenario, Index state_dim,
+                        const ReportTable& verdicts, const char* over_time, const Figure& figure,
+                        const ReportTable& ranks);
+
 /// Of a rank that is doubtful.
 inline constexpr std::string_view kRankDoubt =
     "rounding may have grown to the size of what was counted, and above 64 states it is not examined mode by "
