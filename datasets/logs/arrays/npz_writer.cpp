@@ -4,24 +4,15 @@
 #include <fmt/ranges.h>
 #include <zlib.h>
 
-#include <bit>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
 
+#include "datasets/logs/bytes/append_number.h"
+
 namespace credence::internal {
 namespace {
-
-/// Appends a number in little endian order.
-template <class T>
-void put(std::string& bytes, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  bytes.append(raw, sizeof(T));
-}
 
 std::string npy_bytes(const NamedArray& array) {
   constexpr std::size_t kPrefix = 10, kAlignment = 64;
@@ -36,7 +27,7 @@ std::string npy_bytes(const NamedArray& array) {
   header.resize((header.size() + kPrefix + kAlignment) / kAlignment * kAlignment - kPrefix, ' ');
   header.back() = '\n';
   std::string bytes("\x93NUMPY\x01\x00", 8);
-  put(bytes, static_cast<std::uint16_t>(header.size()));
+  append_number(bytes, static_cast<std::uint16_t>(header.size()));
   bytes += header;
   bytes.append(reinterpret_cast<const char*>(array.values.data()), array.values.size() * sizeof(double));
   return bytes;
@@ -47,17 +38,17 @@ std::string npy_bytes(const NamedArray& array) {
 std::string member_head(const std::string& name, const std::string& content) {
   constexpr std::uint16_t kVersion = 20, kFirstDay = 0x21;
   std::string head;
-  put(head, kVersion);
-  put(head, std::uint16_t{0});  // flags
-  put(head, std::uint16_t{0});  // not packed
-  put(head, std::uint16_t{0});
-  put(head, kFirstDay);  // 1980-01-01: the same runs give the same bytes
-  put(head,
-      static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size())));
-  put(head, static_cast<std::uint32_t>(content.size()));
-  put(head, static_cast<std::uint32_t>(content.size()));
-  put(head, static_cast<std::uint16_t>(name.size()));
-  put(head, std::uint16_t{0});
+  append_number(head, kVersion);
+  append_number(head, std::uint16_t{0});  // flags
+  append_number(head, std::uint16_t{0});  // not packed
+  append_number(head, std::uint16_t{0});
+  append_number(head, kFirstDay);  // 1980-01-01: the same runs give the same bytes
+  append_number(head, static_cast<std::uint32_t>(
+                          crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size())));
+  append_number(head, static_cast<std::uint32_t>(content.size()));
+  append_number(head, static_cast<std::uint32_t>(content.size()));
+  append_number(head, static_cast<std::uint16_t>(name.size()));
+  append_number(head, std::uint16_t{0});
   return head;
 }
 
@@ -72,17 +63,17 @@ std::string npz_bytes(std::span<const NamedArray> arrays) {
     }
     const std::string head = member_head(name, content);
     directory += std::string("PK\x01\x02\x14\x00", 6) + head + std::string(10, '\0');
-    put(directory, static_cast<std::uint32_t>(file.size()));
+    append_number(directory, static_cast<std::uint32_t>(file.size()));
     directory += name;
     file.append("PK\x03\x04").append(head).append(name).append(content);
   }
   const std::size_t begin = file.size();
   file += directory + std::string("PK\x05\x06\x00\x00\x00\x00", 8);
-  put(file, static_cast<std::uint16_t>(arrays.size()));
-  put(file, static_cast<std::uint16_t>(arrays.size()));
-  put(file, static_cast<std::uint32_t>(directory.size()));
-  put(file, static_cast<std::uint32_t>(begin));
-  put(file, std::uint16_t{0});
+  append_number(file, static_cast<std::uint16_t>(arrays.size()));
+  append_number(file, static_cast<std::uint16_t>(arrays.size()));
+  append_number(file, static_cast<std::uint32_t>(directory.size()));
+  append_number(file, static_cast<std::uint32_t>(begin));
+  append_number(file, std::uint16_t{0});
   return file;
 }
 

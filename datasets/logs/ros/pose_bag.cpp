@@ -2,27 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
 
+#include "datasets/logs/bytes/append_number.h"
 #include "datasets/logs/ros/mcap.h"
 
 namespace credence::internal {
 namespace {
-
-static_assert(std::endian::native == std::endian::little,
-              "MCAP and CDR are written as the numbers lie in memory");
-
-/// Numbers without padding.
-template <class T>
-void append(std::string& bytes, T value) {
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  bytes.append(raw, sizeof(T));
-}
 
 /// Fields of a message in CDR: each number at a multiple of its size behind the four bytes of encapsulation.
 class CdrWriter {
@@ -30,7 +18,7 @@ class CdrWriter {
   template <class T>
   void number(T value) {
     while ((bytes_.size() - kEncapsulation) % sizeof(T) != 0) bytes_ += '\0';
-    append(bytes_, value);
+    append_number(bytes_, value);
   }
   void text(std::string_view text) {
     number(static_cast<std::uint32_t>(text.size() + 1));
@@ -56,13 +44,13 @@ class CdrWriter {
 
 std::string text(std::string_view text) {
   std::string bytes;
-  append(bytes, static_cast<std::uint32_t>(text.size()));
+  append_number(bytes, static_cast<std::uint32_t>(text.size()));
   return bytes.append(text);
 }
 
 void add_record(std::string& file, std::uint8_t opcode, std::string_view body) {
-  append(file, opcode);
-  append(file, static_cast<std::uint64_t>(body.size()));
+  append_number(file, opcode);
+  append_number(file, static_cast<std::uint64_t>(body.size()));
   file += body;
 }
 
@@ -85,21 +73,21 @@ std::string schema_text(std::string_view fields, bool covariance) {
 void add_topic(std::string& file, std::uint16_t id, const char* topic, const char* type,
                const std::string& schema) {
   std::string body;
-  append(body, id);
+  append_number(body, id);
   add_record(file, McapOpcode::kSchema, body + text(type) + text("ros2msg") + text(schema));
-  append(body, id);  // the channel's own number, then that of its schema
+  append_number(body, id);  // the channel's own number, then that of its schema
   body += text(topic) + text("cdr");
-  append(body, std::uint32_t{0});  // no metadata
+  append_number(body, std::uint32_t{0});  // no metadata
   add_record(file, McapOpcode::kChannel, body);
 }
 
 void add_message(std::string& file, std::uint16_t topic, std::uint32_t number, std::int64_t time_ns,
                  const CdrWriter& message) {
   std::string body;
-  append(body, topic);
-  append(body, number);
-  append(body, time_ns);  // logged
-  append(body, time_ns);  // published
+  append_number(body, topic);
+  append_number(body, number);
+  append_number(body, time_ns);  // logged
+  append_number(body, time_ns);  // published
   add_record(file, McapOpcode::kMessage, body + message.bytes());
 }
 
@@ -131,7 +119,7 @@ std::string pose_bag_bytes(std::span<const LoggedPose> poses) {
     add_message(file, kTruth, number++, time_ns, truth);
   }
   std::string crc;
-  append(crc, std::uint32_t{0});  // none
+  append_number(crc, std::uint32_t{0});  // none
   add_record(file, McapOpcode::kDataEnd, crc);
   add_record(file, McapOpcode::kFooter, std::string(16, '\0') + crc);  // no summary
   return file.append(kMagic);
