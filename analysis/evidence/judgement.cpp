@@ -143,7 +143,6 @@ SensorJudgement judge_sensor(const SensorSums& s, std::size_t steps, double conf
   const bool enough_runs = means.count > 0 && means.count > means.mean.size() + 1;
   if (s.sensor.nis_alone) {
     result.mean = {.p_value = kNaN, .reason = "NIS alone has no sign"};
-    result.mean.chi_square_p_value = kNaN;
   } else {
     result.mean = test_zero_mean(enough_runs ? means : s.varies ? s.scalar_values : s.values);
   }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -42,7 +41,7 @@ struct SecondMomentJudgement {
 /// Whether the errors have a mean, as they have with a bias of the sensor or of the model, which the
 /// innovations of a filter that takes it into its state do not show.
 struct ErrorMeanJudgement {
-  ZeroMeanTest test;  ///< Hotelling's T² of e_i/√P_ii averaged over each run; the chi_square has no meaning
+  ZeroMeanTest test;    ///< of e_i/√P_ii averaged over each run
   std::string largest;  ///< the state whose mean is the largest
 };
 

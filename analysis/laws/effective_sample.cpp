@@ -111,7 +111,6 @@ NeesTimeLaw linear_nees_time_law(std::span<const Matrix> transitions, std::span<
       if (root(k) > 0.0 && root(l) > 0.0) law.correlation(k, l) = norms(k, l) / (root(k) * root(l));
     }
   }
-  law.effective_dof = 2.0 * law.run_sum.mean * law.run_sum.mean / law.run_sum.variance;
   law.effective_steps = static_cast<double>(steps) * 2.0 * static_cast<double>(total) / law.run_sum.variance;
   return law;
 }

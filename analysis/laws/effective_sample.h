@@ -24,7 +24,6 @@ namespace credence::internal {
 struct NeesTimeLaw {
   Matrix correlation;          ///< of the NEES between steps, T×T; steps of dof 0 have zeros
   Cumulants run_sum;           ///< of Σ_k ε_k
-  double effective_dof = 0;    ///< 2 mean² / variance: the dof of the χ² with the same relative spread
   double effective_steps = 0;  ///< independent steps with the same variance of the average
 };
 

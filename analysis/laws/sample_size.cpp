@@ -90,15 +90,6 @@ ChiSquareInterval interval_of_sum(const VerdictDesign& design, double runs, doub
   return {effective * step_dof, effective * lower, effective * upper};
 }
 
-}  // namespace
-
-double chi_square_power(double factor, double dof, double level) {
-  require_positive("factor", factor);
-  return central_interval(dof, level).power(factor);
-}
-
-namespace {
-
 // The power of a verdict over so many runs, for any factor.
 class VerdictPower {
  public:

@@ -11,10 +11,6 @@
 
 namespace credence::internal {
 
-/// Power of the two-sided χ² test of one sum at this level (one step: level 1 − confidence, dof = runs × n).
-/// Throws std::invalid_argument unless factor > 0, dof > 0 and 0 < level < 1.
-double chi_square_power(double factor, double dof, double level);
-
 /// The study whose verdict is planned.
 struct VerdictDesign {
   double steps = 1.0;         ///< T
@@ -33,7 +29,8 @@ struct VerdictDesign {
 /// Sum over white steps: exact. Correlated steps: the averages of whole runs as a multiple of χ² with the
 /// effective dof, or, of 5 to 200 runs, in simulated studies judged as the verdict does, their averages gamma
 /// but for a shift; of fewer than five by the bound for every dependence. Steps: exact for white ones; one
-/// step at the Bonferroni level for correlated ones.
+/// step at the Bonferroni level for correlated ones. Throws std::invalid_argument unless factor > 0 and runs
+/// > 0, and for an impossible design.
 double verdict_power(const VerdictDesign& design, double factor, double runs);
 
 /// An answer of planning.

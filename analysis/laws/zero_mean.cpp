@@ -1,9 +1,7 @@
 #include "analysis/laws/zero_mean.h"
 
 #include <boost/math/distributions/fisher_f.hpp>
-#include <limits>
 
-#include "analysis/laws/chi_square.h"
 #include "core/linear_algebra/cholesky.h"
 #include "core/nan.h"
 
@@ -13,7 +11,7 @@ ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
   ZeroMeanTest result;
   result.count = moments.count;
   result.mean = moments.mean;
-  result.chi_square = result.chi_square_p_value = result.t_square = result.p_value = kNaN;
+  result.t_square = result.p_value = kNaN;
   const double n = static_cast<double>(moments.count);
   const double m = static_cast<double>(moments.mean.size());
   if (n <= m || m == 0.0) {
@@ -24,8 +22,6 @@ ZeroMeanTest test_zero_mean(const VectorMoments& moments) {
     result.reason = "a value is not finite";
     return result;
   }
-  result.chi_square = n * moments.mean.squaredNorm();
-  result.chi_square_p_value = chi_square_survival(result.chi_square, m);
   const Eigen::LLT<Matrix> factor(0.5 * (moments.scatter + moments.scatter.transpose()));
   if (factor.info() != Eigen::Success) {
     result.reason = "the covariance of the values is singular";

@@ -8,20 +8,18 @@
 
 namespace credence::internal {
 
-/// Two tests that normalised vectors, innovations or errors, have mean zero.
+/// The test that normalised vectors, innovations or errors, have mean zero.
 struct ZeroMeanTest {
   std::int64_t count = 0;
-  Vector mean{};            ///< in standard deviations
-  double chi_square = 0.0;  ///< N ‖ū‖² ~ χ²(m): trusts S
-  double chi_square_p_value = 0.0;
+  Vector mean{};          ///< in standard deviations
   double t_square = 0.0;  ///< Hotelling's N ūᵀ Ĉ⁻¹ ū ~ (N−1) m / (N−m) F(m, N−m): S may be wrong
   double p_value = 0.0;   ///< of t_square; exact for Gaussian white u
-  std::string_view reason = {};  ///< why there is no test (p-values NaN), else empty
+  std::string_view reason = {};  ///< why there is no test (p_value NaN), else empty
 };
 
 /// Tests the mean of the normalised innovations u = L⁻¹ ν, S = L Lᵀ, for zero: a bias of the sensor or of the
 /// model. Assumed: Gaussian and white; where whiteness fails, as in errors, add the mean of each run instead
-/// of each value, and only T² and its p-value have a meaning.
+/// of each value.
 ZeroMeanTest test_zero_mean(const VectorMoments& moments);
 
 }  // namespace credence::internal

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 
 #include "core/linear_algebra/decompositions.h"
@@ -120,7 +119,6 @@ std::vector<ExactMoments> exact_moments(std::span<const LinearModel> truth,
     const Matrix K = padded(step.K, states, step.K.cols());
     const Matrix A = Matrix::Identity(states, states) - K * model.H;
     Sigma = symmetrised(A * prior * A.transpose() + K * model.R * K.transpose());
-    now.Sigma_prior = prior.topLeftCorner(n, n);
     now.Sigma = Sigma.topLeftCorner(n, n);
     const ExpectedSquare nees = expected_square(step.P, now.Sigma, step.P_prior.diagonal());
     now.nees = nees.value;

@@ -13,8 +13,7 @@ namespace credence::internal {
 
 /// What a filter's error is really like after one step, and what its tests then average to.
 struct ExactMoments {
-  Matrix Sigma_prior;  ///< E[e eᵀ] before the update, n×n: without ΔP, which no error ever feels
-  Matrix Sigma;        ///< E[e eᵀ] after the update, n×n
+  Matrix Sigma;  ///< E[e eᵀ] after the update, n×n
 
   double nees = 0.0;   ///< E[eᵀ P⁻¹ e] = tr(P⁻¹ Σ), on the range of P where P is singular
   Index nees_dof = 0;  ///< rank of P: the value of `nees` for a consistent filter

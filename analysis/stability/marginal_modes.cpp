@@ -24,7 +24,6 @@ bool find_untouched(MatrixRef F, MarginalModes& modes) {
   if (!free.ok()) return false;
   modes.unstable_uncontrollable = free.count(UnitCircle::outside);
   modes.untouched = W * free.basis(UnitCircle::on);
-  modes.steady = modes.untouched * power_bounded_part(restricted(F.transpose(), modes.untouched));
   return true;
 }
 
@@ -43,7 +42,10 @@ MarginalModes marginal_modes(MatrixRef F, MatrixRef H, MatrixRef Qt, double psd_
   modes.noise = controllability(F, psd_range(Qt, psd_tolerance));
   modes.observability = observability(F, H);
   modes.ok = find_undetectable(F, modes) && find_untouched(F, modes);
-  if (modes.ok) modes.pairing = pair_subspaces(modes.steady, modes.undetectable);
+  if (modes.ok) {
+    const Matrix steady = modes.untouched * power_bounded_part(restricted(F.transpose(), modes.untouched));
+    modes.pairing = pair_subspaces(steady, modes.undetectable);
+  }
   return modes;
 }
 

@@ -25,8 +25,9 @@ struct MarginalModes {
   Matrix untouched;                   ///< n×q, orthonormal columns t: left-invariant, t Q_t = 0, |λ| = 1
   Index unstable_uncontrollable = 0;  ///< left modes with t Q_t = 0 and |λ| > 1
 
-  Matrix steady;         ///< n×q', the part of `untouched` that stays bounded in time: no Jordan chains
-  RankDecision pairing;  ///< of steadyᵀ · undetectable, by cosines of the angles between them
+  /// Of Tᵀ · undetectable, by cosines of the angles between them; T, n×q', is the part of `untouched` that
+  /// stays bounded in time: no Jordan chains.
+  RankDecision pairing;
 
   /// Z Nᵒ has full column rank: some functional that no noise touches fixes every undetectable direction.
   bool paired() const { return unstable_undetectable == 0 && pairing.rank == undetectable.cols(); }

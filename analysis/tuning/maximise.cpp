@@ -33,7 +33,6 @@ class Search {
   Maximum run() {
     const UnitScores first = model_.scores(best_.phi, false);
     best_.ok = first.ok;
-    best_.evaluations = 1;
     if (!first.ok) return best_;
     best_.value = first.sum();
     if (free_.empty()) return best_;
@@ -64,7 +63,6 @@ class Search {
   /// The first step is as long as the gradient: from far away it would jump over everything.
   void soften() {
     const Vector gradient = model_.scores(best_.phi, true).gradient.rowwise().sum();
-    ++best_.evaluations;
     double longest = 0.0;
     for (const Index i : free_) longest = std::max(longest, std::abs(gradient[i]) * scale_[i] * scale_[i]);
     if (longest > kLongestFirstStep) softening_ = kLongestFirstStep / longest;
@@ -81,7 +79,6 @@ class Search {
       phi[c] = std::clamp(x[i] * scale_[c], box_.lower[c], box_.upper[c]);  // rounding may leave the box
     }
     const UnitScores scores = model_.scores(phi, !gradient.empty());
-    ++best_.evaluations;
     if (!scores.ok) {
       for (double& g : gradient) g = 0.0;
       return kRefused;

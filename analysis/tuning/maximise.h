@@ -14,9 +14,8 @@ struct SearchBox {
 /// The highest point that was found.
 struct Maximum {
   Vector phi;
-  double value = 0.0;     ///< sum of the scores there
-  Index evaluations = 0;  ///< of the scores
-  bool ok = false;        ///< false: the scores at the start are none, and the other members mean nothing
+  double value = 0.0;  ///< sum of the scores there
+  bool ok = false;     ///< false: the scores at the start are none, and the other members mean nothing
 };
 
 /// The maximum over the coordinates with `free`, the others staying at `start`, by NLopt: sequential

@@ -30,10 +30,6 @@ LinearModel error_and_state_model(const LinearModel& truth, const LinearModel& a
 
 }  // namespace
 
-LinearModel error_model(const LinearModel& truth, const LinearModel& assumed) {
-  return knows_dynamics(truth, assumed) ? truth : error_and_state_model(truth, assumed);
-}
-
 std::vector<LinearModel> error_models(std::span<const LinearModel> truth,
                                       std::span<const LinearModel> assumed) {
   std::vector<LinearModel> models(truth.begin(), truth.end());

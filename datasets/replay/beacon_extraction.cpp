@@ -19,7 +19,7 @@ BeaconObservation mean_of(const std::vector<Index>& beams, const Vector& range_m
   }
   const auto count = static_cast<double>(beams.size());
   const double bearing_deg = kFirstBeamDeg + kDegreesPerBeam * beam / count;
-  return {range / count, bearing_deg * kRadiansPerDegree, static_cast<Index>(beams.size())};
+  return {range / count, bearing_deg * kRadiansPerDegree};
 }
 
 }  // namespace

@@ -18,7 +18,6 @@ struct BeaconExtraction {
 struct BeaconObservation {
   double range_m = 0;
   double bearing_rad = 0;  ///< to the vehicle's axis, left positive
-  Index beams = 0;         ///< how many beams were averaged
 };
 
 /// The reflective beacons of one scan, in order of bearing, right to left (docs/datasets.md).

@@ -81,9 +81,6 @@ void read_odometry(const std::filesystem::path& file, MrclamLog& log) {
   const TextTable table = read_timed_table(file, 3);
   for (Index i = 0; i < table.rows(); ++i) {
     log.odometry.push_back({table.values(i, 0), table.values(i, 1), table.values(i, 2)});
-    if (i > 0)
-      log.longest_odometry_gap_s =
-          std::max(log.longest_odometry_gap_s, table.values(i, 0) - table.values(i - 1, 0));
   }
 }
 

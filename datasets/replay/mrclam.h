@@ -49,7 +49,6 @@ struct MrclamLog {
 
   Index rows_of_robots = 0;            ///< measurements of another robot, not used
   Index rows_of_unknown_barcodes = 0;  ///< measurements whose barcode nobody wears, not used
-  double longest_odometry_gap_s = 0;
 };
 
 /// Reads `Barcodes.dat`, `Landmark_Groundtruth.dat` and the three files of robot `robot` from a folder.

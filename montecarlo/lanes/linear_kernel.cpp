@@ -18,7 +18,7 @@ static_assert(kProcessPurpose == static_cast<std::uint32_t>(NoisePurpose::proces
 static_assert(kMeasurementPurpose == static_cast<std::uint32_t>(NoisePurpose::measurement) << 24);
 
 void require(bool ok, const char* what, Index value) {
-  if (!ok) throw std::invalid_argument(std::string("simulate_linear: ") + what + std::to_string(value));
+  if (!ok) throw std::invalid_argument(std::string("LinearSimulator: ") + what + std::to_string(value));
 }
 
 /// Runs whose states stay in the L1 cache together with what else is there.
@@ -92,7 +92,7 @@ void LinearSimulator::simulate(const NoiseSource& noise, Index first_run, Index 
   if (run_sums)
     require(std::ssize(run_nees) == runs, "there are not as many run_nees as runs: ", std::ssize(run_nees));
   if (!noise.is_plain()) {
-    throw std::invalid_argument("simulate_linear: the lanes draw white Gaussian noise alone");
+    throw std::invalid_argument("LinearSimulator: the lanes draw white Gaussian noise alone");
   }
   if (runs == 0) return;
 
@@ -108,11 +108,6 @@ void LinearSimulator::simulate(const NoiseSource& noise, Index first_run, Index 
   double dof = 0.0;
   for (std::int64_t k = 0; k < plan.steps; ++k) dof += plan.step[k].error_whitening.rows;
   for (std::size_t i = 0; i < run_nees.size(); ++i) run_nees[i] = workspace.get().run_sums[i] + dof;
-}
-
-void simulate_linear(const LinearErrorSystem& system, const NoiseSource& noise, Index first_run, Index runs,
-                     std::span<Moments> nees, std::span<Moments> nis) {
-  LinearSimulator(system).simulate(noise, first_run, runs, nees, nis);
 }
 
 }  // namespace credence::internal

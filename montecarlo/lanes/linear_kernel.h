@@ -85,10 +85,6 @@ class LinearSimulator {
   std::unique_ptr<const LinearPlanStorage> storage_;
 };
 
-/// LinearSimulator for a single chunk.
-void simulate_linear(const LinearErrorSystem& system, const NoiseSource& noise, Index first_run, Index runs,
-                     std::span<Moments> nees, std::span<Moments> nis);
-
 /// All that one run of a LinearSimulator went through, to the bit. Entry k − 1 is of step k.
 struct LinearRunTrace {
   Vector initial_error;                   ///< e_0

@@ -5,7 +5,7 @@
 #include "core/simd/cpu_dispatch.h"
 
 /// @file
-/// What the compiled kernels of simulate_linear read: plain arrays, since the kernels are compiled for more
+/// What the compiled kernels of LinearSimulator read: plain arrays, since the kernels are compiled for more
 /// than the portable machine. Internal: use montecarlo/lanes/linear_kernel.h.
 
 namespace credence::internal {

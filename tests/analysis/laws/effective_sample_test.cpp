@@ -39,11 +39,9 @@ TEST(EffectiveSample, LinearLawOfAnAutoregression) {
 TEST(EffectiveSample, LimitsOfTheLinearLaw) {
   const NeesTimeLaw white = autoregressive_law(3, 20, 0.0);
   EXPECT_NEAR(white.effective_steps, 20.0, 1e-12);
-  EXPECT_NEAR(white.effective_dof, 60.0, 1e-12);
   EXPECT_NEAR(white.run_sum.third, 8.0 * 60.0, 1e-9);
   const NeesTimeLaw constant = autoregressive_law(3, 20, 1.0);
   EXPECT_NEAR(constant.effective_steps, 1.0, 1e-9);
-  EXPECT_NEAR(constant.effective_dof, 3.0, 1e-9);
   EXPECT_NEAR(constant.run_sum.third, std::pow(20.0, 3) * 8.0 * 3.0, 1e-6 * std::pow(20.0, 3));
 }
 

@@ -15,14 +15,15 @@ namespace credence::internal {
 namespace {
 
 TEST(SampleSize, PowerOfAConsistentFilterIsTheLevel) {
-  for (const double dof : {1.0, 10.0, 1e4}) EXPECT_NEAR(chi_square_power(1.0, dof, 0.05), 0.05, 1e-10);
+  for (const double dof : {1.0, 10.0, 1e4})
+    EXPECT_NEAR(verdict_power({.dof_per_step = dof}, 1.0, 1.0), 0.05, 1e-10);
 }
 
 TEST(SampleSize, TwoDofPowerInClosedForm) {
   // χ²(2): P(χ² > x) = e^{−x/2}. Level 5 %: quantiles −2 ln 0.975 and −2 ln 0.025; factor 2 halves the
   // exponent.
   const double expected = 1.0 - std::sqrt(0.975) + std::sqrt(0.025);
-  EXPECT_NEAR(chi_square_power(2.0, 2.0, 0.05), expected, 1e-12);
+  EXPECT_NEAR(verdict_power({.dof_per_step = 2.0}, 2.0, 1.0), expected, 1e-12);
 }
 
 TEST(SampleSize, PowerGrowsWithRunsAndWithTheFactor) {
@@ -142,7 +143,7 @@ TEST(SampleSize, RejectsImpossiblePlans) {
   EXPECT_THROW(runs_to_detect(design, 1.0 + 1e-9, 0.9), std::invalid_argument);
   EXPECT_THROW(verdict_power({.steps = 0.0}, 2.0, 10.0), std::invalid_argument);
   EXPECT_THROW(verdict_power(design, 2.0, 0.0), std::invalid_argument);
-  EXPECT_THROW(chi_square_power(2.0, 0.0, 0.05), std::invalid_argument);
+  EXPECT_THROW(verdict_power({.dof_per_step = 0.0}, 2.0, 10.0), std::invalid_argument);
   EXPECT_THROW(runs_for_precision(design, 0.0), std::invalid_argument);
 }
 

@@ -16,6 +16,10 @@ LinearModel model(double f, double h) {
   return m;
 }
 
+LinearModel error_model(const LinearModel& truth, const LinearModel& assumed) {
+  return error_models({&truth, 1}, {&assumed, 1}).front();
+}
+
 TEST(ModelMismatch, AFilterThatKnowsTheDynamicsHasTheTruthsErrors) {
   const LinearModel truth = model(1.0, 1.0);
   LinearModel assumed = truth;

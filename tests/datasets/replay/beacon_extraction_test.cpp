@@ -26,7 +26,6 @@ TEST(BeaconExtraction, AveragesRangeAndBeamOfACluster) {
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_DOUBLE_EQ(seen[0].range_m, 10.2);
   EXPECT_DOUBLE_EQ(seen[0].bearing_rad, (545.0 / 3.0 * 0.5 - 90.0) * kRadiansPerDegree);
-  EXPECT_EQ(seen[0].beams, 3);
 }
 
 TEST(BeaconExtraction, SplitsAtGapsAndAtSteps) {

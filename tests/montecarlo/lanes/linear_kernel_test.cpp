@@ -97,7 +97,7 @@ void expect_bits_of_plain_loop(const std::string& name, const LinearErrorSystem&
   }
   for (const InstructionSet set : supported_sets()) {
     std::vector<Moments> got_nees(s.steps.size()), got_nis(s.steps.size());
-    simulate_linear(system, NoiseSource(11, 3, set), first_run, runs, got_nees, got_nis);
+    LinearSimulator(system).simulate(NoiseSource(11, 3, set), first_run, runs, got_nees, got_nis);
     for (std::size_t k = 0; k < s.steps.size(); ++k) {
       const std::string where = name + ", " + instruction_set_name(set) + ", runs " + std::to_string(runs) +
                                 ", step " + std::to_string(k + 1);
@@ -164,7 +164,7 @@ TEST(LinearKernel, means_are_the_exact_ones_of_the_theory) {
   for (const Case& c : cases) {
     const LinearErrorSystem system = monobot_system(c.landmarks, c.anchors, c.inflation, 100);
     std::vector<Moments> nees(100), nis(100);
-    simulate_linear(system, NoiseSource(1, 0), 0, 10000, nees, nis);
+    LinearSimulator(system).simulate(NoiseSource(1, 0), 0, 10000, nees, nis);
     const auto error = [](const Moments& m) {
       return std::sqrt(m.variance() / static_cast<double>(m.count));
     };
@@ -176,7 +176,7 @@ TEST(LinearKernel, means_are_the_exact_ones_of_the_theory) {
 TEST(LinearKernel, variance_of_an_optimal_filter_is_that_of_chi_square) {
   const LinearErrorSystem system = monobot_system(2, 0, Inflation::none, 20);
   std::vector<Moments> nees(20), nis(20);
-  simulate_linear(system, NoiseSource(2, 0), 0, 20000, nees, nis);
+  LinearSimulator(system).simulate(NoiseSource(2, 0), 0, 20000, nees, nis);
   for (std::size_t k = 0; k < 20; ++k) {
     // var of the sample variance of χ²(d): (μ4 − σ⁴)/n = (8 d² + 48 d)/n
     EXPECT_NEAR(nees[k].variance(), 6.0, 5.0 * std::sqrt((8 * 9 + 48 * 3) / 20000.0)) << k;
@@ -189,7 +189,7 @@ TEST(LinearKernel, units_do_not_change_what_is_measured) {
   const LinearErrorSystem system = unstructured_system(4, 2, 5);
   const NoiseSource noise(1, 2);
   std::vector<Moments> nees(5), nis(5), trace_nees(5), trace_nis(5);
-  simulate_linear(system, noise, 0, 100, nees, nis);
+  LinearSimulator(system).simulate(noise, 0, 100, nees, nis);
   for (Index run = 0; run < 100; ++run) {
     const LinearRunTrace trace = trace_linear(system, noise, run);
     for (std::size_t k = 0; k < 5; ++k) {
@@ -227,7 +227,7 @@ TEST(LinearKernel, an_error_that_overflows_stays_visible) {
   LinearErrorSystem system = monobot_system(1, 0, Inflation::none, 3);
   system.F *= 1e200;
   std::vector<Moments> nees(3), nis(3);
-  simulate_linear(system, NoiseSource(1, 0), 0, 10, nees, nis);
+  LinearSimulator(system).simulate(NoiseSource(1, 0), 0, 10, nees, nis);
   EXPECT_FALSE(std::isfinite(nees[2].mean));
   EXPECT_EQ(nees[2].count, 10);
 }
@@ -239,7 +239,7 @@ TEST(LinearKernel, refuses_what_does_not_fit) {
   const auto refused = [&](auto change) {
     LinearErrorSystem system = good;
     change(system);
-    EXPECT_THROW(simulate_linear(system, noise, 0, 1, three, three), std::invalid_argument);
+    EXPECT_THROW(LinearSimulator(system).simulate(noise, 0, 1, three, three), std::invalid_argument);
     EXPECT_THROW(trace_linear(system, noise, 0), std::invalid_argument);
   };
   refused([](LinearErrorSystem& s) { s.F.conservativeResize(3, 2); });
@@ -252,10 +252,10 @@ TEST(LinearKernel, refuses_what_does_not_fit) {
   refused([](LinearErrorSystem& s) { s.steps[0].error_whitening.conservativeResize(3, 2); });
   refused([](LinearErrorSystem& s) { s.steps[1].K(0, 0) = std::numeric_limits<double>::quiet_NaN(); });
   refused([](LinearErrorSystem& s) { s.H(0, 0) = std::numeric_limits<double>::infinity(); });
-  EXPECT_THROW(simulate_linear(good, noise, -1, 1, three, three), std::invalid_argument);
-  EXPECT_THROW(simulate_linear(good, noise, 0, -1, three, three), std::invalid_argument);
-  EXPECT_THROW(simulate_linear(good, noise, 0, 1, two, three), std::invalid_argument);
-  EXPECT_THROW(simulate_linear(good, noise, 0, 1, three, two), std::invalid_argument);
+  EXPECT_THROW(LinearSimulator(good).simulate(noise, -1, 1, three, three), std::invalid_argument);
+  EXPECT_THROW(LinearSimulator(good).simulate(noise, 0, -1, three, three), std::invalid_argument);
+  EXPECT_THROW(LinearSimulator(good).simulate(noise, 0, 1, two, three), std::invalid_argument);
+  EXPECT_THROW(LinearSimulator(good).simulate(noise, 0, 1, three, two), std::invalid_argument);
 }
 
 }  // namespace
