@@ -80,20 +80,21 @@ std::string power_of_ten(std::string_view& text) {
 }
 
 void add_table(const ReportTable& table, std::string& text) {
-  std::string columns, titles;
+  std::string columns;
+  std::vector<std::string> titles;
   for (const TableColumn& column : table.columns) {
     columns += column.align == ColumnAlign::words ? 'l' : 'r';
-    titles += (titles.empty() ? "" : " & ") + escape_latex(column.title);
+    titles.push_back(escape_latex(column.title));
   }
   text += fmt::format(
       "\\begin{{table}}\n  \\centering\n  \\caption{{{}}}\n  \\begin{{tabular}}{{{}}}\n    \\toprule\n    {} "
       "\\\\\n"
       "    \\midrule\n",
-      escape_latex(table.title), columns, titles);
+      escape_latex(table.title), columns, fmt::join(titles, " & "));
   for (const std::vector<TableCell>& row : table.rows) {
-    std::string cells;
-    for (std::size_t i = 0; i < row.size(); ++i) cells += (i == 0 ? "" : " & ") + escape_latex(row[i].text);
-    text += fmt::format("    {} \\\\\n", cells);
+    std::vector<std::string> cells;
+    for (const TableCell& cell : row) cells.push_back(escape_latex(cell.text));
+    text += fmt::format("    {} \\\\\n", fmt::join(cells, " & "));
   }
   text += "    \\bottomrule\n  \\end{tabular}\n\\end{table}\n";
   for (const std::string& note : table.notes) text += "% " + printable_line(note) + "\n";

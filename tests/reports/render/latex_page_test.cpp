@@ -1,6 +1,6 @@
 #include "reports/render/latex_page.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 namespace credence::internal {
 namespace {
@@ -27,6 +27,16 @@ TEST(LatexPage, TablesAreTabularsAndSentencesComments) {
             "  \\end{tabular}\n"
             "\\end{table}\n"
             "% Of 5 % of all.\n");
+}
+
+TEST(LatexPage, ATableKeepsItsColumnsWhereTheFirstHasNoTitle) {
+  ReportTable table{"Noise", {{"", ColumnAlign::words}, {"present"}, {"tuned"}}, {}, {}};
+  table.add({"", 1, 2});
+  Document document("Noise");
+  document.brief.emplace_back(table);
+  const std::string text = latex_page(document);
+  EXPECT_THAT(text, testing::HasSubstr("     & present & tuned \\\\"));
+  EXPECT_THAT(text, testing::HasSubstr("     & 1 & 2 \\\\"));
 }
 
 TEST(LatexPage, WhatLatexWouldTakeForACommandIsEscaped) {
