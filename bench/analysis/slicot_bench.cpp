@@ -1,5 +1,6 @@
-// SLICOT's Schur-method solver of the same discrete Riccati equation (SB02OD), where Debian's libslicot-dev
-// is installed, with the BLAS that is installed.
+// SLICOT's solvers of the same discrete Riccati equation, where Debian's libslicot-dev is installed, with the
+// BLAS that is installed: SB02OD by the Schur form of a pencil, SB02MD by that of the symplectic matrix,
+// which needs F⁻¹.
 
 #ifdef CREDENCE_HAS_SLICOT
 
@@ -19,6 +20,12 @@ extern "C" void sb02od_(const char* dico, const char* jobb, const char* fact, co
                         const double* tol, int* iwork, double* dwork, const int* ldwork, int* bwork,
                         int* info, std::size_t, std::size_t, std::size_t, std::size_t, std::size_t,
                         std::size_t);
+extern "C" void sb02md_(const char* dico, const char* hinv, const char* uplo, const char* scal,
+                        const char* sort, const int* n, double* a, const int* lda, double* g, const int* ldg,
+                        double* q, const int* ldq, double* rcond, double* wr, double* wi, double* s,
+                        const int* lds, double* u, const int* ldu, int* iwork, double* dwork,
+                        const int* ldwork, int* bwork, int* info, std::size_t, std::size_t, std::size_t,
+                        std::size_t, std::size_t);
 
 namespace credence::internal {
 namespace {
@@ -53,24 +60,43 @@ struct SlicotSolver {
     return info;
   }
 
+  /// The solution replaces Q, and A is inverted in place, so that each call has copies of its own.
+  int solve_symplectic() {
+    const int n2 = 2 * n, workspace = static_cast<int>(work.size());
+    Matrix inverse = A, G = B * R.llt().solve(B.transpose());
+    X = Q;
+    double rcond = 0.0;
+    int info = 0;
+    sb02md_("D", "D", "U", "N", "S", &n, inverse.data(), &n, G.data(), &n, X.data(), &n, &rcond,
+            alphas.data(), alphas.data() + n2, S.data(), &n2, U.data(), &n2, integers.data(), work.data(),
+            &workspace, booleans.data(), &info, 1, 1, 1, 1, 1);
+    return info;
+  }
+
   int n, m;
   Matrix A, B, Q, R, X, S, T, U;
   std::vector<double> alphas, work;
   std::vector<int> integers, booleans;
 };
 
-void BM_RiccatiSlicot(benchmark::State& state) {
+void solve(benchmark::State& state, int (SlicotSolver::*method)()) {
   const RiccatiProblem problem = random_problem(state.range(0));
   SlicotSolver slicot(problem);
   for (auto _ : state) {
-    if (slicot.solve() != 0) return state.SkipWithError("SB02OD failed");
+    if ((slicot.*method)() != 0) return state.SkipWithError("SLICOT failed");
     benchmark::DoNotOptimize(slicot.X.data());
   }
   const RiccatiSolution ours =
       solve_riccati(problem, Matrix::Identity(slicot.n, slicot.n), {.closed_loop_eigenvalues = false});
   state.counters["difference"] = (slicot.X - ours.P).norm() / ours.P.norm();
 }
+
+void BM_RiccatiSlicot(benchmark::State& state) { solve(state, &SlicotSolver::solve); }
+
+void BM_RiccatiSlicotSymplectic(benchmark::State& state) { solve(state, &SlicotSolver::solve_symplectic); }
+
 BENCHMARK(BM_RiccatiSlicot)->Arg(50)->Arg(100)->Arg(200)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_RiccatiSlicotSymplectic)->Arg(50)->Arg(100)->Arg(200)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace credence::internal
