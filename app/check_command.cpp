@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -56,20 +55,6 @@ std::optional<double> named_time_offset(const CheckArguments& o) {
   return seconds;
 }
 
-std::optional<SpatialPose> named_lever_arm(const CheckArguments& o) {
-  const std::vector<double>& a = o.lever_arm;
-  if (a.empty()) return std::nullopt;
-  const auto length = [&] { return std::hypot(std::hypot(a[3], a[4]), std::hypot(a[5], a[6])); };
-  constexpr double kUnitTolerance = 0.01;
-  if ((a.size() != 3 && a.size() != 7) || (a.size() == 7 && !(std::abs(length() - 1.0) <= kUnitTolerance))) {
-    throw std::invalid_argument(
-        "--lever-arm: accepted are x,y,z (m), or x,y,z,qx,qy,qz,qw with a quaternion of unit length");
-  }
-  SpatialPose pose{.position = {a[0], a[1], a[2]}};
-  if (a.size() == 7) pose.orientation = Eigen::Quaterniond(a[6], a[3], a[4], a[5]).normalized();
-  return pose;
-}
-
 /// What the words of the command line mean.
 CheckOptions options_of(const CheckArguments& o) {
   CheckOptions how = o.how;
@@ -82,7 +67,7 @@ CheckOptions options_of(const CheckArguments& o) {
   matching.alignment = truth_alignment_named(o.align);
   matching.time_offset_s = named_time_offset(o);
   matching.find_time_offset = o.time_offset == "estimate";
-  matching.lever_arm = named_lever_arm(o);
+  matching.lever_arm = lever_arm_of(o.lever_arm);
   return how;
 }
 
@@ -237,14 +222,14 @@ void add_check_command(CLI::App& app) {
       ->add_option(
           "--orientation-error", options->orientation_error,
           "what the orientation's part of a covariance speaks of; without it body for tum, world for "
-          "bags; planar: x, y and yaw alone")
+          "poses and bags; planar: x, y and yaw alone")
       ->check(CLI::IsMember({"body", "world", "rpy", "planar"}));
   std::vector<std::string> charts;
   for (const PoseChart& chart : pose_charts()) charts.emplace_back(chart.name);
   command
       ->add_option("--chart", options->chart,
                    "how a library writes the covariance of a pose: order, axes and unit of its rows "
-                   "(docs/logs.md); tum, bags")
+                   "(docs/logs.md); tum, poses, bags")
       ->check(CLI::IsMember(charts))
       ->excludes("--orientation-error");
   command->add_option("--confidence", options->how.confidence, "of each verdict")
@@ -281,6 +266,7 @@ void add_check_command(CLI::App& app) {
       "credence check RUN.mcap --topic /odom --truth-topic /gt",
       "credence check RUN.bag --truth TRUTH --align yaw --orientation-error planar",
       "credence check ESTIMATE.tum --truth TRUTH --chart gtsam",
+      "credence check POSES.csv --truth TRUTH    # with 6x6 covariances, as of ros2 topic echo --csv",
       "credence check ESTIMATE.tum --truth TRUTH --time-offset estimate --lever-arm 0.1,0,0.3",
       "credence check ESTIMATE --input openvins --truth TRUTH --align yaw"};
   command->footer(examples(kExamples));

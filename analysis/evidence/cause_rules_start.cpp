@@ -219,21 +219,21 @@ Causes find_start_that_dies_out(const Findings& findings) {
   if (!by_nis && !by_nees) return {};
   const ConsistencyVerdict& verdict = by_nis ? findings.nis : findings.nees;
   const std::string_view quantity = by_nis ? "NIS" : "NEES";
-  const std::int64_t worst = verdict.step_of(verdict.worst_step + 1);
+  const std::int64_t entry = verdict.worst_step + 1;
+  const std::string worst = verdict.text_of({.first = entry, .last = entry, .count = 1});
   const bool nees_before_fits = dead_reckoning_of(findings).fits;
   const bool P0_fits = nees_before_fits || (by_nis && first_innovation_fits(findings.nis));
   if (findings.nonlinear && verdict.verdict == Verdict::optimistic && P0_fits) {
     return with_the_rest(
         findings,
         {Cause::nonlinear_start,
-         fmt::format("{} is optimistic in the first steps above all, most at step {}, and {}", quantity,
-                     worst,
+         fmt::format("{} is optimistic in the first steps above all, most at {}, and {}", quantity, worst,
                      nees_before_fits ? "NEES before the first innovation, which is that of P0 and Q, fits"
                                       : "the first innovation, which is that of P0 alone, fits")});
   }
-  return with_the_rest(findings, {Cause::initial_covariance,
-                                  fmt::format("{} is {} in the first steps above all, most at step {}",
-                                              quantity, to_string(verdict.verdict), worst)});
+  return with_the_rest(
+      findings, {Cause::initial_covariance, fmt::format("{} is {} in the first steps above all, most at {}",
+                                                        quantity, to_string(verdict.verdict), worst)});
 }
 
 Causes find_start_beside_the_rest(const Findings& findings) {

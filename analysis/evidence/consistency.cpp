@@ -28,10 +28,15 @@ SumLaw white_steps(const std::vector<StepTest>& tested) {
 
 }  // namespace
 
+std::string ConsistencyVerdict::time_text(std::int64_t first, std::int64_t last) const {
+  return times == nullptr ? std::string() : times->text(step_of(first), step_of(last));
+}
+
 std::string ConsistencyVerdict::text_of(const StepSpan& span) const {
   if (span.count == 0) return {};
-  if (span.count == 1) return fmt::format("step {}", step_of(span.first));
-  return fmt::format("steps {} to {}", step_of(span.first), step_of(span.last));
+  const std::string time = time_text(span.first, span.last);
+  if (span.count == 1) return fmt::format("step {}{}", step_of(span.first), time);
+  return fmt::format("steps {} to {}{}", step_of(span.first), step_of(span.last), time);
 }
 
 ConsistencyVerdict judge_nees(std::span<const Moments> per_step, std::span<const double> total_dof_per_step,

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "analysis/evidence/step_times.h"
 #include "analysis/evidence/verdict.h"
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/student.h"
@@ -83,17 +85,20 @@ struct ConsistencyVerdict {
   std::int64_t tests = 0;  ///< made: steps tested, and the overall one where it is a further one
   std::int64_t steps_tested = 0;
   std::int64_t steps_without_data = 0;
-  std::int64_t steps_rejected = 0;      ///< by Holm's procedure at 1 − confidence
-  std::int64_t worst_step = -1;         ///< index of the smallest p-value, −1 for none
-  double share_outside = 0.0;           ///< of tested steps outside their pointwise bounds
-  double expected_share_outside = 0.0;  ///< 1 − confidence for a consistent filter
-  std::vector<StepTest> steps;          ///< one for each step given
-  std::int64_t step_stride = 1;         ///< between two of them, in steps of the runs
+  std::int64_t steps_rejected = 0;           ///< by Holm's procedure at 1 − confidence
+  std::int64_t worst_step = -1;              ///< index of the smallest p-value, −1 for none
+  double share_outside = 0.0;                ///< of tested steps outside their pointwise bounds
+  double expected_share_outside = 0.0;       ///< 1 − confidence for a consistent filter
+  std::vector<StepTest> steps;               ///< one for each step given
+  std::int64_t step_stride = 1;              ///< between two of them, in steps of the runs
+  std::shared_ptr<const StepTimes> times{};  ///< of the runs; null: not known
 
   /// The step of the runs, from 1, that is the entry-th of the steps given, from 1.
   std::int64_t step_of(std::int64_t entry) const { return 1 + (entry - 1) * step_stride; }
 
-  /// "step 3" or "steps 3 to 7", of the runs; empty for none.
+  /// " (t = 1.8 s)" of these entries, from 1; empty where not known.
+  std::string time_text(std::int64_t first, std::int64_t last) const;
+  /// "step 3 (t = 0.3 s)" or "steps 3 to 7", of the runs; empty for none.
   std::string text_of(const StepSpan& span) const;
 };
 

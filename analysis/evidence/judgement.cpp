@@ -199,13 +199,18 @@ void judge_sensitivity(const Evidence& e, Judgement& j) {
 }
 
 /// Which steps of the runs the steps judged are.
-void name_steps(const Evidence& e, bool of_state, Judgement& j) {
+void name_steps(const Evidence& e, const JudgementContext& context, Judgement& j) {
   j.step_stride = e.step_stride;
-  for (BlockVerdict& block : j.blocks) block.verdict.step_stride = e.step_stride;
-  for (SensorJudgement& sensor : j.sensors) sensor.nis.step_stride = e.step_stride;
-  if (!of_state) return;
-  j.nees.step_stride = j.nis.step_stride = e.step_stride;
-  if (j.vehicle_nees) j.vehicle_nees->step_stride = e.step_stride;
+  const auto name = [&](ConsistencyVerdict& v) {
+    v.step_stride = e.step_stride;
+    v.times = context.times;
+  };
+  for (BlockVerdict& block : j.blocks) name(block.verdict);
+  for (SensorJudgement& sensor : j.sensors) name(sensor.nis);
+  if (context.all_runs != nullptr) return;  // whose steps are all there
+  name(j.nees);
+  name(j.nis);
+  if (j.vehicle_nees) name(*j.vehicle_nees);
 }
 
 /// By their numbers among all runs, of which the evidence has those that ended well.
@@ -265,7 +270,7 @@ Judgement judge(const Evidence& e, const JudgementContext& context) {
   const SkewedMoments stretches = stretches_of(e, all);
   judge_verdicts(e, all, stretches, j);
   judge_blocks(e, context, j);
-  name_steps(e, context.all_runs == nullptr, j);
+  name_steps(e, context, j);
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     j.coverage[i] = judge_region(e.coverage.regions[i], j.confidence);
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -109,6 +110,7 @@ struct JudgementContext {
   double margin = 0.1;       ///< what counts as consistent: the factor on P between 1/(1 + this) and 1 + this
   /// The sums of all runs of a study, of which the evidence is of the first ones; none: the evidence is all.
   const StudyStatistics* all_runs = nullptr;
+  std::shared_ptr<const StepTimes> times{};  ///< of the runs; null: not known
 };
 
 /// Judges the sums.

@@ -62,7 +62,9 @@ std::string when_text(const ConsistencyVerdict& v, Verdict direction) {
   const auto steps = std::ssize(v.steps);
   const bool lasts = span.last == steps || (!v.decided_by_steps && other.count == 0);
   if (span.first == 1 && lasts) return "throughout";
-  if (lasts) return fmt::format("from step {} on", v.step_of(span.first));
+  if (lasts) {
+    return fmt::format("from step {} on{}", v.step_of(span.first), v.time_text(span.first, span.first));
+  }
   return "in " + v.text_of(span);
 }
 

@@ -336,6 +336,7 @@ void read_own_log(const std::filesystem::path& file, const LogReadOptions& /*opt
       travelled = {};
     }
     if (const Vector place = reader.true_position(); place.size() > 0) sink.travelled(travelled.at(place));
+    sink.at(reader.time_s());
     sink.add(row);
     if (++rows % kRowsBetween == 0) {
       sink.advance(reader.bytes_read() - told);

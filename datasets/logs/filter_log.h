@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/nan.h"
 #include "datasets/logs/filter_log_header.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/log_format.h"
@@ -43,6 +44,9 @@ class FilterLogReader {
 
   /// Where the row last read has the truth of the block "position"; empty where it has none.
   Vector true_position() const;
+
+  /// When the row last read was; NaN in a file that does not say so.
+  double time_s() const { return header_.time < 0 ? kNaN : time_; }
 
   std::int64_t bytes_read() const { return lines_.bytes_read(); }
 

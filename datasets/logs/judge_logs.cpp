@@ -29,6 +29,7 @@ struct Group {
   std::vector<LogRemark> remarks;
   std::vector<LogPoses> poses;
   CalibrationRecorder calibration;
+  StepTimes times;
   RunFingerprints fingerprints;
   std::int64_t unmatched = 0, unexplained = 0;
   std::size_t files = 0;
@@ -70,6 +71,7 @@ class GroupSink final : public LogSink {
     sums_.begin_file(file_, layout);
     sums_.begin_run();
     group_.fingerprints.begin_run();
+    group_.times.begin_run();
     const std::string name = file_.stem().string();
     group_.calibration.begin_run(layout, runs_++ == 0 ? name : fmt::format("{}:{}", name, runs_));
   }
@@ -79,8 +81,10 @@ class GroupSink final : public LogSink {
     sums_.add(step);
     group_.fingerprints.add(step);
     group_.calibration.add(step, std::exchange(travelled_m_, kNaN));
+    group_.times.add(step.step, std::exchange(time_s_, kNaN));
   }
   void travelled(double distance_m) override { travelled_m_ = distance_m; }
+  void at(double time_s) override { time_s_ = time_s; }
   void end_run(Outcome outcome, std::int64_t step) override { sums_.end_run(outcome, step); }
   void remark(std::string sentence) override { group_.remarks.push_back({file_, std::move(sentence)}); }
   void hint(std::string sentence) override {
@@ -105,8 +109,8 @@ class GroupSink final : public LogSink {
   EvidenceRecorder& sums_;
   ByteCount& bytes_;
   std::filesystem::path file_;
-  std::int64_t steps_ = 0, runs_ = 0;  ///< of the file
-  double travelled_m_ = kNaN;          ///< of the next step
+  std::int64_t steps_ = 0, runs_ = 0;          ///< of the file
+  double travelled_m_ = kNaN, time_s_ = kNaN;  ///< of the next step
 };
 
 Group read_group(std::span<const std::filesystem::path> files, const LogFileReader& read, ByteCount& bytes,
@@ -194,6 +198,7 @@ LogJudgeResult judge_logs(std::span<const std::filesystem::path> files, const Lo
     std::ranges::move(group.remarks, std::back_inserter(result.remarks));
     std::ranges::move(group.poses, std::back_inserter(result.poses));
     result.calibration.append(group.calibration);
+    result.times.merge(group.times);
     fingerprints.append(std::move(group.fingerprints));
     result.unmatched_rows += group.unmatched;
     unexplained += group.unexplained;

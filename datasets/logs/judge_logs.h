@@ -10,6 +10,7 @@
 
 #include "analysis/calibration/calibration_sums.h"
 #include "analysis/evidence/evidence_recorder.h"
+#include "analysis/evidence/step_times.h"
 #include "datasets/logs/log_sink.h"
 
 namespace credence::internal {
@@ -43,6 +44,7 @@ struct LogJudgeResult {
   std::vector<LogRemark> remarks;
   std::vector<LogPoses> poses{};  ///< of the files that hold some, in their order
   CalibrationUnits calibration{};
+  StepTimes times{};
   bool complete = true;
 
   /// A remark says why P misfits: that its scale is wrong is then no cause.

@@ -41,8 +41,9 @@ bool has_extension(const std::filesystem::path& file) {
 
 std::span<const LogFormat> log_formats() {
   static const LogFormat formats[] = {
-      mcap_format(), ros2_sqlite_format(), ros1_bag_format(), ulog_format(), dataflash_format(), npz_format(),
-      mat_format(),  rtklib_format(),      openvins_format(), tum_format(),  cnspy_format(),     own_format(),
+      mcap_format(),  ros2_sqlite_format(), ros1_bag_format(), ulog_format(),     dataflash_format(),
+      npz_format(),   mat_format(),         rtklib_format(),   openvins_format(), tum_format(),
+      cnspy_format(), pose_csv_format(),    own_format(),
   };
   return formats;
 }

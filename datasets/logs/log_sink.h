@@ -21,6 +21,8 @@ class LogSink {
   virtual void add(const Step& step) = 0;
   /// The truth of the step that is added next has travelled so far in its run.
   virtual void travelled(double /*distance_m*/) {}
+  /// The step that is added next was at this time of its log.
+  virtual void at(double /*time_s*/) {}
   /// The run that is open failed at this step; a run that ends well needs no call.
   virtual void end_run(Outcome outcome, std::int64_t step) = 0;
 
@@ -51,6 +53,7 @@ class ForwardingSink : public LogSink {
   void begin_run(const RunLayout& layout) override { next_.begin_run(layout); }
   void add(const Step& step) override { next_.add(step); }
   void travelled(double distance_m) override { next_.travelled(distance_m); }
+  void at(double time_s) override { next_.at(time_s); }
   void end_run(Outcome outcome, std::int64_t step) override { next_.end_run(outcome, step); }
   void remark(std::string sentence) override { next_.remark(std::move(sentence)); }
   void hint(std::string sentence) override { next_.hint(std::move(sentence)); }

@@ -214,6 +214,7 @@ void read_solution(const std::filesystem::path& file, const LogReadOptions& opti
         log.baseline ? difference : Eigen::Vector3d(east_north_up(geodetic(at->earth_fixed)) * difference);
     step.P = fix.covariance + at->covariance;
     if (truth.fixes.size() > 1) sink.travelled(travelled.at(at->earth_fixed));
+    sink.at(fix.time_s);
     sink.add(step);
   }
   if (step.step == 0) {

@@ -11,44 +11,14 @@
 #include "datasets/data_error.h"
 #include "datasets/logs/line_reader.h"
 #include "datasets/logs/number_field.h"
+#include "datasets/logs/pose_columns.h"
+#include "datasets/logs/symmetry.h"
 
 namespace credence::internal {
 namespace {
 
 constexpr double kUnitTolerance = 0.01;
 constexpr std::size_t kWithoutCovariance = 8;  ///< columns of a pose at a time
-
-std::vector<std::string_view> split(std::string_view line, bool commas) {
-  std::vector<std::string_view> fields;
-  if (commas) {
-    for (std::size_t begin = 0; begin <= line.size();) {
-      const std::size_t end = std::min(line.find(',', begin), line.size());
-      fields.push_back(trim_blanks(line.substr(begin, end - begin)));
-      begin = end + 1;
-    }
-    return fields;
-  }
-  constexpr std::string_view kBlanks = " \t";
-  for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
-    fields.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(kBlanks, end);
-  }
-  return fields;
-}
-
-/// Which column of a file holds what.
-struct PoseColumns {
-  bool commas = false;
-  std::size_t fewest = 8, most = 8;  // columns of a row
-  std::size_t time = 0;
-  double seconds_per_unit = 1.0;
-  std::array<std::size_t, 3> position{1, 2, 3};
-  std::array<std::size_t, 4> orientation{4, 5, 6, 7};                        // x y z w
-  std::vector<std::size_t> position_covariance{}, orientation_covariance{};  // upper triangles
-  std::vector<std::size_t> joint_covariance{};                               // upper triangle of 6×6
-  std::optional<std::size_t> error_type{}, error_representation{};           // words of cnspy
-};
 
 /// Appends the rows of a file whose columns are known.
 class PoseRows {
@@ -57,7 +27,7 @@ class PoseRows {
       : lines_(lines), columns_(columns), out_(out) {}
 
   void add(std::string_view line) {
-    fields_ = split(line, columns_.commas);
+    fields_ = pose_fields(line, columns_.commas);
     if (fields_.size() < columns_.fewest || fields_.size() > columns_.most) {
       if (has_covariance() && fields_.size() == kWithoutCovariance) {
         lines_.fail(
@@ -70,7 +40,7 @@ class PoseRows {
               ? fmt::format("{} fields where {} are expected", fields_.size(), columns_.fewest)
               : fmt::format("{} fields where at least {} are expected", fields_.size(), columns_.fewest));
     }
-    const double time = columns_.seconds_per_unit * number(columns_.time);
+    const double time = time_s();
     if (!out_.time_s.empty() && !(time > out_.time_s.back())) {
       lines_.fail(fmt::format("time {:.9f} s does not increase: the row before has {:.9f} s", time,
                               out_.time_s.back()));
@@ -104,6 +74,13 @@ class PoseRows {
     return *value;
   }
 
+  double time_s() const {
+    constexpr double kNanosecondsSince1970 = 1e16;  // what is beyond is not of seconds
+    const double time = columns_.seconds_per_unit * number(columns_.time);
+    if (columns_.nanoseconds) return time + 1e-9 * number(*columns_.nanoseconds);
+    return columns_.commas && time > kNanosecondsSince1970 ? 1e-9 * time : time;
+  }
+
   void fill(PoseCovariance& P, Index first, Index n, const std::vector<std::size_t>& columns) const {
     std::size_t next = 0;
     for (Index i = 0; i < n; ++i) {
@@ -114,7 +91,14 @@ class PoseRows {
 
   void add_covariance() {
     PoseCovariance P = PoseCovariance::Zero();
-    if (!columns_.joint_covariance.empty()) {
+    constexpr std::size_t kSquare = 36;
+    if (columns_.joint_covariance.size() == kSquare) {
+      for (std::size_t i = 0; i < kSquare; ++i)
+        P(static_cast<Index>(i / 6), static_cast<Index>(i % 6)) = number(columns_.joint_covariance[i]);
+      constexpr double kAsymmetry = 1e-6;
+      if (!is_symmetric(P, kAsymmetry)) lines_.fail("the covariance is not symmetric");
+      P = (0.5 * (P + P.transpose())).eval();
+    } else if (!columns_.joint_covariance.empty()) {
       fill(P, 0, 6, columns_.joint_covariance);
     } else {
       fill(P, 0, 3, columns_.position_covariance);
@@ -162,7 +146,7 @@ std::vector<std::size_t> column_range(std::size_t first, std::size_t count) {
 /// Columns by name; `line` is a header.
 PoseColumns named_columns(const LineReader& lines, std::string_view line, bool with_covariance) {
   if (line.starts_with('#')) line.remove_prefix(1);
-  const std::vector<std::string_view> names = split(line, true);
+  const std::vector<std::string_view> names = pose_fields(line, true);
   const auto find = [&](std::string_view name) -> std::optional<std::size_t> {
     const auto found = std::ranges::find(names, name);
     if (found == names.end()) return std::nullopt;
@@ -230,6 +214,20 @@ Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat for
   LineReader lines(file);
   const std::string_view line = first_line(lines);
   if (format == TrajectoryFormat::cnspy) return read_rows(lines, named_columns(lines, line, true), {}, part);
+  if (format == TrajectoryFormat::poses) {
+    const std::optional<PoseColumns> csv = csv_pose_columns(line, true);
+    if (!csv) {
+      lines.fail(
+          "names no poses with a covariance: accepted are a header with a time, x, y, z, qx, qy, qz, qw and "
+          "covariance_0 to covariance_35 (or the 21 of the upper triangle), rows of these without a header, "
+          "and "
+          "what ros2 topic echo --csv prints");
+    }
+    Trajectory out =
+        is_pose_header(line) ? read_rows(lines, *csv, {}, part) : read_rows(lines, *csv, line, part);
+    out.axes = axes;
+    return out;
+  }
   PoseColumns columns;
   if (format == TrajectoryFormat::openvins) {
     columns.fewest = columns.most = 20;
@@ -250,6 +248,9 @@ Trajectory read_truth(const std::filesystem::path& file) {
   const std::string_view line = first_line(lines);
   const bool commas = line.find(',') != std::string_view::npos;
   if (!commas) return read_rows(lines, {.fewest = 8, .most = kAny}, line);
+  if (const std::optional<PoseColumns> named = csv_pose_columns(line, false)) {
+    return is_pose_header(line) ? read_rows(lines, *named, {}) : read_rows(lines, *named, line);
+  }
   if (line.find("timestamp") != std::string_view::npos) {
     const PoseColumns euroc{
         .commas = true, .fewest = 8, .most = kAny, .seconds_per_unit = 1e-9, .orientation = {5, 6, 7, 4}};

@@ -73,17 +73,18 @@ enum class TrajectoryFormat {
   tum,       ///< t x y z qx qy qz qw and the upper triangle of the 6×6 covariance, position first
   openvins,  ///< t x y z qx qy qz qw, upper triangles of orientation and of position
   cnspy,     ///< CSV with the header of PosOrientWithCov
+  poses,     ///< CSV of poses and 6×6 covariances, position first (pose_columns.h)
 };
 
-/// Reads an estimate. tum: `axes` as given; the other formats say it themselves. Throws DataError with file
-/// and line for a row of another length, a field that is no finite number, a quaternion that is not of unit
-/// length (within 1 %; it is then normalised), times that do not increase, or a file without rows; the rows
-/// before it are then in `part`.
+/// Reads an estimate. tum, poses: `axes` as given; the other formats say it themselves. Throws DataError with
+/// file and line for a row of another length, a field that is no finite number, a quaternion that is not of
+/// unit length (within 1 %; it is then normalised), times that do not increase, or a file without rows; the
+/// rows before it are then in `part`.
 Trajectory read_estimate(const std::filesystem::path& file, TrajectoryFormat format, PoseErrorAxes axes,
                          Trajectory* part = nullptr);
 
 /// Reads a truth, whose kind is seen from its content: columns t x y z qx qy qz qw (TUM; further ones are not
-/// read), EuRoC CSV (nanoseconds, the scalar of the quaternion first), or CSV with named columns t, tx … qw.
+/// read), EuRoC CSV (nanoseconds, the scalar of the quaternion first), or CSV (pose_columns.h).
 /// Errors as read_estimate.
 Trajectory read_truth(const std::filesystem::path& file);
 

@@ -31,6 +31,22 @@ std::string_view to_string(TruthAlignment alignment) {
 
 namespace credence::internal {
 
+std::optional<SpatialPose> lever_arm_of(std::span<const double> a) {
+  if (a.empty()) return std::nullopt;
+  constexpr std::size_t kPosition = 3, kPose = 7;
+  constexpr double kOffUnit = 0.01;
+  SpatialPose pose;
+  if (a.size() == kPosition || a.size() == kPose) pose.position = {a[0], a[1], a[2]};
+  if (a.size() == kPose) pose.orientation = Eigen::Quaterniond(a[6], a[3], a[4], a[5]);
+  if ((a.size() != kPosition && a.size() != kPose) ||
+      !(std::abs(pose.orientation.norm() - 1.0) <= kOffUnit)) {
+    throw std::invalid_argument(
+        "--lever-arm: accepted are x,y,z (m), or x,y,z,qx,qy,qz,qw with a quaternion of unit length");
+  }
+  pose.orientation.normalize();
+  return pose;
+}
+
 TruthAlignment truth_alignment_named(std::string_view name) {
   for (const TruthAlignment alignment :
        {TruthAlignment::none, TruthAlignment::se2, TruthAlignment::yaw, TruthAlignment::se3}) {
@@ -249,6 +265,7 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimate, const Trajectory&
     const UncertainPose at = *comparison.truth_at(time);
     comparison.compare(row, at, kAll, step);
     result.rows.push_back(std::move(step));
+    result.time_s.push_back(time);
     result.travelled_m.push_back(travelled.at(at.pose.position));
     if (conventions != nullptr && truth.has_orientation) conventions->add(row, at);
   }

@@ -57,6 +57,10 @@ namespace credence::internal {
 /// The alignment of this name. Throws std::invalid_argument that names all.
 TruthAlignment truth_alignment_named(std::string_view name);
 
+/// Of x, y, z, or x, y, z, qx, qy, qz, qw; of nothing, none. Throws std::invalid_argument for other numbers,
+/// and for a quaternion that is not of unit length.
+std::optional<SpatialPose> lever_arm_of(std::span<const double> numbers);
+
 /// A pose with its covariance, which is zero where it is not known.
 struct UncertainPose {
   SpatialPose pose;
@@ -119,6 +123,7 @@ DataError no_truth(const std::filesystem::path& estimate, double first_s, double
 struct TrajectoryErrors {
   RunLayout layout;
   std::vector<Step> rows;
+  std::vector<double> time_s;       ///< of each row, of the estimate
   std::vector<double> travelled_m;  ///< by the truth, up to each row
   std::int64_t unmatched = 0;       ///< estimates without a truth at their time
 };

@@ -10,6 +10,7 @@
 #include "datasets/logs/conventions/thinned.h"
 #include "datasets/logs/number_field.h"
 #include "datasets/logs/partial_read.h"
+#include "datasets/logs/pose_columns.h"
 #include "datasets/logs/time_offset.h"
 
 namespace credence::internal {
@@ -18,6 +19,7 @@ namespace {
 std::string_view name_of(TrajectoryFormat format) {
   return format == TrajectoryFormat::tum        ? "tum"
          : format == TrajectoryFormat::openvins ? "openvins"
+         : format == TrajectoryFormat::poses    ? "poses"
                                                 : "cnspy";
 }
 
@@ -42,10 +44,18 @@ std::size_t numbers_in_first_row(std::string_view beginning) {
   return 0;
 }
 
+/// Whether the user says what the covariance speaks of.
+bool takes_charts(TrajectoryFormat format) {
+  return format == TrajectoryFormat::tum || format == TrajectoryFormat::poses;
+}
+
 /// What the user declared, or the default.
 PoseChart chart_of(const LogReadOptions& options, TrajectoryFormat format) {
-  if (!options.chart) return pose_chart_of(OrientationError::body);
-  if (format != TrajectoryFormat::tum && options.chart->axes.orientation != OrientationError::planar) {
+  if (!options.chart) {
+    return pose_chart_of(format == TrajectoryFormat::poses ? OrientationError::world
+                                                           : OrientationError::body);
+  }
+  if (!takes_charts(format) && options.chart->axes.orientation != OrientationError::planar) {
     throw std::invalid_argument(
         fmt::format("--chart: files of --input {} say it themselves; accepted is planar", name_of(format)));
   }
@@ -76,7 +86,7 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
   read_part(
       options, sink, [&] { estimate = read_estimate(file, format, chart.axes, &estimate); },
       [&] { return !estimate.poses.empty(); });
-  if (options.chart || format == TrajectoryFormat::tum) {
+  if (options.chart || takes_charts(format)) {
     estimate.axes = chart.axes;
     for (PoseCovariance& P : estimate.covariances) P = chart.position_first(P);
   }
@@ -84,11 +94,12 @@ void read_trajectory(const std::filesystem::path& file, TrajectoryFormat format,
   const TrajectoryMatching matching = with_time_offset(offset_samples(estimate), *truth, options.matching,
                                                        estimate.axes, estimate.joint_covariance, sink);
   ConventionCheck conventions(chart, options.chart.has_value());
-  const TrajectoryErrors errors = trajectory_errors(
-      estimate, *truth, matching, format == TrajectoryFormat::tum ? &conventions : nullptr, &sink);
+  const TrajectoryErrors errors =
+      trajectory_errors(estimate, *truth, matching, takes_charts(format) ? &conventions : nullptr, &sink);
   sink.begin_run(errors.layout);
   for (std::size_t i = 0; i < errors.rows.size(); ++i) {
     sink.travelled(errors.travelled_m[i]);
+    sink.at(errors.time_s[i]);
     sink.add(errors.rows[i]);
   }
   sink.unmatched(errors.unmatched);
@@ -129,6 +140,17 @@ LogFormat tum_format() {
                      // Poses alone are read as this, too, for the message that says what is missing.
                      const std::size_t columns = numbers_in_first_row(beginning);
                      return columns == 29 || columns == 8;
+                   });
+}
+
+LogFormat pose_csv_format() {
+  return format_of(TrajectoryFormat::poses, "CSV of poses with covariance", "",
+                   [](std::string_view beginning) {
+                     const std::string_view line = beginning.substr(0, beginning.find('\n'));
+                     const bool own = line.find("estimate.") != std::string_view::npos ||
+                                      line.find("error.") != std::string_view::npos ||
+                                      line.find("innovation.") != std::string_view::npos;
+                     return !own && csv_pose_columns(line, true).has_value();
                    });
 }
 

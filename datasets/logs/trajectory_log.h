@@ -10,5 +10,6 @@ namespace credence::internal {
 LogFormat tum_format();
 LogFormat openvins_format();
 LogFormat cnspy_format();
+LogFormat pose_csv_format();
 
 }  // namespace credence::internal

@@ -45,10 +45,11 @@ std::string conformal_sentence(const ConformalFactor& c) {
 std::string protection_sentence(const ProtectionLevel& shown, const ProtectionLevel& last) {
   return fmt::format(
       "Position errors beyond the protection level of {:g} (k = {}): {} of {} rows, worth {} independent "
-      "ones: the risk is at most {} at 95 % (Clopper-Pearson). To show {:g} takes {} independent rows with "
+      "ones: the risk is at most {} at 95 % (Clopper-Pearson). To show {} takes {} independent rows with "
       "none beyond.",
       shown.risk, number_text(shown.k, 3), shown.beyond, shown.rows, number_text(shown.effective_rows, 3),
-      number_text(shown.upper_limit, 2), last.risk, static_cast<std::int64_t>(std::ceil(last.needed_rows)));
+      number_text(shown.upper_limit, 2), number_text(last.risk, 1),
+      static_cast<std::int64_t>(std::ceil(last.needed_rows)));
 }
 
 /// "NEES over n by distance travelled: 0 to 64 m 1.02 (0.98 … 1.07), …": four places along the way.

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <map>
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -144,7 +145,10 @@ CheckedLogs checked_logs(std::span<const fs::path> files, const CheckOptions& op
   logs.remarks = remarks_of(result);
   logs.analysis = analyse_collected(
       std::move(result.evidence), result.calibration,
-      {.confidence = options.confidence, .sensitivity = options.sensitivity, .margin = options.within},
+      {.confidence = options.confidence,
+       .sensitivity = options.sensitivity,
+       .margin = options.within,
+       .times = result.times.known() ? std::make_shared<const StepTimes>(std::move(result.times)) : nullptr},
       result.explained());
   logs.analysis.complete = result.complete;
   logs.poses = std::move(result.poses);

@@ -10,7 +10,12 @@ namespace {
 
 Json span_json(const ConsistencyVerdict& v, const StepSpan& span) {
   if (span.count == 0) return nullptr;
-  return {{"first", v.step_of(span.first)}, {"last", v.step_of(span.last)}, {"count", span.count}};
+  Json j = {{"first", v.step_of(span.first)}, {"last", v.step_of(span.last)}, {"count", span.count}};
+  if (v.times != nullptr) {
+    j["first_time_s"] = v.times->at(v.step_of(span.first));
+    j["last_time_s"] = v.times->at(v.step_of(span.last));
+  }
+  return j;
 }
 
 Json scale_json(const ScaleAdvice& scale) {

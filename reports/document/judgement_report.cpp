@@ -9,6 +9,7 @@
 #include "analysis/evidence/advice.h"
 #include "core/manifold/angle.h"
 #include "core/nan.h"
+#include "reports/figures/step_axis.h"
 #include "reports/render/number_text.h"
 
 namespace credence::internal {
@@ -94,14 +95,15 @@ bool tells(const CoverageVerdict& coverage) {
 }
 
 Panel coverage_panel(const Judgement& j) {
-  Panel panel{.title = "Coverage", .x_label = "step", .y_label = "truth inside (%)"};
+  const StepTimes* const times = j.nees.times.get();
+  Panel panel{.title = "Coverage", .x_label = step_label(times), .y_label = "truth inside (%)"};
   for (std::size_t i = 0; i < j.coverage.size(); ++i) {
     if (!tells(j.coverage[i])) continue;
     FigureData x, inside, expected;
     for (std::size_t k = 0; k < j.coverage[i].steps.size(); ++k) {
       const CoverageStep& step = j.coverage[i].steps[k];
       if (step.count.total == 0) continue;
-      x.push_back(static_cast<double>(1 + static_cast<std::int64_t>(k) * j.step_stride));
+      x.push_back(step_place(times, 1 + static_cast<std::int64_t>(k) * j.step_stride));
       inside.push_back(100.0 * step.interval.value);
       expected.push_back(100.0 * step.expected);
     }

@@ -55,9 +55,14 @@ void write_study_csv(const std::filesystem::path& target, const StudyAnalysis& a
 }
 
 void write_log_csv(const std::filesystem::path& target, const LogAnalysis& a) {
-  CsvWriter csv(target, test_columns());
+  const StepTimes* const times = a.judgement.nees.times.get();
+  std::vector<std::string> columns = test_columns();
+  if (times != nullptr) columns.insert(columns.begin() + 1, "time");
+  CsvWriter csv(target, columns);
   for (std::size_t k = 0; k < a.evidence.study.steps.size(); ++k) {
-    std::vector<CsvField> row = {1 + static_cast<std::int64_t>(k) * a.evidence.step_stride};
+    const std::int64_t step = 1 + static_cast<std::int64_t>(k) * a.evidence.step_stride;
+    std::vector<CsvField> row = {step};
+    if (times != nullptr) row.push_back(field(times->at(step)));
     add_test(row, a.judgement.nees.steps[k]);
     add_test(row, a.judgement.nis.steps[k]);
     csv.add(row);

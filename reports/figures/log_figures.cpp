@@ -10,6 +10,7 @@
 #include "core/manifold/angle.h"
 #include "reports/document/calibration_report.h"
 #include "reports/document/log_table.h"
+#include "reports/figures/step_axis.h"
 #include "reports/figures/study_figures.h"
 
 namespace credence::internal {
@@ -29,8 +30,19 @@ Figure log_consistency_figure(const std::string& name, const LogAnalysis& a) {
   return figure;
 }
 
+bool is_position(const RunLayout& layout, const std::string& state) {
+  return std::ranges::any_of(layout.blocks, [&](const Block& block) {
+    return block.part == Part::position && std::ranges::any_of(block.states, [&](Index i) {
+             return layout.states[static_cast<std::size_t>(i)] == state;
+           });
+  });
+}
+
 /// Errors of the first run, state by state: of all states of an inertial filter, of a map the first ones.
-Figure errors_figure(const std::string& name, const RunErrors& run, std::size_t states) {
+Figure errors_figure(const std::string& name, const RunErrors& run, const LogAnalysis& a) {
+  const RunLayout& layout = a.evidence.layout;
+  const std::size_t states = layout.states.size();
+  const StepTimes* const times = a.judgement.nees.times.get();
   // A component that the filter does not estimate has no error in any row.
   std::vector<const RunErrors::State*> estimated;
   for (const RunErrors::State& state : run.states) {
@@ -44,13 +56,18 @@ Figure errors_figure(const std::string& name, const RunErrors& run, std::size_t 
                              states > run.states.size()
                                  ? fmt::format(" of the first {} of {} states", run.states.size(), states)
                                  : "")};
+  const FigureData x =
+      figure_data(run.step, [&](double step) { return step_place(times, static_cast<std::int64_t>(step)); });
   for (const RunErrors::State* state : estimated) {
     const double scale = state->angle ? 1.0 / kRadiansPerDegree : 1.0;
-    const auto times = [](double factor) { return [factor](double value) { return factor * value; }; };
-    Panel panel{.title = state->name, .x_label = "step", .y_label = state->angle ? "error (°)" : "error"};
-    panel.series =
-        error_series("error", ColourRole::estimate, FigureData(run.step),
-                     figure_data(state->error, times(scale)), figure_data(state->sigma, times(2.0 * scale)));
+    const auto scaled = [](double factor) { return [factor](double value) { return factor * value; }; };
+    Panel panel{.title = state->name,
+                .x_label = step_label(times),
+                .y_label = state->angle                       ? "error (°)"
+                           : is_position(layout, state->name) ? "error (m)"
+                                                              : "error"};
+    panel.series = error_series("error", ColourRole::estimate, x, figure_data(state->error, scaled(scale)),
+                                figure_data(state->sigma, scaled(2.0 * scale)));
     figure.panels.push_back(std::move(panel));
   }
   arrange(figure);
@@ -72,7 +89,7 @@ Figure blocks_figure(const std::string& name, const LogAnalysis& a) {
 
 std::vector<Figure> log_figures(const std::string& name, const CheckedLogs& logs) {
   return {log_consistency_figure(name, logs.analysis),
-          errors_figure(name, logs.first_run, logs.analysis.evidence.layout.states.size()),
+          errors_figure(name, logs.first_run, logs.analysis),
           sigma_figure(name, logs.calibration, logs.analysis.evidence.layout.states),
           distance_figure(name, logs.calibration),
           stanford_figure(name, logs.calibration),

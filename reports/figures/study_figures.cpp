@@ -12,6 +12,7 @@
 #include "core/nan.h"
 #include "montecarlo/worlds/registry.h"
 #include "reports/document/judgement_report.h"
+#include "reports/figures/step_axis.h"
 
 namespace credence::internal {
 namespace {
@@ -187,14 +188,15 @@ std::string over_runs_text(std::int64_t runs) {
 
 Panel verdict_panel(const std::string& title, const char* y_label, const ConsistencyVerdict& verdict,
                     const FigureData& exact) {
-  Panel panel{.title = title, .x_label = "step", .y_label = y_label};
+  const StepTimes* const times = verdict.times.get();
+  Panel panel{.title = title, .x_label = step_label(times), .y_label = y_label};
   const auto has_data = [](const StepTest& step) { return step.count > 0 && step.total_dof > 0.0; };
   const bool sparse = 2 * std::ranges::count_if(verdict.steps, has_data) < std::ssize(verdict.steps);
   FigureData x;
   std::vector<StepTest> shown;
   for (std::size_t k = 0; k < verdict.steps.size(); ++k) {
     if (sparse && !has_data(verdict.steps[k])) continue;
-    x.push_back(static_cast<double>(verdict.step_of(static_cast<std::int64_t>(k) + 1)));
+    x.push_back(step_place(times, verdict.step_of(static_cast<std::int64_t>(k) + 1)));
     shown.push_back(verdict.steps[k]);
   }
   const auto tested = [&](double StepTest::*number) {
@@ -411,12 +413,13 @@ Figure accuracy_figure(const std::string& name, const StudyAnalysis& a) {
   for (const BoundCurve& curve : a.bound->blocks) {
     if (curve.block == "position" && !a.errors.position_m.empty()) {
       figure.panels.push_back(
-          accuracy_panel("Position", "m", a.errors.position_m, a.covariance.vehicle, curve, 1.0));
+          accuracy_panel("Position", "error (m)", a.errors.position_m, a.covariance.vehicle, curve, 1.0));
     } else if ((curve.block == "heading" || curve.block == "attitude") && !a.errors.heading_rad.empty()) {
       figure.panels.push_back(
-          accuracy_panel("Heading", "°", a.errors.heading_rad, {}, curve, 1.0 / kRadiansPerDegree));
+          accuracy_panel("Heading", "error (°)", a.errors.heading_rad, {}, curve, 1.0 / kRadiansPerDegree));
     } else if (curve.block == "all landmarks" && !a.errors.landmark_m.empty()) {
-      figure.panels.push_back(accuracy_panel("Landmarks", "m", a.errors.landmark_m, of_landmark, curve, 1.0));
+      figure.panels.push_back(
+          accuracy_panel("Landmarks", "error (m)", a.errors.landmark_m, of_landmark, curve, 1.0));
     }
   }
   figure.cols = std::max(1, static_cast<int>(figure.panels.size()));

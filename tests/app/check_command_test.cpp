@@ -6,6 +6,7 @@
 #include <signal.h>
 
 #include <filesystem>
+#include <random>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -255,6 +256,55 @@ TEST_F(CheckCommand, AFormatIsSeenFromTheFileOrNamed) {
   EXPECT_EQ(seen, named);
   EXPECT_EQ(seen["rows"], 40);
   EXPECT_TRUE(seen["format"].get<std::string>().starts_with("OpenVINS trajectory")) << seen["format"];
+}
+
+TEST_F(CheckCommand, SaysWhenItIsWrongInSecondsWhereTheLogDoes) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  constexpr int kRuns = 40, kSteps = 20, kWrongFrom = 11;
+  const auto log = [&](double clock_of_a_run_s) {
+    std::string text = "run,time,error.x,P.1.1\n";
+    for (int r = 0; r < kRuns; ++r) {
+      for (int k = 1; k <= kSteps; ++k) {
+        text += std::to_string(r) + "," + std::to_string(clock_of_a_run_s * r + 0.1 * k) + "," +
+                std::to_string((k < kWrongFrom ? 1.0 : 5.0) * normal(random)) + ",1\n";
+      }
+    }
+    return text;
+  };
+  write("one_clock.csv", log(0.0));
+  write("clocks.csv", log(100.0));
+  const Json same = json({"check", "one_clock.csv", "--format", "json", "--quiet", "--out", "page"});
+  const std::string says = same["word"]["says"];
+  EXPECT_NE(says.find("from step 11 on (t = 1.1 s)"), std::string::npos) << says;
+  EXPECT_NEAR(same["nees"]["optimistic_steps"]["first_time_s"].get<double>(), 1.1, 1e-9);
+  EXPECT_NE(read("page/one_clock.csv").find("step,time,nees_mean"), std::string::npos);
+  EXPECT_NE(read("page/index.html").find("time (s)"), std::string::npos);
+  const std::string others = json({"check", "clocks.csv", "--format", "json", "--quiet"})["word"]["says"];
+  EXPECT_NE(others.find("from step 11 on (1.0 s after the start)"), std::string::npos) << others;
+}
+
+TEST_F(CheckCommand, PosesOfACsvAreSeen) {
+  std::string header = "timestamp,x,y,z,qx,qy,qz,qw", estimate, truth = "timestamp,x,y,z,qx,qy,qz,qw\n";
+  for (int i = 0; i < 36; ++i) header += ",cov_" + std::to_string(i);
+  for (int k = 0; k < 40; ++k) {
+    estimate += std::to_string(0.1 * k) + "," + std::to_string(k % 2 == 0 ? 0.1 : -0.1) + ",0,0,0,0,0,1";
+    for (int i = 0; i < 36; ++i) estimate += i % 7 == 0 ? ",0.01" : ",0";
+    estimate += "\n";
+    truth += std::to_string(0.1 * k) + ",0,0,0,0,0,0,1\n";
+  }
+  write("e.csv", header + "\n" + estimate);
+  write("t.csv", truth);
+  const Json j = json({"check", "e.csv", "--truth", "t.csv", "--format", "json", "--quiet"});
+  EXPECT_EQ(j["rows"], 40);
+  EXPECT_NEAR(j["nees"]["mean"].get<double>(), 1.0, 1e-9);
+  EXPECT_TRUE(j["format"].get<std::string>().starts_with("CSV of poses")) << j["format"];
+  write("bare.csv", estimate);
+  const Json bare = json({"check", "bare.csv", "--truth", "t.csv", "--format", "json", "--quiet"});
+  EXPECT_EQ(bare["nees"], j["nees"]);
+  const Finished refused = run({"check", "t.csv", "--input", "poses", "--truth", "t.csv"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("t.csv:1: names no poses with a covariance"), std::string::npos) << refused.err;
 }
 
 TEST_F(CheckCommand, ListsWhatIsInALogWithoutJudgingIt) {

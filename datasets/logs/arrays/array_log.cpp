@@ -23,7 +23,7 @@ namespace credence::internal {
 namespace {
 
 constexpr std::string_view kInnovation = "innovation", kS = "S", kObservation = "observation", kR = "R",
-                           kNonlinear = "nonlinear", kInflated = "inflated";
+                           kNonlinear = "nonlinear", kInflated = "inflated", kTime = "time";
 constexpr double kLargestAsymmetry = 1e-5;  // in units of the standard deviations; float has seven digits
 // A step beyond this is a mistake, and would ask for gigabytes.
 constexpr std::uint64_t kMostSteps = 10'000'000, kLargestDim = 10'000;
@@ -130,8 +130,9 @@ class ArrayRoles {
   ArrayPair pair(std::string name, std::string_view vectors, std::string_view matrices) const {
     const auto v = find(vectors), m = find(matrices);
     if (!v || !m) {
-      fail(fmt::format("array {} is missing beside {}; its arrays are {}", v ? matrices : vectors,
-                       v ? vectors : matrices, shapes()));
+      const bool error = !v && vectors == "error";
+      fail(fmt::format("array {} is missing beside {}{}; its arrays are {}", v ? matrices : vectors,
+                       v ? vectors : matrices, error ? " (error: estimate less truth)" : "", shapes()));
     }
     const ArrayShape& one = file_.arrays()[*v];
     const ArrayShape& other = file_.arrays()[*m];
@@ -148,8 +149,8 @@ class ArrayRoles {
       if (!fits) {
         fail(
             fmt::format("{} and {}: accepted are (runs, steps, n) with (runs, steps, n, n), of one run "
-                        "(steps, n) with (steps, n, n), and of scalars (runs, steps) with (runs, steps)",
-                        shape_text(one), shape_text(other)));
+                        "(steps, n) with (steps, n, n), and of scalars (runs, steps) with (runs, steps){}",
+                        shape_text(one), shape_text(other), turned_text(one, other)));
       }
       result.runs = rank == 3 ? one.dims[0] : 1;
       result.steps = one.dims[rank - 2];
@@ -161,6 +162,21 @@ class ArrayRoles {
                        shape_text(one), kMostSteps, kLargestDim));
     }
     return result;
+  }
+
+  /// How dimensions that stand the other way round, as (n, steps, runs), are brought into order.
+  static std::string turned_text(const ArrayShape& vectors, const ArrayShape& matrices) {
+    const std::vector<std::uint64_t>&v = vectors.dims, &m = matrices.dims;
+    const bool turned = (v.size() == 2 || v.size() == 3) && m.size() == v.size() + 1 && m[0] == v[0] &&
+                        std::equal(v.begin(), v.end(), m.begin() + 1);
+    if (!turned) return "";
+    const bool runs = v.size() == 3;
+    return fmt::format(
+        "; these seem to be (n, steps{}): turn them, in MATLAB by permute({}, {}) and permute({}, {}), in "
+        "NumPy by "
+        "{}.T and {}.T",
+        runs ? ", runs" : "", vectors.name, runs ? "[3 2 1]" : "[2 1]", matrices.name,
+        runs ? "[4 3 1 2]" : "[3 1 2]", vectors.name, matrices.name);
   }
 
   NisArray nis_of(const ArrayShape& array, std::uint64_t dim) const {
@@ -339,6 +355,36 @@ class NoiseReader {
   Matrix noise_;
 };
 
+/// The times of the steps of a run: of each, or the same of all; empty where the file has none.
+class TimeReader {
+ public:
+  TimeReader(ArrayFile& file, std::uint64_t runs, std::uint64_t steps, LogSink& sink)
+      : file_(file), steps_(steps), array_(find_array(file, kTime)) {
+    if (!array_) return;
+    const ArrayShape& time = file.arrays()[*array_];
+    std::uint64_t size = 1;
+    for (const std::uint64_t dim : time.dims) size *= dim;
+    each_ = time.dims == std::vector<std::uint64_t>{runs, steps};
+    const bool once = size == steps && std::ranges::count(time.dims, steps) > 0;
+    if (each_ || once) return;
+    sink.remark(fmt::format("{} is not used: times in s are ({}) or ({}, {}).", shape_text(time), steps, runs,
+                            steps));
+    array_.reset();
+  }
+
+  const std::vector<double>& of(std::uint64_t run) {
+    if (array_ && (each_ || times_.empty())) file_.read(*array_, each_ ? run * steps_ : 0, steps_, times_);
+    return times_;
+  }
+
+ private:
+  ArrayFile& file_;
+  std::uint64_t steps_;
+  std::optional<std::size_t> array_;
+  bool each_ = false;
+  std::vector<double> times_;
+};
+
 /// Of how many components an observation is, of which the innovation of a sensor may hold several: the array
 /// "observation" or "observation_NAME", if there is one.
 Index observation_dim(ArrayFile& file, const ArrayPair& sensor) {
@@ -438,7 +484,7 @@ bool is_log_array(std::string_view name) {
   return name == "error" || name == "P" || name == kInnovation || name == kS ||
          name.starts_with("innovation_") || name.starts_with("S_") || name == kObservation ||
          name.starts_with("observation_") || name == kR || name.starts_with("R_") || name == kNonlinear ||
-         name == kInflated || nis_dimension(name).has_value();
+         name == kInflated || name == kTime || nis_dimension(name).has_value();
 }
 
 void read_arrays(ArrayFile& file, LogSink& judged) {
@@ -455,11 +501,13 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
   }
   std::optional<PairReader> state;
   if (roles.state()) state.emplace(file, *roles.state());
+  TimeReader times(file, roles.runs(), roles.steps(), sink);
   Step step;
   std::vector<Index> measured;
   std::vector<std::vector<double>> nis(roles.nis().size());
   for (std::uint64_t run = 0; run < roles.runs(); ++run) {
     sink.begin_run(layout);
+    const std::vector<double>& time_s = times.of(run);
     for (std::size_t i = 0; i < nis.size(); ++i)
       file.read(roles.nis()[i].values, run * roles.steps(), roles.steps(), nis[i]);
     for (std::uint64_t k = 0; k < roles.steps(); ++k) {
@@ -481,6 +529,7 @@ void read_arrays(ArrayFile& file, LogSink& judged) {
             value >= 0.0 ? nis_alone(value, static_cast<Index>(roles.nis()[i].dim)) : Innovation{};
         if (value < 0.0) step.problem = "a NIS is negative";
       }
+      if (!time_s.empty()) sink.at(time_s[k]);
       sink.add(step);
     }
   }
@@ -496,7 +545,7 @@ LogContents list_arrays(const ArrayFile& file) {
     const bool matrices = array.name == "P" || array.name == kS || array.name.starts_with("S_") ||
                           array.name == kR || array.name.starts_with("R_");
     const bool vectors = array.name == "error" || array.name.starts_with(kInnovation);
-    const std::size_t of_row = matrices ? 2U : nis_dimension(array.name) ? 0U : 1U;
+    const std::size_t of_row = matrices ? 2U : nis_dimension(array.name) || array.name == kTime ? 0U : 1U;
     const std::size_t inner = std::min(array.dims.size(), of_row);
     for (std::size_t i = 0; i + inner < array.dims.size(); ++i)
       count *= static_cast<std::int64_t>(array.dims[i]);
@@ -506,6 +555,7 @@ LogContents list_arrays(const ArrayFile& file) {
                                            : fmt::format("{} ({})", array.type, fmt::join(array.dims, ", ")),
                                .count = count,
                                .use = array.name == "error"       ? "error"
+                                      : array.name == kTime       ? "time"
                                       : nis_dimension(array.name) ? "NIS alone"
                                       : vectors                   ? "innovations"
                                       : matrices                  ? "covariance"

@@ -181,6 +181,7 @@ void judge_ulog_states(const std::filesystem::path& file, const LogReadOptions& 
     step.line = row.line;
     step.error = (row.value - truth).head(n);
     step.P = Matrix(row.variance.head(n).asDiagonal());
+    sink.at(row.time_s);
     sink.add(step);
   }
   if (not_finite > 0 && not_finite == std::ssize(rows)) {

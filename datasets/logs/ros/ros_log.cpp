@@ -372,6 +372,7 @@ class RosLog {
       turn_known = turn_known && std::ranges::count_if(kept, [](Index i) { return i >= 3; }) > 0;
       step.step = ++steps;
       sink_.travelled(distance_m);
+      sink_.at(pose.time_s);
       sink_.add(step);
       if (truth.has_orientation && kept.size() == 6 && step.problem.empty()) {
         conventions.add(estimate, *at);

@@ -14,13 +14,14 @@ class RecordedSink final : public LogSink {
   struct Run {
     RunLayout layout;
     std::vector<Step> steps;
-    std::vector<double> travelled_m;
+    std::vector<double> travelled_m, time_s;
     std::vector<std::pair<Outcome, std::int64_t>> failures;
   };
 
-  void begin_run(const RunLayout& layout) override { runs.push_back({layout, {}, {}, {}}); }
+  void begin_run(const RunLayout& layout) override { runs.push_back({layout, {}, {}, {}, {}}); }
   void add(const Step& step) override { runs.back().steps.push_back(step); }
   void travelled(double distance_m) override { runs.back().travelled_m.push_back(distance_m); }
+  void at(double time_s) override { runs.back().time_s.push_back(time_s); }
   void end_run(Outcome outcome, std::int64_t step) override {
     runs.back().failures.emplace_back(outcome, step);
   }

@@ -121,6 +121,38 @@ TEST_F(TrajectoryFiles, TumHoldsAJointCovarianceWithErrorsInTheAxesThatOneNames)
   EXPECT_EQ(in_world.P(5, 5), 21.0);
 }
 
+TEST_F(TrajectoryFiles, ACsvOfPosesHoldsTheWholeCovariance) {
+  const std::string header = "stamp_sec,stamp_nsec,x,y,z,qx,qy,qz,qw";
+  const auto file_with = [&](const std::string& entry_1_0) {
+    std::string text = header, row;
+    for (int i = 0; i < 36; ++i) {
+      text += fmt::format(",cov{}", i);
+      row += fmt::format(",{}", i == 6 ? entry_1_0 : i == 1 ? "0.5" : i % 7 == 0 ? "2" : "0");
+    }
+    return write("e.csv", text + "\n1700000000,250000000,1,2,3,0,0,0,1" + row + "\n");
+  };
+  const PoseErrorAxes world{.orientation = OrientationError::world};
+  const Trajectory read = read_estimate(file_with("0.5"), TrajectoryFormat::poses, world);
+  ASSERT_EQ(read.poses.size(), 1U);
+  EXPECT_DOUBLE_EQ(read.time_s[0], 1700000000.25);
+  EXPECT_EQ(read.poses[0].position, Vector3d(1, 2, 3));
+  EXPECT_EQ(read.covariances[0](0, 1), 0.5);
+  EXPECT_EQ(read.covariances[0](5, 5), 2.0);
+  EXPECT_EQ(read.axes, world);
+  EXPECT_THROW(read_estimate(file_with("0.4"), TrajectoryFormat::poses, world), DataError);
+  EXPECT_THROW(read_estimate(write("f.csv", header + "\n"), TrajectoryFormat::poses, world), DataError);
+}
+
+TEST_F(TrajectoryFiles, ATruthMayBeACsvWithoutAHeaderOrWithNames) {
+  const Trajectory plain = read_truth(write("a.csv", "0.5,1,2,3,0,0,0.6,0.8\n1.5,1,2,3,0,0,0.6,0.8\n"));
+  ASSERT_EQ(plain.poses.size(), 2U);
+  EXPECT_EQ(plain.poses[0].orientation.w(), 0.8);
+  const Trajectory named =
+      read_truth(write("b.csv", "timestamp,x,y,z,qw,qx,qy,qz\n1700000000250000000,1,2,3,0.8,0,0,0.6\n"));
+  EXPECT_DOUBLE_EQ(named.time_s.at(0), 1700000000.25);  // beyond 1e16: of nanoseconds
+  EXPECT_EQ(named.poses[0].orientation.w(), 0.8);
+}
+
 TEST_F(TrajectoryFiles, CnspySaysItsAxesInAColumn) {
   const auto truth = curve(3);
   const Trajectory truth_read = read_truth(write_truth(truth));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -95,6 +96,27 @@ TEST(LogFigures, ErrorsHaveTwoSigmaAboutThemAndAnglesAreInDegrees) {
   EXPECT_EQ(figure.panels[1].y_label.text, "error (°)");
   EXPECT_NEAR(figure.panels[1].series.at(2).y[2], 180.0 / std::numbers::pi, 1e-12);
   EXPECT_NEAR(figure.panels[1].series.at(1).y[0], 0.5 * 180.0 / std::numbers::pi, 1e-12);
+}
+
+TEST(LogFigures, WithTimesTheyAreOverTimeAndPositionsAreInMetres) {
+  CheckedLogs logs;
+  logs.first_run = errors_of(2);
+  RunLayout& layout = logs.analysis.evidence.layout;
+  layout.states = {"x0", "x1"};
+  layout.blocks = {{"position", Part::position, {1}}};
+  const auto times = std::make_shared<StepTimes>();
+  for (int k = 1; k <= 3; ++k) times->add(k, 0.5 * k);
+  ConsistencyVerdict& nees = logs.analysis.judgement.nees;
+  nees.times = times;
+  nees.count = 3;
+  nees.steps.assign(3, {.mean = 1.0, .expected = 1.0, .count = 1, .total_dof = 1.0});
+  const Figure errors = log_figure(logs, "errors"), consistency = log_figure(logs, "consistency");
+  EXPECT_EQ(errors.panels.at(0).x_label.text, "time (s)");
+  EXPECT_THAT(errors.panels[0].series.at(2).x, ElementsAre(0.5, 1.0, 1.5));
+  EXPECT_EQ(errors.panels[0].y_label.text, "error");
+  EXPECT_EQ(errors.panels.at(1).y_label.text, "error (m)");
+  EXPECT_EQ(consistency.panels.at(0).x_label.text, "time (s)");
+  EXPECT_THAT(consistency.panels[0].series.back().x, ElementsAre(0.5, 1.0, 1.5));
 }
 
 TEST(LogFigures, OfManyStatesThoseThatAreEstimatedAmongTheFirst) {

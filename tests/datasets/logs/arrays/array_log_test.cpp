@@ -50,6 +50,33 @@ void expect_array_error(const ArraysInMemory& file, const std::string& problem) 
 
 const double kArrayNaN = std::numeric_limits<double>::quiet_NaN();
 
+TEST(ArrayLog, times_are_of_each_run_or_of_all) {
+  const auto read = [](std::vector<std::uint64_t> dims, std::vector<double> time) {
+    ArraysInMemory file;
+    file.add("innovation", {2, 3}, {1, 2, 3, 4, 5, 6}).add("S", {2, 3}, {1, 1, 1, 1, 1, 1});
+    file.add("time", std::move(dims), std::move(time));
+    return read_in_memory(std::move(file));
+  };
+  const RecordedSink of_all = read({3}, {0.5, 1.0, 1.5}), column = read({3, 1}, {0.5, 1.0, 1.5});
+  for (const RecordedSink* const sink : {&of_all, &column}) {
+    EXPECT_THAT(sink->runs.at(0).time_s, ElementsAre(0.5, 1.0, 1.5));
+    EXPECT_THAT(sink->runs.at(1).time_s, ElementsAre(0.5, 1.0, 1.5));
+  }
+  EXPECT_THAT(read({2, 3}, {0, 1, 2, 10, 11, 12}).runs.at(1).time_s, ElementsAre(10, 11, 12));
+  const RecordedSink other = read({4}, {0, 1, 2, 3});
+  EXPECT_TRUE(other.runs.at(0).time_s.empty());
+  EXPECT_THAT(other.said(), HasSubstr("time (4) is not used"));
+}
+
+TEST(ArrayLog, dimensions_the_other_way_round_are_told_how_to_turn) {
+  ArraysInMemory file;
+  expect_array_error(file.add("error", {4, 100, 20}).add("P", {4, 4, 100, 20}),
+                     "in MATLAB by permute(error, [3 2 1]) and permute(P, [4 3 1 2])");
+  ArraysInMemory one;
+  expect_array_error(one.add("error", {4, 100}).add("P", {4, 4, 100}),
+                     "permute(error, [2 1]) and permute(P, [3 1 2])");
+}
+
 TEST(ArrayLog, rows_of_every_run_hold_their_errors_covariances_and_innovations) {
   std::vector<double> error, P, nu, S;
   for (int k = 0; k < 6; ++k) {  // 2 runs of 3 steps
