@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <exception>
 #include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -134,15 +135,23 @@ class Collector {
     });
   }
 
+  /// dt: the time of a step, s; 0: not known.
   Told judge(const std::string& name, const std::string& source, double confidence, bool sensitivity,
-             double within) {
+             double within, double dt) {
     const py::gil_scoped_release released;
+    std::shared_ptr<StepTimes> times;
+    if (dt > 0.0) {
+      times = std::make_shared<StepTimes>();
+      const auto steps = std::ssize(evidence_.study.steps) * evidence_.step_stride;
+      for (std::int64_t k = 1; k <= steps; ++k) times->add(k, dt * static_cast<double>(k));
+    }
     CheckedLogs runs;
     runs.name = name;
     runs.format = source;
     runs.analysis = analyse_collected(
         std::move(evidence_), calibration_,
-        {.confidence = confidence, .sensitivity = sensitivity, .margin = within}, !mistakes_.empty());
+        {.confidence = confidence, .sensitivity = sensitivity, .margin = within, .times = times},
+        !mistakes_.empty());
     runs.remarks = std::move(mistakes_);
     if (!calibration_.runs.empty()) {
       runs.calibration = judge_calibration(calibration_, confidence);
@@ -325,7 +334,7 @@ PYBIND11_MODULE(_credence, m) {
       .def("add", &Collector::add)
       .def("look", &Collector::look)
       .def("judge", &Collector::judge, py::arg("name"), py::arg("source"), py::arg("confidence"),
-           py::arg("sensitivity"), py::arg("within") = 0.1);
+           py::arg("sensitivity"), py::arg("within") = 0.1, py::arg("dt") = 0.0);
 
   py::enum_<NoisePurpose>(m, "Purpose")
       .value("initial", NoisePurpose::initial)
@@ -350,10 +359,12 @@ PYBIND11_MODULE(_credence, m) {
   m.attr("commit") = std::string(commit());
   m.def("check_logs",
         [](const std::vector<std::string>& logs, CheckOptions options, const std::string& chart,
-           const std::string& align, const std::optional<std::variant<double, std::string>>& time_offset) {
+           const std::string& align, const std::optional<std::variant<double, std::string>>& time_offset,
+           const std::vector<double>& lever_arm) {
           TrajectoryMatching& matching = options.reading.matching;
           if (!chart.empty()) options.reading.chart = pose_chart_named(chart);
           matching.alignment = truth_alignment_named(align);
+          matching.lever_arm = lever_arm_of(lever_arm);
           if (time_offset) {
             matching.find_time_offset = std::holds_alternative<std::string>(*time_offset);
             if (!matching.find_time_offset) matching.time_offset_s = std::get<double>(*time_offset);

@@ -105,6 +105,7 @@ def check(
     R: Any = None,
     confidence: float = 0.95,
     within: float = 0.1,
+    dt: float = 0.0,
     nonlinear: bool = False,
     inflated: bool = False,
     sensitivity: bool = False,
@@ -135,6 +136,7 @@ def check(
         for each sensor that has one.
     confidence: of the verdict: a consistent filter is called anything else with probability 1 − confidence at most.
     within: what counts as right: the factor on P between 1/(1 + this) and 1 + this.
+    dt: the time of a step, s, with which what is said of steps tells when they are; 0: not known.
     nonlinear: the filter linearises at its own estimates, as an EKF does: a cause that is named where it fits.
     inflated: the filter inflates its covariance on purpose.
     sensitivity: judge without gross outliers too.
@@ -154,6 +156,7 @@ def check(
     require_confidence(confidence)
     require_threads(threads)
     _require_between(within, "within", 0.001, 10)
+    _require_between(dt, "dt", 0, 1e6)
     require_text(name, "name")
 
     nus = {} if innovation is None else _by_sensor(innovation)
@@ -206,4 +209,4 @@ def check(
     runs = collector(names, angles, blocks, n, sensors, error is not None, nonlinear, inflated)
     runs.add(bundles, shape.indexing, threads, {})
     runs.look(bundles, shape.indexing)
-    return Result(runs.judge(name, "arrays", confidence, sensitivity, within))
+    return Result(runs.judge(name, "arrays", confidence, sensitivity, within, dt))

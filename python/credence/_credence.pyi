@@ -56,7 +56,12 @@ class CheckOptions:
     ) -> None: ...
 
 def check_logs(
-    logs: Sequence[bytes], options: CheckOptions, chart: str, align: str, time_offset: Union[float, str, None]
+    logs: Sequence[bytes],
+    options: CheckOptions,
+    chart: str,
+    align: str,
+    time_offset: Union[float, str, None],
+    lever_arm: Sequence[float],
 ) -> Told: ...
 
 class Bundle:
@@ -95,7 +100,7 @@ class Collector:
     ) -> None: ...
     def look(self, bundles: Sequence[Bundle], indexing: Indexing) -> None: ...
     def judge(
-        self, name: str, source: str, confidence: float, sensitivity: bool, within: float = 0.1
+        self, name: str, source: str, confidence: float, sensitivity: bool, within: float = 0.1, dt: float = 0.0
     ) -> Told: ...
 
 class NoiseSource:

@@ -32,6 +32,7 @@ def check_logs(
     align: str = "none",
     max_time_difference: float = 0.02,
     time_offset: Union[float, str, None] = None,
+    lever_arm: Sequence[float] = (),
     partial: bool = False,
     confidence: float = 0.95,
     within: float = 0.1,
@@ -49,6 +50,8 @@ def check_logs(
     align: moves the truth onto the estimate first: "none", "se2", "yaw" or "se3".
     max_time_difference: how far the truth used may be from an estimate, s.
     time_offset: what the times of the truth are ahead, s, or "estimate"; of logs of poses.
+    lever_arm: of logs of poses, where the frame of the truth is on the body of the estimate: (x, y, z) in m, or with
+        (qx, qy, qz, qw) behind it.
     partial: of a file that is cut off, judge what comes before.
     within: what counts as right: the factor on P between 1/(1 + this) and 1 + this.
     confidence, sensitivity, threads, name: as in ``check``.
@@ -78,4 +81,4 @@ def check_logs(
         sensitivity,
         threads,
     )
-    return Result(_credence.check_logs(files, options, chart, align, time_offset))
+    return Result(_credence.check_logs(files, options, chart, align, time_offset, [float(x) for x in lever_arm]))

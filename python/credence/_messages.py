@@ -11,15 +11,17 @@ _ARGUMENTS = {
     "chart": "chart",
     "input": "format",
     "instance": "instance",
+    "lever-arm": "lever_arm",
+    "sensitivity": "sensitivity",
     "max-time-difference": "max_time_difference",
     "time-offset": "time_offset",
     "topic": "topic",
     "truth": "truth",
     "truth-topic": "truth_topic",
 }
-# The first: "--chart or --orientation-error", of which there is one argument. A value may follow: "--instance 2".
+# The first: "--chart or --orientation-error", of which there is one argument. A value may follow: "--instance 2", or N.
 _OPTION = re.compile(
-    r"(?<![\w-])--(?:(chart) or --orientation-error|(" + "|".join(_ARGUMENTS) + r")(?![\w-])( (?=[\d/+-]))?)"
+    r"(?<![\w-])--(?:(chart) or --orientation-error|(" + "|".join(_ARGUMENTS) + r")(?![\w-])( (?=[\d/+-]|N\b))?)"
 )
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])

@@ -90,16 +90,19 @@ class Plan:
     batch: bool
     angles: Any = None
     switches: Switches = Switches()
+    states: int = 0  # that there can be; 0: those of world.prior()
 
 
 @dataclass
 class Chunk:
-    """What some runs showed: (runs, steps, …), NaN where nothing was shown."""
+    """What some runs showed: (runs, steps, …), NaN where nothing was shown. Of a state that is not there P is that of
+    the identity."""
 
     error: np.ndarray
     P: np.ndarray
     innovations: "dict[str, tuple[np.ndarray, np.ndarray]]"
     estimate: Optional[np.ndarray]  # where the error is its difference from the truth
+    there: Optional[np.ndarray] = None  # the states that the filter has; None: all
     failures: "dict[int, tuple[int, str, str]]" = field(default_factory=dict)
 
 
@@ -153,6 +156,40 @@ def prior_of(world: Any) -> "tuple[np.ndarray, np.ndarray, int]":
     return mean, P, n
 
 
+def _states_of(made: Any, n: int, runs: int) -> "tuple[np.ndarray, int]":
+    """Which of the n states a filter with states() has, (n,) or (runs, n); and how many its arrays hold."""
+    states = np.asarray(made.states())
+    if states.dtype == bool and states.shape in ((n,), (runs, n)):
+        return states, n
+    there = np.zeros(n, dtype=bool)
+    if states.ndim != 1 or (states.size and (states.dtype.kind not in "iu" or np.any(np.diff(states) < 1))):
+        raise PlugError(
+            f"filter.states() = {states!r}: expected ascending numbers of states, from 0, or booleans of shape {(n,)} "
+            f"or {(runs, n)}"
+        )
+    if states.size and not 0 <= states[0] <= states[-1] < n:
+        raise PlugError(f"filter.states() = {states!r}: there are {n} states; `names` has one for each that there can be")
+    there[states.astype(int)] = True
+    return there, states.size
+
+
+def _spread(made: Any, n: int, runs: int) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """State (…, n), covariance (…, n, n) and which of them are there, of a filter with states(): NaN and the identity
+    where one is not."""
+    there, m = _states_of(made, n, runs)
+    state, P = np.asarray(made.state, dtype=np.float64), np.asarray(made.covariance, dtype=np.float64)
+    for name, array, row in (("state", state, (m,)), ("covariance", P, (m, m))):
+        if array.shape not in (row, (runs, *row)):
+            raise PlugError(f"filter.{name} has shape {array.shape}: expected {(runs, *row)}, of the states of states()")
+    if m < n:
+        own, own_P = state, P
+        state, P = np.zeros((*own.shape[:-1], n)), np.zeros((*own_P.shape[:-2], n, n))
+        state[..., there] = own
+        P[..., there[:, np.newaxis] & there] = own_P.reshape(*own_P.shape[:-2], m * m)
+    both = there[..., :, np.newaxis] & there[..., np.newaxis, :]
+    return np.where(there, state, np.nan), np.where(both, P, np.eye(n)), there
+
+
 def _initial(plan: Plan, runs: int):
     mean, P, n = prior_of(plan.world)
     if not plan.batch:
@@ -182,6 +219,7 @@ class _Play:
         world, made = plan.world, plan.make_filter()
         source = _Source(plan, self._first_run, runs)
         mean, P0, n = _initial(plan, runs)
+        n = max(n, plan.states)
         angles = np.zeros(n, dtype=bool)
         if plan.angles is not None:
             angles[plan.angles] = True
@@ -208,7 +246,10 @@ class _Play:
     def name_diverged(self, steps: int) -> None:
         """Runs whose numbers are not finite fail at the first of these steps where that is so."""
         chunk = self.chunk
-        well = np.isfinite(chunk.error[:, :steps]).all(axis=-1) & np.isfinite(chunk.P[:, :steps]).all(axis=(-2, -1))
+        error = np.isfinite(chunk.error[:, :steps])
+        if chunk.there is not None:
+            error |= ~chunk.there[:, :steps]
+        well = error.all(axis=-1) & np.isfinite(chunk.P[:, :steps]).all(axis=(-2, -1))
         for nu, _ in chunk.innovations.values():
             well &= ~np.isinf(nu[:, :steps]).any(axis=-1)
         for run in np.flatnonzero(~well.all(axis=-1)):
@@ -216,13 +257,19 @@ class _Play:
 
     def _show(self, made: Any, truth: Any, z: Any, k: int, n: int, angles: np.ndarray) -> None:
         runs, chunk = self._runs, self.chunk
-        error = _minus(self._plan, made.state, truth, angles)
+        state, covariance = made.state, made.covariance
+        if hasattr(made, "states"):
+            state, covariance, there = _spread(made, n, runs)
+            if chunk.there is None:
+                chunk.there = np.ones(chunk.error.shape, dtype=bool)
+            chunk.there[:, k - 1] = there
+        error = _minus(self._plan, state, truth, angles)
         if error.shape != ((runs, n) if self._plan.batch else (n,)):
             raise PlugError(f"filter.state minus the truth has shape {error.shape}: expected {(runs, n)}")
-        P = _shown(made.covariance, "filter.covariance", (n, n), runs)
+        P = _shown(covariance, "filter.covariance", (n, n), runs)
         chunk.error[:, k - 1], chunk.P[:, k - 1] = error, P
         if chunk.estimate is not None:
-            chunk.estimate[:, k - 1] = made.state
+            chunk.estimate[:, k - 1] = state
         for sensor, (nu, S) in _innovations(made, z, runs).items():
             if sensor not in chunk.innovations:
                 m = nu.shape[-1]
@@ -248,11 +295,15 @@ def _joined(parts: "list[Chunk]") -> Chunk:
             np.concatenate([of(part, 1, S) for part in parts]),
         )
     estimates = [part.estimate for part in parts if part.estimate is not None]
+    there = None
+    if any(part.there is not None for part in parts):
+        there = np.concatenate([np.ones(p.error.shape, dtype=bool) if p.there is None else p.there for p in parts])
     joined = Chunk(
         np.concatenate([p.error for p in parts]),
         np.concatenate([p.P for p in parts]),
         innovations,
         np.concatenate(estimates) if estimates else None,
+        there,
     )
     first = 0
     for part in parts:
@@ -292,6 +343,42 @@ def play_batch(plan: Plan, first_run: int, runs: int) -> Chunk:
     return _joined([_play_alone(plan, run) for run in range(first_run, first_run + runs)])
 
 
+def require_functions(world: Any, made: Any) -> None:
+    """Raises PlugError for a world or a filter without a function that it needs, or given as a class."""
+    for plug, what, functions in (
+        (world, "world", ("prior", "initial", "step", "measure")),
+        (made, "filter", ("reset", "predict", "update")),
+    ):
+        if isinstance(plug, type):
+            raise PlugError(f"the {what} is the class {plug.__name__}: " + ("expected one of it" if plug is world
+                            else "filter() is to make one of it"))
+        for name in functions:
+            if not callable(getattr(plug, name, None)):
+                raise PlugError(
+                    f"the {what} {type(plug).__name__} has no {name}(): it needs {', '.join(f'{f}()' for f in functions)}"
+                    + (", .state and .covariance" if what == "filter" else "")
+                )
+
+
+def _require_one_that_runs(plan: Plan, runs: int, tried: Chunk) -> None:
+    """Where all runs throw, the first exception is of the plug, and no news of its covariance."""
+    if len(tried.failures) < runs or any(outcome != "threw" for _, outcome, _ in tried.failures.values()):
+        return
+    play = _Play(plan, 0, runs if plan.batch else 1)
+    try:
+        play.play()
+    except Exception as error:  # of the user's code
+        hints = []
+        if plan.batch:
+            hints.append("world and filter are given batches, x is (B, n); those of one run take batch=False")
+        if hasattr(plan.world, "dt"):
+            hints.append("of a world with dt predict() is given the time of the step, last")
+        raise PlugError(
+            f"every run fails, the first at step {play.step}: {type(error).__name__}: {error}"
+            + "".join(f" ({hint})" for hint in hints)
+        ) from error
+
+
 def require_time_step(plan: Plan) -> None:
     """From P = 0 a prediction leaves nothing but process noise, which two halves of a step make as large as one."""
     if not hasattr(plan.world, "dt"):
@@ -321,6 +408,7 @@ def require_same_twice(plan: Plan, runs: int) -> None:
     short = dataclasses.replace(plan, steps=min(plan.steps, 5))
     runs = min(runs, CHUNK if plan.batch else 2)
     once, again = play_batch(short, 0, runs), play_batch(short, 0, runs)
+    _require_one_that_runs(short, runs, once)
     for name, a, b in (("error", once.error, again.error), ("covariance", once.P, again.P)):
         same = (a == b) | (np.isnan(a) & np.isnan(b))
         for run in once.failures.keys() | again.failures.keys():

@@ -14,6 +14,7 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _credence
+from ._messages import in_arguments
 
 
 class Verdict(str, enum.Enum):
@@ -221,8 +222,13 @@ class Result:
         self._told.write_report(os.fsdecode(directory))
         return os.path.join(os.fsdecode(directory), "index.html")
 
+    @property
+    def remarks(self) -> list[str]:
+        """What was left out of the logs, taken for something, or cannot be known."""
+        return [in_arguments(sentence) for sentence in self._document.get("remarks", [])]
+
     def __repr__(self) -> str:
-        return self._told.text()
+        return in_arguments(self._told.text())
 
     def _repr_html_(self) -> str:
         rows = [("NEES", self._document["nees"]), ("NIS", self._document["nis"])]

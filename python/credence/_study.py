@@ -13,7 +13,7 @@ from . import _credence
 from ._arrays import indices, require_text, state_names
 from ._check import collector, require_confidence
 from ._play import LARGEST_SEED, Chunk, Plan, PlugError, Switches, batch_runs, play_batch, prior_of
-from ._play import require_same_twice, require_time_step
+from ._play import require_functions, require_same_twice, require_time_step
 from ._result import Result
 
 
@@ -65,6 +65,9 @@ def study(
     .reset(mean, P): (B, n) and (B, n, n), which are the filter's own. .predict() or .predict(input). .update(z).
     .state (B, n) and .covariance (B, n, n), or (n, n) if it is the same in all runs.
     .innovation (B, m) and .S (B, m, m) or (m, m), if it has them; dicts by sensor if there are several.
+    .states(), of a filter whose state grows, as a map does: the numbers of the states that it has, of those of the world,
+        from 0; .state and .covariance are of these alone. Where the runs of a batch differ: booleans (B, n), with .state
+        and .covariance of all n. `names` has all n, and world.minus is given NaN for a state that is not there.
 
     batch=False: for a filter of one run, without the axis B; many times slower.
     noise_group: studies of one seed and group meet the same noise.
@@ -84,11 +87,16 @@ def study(
         if not isinstance(number, (int, np.integer)) or not 0 <= number <= LARGEST_SEED:
             raise ValueError(f"{key} = {number!r}: expected a whole number from 0 to {LARGEST_SEED}")
     require_confidence(confidence)
+    made = filter()
+    require_functions(world, made)
     n = prior_of(world)[2]
+    if hasattr(made, "states") and names is not None:
+        names = list(names)
+        n = max(n, len(names))
     states = state_names(names, n)
     require_text(name, "name")
     marked = None if angles is None else indices(angles, states, "angles")
-    plan = Plan(world, filter, steps, seed, noise_group, batch, marked, _switches(noise))
+    plan = Plan(world, filter, steps, seed, noise_group, batch, marked, _switches(noise), n)
     require_same_twice(plan, runs)
     require_time_step(plan)
 
@@ -123,4 +131,5 @@ def study(
         for first, count in bounds:
             add(play_batch(plan, first, count))
     source = f"simulated, {steps} steps, seed {seed}"
-    return Result(collected.judge(name, source, confidence, False))
+    dt = getattr(world, "dt", 0.0)
+    return Result(collected.judge(name, source, confidence, False, dt=float(dt) if np.ndim(dt) == 0 else 0.0))

@@ -481,3 +481,13 @@ def test_runs_of_few_levels_may_agree_by_chance():
     long[2] = long[0]
     with pytest.raises(ValueError, match=r"error\[2\] has the same numbers as error\[0\],"):
         credence.check(long, np.eye(1))
+
+
+def test_with_dt_the_time_of_steps_is_told():
+    error, P, nu, S = play()
+    error[:, 20:] *= 3.0
+    says = credence.check(error, P, nu, S, dt=0.5).says
+    assert "from step 21 on (t = 10.5 s)" in says, says
+    assert says.replace(" (t = 10.5 s)", "") == credence.check(error, P, nu, S).says
+    with pytest.raises(ValueError, match="dt = -1"):
+        credence.check(error, P, nu, S, dt=-1)

@@ -3,6 +3,7 @@ import os
 import subprocess
 
 import credence
+import numpy as np
 import pytest
 
 from scenario import SCENARIO
@@ -48,6 +49,21 @@ def test_errors_name_arguments_and_not_options_of_the_command(tmp_path):
         credence.check_logs(trajectory, truth=[trajectory] * 3)
     with pytest.raises(credence.ScenarioError, match=r'^[^-]*noise\.process_variance=-1'):
         credence.run(SCENARIO, **{"noise.process_variance": -1})
+
+
+def test_remarks_name_arguments_and_a_lever_arm_is_taken(tmp_path):
+    unit = " ".join("0.01" if i == j else "0" for i in range(6) for j in range(i, 6))
+    estimate, truth = tmp_path / "e.tum", tmp_path / "t.txt"
+    estimate.write_text("".join(f"{k} {0.1 * (-1) ** k} {k} 0 0 0 0 1 {unit}\n" for k in range(30)))
+    truth.write_text("".join(f"{k} 0.5 {k} 0 0 0 0 1\n" for k in range(30)))
+    apart = credence.check_logs(estimate, truth=truth)
+    assert "judged as of the chart body (chart)" in str(apart) and "--" not in str(apart)
+    assert apart.remarks == apart.to_dict()["remarks"]
+    moved = credence.check_logs(estimate, truth=truth, lever_arm=[0.5, 0, 0])
+    np.testing.assert_allclose(moved.mean_nees, np.ones(30), rtol=1e-9)
+    np.testing.assert_allclose(apart.mean_nees, np.tile([16.0, 36.0], 15), rtol=1e-9)
+    with pytest.raises(ValueError, match=r"^lever_arm: accepted are x,y,z \(m\)"):
+        credence.check_logs(estimate, truth=truth, lever_arm=[0.5, 0])
 
 
 def test_no_message_holds_what_a_terminal_obeys(tmp_path):

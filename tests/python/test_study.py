@@ -2,6 +2,7 @@ import credence
 import numpy as np
 import pytest
 
+from filters import F
 from plugs import Filter, Fragile, Optimistic, TimedFilter, TimedWorld, UntimedNoise, World
 
 STUDY = {"runs": 150, "steps": 40, "seed": 4}
@@ -258,3 +259,155 @@ def test_noise_that_does_not_scale_with_the_time_step_is_named():
     assert timed.to_dict() == credence.study(World(), Filter, runs=64, steps=10).to_dict()
     with pytest.raises(ValueError, match="Q does not scale with dt: two predictions of half a step"):
         credence.study(TimedWorld(), UntimedNoise, runs=64, steps=10)
+
+
+LATE = 5  # the step from which on the third state is measured
+
+
+class MapWorld(World):
+    """A third state that nothing changes: a landmark, first seen at step LATE."""
+
+    def initial(self, noise):
+        return np.concatenate([super().initial(noise), 3.0 * noise(1)], axis=-1)
+
+    def step(self, x, k, noise):
+        return np.concatenate([super().step(x[..., :2], k, noise), x[..., 2:]], axis=-1)
+
+    def measure(self, x, k, noise):
+        z = super().measure(x[..., :2], k, noise)
+        seen = x[..., 2:] + 0.5 * noise(1)
+        return z, seen if k >= LATE else None
+
+
+class MapFilter(Filter):
+    def reset(self, mean, P):
+        super().reset(mean, P)
+        self.place = self.variance = None
+
+    def update(self, z):
+        z, seen = z
+        super().update(z)
+        if seen is None:
+            return
+        if self.place is None:
+            self.place, self.variance = seen, 0.25
+        else:
+            K = self.variance / (self.variance + 0.25)
+            self.place, self.variance = self.place + K * (seen - self.place), (1.0 - K) * self.variance
+
+
+class Growing:
+    """Shows what MapFilter has."""
+
+    masks, claimed = False, 1.0
+
+    def __init__(self):
+        self.filter = MapFilter()
+
+    def reset(self, mean, P):
+        self.filter.reset(mean, P)
+
+    def predict(self):
+        self.filter.predict()
+
+    def update(self, z):
+        self.filter.update(z)
+
+    def states(self):
+        n = 2 if self.filter.place is None else 3
+        return np.arange(3) < n if self.masks else np.arange(n)
+
+    @property
+    def state(self):
+        f = self.filter
+        if f.place is None:
+            return np.concatenate([f.state, f.state[..., :1]], axis=-1) if self.masks else f.state
+        return np.concatenate([f.state, f.place], axis=-1)
+
+    @property
+    def covariance(self):
+        f = self.filter
+        if f.place is None and not self.masks:
+            return f.covariance
+        P = np.zeros((*f.covariance.shape[:-2], 3, 3))
+        P[..., :2, :2] = f.covariance
+        P[..., 2, 2] = np.nan if f.place is None else self.claimed * f.variance
+        return P
+
+
+class Masked(Growing):
+    masks = True
+
+
+class Overconfident(Growing):
+    claimed = 0.25
+
+
+MAP = {"names": ["vehicle", "speed", "landmark"], **STUDY}
+
+
+def test_a_state_may_grow():
+    result = credence.study(MapWorld(), Growing, **MAP)
+    assert result.verdict == "consistent" and not result.failures
+    landmark = result.to_dict()["blocks"]["landmark"]
+    assert landmark["values"] == STUDY["runs"] * (STUDY["steps"] - LATE + 1)
+    assert credence.study(MapWorld(), Masked, **MAP).to_dict() == result.to_dict()
+    wrong = credence.study(MapWorld(), Overconfident, **MAP)
+    assert [b.name for b in wrong.blocks if b.verdict == "optimistic"] == ["landmark"]
+    alone = credence.study(MapWorld(), Growing, batch=False, **MAP)
+    np.testing.assert_allclose(alone.mean_nees, result.mean_nees, rtol=1e-9)
+
+
+def test_states_that_are_none_are_named():
+    class Fourth(Growing):
+        def states(self):
+            return [0, 3]
+
+    with pytest.raises(credence.PlugError, match=r"states\(\) = array\(\[0, 3\]\): there are 3 states"):
+        credence.study(MapWorld(), Fourth, **MAP)
+
+    class Short(Growing):
+        def states(self):
+            return [0]
+
+    with pytest.raises(credence.PlugError, match=r"filter.state has shape \(64, 2\): expected \(64, 1\)"):
+        credence.study(MapWorld(), Short, **MAP)
+
+
+def test_a_plug_that_never_runs_is_told_at_once():
+    class Alone(Filter):
+        def predict(self):
+            self.state = F @ self.state
+
+    with pytest.raises(credence.PlugError, match="every run fails, the first at step 1: ValueError: .*batch=False"):
+        credence.study(World(), Alone, **STUDY)
+
+    class Untimed(Filter):
+        pass
+
+    with pytest.raises(credence.PlugError, match="TypeError: .*of a world with dt predict"):
+        credence.study(TimedWorld(), Untimed, **STUDY)
+
+    class Renamed:
+        predict = update = state = None
+
+    with pytest.raises(credence.PlugError, match=r"the filter Renamed has no reset\(\): it needs reset\(\), predict\(\)"):
+        credence.study(World(), Renamed, **STUDY)
+    with pytest.raises(credence.PlugError, match="the world is the class World: expected one of it"):
+        credence.study(World, Filter, **STUDY)
+
+
+def test_of_a_world_with_dt_times_are_told():
+    class Wrong(TimedFilter):
+        def update(self, z):
+            super().update(z)
+            self.covariance = 0.1 * self.covariance if self.late() else self.covariance
+
+        steps = 0
+
+        def late(self):
+            self.steps += 1
+            return self.steps > 20
+
+    result = credence.study(TimedWorld(), Wrong, **STUDY)
+    assert " (t = " in result.says and result.says.endswith(" s)"), result.says
