@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "reports/render/json_numbers.h"
 #include "reports/render/number_text.h"
@@ -12,6 +14,7 @@
 namespace credence::internal {
 namespace {
 
+/// What can be judged comes first.
 ReportTable contents_table(const ListedLog& log) {
   using enum ColumnAlign;
   ReportTable table{.title = fmt::format("{} ({})", log.file, log.format),
@@ -21,7 +24,10 @@ ReportTable contents_table(const ListedLog& log) {
                                 {"Hz", words},
                                 {"covariance", words},
                                 {"can be", words}}};
-  for (const LogTopic& topic : log.contents.topics) {
+  std::vector<LogTopic> topics = log.contents.topics;
+  std::stable_partition(topics.begin(), topics.end(),
+                        [](const LogTopic& topic) { return !topic.use.empty() && topic.count > 0; });
+  for (const LogTopic& topic : topics) {
     table.add({topic.name, topic.type, topic.count,
                std::isnan(topic.rate_hz) ? "–" : number_text(topic.rate_hz, 3),
                topic.covariance ? "yes" : "–", topic.use.empty() ? "–" : topic.use});

@@ -61,8 +61,9 @@ Panel over_runs(const EstimatorStudy& study) {
   Panel panel{.title = "Over the runs",
               .x_label = "estimator",
               .y_label = nees_label(study) + " of a run",
-              .x_range = AxisRange{0.0, static_cast<double>(study.rows.size()) + 1.0},
+              .x_range = AxisRange{0.5, static_cast<double>(study.rows.size()) + 0.5},
               .log_y = true};
+  for (std::size_t i = 1; i <= study.rows.size(); ++i) panel.x_names.push_back(fmt::to_string(i));
   panel.series.push_back(level_series("consistent", ColourRole::neutral, 1.0));
   for (std::size_t i = 0; i < study.rows.size(); ++i) {
     if (!has_runs(study.rows[i])) continue;

@@ -42,6 +42,16 @@ TEST(LogContentsReport, EachLogHasATableOfItsTopics) {
   EXPECT_TRUE(std::get<ReportTable>(document.brief[1]).notes.empty());
 }
 
+TEST(LogContentsReport, WhatCanBeJudgedComesFirst) {
+  std::vector<ListedLog> logs = listed_logs();
+  std::vector<LogTopic>& topics = logs[0].contents.topics;
+  topics = {{.name = "/tf", .count = 5}, {.name = "/empty", .use = "estimate"}, topics[0]};
+  const Document document = contents_document(logs);
+  std::vector<std::string> names;
+  for (const auto& row : std::get<ReportTable>(document.brief[0]).rows) names.push_back(row.at(0).text);
+  EXPECT_THAT(names, ElementsAre("/odom", "/tf", "/empty"));
+}
+
 TEST(LogContentsReport, TheDataSayTheSame) {
   const auto j = nlohmann::json::parse(contents_document(listed_logs()).json());
   ASSERT_EQ(j["logs"].size(), 2U);
