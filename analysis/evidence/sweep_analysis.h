@@ -25,8 +25,8 @@ struct SweepAnalysis {
 /// expected share of consistent filters is at most 1 − confidence, whatever noise the configurations share
 /// ([Benjamini 2001]).
 ///
-/// Before the adjustment: twice the smaller of the p-values of NEES and NIS, or that of the stop rule; NaN
-/// for an undecided configuration.
+/// Before the adjustment: the p-value of the word, or that of the stop rule; NaN for a configuration without
+/// data.
 std::vector<double> sweep_p_values(std::span<const StudyAnalysis> analyses);
 
 /// Drops what is of single steps and runs, which a sweep's JSON alone shows, and of which there are

@@ -33,19 +33,6 @@ std::vector<std::size_t> ascending_order(std::span<const double> p_values) {
   return order;
 }
 
-std::vector<double> step_up(std::span<const double> p_values, double factor) {
-  std::vector<double> adjusted(p_values.begin(), p_values.end());
-  const std::vector<std::size_t> order = ascending_order(p_values);
-  const double tests = static_cast<double>(order.size());
-  double smallest = 1.0;
-  for (std::size_t rank = order.size(); rank > 0; --rank) {
-    const std::size_t i = order[rank - 1];
-    smallest = std::min(smallest, p_values[i] * factor * tests / static_cast<double>(rank));
-    adjusted[i] = smallest;
-  }
-  return adjusted;
-}
-
 }  // namespace
 
 std::vector<double> holm(std::span<const double> p_values) {
@@ -86,15 +73,18 @@ std::vector<double> weighted_holm(std::span<const double> p_values, std::span<co
   return adjusted;
 }
 
-std::vector<double> benjamini_hochberg(std::span<const double> p_values) { return step_up(p_values, 1.0); }
-
 std::vector<double> benjamini_yekutieli(std::span<const double> p_values) {
-  double harmonic = 0.0;
-  std::size_t tests = 0;
-  for (const double p : p_values) {
-    if (!std::isnan(p)) harmonic += 1.0 / static_cast<double>(++tests);
+  std::vector<double> adjusted(p_values.begin(), p_values.end());
+  const std::vector<std::size_t> order = ascending_order(p_values);
+  const double tests = static_cast<double>(order.size());
+  double harmonic = 0.0, smallest = 1.0;
+  for (std::size_t rank = 1; rank <= order.size(); ++rank) harmonic += 1.0 / static_cast<double>(rank);
+  for (std::size_t rank = order.size(); rank > 0; --rank) {
+    const std::size_t i = order[rank - 1];
+    smallest = std::min(smallest, p_values[i] * harmonic * tests / static_cast<double>(rank));
+    adjusted[i] = smallest;
   }
-  return step_up(p_values, harmonic);
+  return adjusted;
 }
 
 }  // namespace credence::internal

@@ -21,11 +21,8 @@ std::vector<double> holm(std::span<const double> p_values);
 /// positive.
 std::vector<double> weighted_holm(std::span<const double> p_values, std::span<const double> weights);
 
-/// [Benjamini 1995]: expected share of false among the rejections ≤ α for independent or
-/// positively dependent tests, such as the configurations of a sweep that share their noise.
-std::vector<double> benjamini_hochberg(std::span<const double> p_values);
-
-/// [Benjamini 2001]: the same under any dependence, at the price of a factor Σ 1/i.
+/// [Benjamini 2001]: expected share of false among the rejections ≤ α under any dependence, by the procedure
+/// of [Benjamini 1995] at the price of a factor Σ 1/i.
 std::vector<double> benjamini_yekutieli(std::span<const double> p_values);
 
 }  // namespace credence::internal

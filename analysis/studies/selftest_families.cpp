@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/evidence/word.h"
 #include "analysis/laws/betting_e_value.h"
 #include "analysis/laws/effective_sample.h"
 #include "analysis/laws/multiple_tests.h"
@@ -14,8 +15,8 @@ namespace {
 // The sums of a growing study.
 class GrowingStudy {
  public:
-  GrowingStudy(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t index)
-      : filter_(filter), noise_(noise), next_block_(index * kSequentialChunks) {}
+  GrowingStudy(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t first_block)
+      : filter_(filter), noise_(noise), next_block_(first_block) {}
 
   void add_chunk() {
     const auto samples = filter_.simulate(noise_, next_block_++);
@@ -46,10 +47,14 @@ class GrowingStudy {
   std::int64_t next_block_;
 };
 
-double nis_p_value(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t block) {
-  std::vector<Moments> nees(SyntheticFilter::kSteps), nis(SyntheticFilter::kSteps);
-  add_samples(filter, filter.simulate(noise, block), nees, nis);
-  return judge_nis(nis, synthetic_dofs(nis, SyntheticFilter::kInnovationDof), 0.95).p_value;
+// As of a configuration of a sweep (sweep_p_values).
+double word_p_value(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t block) {
+  constexpr double kConfidence = 0.95;
+  GrowingStudy study(filter, noise, block);
+  study.add_chunk();
+  const ConsistencyVerdict nees = judge_nees(study.nees, study.dofs, kConfidence, &study.runs);
+  const ConsistencyVerdict nis = judge_nis(study.nis, study.dofs, kConfidence);
+  return join_verdicts(word_parts(nees, nis, {}), kConfidence).p_value;
 }
 
 }  // namespace
@@ -58,7 +63,7 @@ std::vector<SequentialOutcome> sequential_outcomes(const SyntheticFilter& filter
                                                    std::span<const StopRule> rules, const NoiseSource& noise,
                                                    std::int64_t index) {
   std::vector<SequentialOutcome> outcomes(rules.size());
-  GrowingStudy study(filter, noise, index);
+  GrowingStudy study(filter, noise, index * kSequentialChunks);
   std::size_t running = rules.size();
   for (int chunk = 1; running > 0; ++chunk) {
     study.add_chunk();
@@ -82,7 +87,7 @@ std::vector<SequentialOutcome> sequential_outcomes(const SyntheticFilter& filter
 
 bool naive_looks_reject(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t index,
                         double confidence) {
-  GrowingStudy study(filter, noise, index);
+  GrowingStudy study(filter, noise, index * kSequentialChunks);
   for (int chunk = 0; chunk < kSequentialChunks; ++chunk) {
     study.add_chunk();
     if (judge_nis(study.nis, study.dofs, confidence).verdict != Verdict::consistent) return true;
@@ -105,10 +110,11 @@ std::vector<SyntheticSweep::Discoveries> SyntheticSweep::discoveries(const Noise
                                                                      std::int64_t index,
                                                                      std::span<const double> levels) const {
   std::vector<double> p_values;
-  for (const SyntheticFilter& filter : exact_) p_values.push_back(nis_p_value(filter, noise, index));
-  const std::vector<double> all_exact = benjamini_hochberg(p_values);
-  for (std::size_t i = 0; i < wrong_.size(); ++i) p_values[kExact + i] = nis_p_value(wrong_[i], noise, index);
-  const std::vector<double> mixed = benjamini_hochberg(p_values);
+  for (const SyntheticFilter& filter : exact_) p_values.push_back(word_p_value(filter, noise, index));
+  const std::vector<double> all_exact = benjamini_yekutieli(p_values);
+  for (std::size_t i = 0; i < wrong_.size(); ++i)
+    p_values[kExact + i] = word_p_value(wrong_[i], noise, index);
+  const std::vector<double> mixed = benjamini_yekutieli(p_values);
   const double draw = noise.uniform(index, 0, NoisePurpose::decision, 0);
   std::vector<Discoveries> result;
   for (const double level : levels) {

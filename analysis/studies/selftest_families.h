@@ -31,7 +31,8 @@ std::vector<SequentialOutcome> sequential_outcomes(const SyntheticFilter& filter
 bool naive_looks_reject(const SyntheticFilter& filter, const NoiseSource& noise, std::int64_t index,
                         double confidence);
 
-/// A sweep of twelve filters in the same noise, with their NIS verdicts adjusted by Benjamini and Hochberg.
+/// A sweep of twelve filters in the same noise, with the words of their studies adjusted as those of a sweep
+/// are.
 class SyntheticSweep {
  public:
   SyntheticSweep();
