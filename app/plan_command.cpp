@@ -66,6 +66,7 @@ int plan(PlanCommand& command) {
   command.question.threads = command.threads;
   command.question.stop = &catch_interrupt();
   const SweepPlan sweep = open_sweep(command.scenario, command.overrides());
+  command.question.evidence = sweep.points.size() == 1;
   try {
     print(plan_document(sweep, plans_of(pilot_points(sweep), command)), command);
   } catch (const Stopped&) {

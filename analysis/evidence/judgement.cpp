@@ -225,7 +225,6 @@ LostRuns lost_runs_of(const Evidence& e) {
 
 /// NEES, NIS of each sensor, the blocks, and the directions of P.
 Word word_of(const Evidence& e, const Judgement& j) {
-  constexpr double kDirections = 0.1;
   std::vector<WordPart> parts = word_parts(j.nees, j.nis, j.blocks);
   if (j.sensors.size() > 1) {
     const double each = parts[1].weight / static_cast<double>(j.sensors.size());
@@ -241,7 +240,7 @@ Word word_of(const Evidence& e, const Judgement& j) {
     directions.steps_tested = std::ssize(e.study.steps);
     directions.count = second.test.runs;
     directions.verdict = Verdict::consistent;
-    parts.push_back({"the direction of " + second.worst, &directions, kDirections, true});
+    parts.push_back({"the direction of " + second.worst, &directions, kWordDirections, true});
   }
   Word word = join_verdicts(parts, j.confidence);
   if (is_inconsistent(word.verdict) && !j.lost.runs.empty()) {

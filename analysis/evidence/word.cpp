@@ -70,10 +70,9 @@ std::string when_text(const ConsistencyVerdict& v, Verdict direction) {
 
 std::vector<WordPart> word_parts(const ConsistencyVerdict& nees, const ConsistencyVerdict& nis,
                                  std::span<const BlockVerdict> blocks) {
-  constexpr double kNees = 0.4, kNis = 0.2, kBlocks = 0.4;
-  std::vector<WordPart> parts = {{"NEES", &nees, kNees}, {"NIS", &nis, kNis, false, true}};
+  std::vector<WordPart> parts = {{"NEES", &nees, kWordNees}, {"NIS", &nis, kWordNis, false, true}};
   for (const BlockVerdict& block : blocks) {
-    parts.push_back({block.name, &block.verdict, kBlocks / static_cast<double>(blocks.size()), true});
+    parts.push_back({block.name, &block.verdict, kWordBlocks / static_cast<double>(blocks.size()), true});
   }
   return parts;
 }

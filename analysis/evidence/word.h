@@ -9,6 +9,10 @@
 
 namespace credence::internal {
 
+/// Shares of the level that NEES, NIS, all blocks together and the directions of P have in the word, of those
+/// with data.
+inline constexpr double kWordNees = 0.4, kWordNis = 0.2, kWordBlocks = 0.4, kWordDirections = 0.1;
+
 /// One verdict on its way into the word.
 struct WordPart {
   std::string name;                     ///< "NEES", "NIS", or of a block or direction

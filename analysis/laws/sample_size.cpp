@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <optional>
 #include <random>
@@ -42,14 +41,27 @@ ChiSquareInterval central_interval(double dof, double level) {
   return {dof, chi_square_quantile(0.5 * level, dof), chi_square_upper_quantile(0.5 * level, dof)};
 }
 
+double least_dof(const VerdictDesign& design) {
+  return design.least_dof > 0.0 ? design.least_dof : design.dof_per_step;
+}
+
+// Of the average of a run.
+struct RunSpread {
+  double deviation, skewness;
+};
+
+RunSpread run_spread(const VerdictDesign& design) {
+  const double steps = design.white ? design.steps : std::min(design.steps, design.effective_steps);
+  const double deviation = std::sqrt(2.0 / (steps * design.dof_per_step));
+  return {deviation, design.run_skewness > 0.0 ? design.run_skewness : 2.0 * deviation};
+}
+
 // Averages of whole runs, judged as judge_nees does. A study of averages times a factor rejects the mean 1
 // where without it the mean 1/factor is rejected: so one interval a study tells for every factor.
 class ComparedRuns {
  public:
   ComparedRuns(const VerdictDesign& design, std::int64_t runs) {
-    const double dof = std::min(design.steps, design.effective_steps) * design.dof_per_step;
-    const double deviation = std::sqrt(2.0 / dof);
-    const double skewness = design.run_skewness > 0.0 ? design.run_skewness : 2.0 * deviation;
+    const auto [deviation, skewness] = run_spread(design);
     // Pearson's type III: a gamma law of this skewness, shifted and scaled to mean 1.
     const double shape = 4.0 / (skewness * skewness), scale = deviation / std::sqrt(shape);
     std::mt19937_64 bits(1);
@@ -60,7 +72,7 @@ class ComparedRuns {
       for (std::int64_t run = 0; run < runs; ++run) {
         moments.add(std::max(0.0, 1.0 + gamma(bits) - shape * scale));
       }
-      const MeanInterval mean = run_mean_interval(moments, 1.0 - level, design.dof_per_step);
+      const MeanInterval mean = run_mean_interval(moments, 1.0 - level, least_dof(design));
       optimistic_from_.push_back(1.0 / mean.lower);
       pessimistic_to_.push_back(1.0 / mean.upper);
     }
@@ -123,6 +135,21 @@ class VerdictPower {
   std::optional<ComparedRuns> compared_;
 };
 
+// By doubling and halving from `least` on; more than kMostRuns where these do not do.
+double fewest_runs(double least, const auto& enough) {
+  double runs = least, too_few = least - 1.0;
+  while (!enough(runs)) {
+    too_few = runs;
+    runs *= 2.0;
+    if (runs > kMostRuns) return runs;
+  }
+  while (runs - too_few > 1.0) {
+    const double middle = std::floor(0.5 * (runs + too_few));
+    (enough(middle) ? runs : too_few) = middle;
+  }
+  return runs;
+}
+
 }  // namespace
 
 double verdict_power(const VerdictDesign& design, double factor, double runs) {
@@ -133,17 +160,10 @@ RunsNeeded runs_to_detect(const VerdictDesign& design, double factor, double pow
   require_fraction("power", power);
   if (factor == 1.0)
     throw std::invalid_argument("factor = 1 is a consistent filter: there is nothing to detect");
-  double enough = 1.0;
-  while (verdict_power(design, factor, enough) < power) {
-    enough *= 2.0;
-    if (enough > kMostRuns) {
-      throw std::invalid_argument(fmt::format("factor = {} is too near 1 to be detected", factor));
-    }
-  }
-  double too_few = std::floor(0.5 * enough);
-  while (enough - too_few > 1.0) {
-    const double middle = std::floor(0.5 * (enough + too_few));
-    (verdict_power(design, factor, middle) < power ? too_few : enough) = middle;
+  const double enough =
+      fewest_runs(1.0, [&](double runs) { return verdict_power(design, factor, runs) >= power; });
+  if (enough > kMostRuns) {
+    throw std::invalid_argument(fmt::format("factor = {} is too near 1 to be detected", factor));
   }
   return {.runs = static_cast<std::int64_t>(enough), .power = verdict_power(design, factor, enough)};
 }
@@ -171,10 +191,17 @@ DetectableFactors detectable_factors(const VerdictDesign& design, double runs, d
 std::int64_t runs_for_precision(const VerdictDesign& design, double precision) {
   require_design(design);
   require_positive("precision", precision);
-  const double z = quantile(complement(boost::math::normal(), 0.5 * (1.0 - design.confidence)));
-  const double steps = design.white ? design.steps : std::min(design.steps, design.effective_steps);
-  const double runs = z * z * 2.0 / (design.dof_per_step * steps * precision * precision);
-  return static_cast<std::int64_t>(std::max(2.0, std::min(kMostRuns, std::ceil(runs))));
+  const RunSpread run = run_spread(design);
+  const auto half_width = [&](double runs) {
+    const double spread = std::sqrt((runs - 1.0) / runs) * run.deviation;
+    const SkewedMoments moments{.count = static_cast<std::int64_t>(runs),
+                                .mean = 1.0,
+                                .m2 = runs * spread * spread,
+                                .m3 = runs * run.skewness * spread * spread * spread};
+    return run_mean_interval(moments, design.confidence, least_dof(design)).half_width();
+  };
+  const double runs = fewest_runs(2.0, [&](double many) { return half_width(many) <= precision; });
+  return static_cast<std::int64_t>(std::min(kMostRuns, runs));
 }
 
 }  // namespace credence::internal

@@ -19,6 +19,7 @@ struct VerdictDesign {
   bool white = false;            ///< true: judge_nis; false: judge_nees
   double effective_steps = 1.0;  ///< for NEES: independent steps (effective_sample.h); 1 is fully correlated
   double run_skewness = 0.0;     ///< for NEES: of the average of a run; 0: that of a multiple of χ²
+  double least_dof = 0.0;        ///< for NEES: of any step of a run; 0: dof_per_step
   int simulated_studies =
       0;  ///< for NEES: by which the power of whole runs is found; 0: by a law of their sum
 };
@@ -51,8 +52,9 @@ struct DetectableFactors {
 };
 DetectableFactors detectable_factors(const VerdictDesign& design, double runs, double power);
 
-/// Runs until the mean NEES of a consistent filter, averaged over the run, is known to this relative
-/// half-width: z² 2 / (n T_eff precision²), at least 2. Throws std::invalid_argument unless precision > 0.
+/// The fewest runs, at least 2, whose interval of the mean NEES of a consistent filter (run_mean_interval)
+/// has at most this relative half-width, where the averages of the runs vary as they do on average: of many
+/// runs z² 2 / (n T_eff precision²). Throws std::invalid_argument unless precision > 0.
 std::int64_t runs_for_precision(const VerdictDesign& design, double precision);
 
 }  // namespace credence::internal

@@ -23,8 +23,16 @@ void require_dof(double dof) {
 double student_quantile_two_sided(double confidence, double dof) {
   require_dof(dof);
   require_confidence(confidence);
-  const boost::math::students_t law(dof);
-  return quantile(complement(law, 0.5 * (1.0 - confidence)));
+  // Of many samples of one size the same one is asked for again and again, and takes microseconds.
+  struct Last {
+    double confidence = 0.0, dof = 0.0, quantile = 0.0;
+  };
+  thread_local Last last;
+  if (confidence != last.confidence || dof != last.dof) {
+    const boost::math::students_t law(dof);
+    last = {confidence, dof, quantile(complement(law, 0.5 * (1.0 - confidence)))};
+  }
+  return last.quantile;
 }
 
 double student_upper_p_value(double t, double dof) {

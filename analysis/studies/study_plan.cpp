@@ -10,6 +10,9 @@
 #include <vector>
 
 #include "analysis/evidence/effective_steps.h"
+#include "analysis/evidence/evidence_collect.h"
+#include "analysis/evidence/study_analysis.h"
+#include "analysis/evidence/word.h"
 #include "analysis/laws/effective_sample.h"
 #include "analysis/laws/hall_score.h"
 #include "core/models/model_mismatch.h"
@@ -61,6 +64,18 @@ Pilot run_pilot(const Experiment& experiment, const PlanQuestion& question) {
     runs *= 2;
   }
   return pilot;
+}
+
+// What it takes to look at the steps of runs, of one chunk.
+void time_evidence(const Scenario& scenario, const Experiment& experiment, PilotTiming& timing) {
+  timing.evidence_runs = evidence_runs(scenario, scenario.most_runs());
+  std::int64_t runs = std::min(kChunkRuns, timing.evidence_runs);
+  while (runs > 1 && timing.seconds_per_run * static_cast<double>(timing.threads * runs) > kPilotSeconds)
+    runs /= 2;
+  EvidenceCollector collector(experiment, runs);
+  const double seconds =
+      time_of([&] { collector.play(0, runs); }) / static_cast<double>(timing.threads * runs);
+  timing.evidence_seconds_per_run = std::max(0.0, seconds - timing.seconds_per_run);
 }
 
 // T_eff of a linear filter, unless its T² n³ operations take too long.
@@ -132,11 +147,15 @@ VerdictDesign observed_design(const StudyStatistics& statistics, Quantity quanti
   return design;
 }
 
-void plan_verdict(const PlanQuestion& question, const PilotTiming& pilot, std::int64_t runs,
+// share: of the level of the word.
+void plan_verdict(const PlanQuestion& question, const PilotTiming& pilot, std::int64_t runs, double share,
                   VerdictPlan& plan) {
   for (const double factor : {question.factor, 1.0 / question.factor}) {
+    VerdictDesign in_word = plan.design;
+    in_word.confidence = 1.0 - (1.0 - plan.design.confidence) * share;
     const RunsNeeded needed = runs_to_detect(plan.design, factor, question.power);
-    plan.detections.push_back({factor, needed, pilot.seconds_for(needed.runs)});
+    plan.detections.push_back(
+        {factor, needed, runs_to_detect(in_word, factor, question.power), pilot.seconds_for(needed.runs)});
   }
   plan.detectable = detectable_factors(plan.design, static_cast<double>(runs), question.power);
 }
@@ -161,6 +180,7 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
   plan.scenario = scenario;
   plan.question = question;
   Pilot pilot = run_pilot(experiment, question);
+  if (question.evidence) time_evidence(scenario, experiment, pilot.timing);
   plan.pilot = pilot.timing;
   plan.chunk_bytes = stored_chunk_bytes(pilot.statistics);
   plan.nees.design = observed_design(pilot.statistics, Quantity::nees, scenario.study.confidence);
@@ -180,14 +200,15 @@ StudyPlan plan_study(const Scenario& scenario, const Experiment& experiment, con
   if (runs.count >= kRunsForSkewness) plan.nees.design.run_skewness = sample_skewness(runs);
   plan.nees.design.effective_steps =
       std::clamp(plan.nees.design.effective_steps, 1.0, plan.nees.design.steps);
-  for (VerdictPlan* verdict : {&plan.nees, &plan.nis}) {
-    plan_verdict(question, plan.pilot, scenario.study.runs, *verdict);
-  }
+  plan.nees.design.least_dof = static_cast<double>(pilot.statistics.nees_of_runs.least_dof);
+  constexpr double kAll = kWordNees + kWordNis + kWordBlocks + kWordDirections;
+  plan_verdict(question, plan.pilot, scenario.study.runs, kWordNees / kAll, plan.nees);
+  plan_verdict(question, plan.pilot, scenario.study.runs, kWordNis / kAll, plan.nis);
   plan.runs_for_precision = runs_for_precision(plan.nees.design, question.precision);
   plan.runs_for_all = plan.runs_for_precision;
   for (const VerdictPlan* verdict : {&plan.nees, &plan.nis}) {
     for (const DetectionPlan& detection : verdict->detections) {
-      plan.runs_for_all = std::max(plan.runs_for_all, detection.needed.runs);
+      plan.runs_for_all = std::max(plan.runs_for_all, detection.word.runs);
     }
   }
   return plan;

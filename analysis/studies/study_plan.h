@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <span>
@@ -21,6 +22,7 @@ struct PlanQuestion {
   double power = 0.9;       ///< with this probability
   double precision = 0.05;  ///< relative half-width of the mean NEES
   int threads = 0;          ///< 0: one for each processor
+  bool evidence = true;     ///< the first runs are looked at step by step, as by `run` and not by `sweep`
   const std::atomic<bool>* stop = nullptr;  ///< set: the pilot is dropped (Stopped)
 };
 
@@ -37,8 +39,9 @@ std::string_view to_string(CorrelationSource source);
 /// Runs that detect one factor.
 struct DetectionPlan {
   double factor = 1.0;
-  RunsNeeded needed;
-  double seconds = 0.0;  ///< expected
+  RunsNeeded needed;     ///< by the verdict alone
+  RunsNeeded word;       ///< by its share of the word, the least that it can have
+  double seconds = 0.0;  ///< expected, of the runs for the verdict alone
 };
 
 /// The plan of one of the two verdicts.
@@ -54,9 +57,12 @@ struct PilotTiming {
   double seconds = 0.0;        ///< that they took
   double seconds_per_run = 0;  ///< with all threads at work
   int threads = 0;
+  std::int64_t evidence_runs = 0;         ///< of a study so many at most are looked at step by step
+  double evidence_seconds_per_run = 0.0;  ///< that this takes beside
 
   double seconds_for(std::int64_t study_runs) const {
-    return seconds_per_run * static_cast<double>(study_runs);
+    return seconds_per_run * static_cast<double>(study_runs) +
+           evidence_seconds_per_run * static_cast<double>(std::min(study_runs, evidence_runs));
   }
 };
 

@@ -19,6 +19,7 @@ Json verdict_plan_json(const VerdictPlan& plan) {
     json["detect"].push_back({{"factor", detection.factor},
                               {"runs", detection.needed.runs},
                               {"power", detection.needed.power},
+                              {"word_runs", detection.word.runs},
                               {"seconds", detection.seconds}});
   }
   json["detectable"] = {{"below", plan.detectable.below}, {"above", plan.detectable.above}};
@@ -39,7 +40,9 @@ Json study_plan_json(const StudyPlan& plan) {
   json["pilot"] = {{"runs", plan.pilot.runs},
                    {"seconds", plan.pilot.seconds},
                    {"threads", plan.pilot.threads},
-                   {"seconds_per_run", plan.pilot.seconds_per_run}};
+                   {"seconds_per_run", plan.pilot.seconds_per_run},
+                   {"evidence_runs", plan.pilot.evidence_runs},
+                   {"evidence_seconds_per_run", plan.pilot.evidence_seconds_per_run}};
   return json;
 }
 
@@ -57,7 +60,7 @@ void add_detections(const char* name, const VerdictPlan& plan, ReportTable& tabl
                            detection.factor > 1.0 ? "optimistic at" : "pessimistic at",
                            factor_text(detection.factor)),
                detection.needed.runs, TableCell(100.0 * detection.needed.power, 3),
-               duration_text(detection.seconds, 2)});
+               duration_text(detection.seconds, 2), detection.word.runs});
   }
 }
 
@@ -126,14 +129,17 @@ std::string plan_json(const SweepPlan& sweep, const std::vector<StudyPlan>& plan
 
 ReportTable plan_table(const StudyPlan& plan) {
   using enum ColumnAlign;
-  ReportTable table{.title = fmt::format("{}: runs needed", plan.scenario.name),
-                    .columns = {{"to find", words}, {"runs"}, {"power %"}, {"time", words}}};
+  ReportTable table{
+      .title = fmt::format("{}: runs needed", plan.scenario.name),
+      .columns = {{"to find", words}, {"runs"}, {"power %"}, {"time", words}, {"for the word"}}};
   add_detections("NEES", plan.nees, table);
   add_detections("NIS", plan.nis, table);
   table.add({fmt::format("mean NEES to ±{:g} %", 100.0 * plan.question.precision), plan.runs_for_precision,
-             "", duration_text(plan.pilot.seconds_for(plan.runs_for_precision), 2)});
+             "", duration_text(plan.pilot.seconds_for(plan.runs_for_precision), 2), ""});
   table.notes = {
-      "factor: true covariance / claimed, P for NEES and S for NIS, at every step. Power: at least this.",
+      "factor: true covariance / claimed, P for NEES and S for NIS, at every step. Power: at least this, of "
+      "the "
+      "verdict. For the word: so many let it be found by the share that this verdict alone has in the word.",
       detectable_note("NEES", plan.nees, plan),
       detectable_note("NIS", plan.nis, plan),
       design_note(plan),
@@ -150,7 +156,7 @@ ReportTable plan_table(const SweepPlan& sweep, const std::vector<StudyPlan>& pla
       .columns = {{"configuration", words}, {"NEES"}, {"NIS"}, {"precision"}, {"time of the most", words}}};
   const auto most = [](const VerdictPlan& plan) {
     std::int64_t runs = 0;
-    for (const DetectionPlan& detection : plan.detections) runs = std::max(runs, detection.needed.runs);
+    for (const DetectionPlan& detection : plan.detections) runs = std::max(runs, detection.word.runs);
     return runs;
   };
   for (const StudyPlan& plan : plans) {
@@ -161,7 +167,7 @@ ReportTable plan_table(const SweepPlan& sweep, const std::vector<StudyPlan>& pla
   }
   const SweepCost cost = sweep_cost(plans, sweep.points.size());
   table.notes = {
-      fmt::format("NEES, NIS: runs whose verdict finds a factor {} or {} on P or S with {:g} % power; "
+      fmt::format("NEES, NIS: runs whose word finds a factor {} or {} on P or S by it with {:g} % power; "
                   "precision: mean NEES to ±{:g} %.",
                   factor_text(question.factor), factor_text(1.0 / question.factor), 100.0 * question.power,
                   100.0 * question.precision),

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/evidence/consistency.h"
+#include "analysis/laws/run_mean.h"
 #include "tests/analysis/evidence/synthetic_studies.h"
 
 namespace credence::internal {
@@ -128,11 +129,42 @@ TEST(SampleSize, PlanBySimulatedStudiesIsWhatSimulationFindsInBothDirections) {
   }
 }
 
-TEST(SampleSize, RunsForPrecision) {
-  // n = 2, one effective step: the mean of M values of relative variance 1 to ± 10 %.
-  EXPECT_EQ(runs_for_precision({.steps = 10.0, .dof_per_step = 2.0}, 0.1), 385);
-  EXPECT_EQ(runs_for_precision({.steps = 10.0, .dof_per_step = 2.0}, 100.0), 2);
-  EXPECT_EQ(runs_for_precision({.steps = 10.0, .dof_per_step = 2.0, .effective_steps = 5.0}, 0.1), 77);
+TEST(SampleSize, RunsForPrecisionAreThoseOfTheNormalLawWhereTheyAreMany) {
+  // n = 2, one effective step: the mean of M values of relative variance 1 to ± 1 %, z² / precision².
+  const VerdictDesign constant{.steps = 10.0, .dof_per_step = 2.0};
+  EXPECT_NEAR(static_cast<double>(runs_for_precision(constant, 0.01)) / 38415.0, 1.0, 0.002);
+  EXPECT_EQ(runs_for_precision(constant, 100.0), 2);
+  VerdictDesign five = constant;
+  five.effective_steps = 5.0;
+  EXPECT_NEAR(static_cast<double>(runs_for_precision(five, 0.01)) / 7683.0, 1.0, 0.005);
+}
+
+// The mean half-width of the interval over studies of so many runs, whose averages are χ²(n T_eff)/(n T_eff).
+double simulated_half_width(const VerdictDesign& design, std::int64_t runs, int studies) {
+  const double dof = design.dof_per_step * design.effective_steps;
+  std::mt19937_64 generator(7);
+  std::gamma_distribution<double> average(0.5 * dof, 2.0 / dof);
+  double sum = 0.0;
+  for (int study = 0; study < studies; ++study) {
+    SkewedMoments moments;
+    for (std::int64_t run = 0; run < runs; ++run) moments.add(average(generator));
+    sum += run_mean_interval(moments, design.confidence, design.dof_per_step).half_width();
+  }
+  return sum / studies;
+}
+
+TEST(SampleSize, RunsForPrecisionGiveTheHalfWidthThatIsAskedFor) {
+  constexpr int kStudies = 400;
+  for (const double effective : {1.0, 20.0, 300.0}) {
+    const VerdictDesign design{.steps = 300.0, .dof_per_step = 4.0, .effective_steps = effective};
+    for (const double precision : {0.05, 0.1, 0.3}) {
+      const std::int64_t runs = runs_for_precision(design, precision);
+      const double simulated = simulated_half_width(design, runs, kStudies);
+      EXPECT_LE(simulated, 1.05 * precision) << effective << ", " << runs << " runs";
+      EXPECT_GT(simulated_half_width(design, (runs - 1) * 4 / 5, kStudies), precision)
+          << effective << ", fewer than " << runs << " runs";
+    }
+  }
 }
 
 TEST(SampleSize, RejectsImpossiblePlans) {

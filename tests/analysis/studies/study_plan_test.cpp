@@ -8,6 +8,7 @@
 
 #include "analysis/evidence/consistency.h"
 #include "analysis/evidence/effective_steps.h"
+#include "analysis/evidence/study_analysis.h"
 #include "analysis/laws/effective_sample.h"
 #include "analysis/studies/selftest_study.h"
 #include "montecarlo/engine/packed_bytes.h"
@@ -94,6 +95,35 @@ TEST(StudyPlan, LinearScenarioIsPlannedByItsExactLaw) {
   EXPECT_LE(plan.nis.detections[0].needed.runs, plan.nees.detections[0].needed.runs);
   EXPECT_GE(plan.runs_for_all, plan.runs_for_precision);
   EXPECT_GT(plan.pilot.seconds_per_run, 0.0);
+}
+
+TEST(StudyPlan, TheWordTakesMoreRunsAsItHasAShareForEachVerdict) {
+  const Scenario scenario = short_monobot();
+  const auto experiment = make_experiment(scenario);
+  const StudyPlan plan = plan_study(scenario, *experiment, {.factor = 1.3, .threads = 1, .evidence = false});
+  EXPECT_EQ(plan.pilot.evidence_runs, 0) << "a sweep takes none";
+  EXPECT_EQ(plan.pilot.seconds_for(10), 10 * plan.pilot.seconds_per_run);
+  // NEES 4 of 11, NIS 2 of 11 parts of 5 %.
+  const std::pair<const VerdictPlan*, double> verdicts[] = {{&plan.nees, 4.0 / 11.0},
+                                                            {&plan.nis, 2.0 / 11.0}};
+  for (const auto& [verdict, share] : verdicts) {
+    VerdictDesign design = verdict->design;
+    design.confidence = 1.0 - 0.05 * share;
+    for (const DetectionPlan& detection : verdict->detections) {
+      EXPECT_EQ(detection.word.runs, runs_to_detect(design, detection.factor, 0.9).runs);
+      EXPECT_GT(detection.word.runs, detection.needed.runs);
+      EXPECT_GE(plan.runs_for_all, detection.word.runs);
+    }
+  }
+}
+
+TEST(StudyPlan, TheEvidenceOfTheFirstRunsTakesItsTime) {
+  const PilotTiming pilot{.seconds_per_run = 0.25, .evidence_runs = 100, .evidence_seconds_per_run = 0.5};
+  EXPECT_EQ(pilot.seconds_for(10), 7.5);
+  EXPECT_EQ(pilot.seconds_for(200), 100.0);
+  const Scenario scenario = short_monobot();
+  const StudyPlan plan = plan_study(scenario, *make_experiment(scenario), {.threads = 1});
+  EXPECT_EQ(plan.pilot.evidence_runs, evidence_runs(scenario, scenario.study.runs));
 }
 
 TEST(StudyPlan, ExactLawAgreesWithItsRuns) {

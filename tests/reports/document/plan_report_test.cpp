@@ -26,9 +26,10 @@ StudyPlan plan_of(const Scenario& scenario, std::int64_t runs) {
   plan.correlation = CorrelationSource::pilot;
   plan.nees.design = {.steps = 10, .dof_per_step = 3.0, .effective_steps = 4.25};
   plan.nis.design = {.steps = 10, .dof_per_step = 2.0};
-  plan.nees.detections = {{1.2, {runs, 0.91}, 0.02 * static_cast<double>(runs)},
-                          {1.0 / 1.2, {runs + runs / 2, 0.92}, 0.03 * static_cast<double>(runs)}};
-  plan.nis.detections = {{1.2, {runs / 2, 0.93}, 0.01 * static_cast<double>(runs)}};
+  plan.nees.detections = {
+      {1.2, {runs, 0.91}, {runs + 60, 0.9}, 0.02 * static_cast<double>(runs)},
+      {1.0 / 1.2, {runs + runs / 2, 0.92}, {2 * runs, 0.9}, 0.03 * static_cast<double>(runs)}};
+  plan.nis.detections = {{1.2, {runs / 2, 0.93}, {runs, 0.9}, 0.01 * static_cast<double>(runs)}};
   plan.nees.detectable = {.below = 0.8, .above = 1.3};
   plan.nis.detectable = {.below = 0.9, .above = 1.1};
   plan.runs_for_precision = 70;
@@ -50,7 +51,8 @@ std::vector<std::string> plan_words(const std::vector<TableCell>& row) {
 TEST(PlanReport, AFactorNearOneIsNotShownAsOne) {
   const SweepPlan sweep = planned_sweep("");
   StudyPlan plan = plan_of(sweep.points[0].scenario, 200);
-  plan.nees.detections = {{1.0001, {200, 0.91}, 1.0}, {1.0 / 1.0001, {200, 0.91}, 1.0}};
+  plan.nees.detections = {{1.0001, {200, 0.91}, {250, 0.9}, 1.0},
+                          {1.0 / 1.0001, {200, 0.91}, {250, 0.9}, 1.0}};
   const Document document = plan_document(sweep, {plan});
   const ReportTable& table = planned_table(document);
   EXPECT_EQ(table.rows[0][0].text, "NEES verdict optimistic at a factor 1.0001");
@@ -63,12 +65,12 @@ TEST(PlanReport, OneConfigurationHasARowForEachQuestion) {
   const ReportTable& table = planned_table(document);
   ASSERT_EQ(table.rows.size(), 4U);
   EXPECT_THAT(plan_words(table.rows[0]),
-              ElementsAre("NEES verdict optimistic at a factor 1.20", "200", "91.0", "4.0 s"));
+              ElementsAre("NEES verdict optimistic at a factor 1.20", "200", "91.0", "4.0 s", "260"));
   EXPECT_THAT(plan_words(table.rows[1]),
-              ElementsAre("NEES verdict pessimistic at a factor 0.833", "300", "92.0", "6.0 s"));
+              ElementsAre("NEES verdict pessimistic at a factor 0.833", "300", "92.0", "6.0 s", "400"));
   EXPECT_THAT(plan_words(table.rows[2]),
-              ElementsAre("NIS verdict optimistic at a factor 1.20", "100", "93.0", "2.0 s"));
-  EXPECT_THAT(plan_words(table.rows[3]), ElementsAre("mean NEES to ±5 %", "70", "", "1.4 s"));
+              ElementsAre("NIS verdict optimistic at a factor 1.20", "100", "93.0", "2.0 s", "200"));
+  EXPECT_THAT(plan_words(table.rows[3]), ElementsAre("mean NEES to ±5 %", "70", "", "1.4 s", ""));
   EXPECT_THAT(table.notes,
               testing::Contains(HasSubstr("The 128 runs of the scenario show in NEES a factor below "
                                           "0.800 or above 1.30 with 90 % power.")));
@@ -83,6 +85,7 @@ TEST(PlanReport, TheDataOfOneConfigurationAreOfTheSameNumbers) {
   EXPECT_EQ(j["runs"], 300);
   EXPECT_NEAR(j["seconds"].get<double>(), 6.0, 1e-12);
   EXPECT_EQ(j["nees"]["detect"][1]["runs"], 300);
+  EXPECT_EQ(j["nees"]["detect"][1]["word_runs"], 400);
   EXPECT_EQ(j["nees"]["detect"][1]["factor"], 1.0 / 1.2);
   EXPECT_EQ(j["nees"]["detectable"]["below"], 0.8);
   EXPECT_EQ(j["nees"]["detectable"]["above"], 1.3);
@@ -106,8 +109,8 @@ TEST(PlanReport, OfASweepEveryPlannedConfigurationAndTheCostOfAll) {
   const Document document = plan_document(sweep, plans);
   const ReportTable& table = planned_table(document);
   ASSERT_EQ(table.rows.size(), 2U);
-  EXPECT_THAT(plan_words(table.rows[0]), ElementsAre("world.landmarks = 3", "600", "200", "70", "12 s"));
-  EXPECT_THAT(plan_words(table.rows[1]), ElementsAre("world.landmarks = 1", "300", "100", "70", "6.0 s"));
+  EXPECT_THAT(plan_words(table.rows[0]), ElementsAre("world.landmarks = 3", "800", "400", "70", "12 s"));
+  EXPECT_THAT(plan_words(table.rows[1]), ElementsAre("world.landmarks = 1", "400", "200", "70", "6.0 s"));
   const auto j = nlohmann::json::parse(document.json());
   EXPECT_EQ(j["sweep"]["configurations"], 4);
   EXPECT_EQ(j["sweep"]["planned"], 2);
