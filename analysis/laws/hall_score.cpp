@@ -1,5 +1,6 @@
 #include "analysis/laws/hall_score.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/nan.h"
@@ -45,6 +46,25 @@ MeanInterval hall_interval(const SkewedMoments& moments, double confidence) {
   interval.lower = mean_of_hall_score(moments, t);
   interval.upper = mean_of_hall_score(moments, -t);
   return interval;
+}
+
+MeanInterval paired_interval(const SkewedMoments& differences, double confidence) {
+  MeanInterval interval = hall_interval(differences, confidence);
+  if (!interval.reason.empty()) return interval;
+  const MeanInterval student = student_interval(
+      {.count = differences.count, .mean = differences.mean, .m2 = differences.m2}, confidence);
+  interval.lower = std::min(interval.lower, student.lower);
+  interval.upper = std::max(interval.upper, student.upper);
+  return interval;
+}
+
+double paired_p_value(const SkewedMoments& differences) {
+  if (differences.count < 2) return kNaN;
+  if (differences.m2 == 0.0) return differences.mean == 0.0 ? 1.0 : 0.0;
+  const auto count = static_cast<double>(differences.count);
+  const double student = differences.mean / std::sqrt(differences.variance() / count);
+  return std::max(student_two_sided_p_value(student, count - 1.0),
+                  student_two_sided_p_value(hall_score(differences, 0.0), count - 1.0));
 }
 
 }  // namespace credence::internal

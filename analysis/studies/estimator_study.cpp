@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 
 #include "analysis/evidence/accuracy.h"
+#include "analysis/laws/hall_score.h"
+#include "analysis/laws/multiple_tests.h"
 #include "analysis/laws/run_mean.h"
 #include "analysis/laws/student_positive_mean.h"
 #include "analysis/stability/observability_stack.h"
@@ -209,6 +210,14 @@ Band band_of(std::vector<Value>& values) {
   return band;
 }
 
+/// The mean of squared errors may be as far above as either score lets it: the cube root alone is short there.
+MeanInterval mean_square_interval(const SkewedMoments& squares, double confidence) {
+  MeanInterval interval = positive_mean_interval(
+      {.count = squares.count, .mean = squares.mean, .m2 = squares.m2}, confidence);
+  if (interval.reason.empty()) interval.upper = std::max(interval.upper, hall_interval(squares, confidence).upper);
+  return interval;
+}
+
 MeanInterval root_of(MeanInterval squared) {
   if (squared.mean == 0.0) return {};
   squared.standard_error /= 2.0 * std::sqrt(squared.mean);
@@ -220,7 +229,8 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
   const double confidence = setting.scenario.study.confidence;
   std::array<SkewedMoments, kEstimatorBlocks> nees;
   std::array<std::vector<double>, kEstimatorBlocks> sorted;
-  Moments heading, position, heading_variance, position_variance;
+  SkewedMoments heading, position;
+  Moments heading_variance, position_variance;
   for (const std::optional<EstimatorRunValues>& values : kept.values) {
     if (!values) continue;
     ++row.runs;
@@ -243,10 +253,11 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
   }
   for (std::size_t b = 0; b < kEstimatorBlocks; ++b) {
     row.nees[b] = run_mean_interval(nees[b], confidence);
+    row.optimistic_p_value[b] = run_mean_p_values(nees[b], 1.0).optimistic;
     row.bands[b] = band_of(sorted[b]);
   }
-  const MeanInterval heading_squared = positive_mean_interval(heading, confidence);
-  const MeanInterval position_squared = positive_mean_interval(position, confidence);
+  const MeanInterval heading_squared = mean_square_interval(heading, confidence);
+  const MeanInterval position_squared = mean_square_interval(position, confidence);
   row.heading_rmse_rad = root_of(heading_squared);
   row.position_rmse_m = root_of(position_squared);
   row.heading_efficiency = efficiency(bound.heading_squared, heading_squared);
@@ -267,12 +278,27 @@ void summarise(const StudySetting& setting, const VehicleBound& bound, const Kep
   }
 }
 
+/// Holm over all rows, of the pose and the map.
+void adjust_optimism(std::vector<EstimatorRow>& rows) {
+  std::vector<double*> places;
+  std::vector<double> p_values;
+  for (EstimatorRow& row : rows) {
+    for (const EstimatorBlock block : {EstimatorBlock::pose, EstimatorBlock::map}) {
+      places.push_back(&row.optimistic_p_value[at(block)]);
+      p_values.push_back(*places.back());
+    }
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 0; i < places.size(); ++i) *places[i] = adjusted[i];
+}
+
 PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t b,
                          const std::vector<Kept>& kept, bool of_position) {
   const auto value = [&](const EstimatorRunValues& v) {
     return of_position ? v.position_squared : v.nees[at(EstimatorBlock::pose)];
   };
-  Moments difference, first, second;
+  SkewedMoments difference;
+  Moments first, second;
   for (std::size_t r = 0; r < kept[a].values.size(); ++r) {
     const auto &of_a = kept[a].values[r], &of_b = kept[b].values[r];
     if (!of_a || !of_b) continue;
@@ -284,14 +310,10 @@ PairedDifference compare(const StudySetting& setting, std::size_t a, std::size_t
   result.first = setting.names[a];
   result.second = setting.names[b];
   result.of_position = of_position;
-  result.difference = student_interval(difference, setting.scenario.study.confidence);
-  if (difference.variance() > 0.0) {
-    result.p_value = student_two_sided_p_value(result.difference.mean / result.difference.standard_error,
-                                               static_cast<double>(difference.count - 1));
+  result.difference = paired_interval(difference, setting.scenario.study.confidence);
+  result.p_value = paired_p_value(difference);
+  if (difference.variance() > 0.0)
     result.gain = (first.variance() + second.variance()) / difference.variance();
-  } else if (difference.count < 2) {
-    result.p_value = std::numeric_limits<double>::quiet_NaN();
-  }
   return result;
 }
 
@@ -411,6 +433,7 @@ EstimatorStudy played_study(const Scenario& scenario, const EstimatorStudyOption
   study.map_stride = setting.contest->map_stride();
   study.note = setting.contest->note();
   for (std::size_t e = 0; e < kept.size(); ++e) summarise(setting, study.bound, kept[e], study.rows[e]);
+  adjust_optimism(study.rows);
   for (std::size_t a = 0; a < kept.size(); ++a) {
     for (std::size_t b = a + 1; b < kept.size(); ++b) {
       for (const bool of_position : {false, true}) {

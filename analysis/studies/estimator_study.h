@@ -47,6 +47,8 @@ struct EstimatorRow {
   std::vector<RunFailure> failures;              ///< of the others
   std::vector<RunNotConverged> not_converged{};  ///< of all runs
   std::array<MeanInterval, kEstimatorBlocks> nees{};
+  /// That the mean NEES is not above 1; of pose and map by Holm over all estimators.
+  std::array<double, kEstimatorBlocks> optimistic_p_value{};
   std::array<Band, kEstimatorBlocks> bands{};  ///< quantiles over the runs
   MeanInterval heading_rmse_rad, position_rmse_m;
   /// The bound's mean squared error over that of the estimator; 0 where the bound is, of count 0 without one.

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "analysis/laws/hall_score.h"
+#include "analysis/laws/multiple_tests.h"
 #include "core/nan.h"
 #include "montecarlo/scenario/scenario_text.h"
 #include "reports/document/calibration_report.h"
@@ -100,11 +102,14 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
                                 {"NIS", words},
                                 {"against the first", words}}};
   bool paired = false, unpaired = false;
-  for (const ComparedStudy& s : studies) {
+  const std::vector<std::optional<RunDifference>> differences = differences_from_first(studies, confidence);
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    const ComparedStudy& s = studies[i];
     std::string difference = "–";
-    if (&s != studies.data()) {
-      const std::optional<MeanInterval> d = paired_difference(s, studies.front(), confidence);
-      if (d) difference = mean_interval_text(*d);
+    if (i > 0) {
+      const std::optional<RunDifference>& d = differences[i];
+      if (d)
+        difference = fmt::format("{}, {}", mean_interval_text(d->interval), p_value_statement(d->adjusted));
       (d ? paired : unpaired) = true;
     }
     table.add({s.name, s.runs, TableCell(s.verdict, tone_of(s.verdict)), mean_interval_text(s.factor),
@@ -113,10 +118,10 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
   table.notes.push_back(
       "factor on P: the true covariance over the claimed one, on average over steps, with its interval.");
   if (paired) {
-    table.notes.push_back(
-        fmt::format("against the first: NEES over dof, this study minus the first, run by run under the same "
-                    "noise, with its interval at {:g} %; an interval without 0 is a difference.",
-                    100.0 * confidence));
+    table.notes.push_back(fmt::format(
+        "against the first: NEES over dof, this study minus the first, run by run under the same "
+        "noise, with its interval at {:g} % and the p-value of no difference, Holm over the studies.",
+        100.0 * confidence));
   }
   for (const ComparedStudy& s : studies) {
     for (const FactorChange& change : changes_against(studies.front(), s, confidence)) {
@@ -135,7 +140,9 @@ ReportTable comparison_table(std::span<const ComparedStudy> studies, double conf
 
 std::string comparison_json(std::span<const ComparedStudy> studies, double confidence) {
   Json all = Json::array();
-  for (const ComparedStudy& s : studies) {
+  const std::vector<std::optional<RunDifference>> differences = differences_from_first(studies, confidence);
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    const ComparedStudy& s = studies[i];
     Json j = {{"name", s.name},
               {"runs", s.runs},
               {"verdict", s.verdict},
@@ -147,9 +154,9 @@ std::string comparison_json(std::span<const ComparedStudy> studies, double confi
               {"changes", Json::array()}};
     for (const FactorChange& change : changes_against(studies.front(), s, confidence))
       j["changes"].push_back(change_json(change));
-    if (&s != studies.data()) {
-      if (const auto d = paired_difference(s, studies.front(), confidence))
-        j["paired_difference"] = json_interval(*d);
+    if (const std::optional<RunDifference>& d = differences[i]) {
+      j["paired_difference"] = json_interval(d->interval);
+      j["paired_difference"].update({{"p_value", d->p_value}, {"adjusted_p_value", d->adjusted}});
     }
     all.push_back(std::move(j));
   }
@@ -182,11 +189,11 @@ Panel difference_panel(std::span<const ComparedStudy> studies, double confidence
   for (std::size_t i = 1; i <= studies.size(); ++i) panel.x_names.push_back(fmt::to_string(i));
   panel.series.push_back(level_series("no difference", ColourRole::neutral, 0.0));
   for (std::size_t i = 1; i < studies.size(); ++i) {
-    const std::optional<MeanInterval> d = paired_difference(studies[i], studies.front(), confidence);
+    const std::optional<RunDifference> d = paired_difference(studies[i], studies.front(), confidence);
     if (!d) continue;
     panel.series.push_back(error_bar_series(studies[i].name, numbered_role(static_cast<Index>(i)),
-                                            {static_cast<double>(i) + 1.0}, {d->mean}, {d->lower},
-                                            {d->upper}));
+                                            {static_cast<double>(i) + 1.0}, {d->interval.mean},
+                                            {d->interval.lower}, {d->interval.upper}));
   }
   return panel;
 }
@@ -262,13 +269,29 @@ std::vector<ComparedStudy> compared_documents(const std::string& name, std::stri
   return studies;
 }
 
-std::optional<MeanInterval> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
-                                              double confidence) {
+std::optional<RunDifference> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
+                                               double confidence) {
   const std::size_t runs = std::min(study.nees_of_runs.size(), reference.nees_of_runs.size());
   if (study.noise.empty() || study.noise != reference.noise || runs < 2) return std::nullopt;
-  Moments differences;
+  SkewedMoments differences;
   for (std::size_t i = 0; i < runs; ++i) differences.add(study.nees_of_runs[i] - reference.nees_of_runs[i]);
-  return student_interval(differences, confidence);
+  return RunDifference{.interval = paired_interval(differences, confidence),
+                       .p_value = paired_p_value(differences)};
+}
+
+std::vector<std::optional<RunDifference>> differences_from_first(std::span<const ComparedStudy> studies,
+                                                                 double confidence) {
+  std::vector<std::optional<RunDifference>> differences(studies.size());
+  std::vector<double> p_values(studies.size(), kNaN);
+  for (std::size_t i = 1; i < studies.size(); ++i) {
+    differences[i] = paired_difference(studies[i], studies.front(), confidence);
+    if (differences[i]) p_values[i] = differences[i]->p_value;
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 1; i < studies.size(); ++i) {
+    if (differences[i]) differences[i]->adjusted = adjusted[i];
+  }
+  return differences;
 }
 
 Document comparison_document(const std::vector<ComparedStudy>& studies, double confidence) {

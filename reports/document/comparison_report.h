@@ -44,11 +44,21 @@ ComparedStudy compared(const StudyAnalysis& analysis);
 /// From a document of `run`, `check`, or of several studies. Throws std::invalid_argument for another one.
 std::vector<ComparedStudy> compared_documents(const std::string& name, std::string_view json);
 
-/// NEES over dof of `study` minus that of `reference`, the mean over their common runs, with its interval:
-/// both met the same noise, so that what they share cancels. Nothing where they did not, or fewer than two
-/// runs can be paired.
-std::optional<MeanInterval> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
-                                              double confidence);
+/// The mean of NEES over dof of one study minus that of another, over their common runs.
+struct RunDifference {
+  MeanInterval interval;
+  double p_value = 1.0;   ///< that there is none
+  double adjusted = 1.0;  ///< Holm over the studies
+};
+
+/// Of `study` minus `reference`: both met the same noise, so that what they share cancels. Nothing where they
+/// did not, or fewer than two runs can be paired.
+std::optional<RunDifference> paired_difference(const ComparedStudy& study, const ComparedStudy& reference,
+                                               double confidence);
+
+/// Of every study minus the first; nothing for the first itself.
+std::vector<std::optional<RunDifference>> differences_from_first(std::span<const ComparedStudy> studies,
+                                                                 double confidence);
 
 /// What `credence compare` says (JSON: docs/formats.md): which studies cannot be trusted, whose factor on P
 /// is nearest to one, NEES and NIS step by step, and what each differs by from the first.

@@ -62,6 +62,54 @@ TEST(HallInterval, ReachesFurtherToTheSideOfTheTail) {
   EXPECT_EQ(interval.count, 8);
 }
 
+TEST(PairedInterval, IsTheWiderOfBothAndItsPValueTheLarger) {
+  SkewedMoments moments;
+  for (const double x : {0.3, -0.1, -0.2, -4.0, 0.4, 0.1, -1.1, 0.2}) moments.add(x);
+  const MeanInterval hall = hall_interval(moments, 0.95), both = paired_interval(moments, 0.95);
+  const double error = std::sqrt(moments.variance() / 8.0);
+  EXPECT_EQ(both.lower, hall.lower);
+  EXPECT_NEAR(both.upper, moments.mean + student_quantile_two_sided(0.95, 7.0) * error, 1e-12);
+  EXPECT_GT(both.upper, hall.upper);
+  EXPECT_NEAR(paired_p_value(moments), student_two_sided_p_value(moments.mean / error, 7.0), 1e-12);
+  // The end nearer to zero rejects zero at its own level and no more.
+  for (const double shift : {both.lower, both.upper}) {
+    SkewedMoments moved = moments;
+    moved.mean -= shift;
+    EXPECT_NEAR(paired_p_value(moved), 0.05, 1e-9) << shift;
+  }
+  SkewedMoments equal;
+  EXPECT_TRUE(std::isnan(paired_p_value(equal)));
+  for (int i = 0; i < 3; ++i) equal.add(0.0);
+  EXPECT_EQ(paired_p_value(equal), 1.0);
+  equal.mean = 0.5;
+  EXPECT_EQ(paired_p_value(equal), 0.0);
+}
+
+TEST(PairedInterval, HoldsItsLevelForSkewedAndForSymmetricDifferences) {
+  constexpr int kStudies = 4000, kRuns = 20;
+  constexpr double kNominal = 0.05, kMost = 0.08;
+  std::mt19937_64 generator(96);
+  std::normal_distribution<double> normal;
+  int student = 0, skewed = 0, symmetric = 0;
+  for (int study = 0; study < kStudies; ++study) {
+    SkewedMoments squares, plain;
+    for (int run = 0; run < kRuns; ++run) {
+      const double x = normal(generator);
+      squares.add(x * x - 1.0);
+      plain.add(normal(generator));
+    }
+    const double score = squares.mean / std::sqrt(squares.variance() / kRuns);
+    student += student_two_sided_p_value(score, kRuns - 1.0) <= kNominal;
+    skewed += paired_p_value(squares) <= kNominal;
+    symmetric += paired_p_value(plain) <= kNominal;
+  }
+  const double error = 5.0 * test::binomial_standard_error(kMost, kStudies);
+  EXPECT_GT(student, kStudies * (kMost + error));
+  EXPECT_LE(skewed, kStudies * (kMost + error));
+  EXPECT_LE(symmetric, kStudies * (kNominal + error));
+  EXPECT_GE(symmetric, kStudies * (0.5 * kNominal)) << "it still rejects";
+}
+
 TEST(HallInterval, IsStudentsWhereNothingIsSkewedOrNothingKnown) {
   SkewedMoments moments;
   EXPECT_EQ(hall_interval(moments, 0.95).reason, "no data");

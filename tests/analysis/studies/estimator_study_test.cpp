@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "analysis/laws/multiple_tests.h"
 #include "core/filters/estimators/estimators.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "tests/paths.h"
@@ -199,6 +200,23 @@ TEST(EstimatorStudy, IsStoppedBeforeItsFirstRunToo) {
       study_estimators(load("ukfm_slam2d", {"study.runs=2", "study.steps=20"}), {.stop = &stop});
   EXPECT_FALSE(study.complete);
   EXPECT_TRUE(study.rows.empty());
+}
+
+TEST(EstimatorStudy, OptimismIsAdjustedForAllEstimators) {
+  const Scenario scenario = load("linear_estimators", {"study.runs=10", "study.steps=20"});
+  const std::vector<std::string> names = {"kalman", "steady-state", "own-gain"};
+  const auto pose = static_cast<std::size_t>(EstimatorBlock::pose);
+  std::vector<double> alone;
+  for (const std::string& name : names) {
+    alone.push_back(study_estimators(scenario, {.estimators = {name}}).rows[0].optimistic_p_value[pose]);
+    EXPECT_LT(alone.back(), 1.0);
+  }
+  const std::vector<double> adjusted = holm(alone);
+  const EstimatorStudy all = study_estimators(scenario, {.estimators = names});
+  for (std::size_t e = 0; e < names.size(); ++e) {
+    EXPECT_EQ(all.rows[e].optimistic_p_value[pose], adjusted[e]) << names[e];
+    EXPECT_GT(adjusted[e], alone[e] * (1.0 - 1e-12)) << names[e];
+  }
 }
 
 TEST(EstimatorStudy, NoiseIsCommon) {

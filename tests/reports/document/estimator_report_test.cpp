@@ -99,6 +99,9 @@ TEST(EstimatorDocument, EveryEstimatorIsInTheAnswer) {
   EXPECT_EQ(answer_of({good, none}).text,
             "No evidence that the pose of any is optimistic: fej. Nothing can be said of ukf");
   EXPECT_EQ(answer_of({good, none}).tone, CellTone::caution);
+  EstimatorRow one_of_many = estimator_row("ukf", 1.1, 1.01);
+  one_of_many.optimistic_p_value.fill(0.2);  // of its own interval it is 0.02
+  EXPECT_EQ(answer_of({one_of_many, good}).text, "No evidence that the pose of any is optimistic: ukf, fej");
   EstimatorRow of_map = good;
   of_map.nees[static_cast<std::size_t>(EstimatorBlock::map)] = {
       .mean = 1.35, .lower = 1.16, .upper = 1.63, .count = 20};
