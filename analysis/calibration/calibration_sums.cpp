@@ -124,7 +124,7 @@ void CalibrationRecorder::begin_run(const RunLayout& layout, std::string name) {
       limits_[r] = chi_square_upper_quantile(kRisks[r], static_cast<double>(position_.size()));
   }
   run_ = {.name = std::move(name), .whole = {}, .position_dim = std::ssize(position_)};
-  last_bins_.assign(static_cast<std::size_t>(n), {0.0, 0});
+  last_bins_.assign(static_cast<std::size_t>(n), {});
   open_groups_ = 0;
   nees_.clear();
   rows_per_group_ = 1;
@@ -151,12 +151,7 @@ void CalibrationRecorder::add(const Step& step, double distance_m) {
   }
   for (Index i = 0; i < n; ++i) {
     const double squared = step.error[i] * step.error[i], variance = step.P(i, i);
-    auto& [last_variance, last_bin] = last_bins_[static_cast<std::size_t>(i)];
-    if (variance != last_variance) {
-      last_variance = variance;
-      last_bin = static_cast<int>(std::floor(2.0 * std::log10(variance)));
-    }
-    CalibrationSum::Bin& bin = sum.bins[{i, last_bin}];
+    CalibrationSum::Bin& bin = bin_of(i, variance, sum);
     ++bin.rows;
     bin.squared += squared;
     bin.variance += variance;
@@ -165,6 +160,26 @@ void CalibrationRecorder::add(const Step& step, double distance_m) {
   DistanceSums::Bin here{.rows = 1, .nees = nees};
   if (!position_.empty()) add_position(step, here);
   run_.distance.add(distance_m, here);
+}
+
+CalibrationSum::Bin& CalibrationRecorder::bin_of(Index state, double variance, CalibrationSum& sum) {
+  LastBin& last = last_bins_[static_cast<std::size_t>(state)];
+  if (!(variance > last.above && variance < last.below)) {
+    constexpr double kRounding =
+        1e-12;  // of the logarithm and the powers: near an edge the logarithm decides
+    last.bin = static_cast<int>(std::floor(2.0 * std::log10(variance)));
+    last.above = (1.0 + kRounding) * std::pow(10.0, 0.5 * last.bin);
+    last.below = (1.0 - kRounding) * std::pow(10.0, 0.5 * (last.bin + 1));
+    last.place = -1;
+  }
+  if (last.place < 0) {
+    const auto [found, is_new] = sum.bins.try_emplace({state, last.bin});
+    if (is_new) {  // which moves those behind it
+      for (LastBin& other : last_bins_) other.place = -1;
+    }
+    last.place = found - sum.bins.begin();
+  }
+  return sum.bins.nth(static_cast<std::size_t>(last.place))->second;
 }
 
 CalibrationSum& CalibrationRecorder::group_at_hand() {
@@ -180,6 +195,7 @@ CalibrationSum& CalibrationRecorder::group_at_hand() {
   if (open_groups_ == groups_.size()) groups_.emplace_back();
   CalibrationSum& group = groups_[open_groups_++];
   group.clear(parts_.size());
+  for (LastBin& last : last_bins_) last.place = -1;
   return group;
 }
 

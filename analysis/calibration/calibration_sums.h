@@ -86,6 +86,8 @@ class CalibrationRecorder {
   CalibrationSum& group_at_hand();
   void add_parts(const Step& step, CalibrationSum& sum);
   void add_position(const Step& step, DistanceSums::Bin& here);
+  /// That of a state with this variance in `sum`, which is the group at hand.
+  CalibrationSum::Bin& bin_of(Index state, double variance, CalibrationSum& sum);
 
   RunLayout layout_;
   std::vector<Block> parts_;
@@ -100,7 +102,12 @@ class CalibrationRecorder {
   SmallCholesky factor_, part_factor_;
   Vector whitened_, part_error_;
   Matrix parts_whitened_, part_P_;
-  std::vector<std::pair<double, int>> last_bins_;  ///< of each state: the last variance and its bin
+  struct LastBin {
+    double above = 0.0, below = 0.0;  ///< variances between them are of this bin
+    int bin = 0;
+    std::ptrdiff_t place = -1;  ///< of its sums among the bins of the group at hand; −1: to be looked for
+  };
+  std::vector<LastBin> last_bins_;  ///< of each state
   CalibrationRun run_;
   bool open_ = false;
   std::vector<CalibrationRun> runs_;

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <map>
 #include <random>
 #include <string>
 #include <utility>
@@ -84,6 +85,39 @@ TEST(CalibrationRecorder, BinsRowsByTheSigmaThatTheyClaim) {
   EXPECT_EQ(run.whole.bins.at({0, 1}).rows, 1);
   EXPECT_EQ(run.whole.bins.at({0, -1}).rows, 1);
   EXPECT_EQ(recorder.parts().at(0).name, "state");
+}
+
+// The oracle is the definition: 400 rows of three states, whose variances cross bins, touch their edges and
+// jump, so that bins come up in any order and groups of rows are joined.
+TEST(CalibrationRecorder, EveryVarianceIsInTheBinOfItsLogarithm) {
+  CalibrationRecorder recorder;
+  recorder.begin_run(layout_of_numbers(3), "run");
+  std::map<std::pair<Index, int>, CalibrationSum::Bin> expected;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> exponent(-6.0, 6.0);
+  Vector variance = Vector::Ones(3);
+  for (int k = 0; k < 400; ++k) {
+    for (Index i = 0; i < 3; ++i) {
+      const double edge = std::pow(10.0, 0.5 * (k % 9 - 4));
+      if (k % 7 == i)
+        variance[i] = std::pow(10.0, exponent(random));
+      else if (k % 5 == i)
+        variance[i] = k % 3 == 0 ? edge : std::nextafter(edge, k % 3 == 1 ? 0.0 : 1e9);
+      else
+        variance[i] *= 1.01;
+      CalibrationSum::Bin& bin = expected[{i, static_cast<int>(std::floor(2.0 * std::log10(variance[i])))}];
+      ++bin.rows;
+      bin.variance += variance[i];
+    }
+    recorder.add(step_of_errors(Vector::Ones(3), variance.asDiagonal()));
+  }
+  const CalibrationSum whole = recorder.take().at(0).whole;
+  ASSERT_EQ(whole.bins.size(), expected.size());
+  for (const auto& [place, bin] : expected) {
+    ASSERT_TRUE(whole.bins.contains(place)) << place.first << ", " << place.second;
+    EXPECT_EQ(whole.bins.at(place).rows, bin.rows) << place.first << ", " << place.second;
+    EXPECT_NEAR(whole.bins.at(place).variance, bin.variance, 1e-12 * bin.variance);
+  }
 }
 
 TEST(CalibrationRecorder, StretchesAreTheRowsInTheirOrder) {
