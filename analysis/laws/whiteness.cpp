@@ -29,6 +29,11 @@ Matrix standardise(const Matrix& product, const Eigen::LLT<Matrix>& factor) {
   return factor.matrixL().solve(half.transpose()).transpose();
 }
 
+/// sum += factor x, of two arrays apart from each other.
+void add_multiple(double factor, const double* __restrict x, Index count, double* __restrict sum) {
+  for (Index i = 0; i < count; ++i) sum[i] += factor * x[i];
+}
+
 std::string_view reason_not_to_test(const LagProducts& products) {
   if (products.invalid() > 0) return "an innovation is not finite";
   if (products.pairs(0) <= products.dim()) return "not more values than components";
@@ -108,8 +113,7 @@ void LagProducts::add(VectorRef u) {
   for (Index i = 0; i < dim_; ++i) {
     const double factor = u[i];
     for (Index j = 0; j < dim_; ++j, sums += count) {
-      const double* earlier = recent_.data() + j * row() + begin_;
-      for (Index lag = 0; lag < count; ++lag) sums[lag] += factor * earlier[lag];
+      add_multiple(factor, recent_.data() + j * row() + begin_, count, sums);
     }
   }
   const std::int64_t* present = present_.data() + begin_;
