@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/laws/student_positive_mean.h"
+#include "analysis/laws/ten_stretches.h"
 #include "analysis/laws/thinned_series.h"
 #include "core/linear_algebra/decompositions.h"
 #include "core/linear_algebra/psd_root.h"
@@ -216,7 +217,6 @@ TimeAverageTest test_single_run(std::span<const double> normalised_nees, double 
 
 std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_nees,
                                              std::initializer_list<double> confidences) {
-  constexpr std::size_t kStretches = 10;
   constexpr double kShortestStretch = 10.0;  // in correlation times
   std::vector<TimeAverageTest> tests;
   tests.reserve(confidences.size());
@@ -238,16 +238,10 @@ std::vector<TimeAverageTest> test_single_run(std::span<const double> normalised_
       effective_sample(std::vector<std::span<const double>>{normalised_nees}, mean);
   if (!sample.reason.empty()) return without(sample.reason);
   for (TimeAverageTest& test : tests) test.effective_steps = sample.size;
-  if (sample.size < kShortestStretch * static_cast<double>(kStretches)) {
+  if (sample.size < kShortestStretch * static_cast<double>(kTestedStretches)) {
     return without("the run is too short for its correlation in time");
   }
-  const std::size_t length = normalised_nees.size() / kStretches;
-  Moments averages;
-  for (std::size_t i = 0; i < kStretches; ++i) {
-    double sum = 0.0;
-    for (const double x : normalised_nees.subspan(i * length, length)) sum += x;
-    averages.add(sum / static_cast<double>(length));
-  }
+  const Moments averages = tested_averages(normalised_nees);
   std::ranges::transform(confidences, tests.begin(), [&](double confidence) {
     TimeAverageTest test = test_time_average(averages, 1.0, 1.0, confidence);
     test.effective_steps = sample.size;

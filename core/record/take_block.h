@@ -11,8 +11,8 @@ namespace credence::internal {
 inline void take_block(const VectorRef& error, const MatrixRef& P, std::span<const Index> places,
                        Vector& block_error, Matrix& block_P) {
   const Index n = std::ssize(places);
-  block_error.resize(n);
-  block_P.resize(n, n);
+  if (block_error.size() != n) block_error.resize(n);
+  if (block_P.rows() != n) block_P.resize(n, n);
   for (Index j = 0; j < n; ++j) {
     const Index from = places[static_cast<std::size_t>(j)];
     block_error[j] = error[from];

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
 #include "analysis/laws/chi_square.h"
 #include "analysis/laws/effective_sample.h"
+#include "analysis/laws/student_positive_mean.h"
+#include "analysis/laws/ten_stretches.h"
 #include "core/linear_algebra/logarithm.h"
 #include "core/linear_algebra/small_cholesky.h"
 #include "core/nan.h"
@@ -16,6 +19,9 @@
 
 namespace credence::internal {
 namespace {
+
+/// What is asked of a reading: all its numbers, or no more than one of these.
+enum class Asked { all, whether_it_fits, whether_it_misfits };
 
 ReadingFit impossible() {
   return {.nees = kNaN, .p_value = 0.0, .log_likelihood = -std::numeric_limits<double>::infinity()};
@@ -52,8 +58,9 @@ class PartNees {
 
   /// Of the mean, two-sided: by stretches, or where these are too short for the correlation in time as of so
   /// many independent rows, χ²(dof rows) / (dof rows). NaN with fewer than kFewestForReading of those. Where
-  /// an error stays as it is over all rows they are worth one, which tells only what is far off.
-  double p_value_of_mean() const {
+  /// an error stays as it is over all rows they are worth one, which tells only what is far off. NaN as well
+  /// where it is certain to be no less than `enough`.
+  double p_value_of_mean(double enough) const {
     constexpr double kConfidence = 0.99;  // of an interval that nobody looks at
     constexpr double kFarOff = 1e-4;
     const auto count = static_cast<double>(normalised.size());
@@ -63,6 +70,7 @@ class PartNees {
       const double of_one = two_sided_p_value(mean * dof(), dof());
       return of_one < kFarOff ? of_one : kNaN;
     }
+    if (std::isfinite(enough) && is_no_less(mean, enough)) return kNaN;
     const TimeAverageTest stretches = test_single_run(normalised, kConfidence);
     const double rows = stretches.effective_steps;
     if (!std::isnan(stretches.p_value)) return stretches.p_value;
@@ -84,12 +92,26 @@ class PartNees {
   }
 
  private:
+  /// Whether the p-value is, whatever the correlation time of the rows: either that of stretches, which are
+  /// worth 100 rows or more, or the other, which first grows with the rows that they are worth and then
+  /// falls.
+  bool is_no_less(double mean, double enough) const {
+    if (!(positive_mean_p_value(tested_averages(normalised), 1.0) >= enough)) return false;
+    constexpr double kMostRows = 100.0;
+    return std::ranges::all_of(
+        std::array{static_cast<double>(kFewestForReading), kMostRows},
+        [&](double rows) { return two_sided_p_value(mean * dof() * rows, dof() * rows) >= enough; });
+  }
+
   /// e_, of the covariance that factor_ is of.
   bool add_error() {
     factor_.solve_lower(e_);
     normalised.push_back(e_.squaredNorm() / dof());
     sum_ += e_;
-    for (Index j = 0; j < e_.size(); ++j) outer_.col(j) += e_[j] * e_;
+    // Plain: of a few states an expression costs more than its numbers.
+    for (Index j = 0; j < e_.size(); ++j) {
+      for (Index i = 0; i < e_.size(); ++i) outer_(i, j) += e_[j] * e_[i];
+    }
     return true;
   }
   /// The same of one component, with the same bits.
@@ -109,10 +131,9 @@ class PartNees {
   Matrix P_, outer_;
 };
 
-/// `to_fit`: nothing is asked of a reading that misfits but that, so that the first row that excludes it ends
-/// it.
+/// Of a reading that is asked whether it fits the first row that excludes it ends it.
 ReadingFit test_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
-                        const ReadingRow& read, bool to_fit) {
+                        const ReadingRow& read, Asked asked) {
   std::vector<PartNees> series;
   std::vector<Index> all(static_cast<std::size_t>(dim));
   std::iota(all.begin(), all.end(), 0);
@@ -120,10 +141,11 @@ ReadingFit test_reading(std::size_t rows, Index dim, const std::vector<std::vect
   for (const std::vector<Index>& part : parts) series.emplace_back(part, rows);
   for (const Index c : all) series.emplace_back(std::vector<Index>{c}, rows);
   const double tests = 2.0 * static_cast<double>(series.size());
+  const bool to_fit = asked == Asked::whether_it_fits, to_misfit = asked == Asked::whether_it_misfits;
   std::vector<double> excluded_beyond;
-  excluded_beyond.reserve(series.size());
   for (const PartNees& part : series) {
-    excluded_beyond.push_back(part.excluded_beyond(ReadingFit::kLevel / tests, static_cast<double>(rows)));
+    if (to_fit)
+      excluded_beyond.push_back(part.excluded_beyond(ReadingFit::kLevel / tests, static_cast<double>(rows)));
   }
   ReadingFit fit;
   Vector error;
@@ -137,13 +159,16 @@ ReadingFit test_reading(std::size_t rows, Index dim, const std::vector<std::vect
     }
     const double nees = static_cast<double>(dim) * series.front().normalised.back();
     fit.nees += share * nees;
-    fit.log_likelihood -= share * 0.5 * (nees + series.front().log_determinant());
+    if (!to_misfit) fit.log_likelihood -= share * 0.5 * (nees + series.front().log_determinant());
   }
+  constexpr double kRounding = 1.0 + 1e-9;
+  const double enough =
+      to_misfit ? kRounding * ReadingFit::kLevel / tests : std::numeric_limits<double>::infinity();
   fit.p_value = 1.0;
   for (const PartNees& part : series) {
     fit.p_value = std::min(fit.p_value, tests * part.p_value_of_largest());
     if (to_fit && fit.misfits()) return impossible();
-    const double mean = part.p_value_of_mean();
+    const double mean = part.p_value_of_mean(enough);
     if (std::isnan(mean)) fit.all_tested = false;
     if (!std::isnan(mean)) fit.p_value = std::min(fit.p_value, tests * mean);
   }
@@ -159,14 +184,21 @@ std::string misfit_text(const ReadingFit& fit, Index dim) {
 
 ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vector<Index>>& parts,
                        const ReadingRow& read) {
-  return test_reading(rows, dim, parts, read, false);
+  return test_reading(rows, dim, parts, read, Asked::all);
 }
 
 std::optional<ReadingFit> fitting_reading(std::size_t rows, Index dim,
                                           const std::vector<std::vector<Index>>& parts,
                                           const ReadingRow& read) {
-  const ReadingFit fit = test_reading(rows, dim, parts, read, true);
+  const ReadingFit fit = test_reading(rows, dim, parts, read, Asked::whether_it_fits);
   return fit.fits() ? std::optional(fit) : std::nullopt;
+}
+
+std::optional<ReadingFit> misfitting_reading(std::size_t rows, Index dim,
+                                             const std::vector<std::vector<Index>>& parts,
+                                             const ReadingRow& read) {
+  const ReadingFit fit = test_reading(rows, dim, parts, read, Asked::whether_it_misfits);
+  return fit.misfits() ? std::optional(fit) : std::nullopt;
 }
 
 }  // namespace credence::internal

@@ -45,5 +45,9 @@ ReadingFit fit_reading(std::size_t rows, Index dim, const std::vector<std::vecto
 std::optional<ReadingFit> fitting_reading(std::size_t rows, Index dim,
                                           const std::vector<std::vector<Index>>& parts,
                                           const ReadingRow& read);
+/// The same of one that is asked no more than whether it misfits: null where it does not. Without likelihood.
+std::optional<ReadingFit> misfitting_reading(std::size_t rows, Index dim,
+                                             const std::vector<std::vector<Index>>& parts,
+                                             const ReadingRow& read);
 
 }  // namespace credence::internal

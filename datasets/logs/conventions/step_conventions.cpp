@@ -172,7 +172,7 @@ void StepConventions::add(const Step& step) {
   if (!step.problem.empty() || n == 0 || n > kMostStates || step.states.size() != n) return;
   if (keep_thinned(rows_, stride_, seen_)) {
     Matrix& row = rows_.emplace_back(step.error.size(), step.error.size() + 1);
-    row << step.P, step.error;
+    std::copy(step.error.begin(), step.error.end(), std::copy_n(step.P.data(), step.P.size(), row.data()));
   }
 }
 
@@ -188,8 +188,8 @@ void StepConventions::finish() {
       return true;
     };
   };
-  const ReadingFit declared = fit_reading(rows_.size(), n, {}, rows_changed_by([](Matrix&) {}));
-  if (!declared.misfits()) return;
+  const auto declared = misfitting_reading(rows_.size(), n, {}, rows_changed_by([](Matrix&) {}));
+  if (!declared) return;
   std::optional<ReadingFit> best;
   std::string cause;
   for (const StepReading& reading : step_readings(layout_)) {
@@ -205,7 +205,7 @@ void StepConventions::finish() {
   hint(
       fmt::format("The covariance does not fit as it is read ({}). It would fit if {} (mean NEES {:.4g}). "
                   "Whether it is so, the log cannot say: look at the program that wrote it.",
-                  misfit_text(declared, n), cause, best->nees));
+                  misfit_text(*declared, n), cause, best->nees));
 }
 
 }  // namespace credence::internal

@@ -92,6 +92,39 @@ TEST(ReadingFit, FactorsOnPAreFoundOnBothSides) {
   EXPECT_TRUE(fit_of(errors, 0.5 * Matrix::Identity(3, 3)).misfits());
 }
 
+// The oracle is the fit with all its numbers: of rows that are correlated or not, few or many, and P times a
+// factor.
+TEST(ReadingFit, AskedNoMoreThanWhetherItMisfitsItSaysTheSame) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  int misfits = 0, fits = 0;
+  for (const double memory : {0.0, 0.5, 0.9, 0.97, 0.995, 1.0}) {
+    for (const int rows : {20, 40, 150, 600, 2000}) {
+      for (const double factor : {0.3, 0.7, 0.85, 0.95, 1.0, 1.1, 1.3, 1.6, 3.0}) {
+        RowsOfErrors errors;
+        Vector e = Vector::NullaryExpr(3, [&] { return normal(random); });
+        for (int k = 0; k < rows; ++k) {
+          errors.push_back(e);
+          for (double& x : e) x = memory * x + std::sqrt(1.0 - memory * memory) * normal(random);
+        }
+        const Matrix P = factor * Matrix::Identity(3, 3);
+        const auto found =
+            misfitting_reading(errors.size(), 3, {{0, 1}}, [&](std::size_t i, Vector& error, Matrix& C) {
+              error = errors[i];
+              C = P;
+              return true;
+            });
+        const ReadingFit all = fit_of(errors, P, {{0, 1}});
+        ASSERT_EQ(found.has_value(), all.misfits()) << memory << " " << rows << " " << factor;
+        ++(found ? misfits : fits);
+        if (found) EXPECT_EQ(found->nees, all.nees);
+      }
+    }
+  }
+  EXPECT_GT(misfits, 60);
+  EXPECT_GT(fits, 60);
+}
+
 TEST(ReadingFit, WhatIsNoCovarianceOrCannotBeReadIsImpossible) {
   const RowsOfErrors errors = gaussian_errors(50, 2, 5);
   const Matrix P = Matrix::Identity(2, 2);
