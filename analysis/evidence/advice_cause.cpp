@@ -14,7 +14,8 @@ struct CauseRule {
 // In the order in which they are asked: what no covariance mends, what stands beside other causes, then what
 // each takes for granted that those before it were not.
 constexpr CauseRule kRules[] = {
-    {find_runs_that_are_lost, false},
+    {find_rejected_innovations, false},
+    {find_runs_that_are_lost, true},
     {find_unwrapped_angle, false},
     {find_wide_angle, false},
     {find_outliers, false},
@@ -37,6 +38,7 @@ constexpr CauseRule kRules[] = {
     {find_noise_by_errors, true},
     {find_joint_inconsistency, true},
     {find_scale, true},
+    {find_rejection_beside, false},
 };
 
 }  // namespace

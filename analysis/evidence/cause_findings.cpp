@@ -38,6 +38,7 @@ void add_sensor_findings(const SensorSums& sums, const SensorJudgement& s, const
   if (speaks(j, of_sensor(kInnovationMean, s))) f.innovation_mean = s.mean;
   if (s.gate) f.gate = s.gate;
   if (!s.gate) f.cut_off = cut_off_of(sums, s);
+  if (!f.rejection) f.rejection = find_gate_rejection(sums.changes);
   if (!speaks(j, of_sensor(kNisBody, s)) && !speaks(j, of_sensor(kNisTails, s))) return;
   f.fit = s.fit;
   f.far_tail = sums.far_tail;
@@ -88,7 +89,9 @@ void add_growth(const Evidence& e, Findings& f) {
   const auto before = static_cast<std::size_t>(std::ranges::find_if(steps, speaks_at) - steps.begin());
   for (const std::vector<double>& nees : e.whole_runs.nees) {
     if (nees.size() != steps.size()) continue;
-    double without = 0.0, with = 0.0;
+    double without = 0.0, with = 0.0, mean = 0.0;
+    for (std::size_t k = 0; k < before; ++k) mean += nees[k] / static_cast<double>(before);
+    if (f.nees_before_innovations.count > 0) f.nees_of_runs_before_innovations.add(mean);
     for (std::size_t k = 1; k < nees.size(); ++k) {
       (speaks_at(steps[k]) ? with : without) += nees[k] - nees[k - 1];
       if (k + 1 == before) f.growth_before_innovations.add(without);
@@ -98,13 +101,16 @@ void add_growth(const Evidence& e, Findings& f) {
   }
 }
 
-/// Of each state of the layout, how many of those before it P claims to be uncorrelated with its block, at
-/// every step of every run: there u = L⁻¹ e, P = L Lᵀ, has of the block the errors of it alone, |u|² its
-/// NEES.
+/// Of each state of the layout, how many of those before it P claims to be uncorrelated with it, or with its
+/// block, at every step of every run: there u = L⁻¹ e, P = L Lᵀ, has of the block the errors of it alone,
+/// |u|² its NEES.
 std::vector<Index> claimed_uncorrelated(const Evidence& e) {
   constexpr double kRounding = 1e-9;
   const std::vector<SkewedMoments>& along = e.law.second_moments.along();
   std::vector<Index> before(e.layout.states.size(), 0);
+  for (std::size_t p = 0; p < before.size(); ++p) {
+    if (!e.law.correlated[p]) before[p] = static_cast<Index>(p);
+  }
   for (const Block& block : e.layout.blocks) {
     const auto sums = std::ranges::find(e.blocks, block.name, &BlockSums::name);
     if (sums == e.blocks.end() || block.states.empty()) continue;
@@ -131,13 +137,15 @@ std::optional<ErrorCorrelationTest> test_claimed_uncorrelated(const Evidence& e)
   const SecondMoments& second = e.law.second_moments;
   if (!e.joint_covariance || std::ssize(e.layout.states) < 2) return std::nullopt;
   ErrorCorrelationTest result{.runs = second.runs(), .p_value = 1.0};
-  if (std::ssize(e.layout.states) > LawSums::kLargestAveraged) result.reason = "more than 12 states";
+  static_assert(LawSums::kLargestAveraged == 24);
+  if (std::ssize(e.layout.states) > LawSums::kLargestAveraged) result.reason = "more than 24 states";
   if (second.runs() < kFewestRuns) result.reason = "fewer than 10 runs";
   if (!result.reason.empty()) {
     result.p_value = kNaN;
     return result;
   }
   if (!e.law.averaged.empty() || second.dim() != std::ssize(e.layout.states)) return std::nullopt;
+  if (e.law.correlated.size() != e.layout.states.size()) return std::nullopt;
   const std::vector<Index> before = claimed_uncorrelated(e);
   const std::vector<SecondMomentDirection> directions = second_moment_directions(second.dim());
   const auto runs = static_cast<double>(second.runs());

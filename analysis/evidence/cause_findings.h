@@ -11,6 +11,7 @@
 #include "analysis/laws/block_correlation.h"
 #include "analysis/laws/coverage.h"
 #include "analysis/laws/error_correlation.h"
+#include "analysis/laws/gate_rejection.h"
 #include "analysis/laws/goodness_of_fit.h"
 #include "analysis/laws/lateness.h"
 #include "analysis/laws/mean_at_steps.h"
@@ -53,6 +54,7 @@ struct Findings {
   };
   std::optional<CutOff> cut_off =
       {};  ///< where these are too many to be missing by chance, and no gate was found
+  std::optional<GateRejection> rejection = {};  ///< by a gate beyond which innovations are logged
   /// How many NIS (or NEES) values lie within the quantile `far_tail_probability` of their law.
   std::optional<CoverageCount> far_tail = {};
   double far_tail_probability = 0.9999;
@@ -72,6 +74,7 @@ struct Findings {
   CoverageCount narrow_angles = {};        ///< angles of the state whose σ is no wider than kWideAngle
   Moments nees_values = {};                ///< single NEES values over runs and steps
   Moments nees_before_innovations = {};    ///< over runs, at the step before any innovation; else empty
+  SkewedMoments nees_of_runs_before_innovations = {};  ///< the mean of NEES over its dof of each run there
   /// Of each run, what NEES over its dof gains over the steps without an innovation (before the first one of
   /// all), and over the others; empty where not every step of every run is known.
   Moments growth_without_innovations = {}, growth_before_innovations = {}, growth_with_innovations = {};

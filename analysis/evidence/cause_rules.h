@@ -14,6 +14,13 @@ namespace credence::internal {
 /// What a rule finds: none, or the cause with what goes beside it.
 using Causes = std::vector<CauseFound>;
 
+/// Innovations that are logged and not used. Names gated_innovations where log det P falls less beyond a gate
+/// than within it (gate_rejection.h), NEES or NIS is optimistic, and as many lie beyond, p by the law, as
+/// such a gate makes by itself, p to p (1.5 + 50 p); not where they are outliers.
+Causes find_rejected_innovations(const Findings& findings);
+/// The same where more lie beyond, beside the cause of that.
+Causes find_rejection_beside(const Findings& findings);
+
 // Runs (cause_rules_law.cpp).
 
 /// Runs of a joint P. Names lost_runs by the test of lost_runs.h, where the word is inconsistent.

@@ -5,6 +5,7 @@
 
 #include "analysis/evidence/cause_rules.h"
 #include "analysis/evidence/cause_signature.h"
+#include "analysis/laws/run_mean.h"
 
 namespace credence::internal {
 namespace {
@@ -40,9 +41,12 @@ DeadReckoning dead_reckoning_of(const Findings& findings) {
   const auto of_other_states = [&](const StepTest& step) { return step.expected != nees.front().expected; };
   if (std::any_of(nees.begin(), nees.begin() + static_cast<std::ptrdiff_t>(steps), of_other_states))
     return {};
+  const bool wrong_on_average =
+      is_inconsistent(findings.nees.verdict) &&
+      run_mean_p_values(findings.nees_of_runs_before_innovations, 1.0).two_sided() <= cause_level(findings);
   return {.steps = steps,
           .excess = excess_of_steps(findings.nees, 0, steps),
-          .fits = !any_step_outside(findings.nees, 0, steps)};
+          .fits = !any_step_outside(findings.nees, 0, steps) && !wrong_on_average};
 }
 
 // NEES of a Gaussian error of any covariance is Σ cᵢ χ²(1), whose variance 2 Σ cᵢ² is at most twice the

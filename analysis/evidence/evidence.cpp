@@ -85,6 +85,7 @@ void SensorSums::merge(const SensorSums& later) {
   scalar_run_means.merge(later.scalar_run_means);
   scalar_values.merge(later.scalar_values);
   measurement_share.merge(later.measurement_share);
+  changes.merge(later.changes);
   unwrapped += later.unwrapped;
 }
 

@@ -11,6 +11,7 @@
 #include "analysis/evidence/score_sums.h"
 #include "analysis/laws/consistency_vector_moments.h"
 #include "analysis/laws/coverage.h"
+#include "analysis/laws/gate_rejection.h"
 #include "analysis/laws/goodness_of_fit_histogram.h"
 #include "analysis/laws/whiteness.h"
 #include "core/record/run_layout.h"
@@ -100,6 +101,7 @@ struct SensorSums {
   VectorMoments scalar_run_means;
   VectorMoments values, scalar_values;  ///< of all pieces: for too few runs to compare their means
   Moments measurement_share;            ///< tr(S⁻¹ R)/m: the part of S that is R
+  ChangesByNis changes;                 ///< of log det P, after the first fifth of each run
   std::int64_t unwrapped = 0;           ///< components that are angles, beyond half a turn
 };
 

@@ -12,7 +12,7 @@ namespace credence::internal {
 namespace {
 
 /// To be raised with everything that changes what is kept.
-constexpr std::uint32_t kFormat = 5;
+constexpr std::uint32_t kFormat = 6;
 
 template <class T>
 concept HeldPlainly = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::same_as<T, Moments> ||
@@ -197,7 +197,9 @@ class Pass {
   /// The sensor is known.
   void one(Held<SensorSums>& s) {
     (*this)(s.varies, s.nis, s.by_dimension, s.fit, s.far_tail, s.largest_nis, s.ties, s.lags, s.run_means,
-            s.scalar_lags, s.scalar_run_means, s.values, s.scalar_values, s.measurement_share, s.unwrapped);
+            s.scalar_lags, s.scalar_run_means, s.values, s.scalar_values, s.measurement_share, s.changes.bins,
+            s.unwrapped);
+    require(s.changes.bins.empty() || s.changes.bins.size() == ChangesByNis::kBins);
   }
 
   void one(Held<std::vector<SensorSums>>& sensors) {
@@ -240,8 +242,9 @@ class Pass {
   }
 
   void one(Held<LawSums>& law) {
-    (*this)(law.averaged, law.second_moments, law.error_means, law.whitened_means, law.stretches,
-            law.whitened, law.nees_tails, law.nis_tails, law.nis_of_runs, law.nees_at, law.nis_at);
+    (*this)(law.averaged, law.second_moments, law.error_means, law.correlated, law.whitened_means,
+            law.stretches, law.whitened, law.nees_tails, law.nis_tails, law.nis_of_runs, law.nees_at,
+            law.nis_at);
   }
 
   void one(Held<ScoreSums>& scores) { (*this)(scores.log, scores.energy, scores.of_position); }

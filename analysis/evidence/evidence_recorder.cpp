@@ -36,10 +36,11 @@ double outlier_limit(Index dof) {
 /// Beyond it an angle is not wrapped; the least above π.
 constexpr double kHalfTurn = std::numbers::pi * (1.0 + 1e-12);
 
+/// Of more states the stretches of a run are those of all its steps, also of a map that grows.
+constexpr Index kFewStates = 12;
+
 /// A whole state is compared over the runs up to this dimension.
 constexpr Index kLargestState = 60;
-static_assert(is_whitened(LawSums::kLargestAveraged, 1000, 3, 100),
-              "every step of what is averaged is whitened");
 static_assert(StretchSums::kMostRuns == kFewRuns, "every step of what is compared in stretches is whitened");
 
 /// Φ⁻¹(u) of a probability, finite at 0 and 1.
@@ -181,6 +182,7 @@ void EvidenceRecorder::add(const NormalisedStep& step, std::size_t i) {
 
 void EvidenceRecorder::add(OpenRun& run, const StepPlaces& places, const NormalisedStep& step) {
   sums_.state_dim = std::max(sums_.state_dim, step.error.size());
+  run.change = kNaN;
   if (!step.states.empty()) add_state(run, places, step);
   add_innovations(run, step);
 }
@@ -246,6 +248,9 @@ void EvidenceRecorder::add_state(OpenRun& run, const StepPlaces& places, const N
   }
   if (whole.dof <= 0) return;
   const double per_dof = whole.value / static_cast<double>(whole.dof);
+  if (whole.dof == run.dof) run.change = step.log_determinant - run.log_determinant;
+  run.dof = whole.dof;
+  run.log_determinant = step.log_determinant;
   if (entry_ > 0) sums_.coverage.add(entry_, whole.value, whole.dof);
   run.values.add(whole.value);
   run.nees.push_back(per_dof);
@@ -285,9 +290,9 @@ void EvidenceRecorder::add_law(OpenRun& run, const StepPlaces& places, const Nor
   if (entry_ > 0) at_step(sums_.law.nees_at, entry_).add(whole.value / dof);
   run.law.nees_tails.add(whole.value, dof);
   if (!layout_.joint_covariance) return;
-  if (run.few && std::ssize(layout_.states) > LawSums::kLargestAveraged) add_large(run.law, step);
+  if (run.few && std::ssize(layout_.states) > kFewStates) add_large(run.law, step);
   if (averaged_.empty()) {
-    if (whole.dof == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
+    if (whole.whitened.size() == averaged_dim_) run.law.add_error(whole.whitened, step.error, step.variance);
   } else if (step.blocks.front().dof == averaged_dim_) {
     const std::vector<Index>& first = places.of_block.front();
     first_variance_.resize(std::ssize(first));
@@ -355,7 +360,7 @@ void EvidenceRecorder::add_innovation(OpenRun& open, std::size_t i, const Normal
     const bool angle = sensor.angles[static_cast<std::size_t>(j % std::ssize(sensor.angles))];
     if (angle && std::abs(value.nu[j]) > kHalfTurn) ++sums.unwrapped;
   }
-  run.nis.push_back({value.value, value.dof, value.noise_share});
+  run.nis.push_back({value.value, value.dof, value.noise_share, open.change});
   if (sensor.nis_alone) {
     run.values.push_back(normal_score(chi_square_cdf(value.value, static_cast<double>(value.dof))));
   } else {
@@ -414,13 +419,16 @@ void EvidenceRecorder::close_innovations(const RunInnovations& run, std::size_t 
   SensorSums& sums = sums_.sensor(layout_.sensors[sensor]);
   sums.varies = sums.varies || !run.pieces || sums.sensor.piece != layout_.sensors[sensor].piece;
   std::vector<double> nis;
-  for (const auto& [value, dof, noise_share] : run.nis) {
+  std::size_t early = 0;  // innovations of the first fifth
+  for (std::size_t k = 0; k < settled_from(run.begins.size()); ++k) early += !run.at(k).empty();
+  for (const auto& [value, dof, noise_share, change] : run.nis) {
     sums.by_dimension[dof].add(value, dof);
     const double u = chi_square_cdf(value, static_cast<double>(dof));
     sums.fit.add(u);
     sums.far_tail.add(u <= SensorSums::kFarTail);
     sums.largest_nis = std::max(sums.largest_nis, value);
     if (!std::isnan(noise_share)) sums.measurement_share.add(noise_share);
+    if (nis.size() >= early) sums.changes.add(1.0 - u, change);
     nis.push_back(value);
   }
   sums.ties.merge(count_ties(std::move(nis)));

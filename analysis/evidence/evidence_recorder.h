@@ -52,6 +52,7 @@ class EvidenceRecorder {
       double value = 0.0;
       Index dof = 0;
       double noise_share = 0.0;
+      double change = 0.0;  ///< of log det P over the step
     };
     std::vector<Nis> nis{};             ///< of the steps with a measurement
     std::vector<double> values{};       ///< whitened, one after the other
@@ -66,7 +67,9 @@ class EvidenceRecorder {
 
   struct OpenRun {
     bool open = false, first = false;
-    bool few = false;  ///< it is one of few runs, whose stretches may be compared
+    bool few = false;                              ///< it is one of few runs, whose stretches may be compared
+    double log_determinant = kNaN, change = kNaN;  ///< of P at the last step, and over it
+    Index dof = 0;                                 ///< of the state then
     std::vector<double> nees{};
     Moments values{};           ///< of NEES
     RunSum whole{}, vehicle{};  ///< of NEES

@@ -18,6 +18,12 @@ bool takes_vector(VectorMoments& moments, Index dim) {
   return true;
 }
 
+/// What holds in either of them; `all` may be empty still.
+void join(const std::vector<bool>& more, std::vector<bool>& all) {
+  all.resize(more.size());
+  for (std::size_t i = 0; i < more.size(); ++i) all[i] = all[i] || more[i];
+}
+
 /// E[m mᵀ] of vectors m.
 Matrix square_of(const VectorMoments& m) {
   return m.scatter / static_cast<double>(m.count) + m.mean * m.mean.transpose();
@@ -102,6 +108,7 @@ bool LawSums::takes(const std::string& of, Index dim) {
   averaged = of;
   second_moments = {};
   error_means = {};
+  correlated = {};
   whitened_means = {};
   return true;
 }
@@ -116,6 +123,7 @@ void LawSums::merge(const LawSums& later) {
   if (later.second_moments.dim() > 0 && takes(later.averaged, later.second_moments.dim())) {
     second_moments.merge(later.second_moments);
     error_means.merge(later.error_means);
+    join(later.correlated, correlated);
     whitened_means.merge(later.whitened_means);
   }
   stretches.merge(later.stretches);
@@ -140,8 +148,16 @@ void RunLaw::add_error(const Vector& whitened, const Vector& error, const Vector
   if (normalised.size() != dim) {
     if (averaged.steps > 0) return;  // of fewer states than before: no average of the same thing
     normalised = Vector::Zero(dim);
+    correlated.assign(static_cast<std::size_t>(dim), false);
   }
-  for (Index j = 0; j < dim; ++j) normalised[j] += error[j] / std::sqrt(variance[j]);
+  // u = L⁻¹ e, P = L Lᵀ: where row j of P is zero before its diagonal u_j = e_j/√P_jj.
+  constexpr double kRounding = 1e-9;
+  for (Index j = 0; j < dim; ++j) {
+    const double alone = error[j] / std::sqrt(variance[j]);
+    normalised[j] += alone;
+    if (!(std::abs(whitened[j] - alone) <= kRounding * std::abs(alone)))
+      correlated[static_cast<std::size_t>(j)] = true;
+  }
   averaged.add(whitened);
 }
 
@@ -150,6 +166,7 @@ void RunLaw::add_to(LawSums& sums, const std::string& of) const {
     const auto steps = static_cast<double>(averaged.steps);
     sums.second_moments.add(averaged.outer / steps);
     sums.error_means.add(normalised / steps);
+    join(correlated, sums.correlated);
     sums.whitened_means.add(averaged.mean());
   }
   sums.stretches.add(of.empty() && large.steps == 0 ? averaged : large);

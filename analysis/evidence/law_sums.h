@@ -58,12 +58,16 @@ struct StretchSums {
 
 /// Of all runs.
 struct LawSums {
-  static constexpr Index kLargestAveraged = 12;  ///< a larger state is looked at by its first block
+  /// A larger state is looked at by its first block. Of a study of many runs of more than twelve states the
+  /// steps that are whitened (is_whitened) are averaged.
+  static constexpr Index kLargestAveraged = 24;
   static constexpr Index kLargestShape = 24;
 
   std::string averaged{};                            ///< the block that second_moments is of; "": the state
   SecondMoments second_moments{};                    ///< of the whitened errors, averaged over each run
   VectorMoments error_means{};                       ///< of the errors over their σ, averaged over each run
+  std::vector<bool> correlated{};                    ///< of each such state: P claims it to be, at some step,
+                                                     ///< with one before it
   VectorMoments whitened_means{};                    ///< of the whitened errors, averaged over each run
   StretchSums stretches{};                           ///< of the whole state
   std::map<std::int64_t, VectorMoments> whitened{};  ///< errors of the whole state at steps 1, 2, 4, 8, …
@@ -84,9 +88,10 @@ struct LawSums {
 
 /// Of the run at hand.
 struct RunLaw {
-  RunWhitened averaged{};  ///< of the state, or of the first block of a large one
-  RunWhitened large{};     ///< of a state too large to be averaged
-  Vector normalised{};     ///< Σ e_i / √P_ii of what is averaged
+  RunWhitened averaged{};          ///< of the state, or of the first block of a large one
+  RunWhitened large{};             ///< of a state of more than twelve, of few runs
+  Vector normalised{};             ///< Σ e_i / √P_ii of what is averaged
+  std::vector<bool> correlated{};  ///< as LawSums::correlated
   RunTails nees_tails{}, nis_tails{};
   double nis = 0.0, nis_dof = 0.0;
 

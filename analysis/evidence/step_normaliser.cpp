@@ -76,10 +76,14 @@ void StepNormaliser::take_moving(const Step& step, const RunLayout& layout, cons
     moving.places = at.of_block[static_cast<std::size_t>(position)];
     if (moving.places.size() != layout.blocks[static_cast<std::size_t>(position)].states.size())
       moving.places.clear();
-  } else if (layout.joint_covariance && step.states.size() == layout.states.size() &&
-             step.error.size() <= RunLateness::kLargest) {
-    for (Index i = 0; i < step.error.size(); ++i) moving.places.push_back(i);
+  } else if (layout.joint_covariance && step.states.size() == layout.states.size()) {
+    for (Index i = 0; i < step.error.size(); ++i) {
+      if (!std::isnan(step.estimate[i])) moving.places.push_back(i);
+    }
+    if (std::ssize(moving.places) > RunLateness::kLargest) moving.places.clear();
   }
+  const auto is_error_alone = [&](Index at) { return std::isnan(step.estimate[at]); };
+  if (std::ranges::any_of(moving.places, is_error_alone)) moving.places.clear();
   take_block(step.error, step.P, moving.places, moving.error, moving.P);
 }
 

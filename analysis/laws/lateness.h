@@ -20,7 +20,7 @@ namespace credence::internal {
 /// Of the run at hand.
 class RunLateness {
  public:
-  static constexpr Index kLargest = 12;
+  static constexpr Index kLargest = 24;
 
   /// A step of a state of the same dimension, at most kLargest; one whose P is not positive definite is left
   /// out.

@@ -19,7 +19,8 @@ struct ZeroMeanTest {
 
 /// Tests the mean of the normalised innovations u = L⁻¹ ν, S = L Lᵀ, for zero: a bias of the sensor or of the
 /// model. Assumed: Gaussian and white; where whiteness fails, as in errors, add the mean of each run instead
-/// of each value.
+/// of each value. Of ten values or more that are no more than their components p_value is that of Student's t
+/// of each of these, Bonferroni over them, and t_square NaN.
 ZeroMeanTest test_zero_mean(const VectorMoments& moments);
 
 }  // namespace credence::internal

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "core/manifold/angle.h"
+#include "core/nan.h"
 #include "datasets/data_error.h"
 #include "datasets/logs/assumed_noise.h"
 #include "datasets/logs/conventions/angle_units.h"
@@ -197,7 +198,10 @@ void FilterLogReader::read_state(Step& row) const {
   row.estimate.resize(header_.layout.componentwise ? row.error.size() : 0);
   for (Index i = 0; i < row.error.size(); ++i) {
     const Index state = row.states[static_cast<std::size_t>(i)];
-    if (header_.layout.componentwise) row.estimate[i] = field(header_.estimate, state);
+    if (header_.layout.componentwise) {
+      const bool known = header_.estimate[static_cast<std::size_t>(state)] >= 0;
+      row.estimate[i] = known ? field(header_.estimate, state) : kNaN;
+    }
     row.error[i] = error_of(state);
     if (header_.layout.angles[static_cast<std::size_t>(state)]) row.error[i] = wrap_angle(row.error[i]);
   }

@@ -114,8 +114,10 @@ class HeaderParser {
   FilterLogHeader finish(Index columns) {
     FilterLogHeader& h = header_;
     h.columns = columns;
-    h.layout.componentwise = std::ranges::all_of(h.error, [](Index c) { return c < 0; });
-    h.layout.has_truth = !truth_.empty() || !h.layout.componentwise;
+    // Of a state that is an error alone the estimate is not known (NaN); those beside it may be.
+    const auto errors = std::ranges::count_if(h.error, [](Index c) { return c >= 0; });
+    h.layout.componentwise = errors < std::ssize(h.error) || errors == 0;
+    h.layout.has_truth = !truth_.empty() || errors > 0;
     for (std::size_t i = 0; i < h.layout.states.size(); ++i) {
       const std::string& state = h.layout.states[i];
       const auto found = truth_.find(state);

@@ -100,11 +100,11 @@ class Log:
 
 
 def simulate(world, runs, steps, rng, Q=1.0, R=1.0, P0=1.0, kept=1.0, late=0, bias=(), outliers=0.0, noise=None,
-             sensors=1, gate=np.inf):
+             sensors=1, gate=np.inf, rejected=False):
     """The log of a filter whose Q, R and P0 are the true ones times these and that keeps P times `kept` (0 where it
     drops it). What it measures is `late` by steps, with a `bias` of the first components and a share of `outliers`, 12
     times as large, of a law noise(shape). `sensors` copies of it are taken one after the other, whose innovations are
-    all written against the prior; those with NIS beyond `gate` are not used."""
+    all written against the prior; those with NIS beyond `gate` are not used, and written if `rejected`."""
     n, m = len(world.mean), len(world.R)
     draw = noise or rng.standard_normal
     truth = world.mean + rng.standard_normal((runs, n)) @ root(world.P0).T
@@ -132,7 +132,7 @@ def simulate(world, runs, steps, rng, Q=1.0, R=1.0, P0=1.0, kept=1.0, late=0, bi
             if np.isfinite(gate):
                 used = np.einsum("ri,ri->r", nu, np.linalg.solve(S, nu[..., None])[..., 0]) <= gate
             of_prior = turned(world.measured_angles, z - world.h(prior))
-            innovations += [np.where(used[:, None], of_prior, np.nan), prior_S]
+            innovations += [np.where(used[:, None] | rejected, of_prior, np.nan), prior_S]
             K = np.where(used[:, None, None], np.linalg.solve(S, H @ P).swapaxes(1, 2), 0.0)
             x = turned(world.angles, x + np.einsum("rij,rj->ri", K, nu))
             A = np.eye(n) - K @ H

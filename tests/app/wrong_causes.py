@@ -115,7 +115,45 @@ class Turning(World):
         return x[:, [0, 1, 3]]
 
 
-WORLDS = {world.__name__.lower(): world for world in (Inertial, Targets, Pendulum, Unicycle, Beacons, Turning)}
+class Navigation(World):
+    """Position, velocity, attitude and the biases of accelerometers and gyros, all errors of a body that weaves and climbs
+    under gravity, in steps of a second; the position and the velocity are measured. Linear."""
+
+    blocks, nonlinear = [list(range(3 * i, 3 * i + 3)) for i in range(5)], False
+    names = [f"{block}.{axis}" for block in ("position", "velocity", "attitude", "accelerometer", "gyro") for axis in "xyz"]
+    slow = slice(6, 12)
+    mean, P0 = np.zeros(15), np.diag(np.repeat([4.0, 0.25, 4e-4, 4e-4, 1e-6], 3))
+    Q, R = np.diag(np.repeat([1e-3, 1e-6, 4e-7, 1e-9], 3)), np.diag(np.repeat([2.25, 0.01], 3))
+
+    def accelerated(self, k):
+        return np.array([0.8 * np.cos(k / 5), 1.2 * np.sin(k / 8), 0.3 * np.sin(k / 13)])
+
+    def transition(self, k):
+        F, (a, b, c) = np.eye(15), self.accelerated(k) + [0.0, 0.0, 9.81]
+        F[:3, 3:6], F[:3, 9:12], F[3:6, 9:12], F[6:9, 12:] = np.eye(3), 0.5 * np.eye(3), np.eye(3), np.eye(3)
+        F[3:6, 6:9] = [[0.0, c, -b], [-c, 0.0, a], [b, -a, 0.0]]
+        F[:3, 6:9] = 0.5 * F[3:6, 6:9]
+        return F
+
+    def f(self, x, k):
+        a = self.accelerated(k)
+        return x @ self.transition(k).T + np.concatenate([0.5 * a, a, np.zeros(9)])
+
+    def F(self, x, k):
+        return np.broadcast_to(self.transition(k), (len(x), 15, 15))
+
+    def G(self, x):
+        return np.broadcast_to(np.eye(15)[:, 3:], (len(x), 15, 12))
+
+    def h(self, x):
+        return x[:, :6]
+
+    def H(self, x):
+        return np.broadcast_to(np.eye(6, 15), (len(x), 6, 15))
+
+
+WORLDS = {world.__name__.lower(): world
+          for world in (Inertial, Targets, Pendulum, Unicycle, Beacons, Turning, Navigation)}
 WORLDS |= {name: name for name in ("planar_loop", "huang_ring", "zhang_3d", "tracking_radar", "planar_table")}
 SETTINGS = {"Q": "filter.process_scale", "R": "filter.measurement_scale", "late": "noise.measurement_delay"}
 FAULTS = {  # the fault, and how a cause begins that is right
@@ -128,6 +166,9 @@ FAULTS = {  # the fault, and how a cause begins that is right
     "P of blocks alone, at every step": ({"keep": "blocks"}, "cross-covariances"),
     "a diagonal P, at every step": ({"keep": "states"}, "cross-covariances"),
     "P of blocks alone, in the log": ({"logged": "blocks"}, "cross-covariances"),
+    "a diagonal P, in the log": ({"logged": "states"}, "cross-covariances"),
+    "Q of the biases × 0.01": ({"slow": 0.01}, "process noise Q assumed too small"),
+    "a gate of 95 %, what it rejects logged": ({"gated": True}, "innovations that had to pass a gate"),
     "measurements 1 step late": ({"late": 1}, "measurements that arrive late"),
     "measurements 3 steps late": ({"late": 3}, "measurements that arrive late"),
     "a bias of 0.7 σ": ({"bias": (0.7,)}, "a bias"),
@@ -156,8 +197,19 @@ def mask(world, what):
     return kept
 
 
-def faulty(world, rng, keep="", logged="", degrees=False, **faults):
-    """The log of a filter that keeps, and writes, P of these parts of the state alone, or angles in degrees."""
+def quantile95(m):
+    """Of χ²(m), nearly [Wilson 1931]."""
+    return m * (1 - 2 / (9 * m) + 1.6449 * np.sqrt(2 / (9 * m))) ** 3
+
+
+def faulty(world, rng, keep="", logged="", degrees=False, gated=False, slow=1.0, **faults):
+    """The log of a filter that keeps, and writes, P of these parts of the state alone, or angles in degrees, that does
+    not use what lies beyond a gate of 95 %, or whose Q of what is slow is wrong by a factor."""
+    if gated:
+        faults |= {"gate": quantile95(len(world.R)), "rejected": True}
+    if slow != 1.0:
+        faults["Q"] = np.ones(len(world.Q))
+        faults["Q"][world.slow] = slow
     log = simulate(world, RUNS, STEPS, rng, kept=mask(world, keep), **faults)
     log.P = log.P * mask(world, logged)
     if degrees:
@@ -182,7 +234,7 @@ def first_causes(credence, at, name, studies, seed):
         rng = np.random.default_rng([seed, study, *at.encode(), *name.encode()])
         if isinstance(world, str):
             document = studied(credence, world, rng, **fault)
-        elif "degrees" in fault and not world.angles:
+        elif ("degrees" in fault and not world.angles) or ("slow" in fault and not hasattr(world, "slow")):
             document = None
         else:
             document = check(credence, faulty(world(), rng, **fault))

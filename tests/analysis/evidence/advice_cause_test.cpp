@@ -575,14 +575,36 @@ TEST(CauseRules, WhiteInnovationsOfTheWrongSizeAreOfQOrR) {
   EXPECT_EQ(causes_of(findings), CauseList{Cause::measurement_noise_too_small});
 }
 
+// A gate of 95 % in a filter that is right but for it: what lies beyond is logged and not used.
+TEST(CauseRules, InnovationsThatAreRejectedAreNoNoise) {
+  Findings findings = findings_of(1.5, 1.4);
+  findings.whiteness = correlated_by(0.2);
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.rejection = GateRejection{.expected = 0.05, .share = 0.12, .p_value = 1e-9};
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::gated_innovations});
+  findings.rejection->p_value = 0.004;  // 0.05/15 = 0.0033
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  findings.rejection->p_value = 1e-9;
+  findings.rejection->share = 0.21;  // beyond 0.05 (1.5 + 50 · 0.05): the gate meets another cause
+  EXPECT_EQ(causes_of(findings), (CauseList{Cause::process_noise_too_small, Cause::gated_innovations}));
+  findings.rejection->share = 0.04;
+  EXPECT_EQ(causes_of(findings), CauseList{Cause::process_noise_too_small});
+  Findings large_P = findings_of(0.6, 0.6);  // which no gate makes
+  large_P.whiteness = correlated_by(0.2);
+  large_P.rejection = GateRejection{.expected = 0.05, .share = 0.06, .p_value = 1e-9};
+  EXPECT_EQ(causes_of(large_P), CauseList{Cause::measurement_noise_too_large});
+  large_P.nees = large_P.nis = findings_of(1.0, 1.0).nees;
+  EXPECT_TRUE(causes_of(large_P).empty());
+}
+
 TEST(CauseRules, WhatIsLeftSaysWhichTestItLacks) {
   Findings findings = findings_of(2.0, 1.0);
   EXPECT_EQ(find_causes(findings)[0].why.find("not tested"), std::string::npos);
-  findings.error_correlation = ErrorCorrelationTest{.p_value = kNaN, .reason = "more than 12 states"};
+  findings.error_correlation = ErrorCorrelationTest{.p_value = kNaN, .reason = "more than 24 states"};
   for (const bool nonlinear : {false, true}) {
     findings.nonlinear = nonlinear;
     EXPECT_NE(
-        find_causes(findings)[0].why.find("lacks cross-covariances was not tested: more than 12 states"),
+        find_causes(findings)[0].why.find("lacks cross-covariances was not tested: more than 24 states"),
         std::string::npos);
   }
 }

@@ -130,6 +130,23 @@ TEST(Judgement, CrossCovariancesAreMissedWherePClaimsNone) {
   EXPECT_FALSE(names_cross_covariance(judge(logs_of(60, 40, 0.8, 1.5))));
 }
 
+// x and y, of one block, where P has variances alone: their mean NEES is right, whatever the correlation.
+TEST(Judgement, CrossCovariancesAreMissedWithinABlock) {
+  const auto with_correlation = [](double correlation) {
+    std::mt19937_64 bits(11);
+    std::normal_distribution<double> normal;
+    return judge(logs_of(60, 40, 0.0, 1.0, [&](Step& row, int) {
+      for (double& error : row.error) error = normal(bits);
+      row.error[1] = correlation * row.error[0] + std::sqrt(1.0 - correlation * correlation) * row.error[1];
+      row.P.setIdentity();
+    }));
+  };
+  const Judgement without = with_correlation(0.6);
+  ASSERT_FALSE(without.causes.empty());
+  EXPECT_EQ(without.causes[0].cause, Cause::cross_covariance) << without.causes[0].why;
+  EXPECT_TRUE(with_correlation(0.0).causes.empty());
+}
+
 TEST(Judgement, NamesTheBlockWhoseErrorsAreTooLarge) {
   const auto worse = [](Step& row, int) { row.error[3] *= 1.6; };
   const Judgement a = judge(logs_of(100, 30, 0.5, 1.0, worse));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/nan.h"
 #include "montecarlo/scenario/scenario_io.h"
 #include "montecarlo/worlds/registry.h"
 #include "tests/paths.h"
@@ -222,6 +223,33 @@ TEST(StepNormaliser, LooksAtThePoseAndEachLandmarkInItsTurn) {
   ASSERT_EQ(normaliser.normalise(step, layout, places, result), "");
   EXPECT_TRUE(result.moving.places.empty());
   EXPECT_EQ(result.estimate.size(), 0);
+}
+
+// Of an inertial filter of 21 states, six of which are estimates, these; of one of 25 estimates none.
+TEST(StepNormaliser, LooksAtTheStatesWhoseEstimatesAreKnown) {
+  const auto moving_of = [](Index states, Index estimates) {
+    RunLayout layout;
+    Step step{.step = 1, .error = Vector::LinSpaced(states, 1.0, 2.0)};
+    step.estimate = Vector::Constant(states, kNaN);
+    step.estimate.tail(estimates).setOnes();
+    step.P = Matrix::Identity(states, states);
+    for (Index i = 0; i < states; ++i) {
+      layout.states.push_back("x" + std::to_string(i));
+      step.states.push_back(i);
+    }
+    layout.angles.assign(layout.states.size(), false);
+    StepPlaces places;
+    places.find(step.states, layout);
+    StepNormaliser normaliser;
+    NormalisedStep result;
+    EXPECT_EQ(normaliser.normalise(step, layout, places, result), "");
+    EXPECT_EQ(result.moving.error, step.error(result.moving.places));
+    return result.moving.places;
+  };
+  EXPECT_EQ(moving_of(21, 6), (Places{15, 16, 17, 18, 19, 20}));
+  EXPECT_EQ(moving_of(24, 24).size(), 24U);
+  EXPECT_TRUE(moving_of(25, 25).empty());
+  EXPECT_TRUE(moving_of(3, 0).empty());
 }
 
 }  // namespace

@@ -65,6 +65,21 @@ TEST(InnovationMean, FindsABias) {
   EXPECT_NEAR(test.mean(0), 0.2, 5.0 / std::sqrt(1000.0));
 }
 
+// Twelve values of fifteen components: Student's t of each, Bonferroni over them. Of zero means at most 5 %
+// are rejected, but for five standard errors of 2,000 studies; a mean of 2 is found.
+TEST(InnovationMean, OfFewerValuesThanComponentsEachIsTested) {
+  std::mt19937_64 generator(9);
+  int rejected = 0;
+  for (int study = 0; study < 2000; ++study)
+    rejected += test_zero_mean(simulate(15, 12, 0.0, 1.0, generator)).p_value <= 0.05;
+  EXPECT_LE(rejected, 100 + 5 * std::sqrt(95.0));
+  EXPECT_GE(rejected, 100 - 7 * std::sqrt(95.0));  // (1 − 0.05/15)^15 = 0.951
+  const ZeroMeanTest test = test_zero_mean(simulate(15, 12, 2.0, 1.0, generator));
+  EXPECT_TRUE(test.reason.empty());
+  EXPECT_LT(test.p_value, 1e-3);
+  EXPECT_TRUE(std::isnan(test.t_square));
+}
+
 TEST(InnovationMean, DegenerateDataGiveAReason) {
   EXPECT_FALSE(test_zero_mean(VectorMoments{}).reason.empty());
   VectorMoments few;

@@ -189,7 +189,7 @@ TEST(FilterLogHeaderLine, some_states_may_have_errors_and_others_estimates) {
   EXPECT_THAT(h.truth, ElementsAre(0, -1, 10));
   EXPECT_THAT(h.error, ElementsAre(-1, 2, -1));
   EXPECT_TRUE(h.layout.has_truth);
-  EXPECT_FALSE(h.layout.componentwise);
+  EXPECT_TRUE(h.layout.componentwise);  // as far as estimates are known
   expect_header_error("error.x,estimate.y,P.1.1,P.1.2,P.2.2", "column truth.y is missing");
 }
 

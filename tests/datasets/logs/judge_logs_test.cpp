@@ -91,10 +91,10 @@ TEST(JudgeLogs, OfAsManyOtherStatesTheFirstAreCalibrated) {
   EXPECT_EQ(result.calibration.runs.size(), 8U);
 }
 
-// The state is averaged up to twelve of them, beyond that its first block: the names stay with the numbers.
+// The state is averaged up to 24 of them, beyond that its first block: the names stay with the numbers.
 TEST(JudgeLogs, SecondMomentsAreOfTheStatesTheyName) {
   std::vector<std::string> many = {"pose.x", "pose.y"};
-  for (int i = 0; i < 12; ++i) many.push_back(fmt::format("other{}", i));
+  for (int i = 0; i < 23; ++i) many.push_back(fmt::format("other{}", i));
   const Files files[] = {{{"1", {many}}, {"2", {kThree}}}, {{"1", {kThree}}, {"2", {many}}}};
   for (const Files& both : files) {
     const LawSums law = judge_files(both).evidence.law;

@@ -54,7 +54,7 @@ TEST(StatisticsSentences, FactorsFarFromOneAreWrittenOut) {
               HasSubstr("by 1 % or too large by 1 %; to reveal the 0.49 % by which it looks too small"));
 }
 
-// Of a state of more than twelve the directions of its first block alone are looked at.
+// Of a state of more than 24 the directions of its first block alone are looked at.
 TEST(StatisticsSentences, SayOfWhatTheMeanSquaresAre) {
   Judgement judgement = without_law();
   SecondMomentJudgement& second = judgement.law.second_moments;
@@ -65,7 +65,7 @@ TEST(StatisticsSentences, SayOfWhatTheMeanSquaresAre) {
   second.of = "pose";
   EXPECT_THAT(
       statistics_sentences(judgement).front(),
-      HasSubstr("agree with P of the block pose, the only one looked at in a state of more than 12 (p"));
+      HasSubstr("agree with P of the block pose, the only one looked at in a state of more than 24 (p"));
 }
 
 TEST(StopSentence, SaysThatNoFactorFitsAllStepsInWords) {

@@ -1,0 +1,56 @@
+#include "analysis/laws/gate_rejection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "analysis/laws/student.h"
+
+namespace credence::internal {
+
+void ChangesByNis::add(double survival, double change) {
+  if (!std::isfinite(change)) return;
+  if (bins.empty()) bins.resize(kBins);
+  const double octaves = survival > 0.0 ? -std::log2(survival) : static_cast<double>(kBins);
+  const int bin = std::clamp(static_cast<int>(kBinsPerOctave * octaves), 0, kBins - 1);
+  bins[static_cast<std::size_t>(bin)].add(change);
+}
+
+void ChangesByNis::merge(const ChangesByNis& later) {
+  if (bins.empty()) bins.resize(later.bins.size());
+  for (std::size_t b = 0; b < later.bins.size(); ++b) bins[b].merge(later.bins[b]);
+}
+
+std::optional<GateRejection> find_gate_rejection(const ChangesByNis& changes) {
+  constexpr std::int64_t kFewest = 8;
+  constexpr double kLeastJump = 0.5;
+  const std::size_t size = changes.bins.size();
+  std::vector<Moments> above(size + 1);  // of all bins from this one on
+  for (std::size_t b = size; b > 0; --b) {
+    above[b - 1] = changes.bins[b - 1];
+    above[b - 1].merge(above[b]);
+  }
+  std::optional<GateRejection> found;
+  Moments below;
+  double most = 0.0, tested = 0.0;
+  for (std::size_t b = 1; b < size; ++b) {
+    below.merge(changes.bins[b - 1]);
+    const Moments& beyond = above[b];
+    if (below.count < kFewest || beyond.count < kFewest) continue;
+    tested += 1.0;
+    const auto n = static_cast<double>(beyond.count), m = static_cast<double>(below.count);
+    const double jump = beyond.mean - below.mean, told = jump * jump * (n * m / (n + m));
+    if (told <= most) continue;
+    most = told;
+    found.reset();
+    if (!(jump > kLeastJump * std::sqrt(below.variance()))) continue;
+    const double t = jump / std::sqrt(beyond.variance() / n + below.variance() / m);
+    found = GateRejection{.expected = std::exp2(-static_cast<double>(b) / ChangesByNis::kBinsPerOctave),
+                          .share = n / (n + m),
+                          .p_value = student_upper_p_value(t, std::min(n, m) - 1.0)};
+  }
+  if (found) found->p_value = std::min(1.0, tested * found->p_value);
+  return found;
+}
+
+}  // namespace credence::internal
