@@ -12,16 +12,18 @@ double sample_skewness(const SkewedMoments& moments) {
   return std::sqrt(static_cast<double>(moments.count)) * moments.m3 / std::pow(moments.m2, 1.5);
 }
 
-double hall_score(const SkewedMoments& moments, double expected) {
+double hall_score(const SkewedMoments& moments, double expected, double gamma) {
   const double root_runs = std::sqrt(static_cast<double>(moments.count));
-  const double gamma = sample_skewness(moments);
   const double u = (moments.mean - expected) / std::sqrt(moments.variance());
   return root_runs * u * (1.0 + gamma * u / 3.0 + gamma * gamma * u * u / 27.0) + gamma / (6.0 * root_runs);
 }
 
-double mean_of_hall_score(const SkewedMoments& moments, double z) {
+double hall_score(const SkewedMoments& moments, double expected) {
+  return hall_score(moments, expected, sample_skewness(moments));
+}
+
+double mean_of_hall_score(const SkewedMoments& moments, double z, double gamma) {
   const double root_runs = std::sqrt(static_cast<double>(moments.count));
-  const double gamma = sample_skewness(moments);
   const double y = (z - gamma / (6.0 * root_runs)) / root_runs;
   const double x = gamma * y;
   double u = y;
@@ -31,6 +33,10 @@ double mean_of_hall_score(const SkewedMoments& moments, double z) {
     u = 3.0 / gamma * std::expm1(std::log1p(x) / 3.0);
   }
   return moments.mean - std::sqrt(moments.variance()) * u;
+}
+
+double mean_of_hall_score(const SkewedMoments& moments, double z) {
+  return mean_of_hall_score(moments, z, sample_skewness(moments));
 }
 
 MeanInterval hall_interval(const SkewedMoments& moments, double confidence) {

@@ -17,11 +17,15 @@ namespace credence::internal {
 /// γ = (m₃/M)/(m₂/M)^{3/2}; 0 without a variance.
 double sample_skewness(const SkewedMoments& moments);
 
-/// The score of the hypothesis that the mean is `expected`: large when the sample mean is. Not finite without
-/// a variance.
+/// The score of the hypothesis that the mean is `expected`, for values of this skewness: large when the
+/// sample mean is. Not finite without a variance.
+double hall_score(const SkewedMoments& moments, double expected, double skewness);
+/// The same, of the sample skewness.
 double hall_score(const SkewedMoments& moments, double expected);
 
-/// The mean whose score is z.
+/// The mean whose score is z, for values of this skewness.
+double mean_of_hall_score(const SkewedMoments& moments, double z, double skewness);
+/// The same, of the sample skewness.
 double mean_of_hall_score(const SkewedMoments& moments, double z);
 
 /// The interval of the means whose score Student's quantile of M − 1 dof accepts: Student's own interval of

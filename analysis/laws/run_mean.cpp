@@ -37,12 +37,34 @@ DirectedPValues equal_runs_p_values(double mean, double expected) {
   return {.optimistic = mean > expected ? 0.0 : 1.0, .pessimistic = mean < expected ? 0.0 : 1.0};
 }
 
+// A skewness that few runs hardly show: that of the sample and what it may lack, of order 1/M, but no more
+// than that of χ²₁, the largest of any Σ λ_j χ²₁.
+double cautious_skewness(const SkewedMoments& moments) {
+  const double gamma = sample_skewness(moments);
+  const double likely = gamma + (20.0 * gamma + 8.0) / static_cast<double>(moments.count);
+  return std::max(gamma, std::min(std::sqrt(8.0), likely));
+}
+
+// Where the large values are missing the sample variance is too small together with the mean, so that the
+// score of the pessimistic side has longer tails than t(M − 1). Far out a third of its dof, at twice the
+// probability, hold them.
+double pessimistic_p_value(double score, double dof) {
+  return std::max(student_upper_p_value(score, dof), 0.5 * student_upper_p_value(score, dof / 3.0));
+}
+
+// The score that has this p-value, below ½.
+double pessimistic_quantile(double p, double dof) {
+  const double near = student_quantile_two_sided(1.0 - 2.0 * p, dof);
+  return p < 0.25 ? std::max(near, student_quantile_two_sided(1.0 - 4.0 * p, dof / 3.0)) : near;
+}
+
 DirectedPValues score_p_values(const SkewedMoments& moments, double expected) {
   const double dof = static_cast<double>(moments.count - 1);
   const double cube = positive_mean_score(without_skewness(moments), expected);
   const double hall = hall_score(moments, expected);
+  const double cautious = hall_score(moments, expected, cautious_skewness(moments));
   return {.optimistic = student_upper_p_value(std::min(cube, hall), dof),
-          .pessimistic = student_upper_p_value(-std::max(cube, hall), dof)};
+          .pessimistic = pessimistic_p_value(-std::max(cube, cautious), dof)};
 }
 
 }  // namespace
@@ -93,12 +115,14 @@ MeanInterval run_mean_interval(const SkewedMoments& run_averages, double confide
     interval.upper = interval.mean * dof / chi_square_lower_tail_mean(tail, dof);
     return interval;
   }
-  interval.upper = positive_mean_interval(without_skewness(run_averages), confidence).upper;
+  interval.upper = interval.mean;
   if (run_averages.m2 > 0.0) {
     const double t = student_quantile_two_sided(confidence, runs - 1.0);
+    const double far = pessimistic_quantile(tail, runs - 1.0);
     // No mean of NEES is below zero, whatever the score says.
     interval.lower = std::max(0.0, std::min(interval.lower, mean_of_hall_score(run_averages, t)));
-    interval.upper = std::max(interval.upper, mean_of_hall_score(run_averages, -t));
+    interval.upper = std::max(mean_of_positive_score(without_skewness(run_averages), -far),
+                              mean_of_hall_score(run_averages, -far, cautious_skewness(run_averages)));
   }
   return interval;
 }

@@ -16,6 +16,11 @@
 /// scores remove the skewness in different ways, the cube root of a gamma law (student_positive_mean.h) and
 /// that of Hall (hall_score.h), and a direction is rejected only where both, against t(M − 1), reject it.
 ///
+/// On the pessimistic side the large values may be missing, and with them the skewness γ of the sample:
+/// Hall's score takes max(γ, min(√8, γ + (20 γ + 8)/M)) there, √8 being the largest skewness of any
+/// Σ_j λ_j χ²₁, and the p-value is the larger of that of t(M − 1) and half that of t((M − 1)/3), which holds
+/// far out.
+///
 /// With fewer than 20 runs both errors are too large on the pessimistic side. There a bound that is proved
 /// for every dependence is used: as an average of variables χ²(n_k)/n_k, X is at most χ²(n)/n in convex
 /// order, n the least n_k, and so is x̄ with M n, so that P(x̄ ≤ μ E[Y | Y ≤ q_p]) ≤ p, Y = χ²(M n)/(M n), q_p
@@ -23,19 +28,7 @@
 /// side takes the cube root alone. A single run has the bound on both sides.
 ///
 /// Levels: for 20 runs and more asymptotically exact whatever the law, by the central limit theorem with the
-/// skewness removed. Measured at 2.5 % for each direction, in % of 20,000 studies (5,000 at M = 1000), over
-/// χ²(n)/n, n = 1, 2, 4, 20, λ_j ∝ 0.5^j, 0.9^j, 1/j², and constant + χ²
-/// (tests/analysis/laws/sharp_verdict.py; the bound with n = 1): least … largest
-///
-/// | M    | false optimistic | false pessimistic | either |
-/// |------|------------------|-------------------|--------|
-/// | 2    | 0.8 … 3.1        | 0.0 … 1.4         |        |
-/// | 5    | 0.3 … 2.3        | 0.0 … 1.0         |        |
-/// | 10   | 0.4 … 2.5        | 0.0 … 1.1         |        |
-/// | 20   | 0.7 … 2.0        | 2.3 … 4.4         | ≤ 5.7  |
-/// | 50   | 0.8 … 2.3        | 2.5 … 3.5         | ≤ 5.5  |
-/// | 200  | 1.5 … 2.5        | 2.3 … 2.9         | ≤ 5.1  |
-/// | 1000 | 1.9 … 2.9        | 2.3 … 2.9         | ≤ 5.5  |
+/// skewness removed; the numbers above are of simulations, whose levels are in docs/statistics.md.
 
 namespace credence::internal {
 

@@ -33,6 +33,13 @@ double positive_mean_score(const Moments& moments, double expected) {
   return (std::cbrt(moments.mean / expected) - (1.0 - c)) / std::sqrt(c);
 }
 
+double mean_of_positive_score(const Moments& moments, double z) {
+  if (!has_variance(moments) || moments.m2 <= 0.0) return kNaN;
+  const double c = cube_root_variance(moments);
+  const double root = 1.0 - c + z * std::sqrt(c);
+  return root > 0.0 ? moments.mean / std::pow(root, 3) : std::numeric_limits<double>::infinity();
+}
+
 double positive_mean_p_value(const Moments& moments, double expected) {
   if (!(expected > 0.0)) throw std::invalid_argument(fmt::format("expected = {} must be > 0", expected));
   if (!has_variance(moments)) return kNaN;
@@ -50,14 +57,10 @@ MeanInterval positive_mean_interval(const Moments& moments, double confidence) {
     return interval;
   }
   if (moments.m2 <= 0.0) return interval;
-  const double c = cube_root_variance(moments);
   const double t = student_quantile_two_sided(confidence, static_cast<double>(moments.count - 1));
-  const double low_root = 1.0 - c - t * std::sqrt(c);
-  const double high_root = 1.0 - c + t * std::sqrt(c);
   // Of values so scattered that the score would reject their own mean the interval begins there.
-  interval.lower = moments.mean / std::pow(std::max(1.0, high_root), 3);
-  interval.upper =
-      low_root > 0.0 ? moments.mean / std::pow(low_root, 3) : std::numeric_limits<double>::infinity();
+  interval.lower = std::min(moments.mean, mean_of_positive_score(moments, t));
+  interval.upper = mean_of_positive_score(moments, -t);
   return interval;
 }
 

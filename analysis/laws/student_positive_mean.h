@@ -22,6 +22,9 @@ namespace credence::internal {
 /// values of positive mean and variance, else NaN.
 double positive_mean_score(const Moments& moments, double expected);
 
+/// The mean whose score is z, under the same conditions; infinite where no mean has so low a score.
+double mean_of_positive_score(const Moments& moments, double z);
+
 /// The p-value of the hypothesis that the mean is `expected`. NaN without a variance: fewer than two values,
 /// values that are not finite, or a mean that is not positive; for a zero variance 1 if the mean is
 /// `expected`, else 0. Throws std::invalid_argument unless expected > 0.

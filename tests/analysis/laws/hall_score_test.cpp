@@ -29,6 +29,7 @@ TEST(HallScore, InverseOnBothBranchesAndMonotone) {
       const double score = hall_score(moments, mean);
       EXPECT_LE(score, last);
       EXPECT_NEAR(mean_of_hall_score(moments, score), mean, 1e-8);
+      EXPECT_NEAR(mean_of_hall_score(moments, hall_score(moments, mean, 2.5), 2.5), mean, 1e-8);
       last = score;
     }
   }

@@ -18,6 +18,10 @@ LAWS = {  # X = Σ λ_j χ²₁: the λ_j, and a constant rest
     "0.1 chi2_1 + 0.9": [0.1], "0.33 chi2_1 + 0.67": [0.33], "0.67 chi2_1 + 0.33": [0.67],
     "0.33 chi2_3/3 + 0.67": [0.11] * 3, "0.5 chi2_2/2 + 0.5": [0.25] * 2,
 }
+STAYING = {  # one error that stays among many that do not
+    f"{share} chi2_1 + {1 - share} chi2_{rest}/{rest}": [share] + [(1 - share) / rest] * rest
+    for share in (0.05, 0.1, 0.2, 0.4) for rest in (200, 2000)
+}
 
 
 def draw(weights, shape, rng):
@@ -35,14 +39,15 @@ def levels(studies, rng):
         t = stats.t.ppf(0.975, M - 1)
         bound = stats.chi2.cdf(stats.chi2.ppf(0.025, M), M + 2) / 0.025
         rows = []
-        for name, weights in LAWS.items():
+        for name, weights in (LAWS | STAYING).items():
             X = draw(weights, (studies if M < 1000 else studies // 4, M), rng)
             z, h = laws.cube_root_score(X), laws.hall_score(X)
-            low, high = np.minimum(z, h), np.maximum(z, h)
-            rows.append([np.mean(z > t), np.mean(z < -t), np.mean(h > t), np.mean(h < -t), np.mean(low > t),
-                         np.mean(high < -t), np.mean((low > t) | (high < -t)), np.mean(X.mean(1) <= bound)])
+            up, down = (p <= 0.025 for p in laws.run_mean_p(X))
+            rows.append([np.mean(z > t), np.mean(z < -t), np.mean(h > t), np.mean(h < -t), np.mean(up), np.mean(down),
+                         np.mean(up | down), np.mean(X.mean(1) <= bound)])
             print(f"M {M:4} {name:22}", np.round(100 * np.array(rows[-1]), 1))
-        print(f"M {M:4} least {np.round(100 * np.min(rows, 0), 1)} largest {np.round(100 * np.max(rows, 0), 1)}")
+        for some in (rows[:len(LAWS)], rows[len(LAWS):]):
+            print(f"M {M:4} least {np.round(100 * np.min(some, 0), 1)} largest {np.round(100 * np.max(some, 0), 1)}")
 
 
 def study_sums(model, studies, runs, rng):
@@ -121,6 +126,9 @@ def golden(_, rng):
     print("X", ", ".join(map(str, X)))
     print("24 runs: mean, variance, skewness", *laws.sample(X))
     print("p optimistic, pessimistic of mean 1, of mean 1.5:", *laws.run_mean_p(X), *laws.run_mean_p(X, 1.5))
+    less = np.where(X > 6, 1.3, X)
+    print("the largest 1.3: p optimistic of mean 1, pessimistic of 1.1 and 1.8:", laws.run_mean_p(less)[0],
+          *(laws.run_mean_p(less, mu)[1] for mu in (1.1, 1.8)))
     few = stats.t.sf(laws.cube_root_score(X[:8], 1.5), 7), laws.lower_bound_p(X[:8].mean() / 1.5, 24)
     print("first 8 runs, mean 1.5, n = 3:", *few)
     up, down = laws.log_betting(X, 3)

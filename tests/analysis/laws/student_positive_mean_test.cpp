@@ -21,6 +21,10 @@ TEST(PositiveMean, IntervalHoldsTheMeansThatAreNotRejected) {
     EXPECT_LT(interval.lower, 2.4);
     EXPECT_GT(interval.upper, 2.4);
   }
+  for (const double mean : {1.5, 2.4, 6.0}) {
+    EXPECT_NEAR(mean_of_positive_score(moments, positive_mean_score(moments, mean)), mean, 1e-12);
+  }
+  EXPECT_EQ(mean_of_positive_score(moments, -1e3), std::numeric_limits<double>::infinity());
 }
 
 TEST(PositiveMean, ManyValuesGiveStudentsInterval) {
